@@ -160,6 +160,7 @@ SAMPLES = (
     "oil_study",
     "tube_breakage",
     "speed_reduction",
+    "stall_share",
     "centrifuge_design",
 )
 WIDE = (

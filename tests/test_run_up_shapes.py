@@ -72,6 +72,22 @@ def test_a_fan_holds_the_peaks_of_its_members_and_the_way_down_mirrors_the_speed
         ab.envelopes(plain, point=3)
 
 
+def test_balls_are_stalled_below_their_release_speed_and_not_above_it() -> None:
+    machine = str(Path(MACHINE).with_name("stall_and_release.toml"))
+    release = next(one.speed for one in ab.stability.borders(machine) if one.name == "release speed")
+    speeds = [0.85 * release, 1.15 * release]
+    drive = {"speed": speeds[0], "rate": 40.0}
+    asked = {"machine": machine, "members": 6, "duration": "20 s", "run_up": drive, "vary": {"run_up.speed": speeds}}
+    found = ab.study({**asked, "vary": {**asked["vary"], "drag": ["1.4685e-4 N*m*s", "1.6e-4 N*m*s"]}})
+    own = found.isel(member=np.flatnonzero(found["drag"].values == found["drag"].values[0]))
+    stalled = own["stalled"].values.reshape(6, 2)
+    assert stalled[:, 0].all()
+    assert not stalled[:, 1].any()
+    texts = [text.get_text() for text in ab.plot.study(found, "stalled").axes[0].texts]
+    assert "100\n61 to 100" in texts  # of six, Wilson (1927)
+    assert found.attrs["base_machine"] == ab.machine_text(ab.load_machine(machine))
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [

@@ -174,7 +174,10 @@ def test_every_draw_has_its_own_start_and_every_point_the_same_ones() -> None:
         ({"vary": {"rotor.mass": {**MASS, "low": "9 kg", "high": "8 kg"}}}, "low must be below high"),
         ({"vary": {"plateau": MASS}}, "mean: missing, and the machine has no single value"),
         ({"vary": {"temperature": MASS}}, "a share of an absolute temperature says little"),
-        ({"stop": {"of": "peak", "half_width": 1}}, "stop.of: given 'peak'; this study has balanced, peak_deflection"),
+        (
+            {"stop": {"of": "peak", "half_width": 1}},
+            "stop.of: given 'peak'; this study has balanced, stalled, peak_deflection",
+        ),
         ({"stop": {"of": "balanced", "half_width": 0.1, "relative": 0.1}}, "one of them"),
         ({"plan": "sobol", "stop": {"of": "balanced", "half_width": 0.1}}, "intervals are those of independent draws"),
         ({"results": ["speed"]}, "results: given 'speed'; must be one of 'run'"),

@@ -252,7 +252,7 @@ def _study(given: Studied | Designed | str | Path | None, machine: Machine) -> S
         return found
     if not isinstance(found, Studied):
         raise QuestionError("study: this is no result of ab.study or ab.design")
-    if found.attrs.get("machine") != machine_text(machine):
+    if found.attrs.get("base_machine", found.attrs.get("machine")) != machine_text(machine):
         raise QuestionError(
             f"study: it is of another machine, {found.attrs.get('machine_name')!r}; run the study with this machine file"
         )

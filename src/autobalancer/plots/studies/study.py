@@ -18,6 +18,8 @@ from autobalancer.results.given import Given, result
 from autobalancer.results.shares import wilson_interval
 
 WRITTEN = 100  # cells of a map into which their value is written
+INTERVALS = 36  # cells into which the interval of a share is written too
+SHARES = ("balanced", "stalled", "balanced_before")
 MOST_TICKS = 12
 
 
@@ -25,14 +27,14 @@ def study(found: Given, quantity: str = "balanced", *, speed_unit: str = "rpm") 
     """A quantity of a study over the parameters of its grid.
 
     One parameter: the share of members for which it is true, with its 95 % interval, or the median of a number with bands of
-    50 % and 90 % of the members. Two parameters: share or median as a map. No grid: the shares of all ends.
+    50 % and 90 % of the members. Two parameters: share, with its interval, or median as a map. No grid: the shares of all ends.
 
     Parameters
     ----------
     found
         From :func:`autobalancer.study`.
     quantity
-        ``"balanced"`` or a number of each member, such as ``"peak_deflection"``.
+        ``"balanced"``, ``"stalled"`` or a number of each member, such as ``"peak_deflection"``.
     speed_unit
         rpm, rad/s or Hz.
 
@@ -77,7 +79,7 @@ def _over(axes: Axes, given: Studied, name: str, quantity: str, speed_unit: str)
     first = [int(np.flatnonzero(where)[0]) for where in points]
     shown = quantity_axis(given[name].isel(member=first), speed_unit)
     values = np.asarray(shown.values)
-    if quantity == "balanced":
+    if _is_share(given, quantity):
         counts = np.array([(given[quantity].values & where & ran).sum() for where in points])
         totals = np.array([max(int((where & ran).sum()), 1) for where in points])
         low, high = wilson_interval(counts, totals)
@@ -86,7 +88,7 @@ def _over(axes: Axes, given: Studied, name: str, quantity: str, speed_unit: str)
         axes.errorbar(
             values, 100.0 * share, bars, fmt="o-", color=BALLS[0], markersize=4.0, capsize=2.5, elinewidth=1.0
         )
-        axes.set_ylabel("balanced runs, with 95 % interval (%)")
+        axes.set_ylabel(f"{quantity} runs, with 95 % interval (%)")
         axes.set_ylim(-3.0, 103.0)
     else:
         unit = _unit(given, quantity, speed_unit)
@@ -109,29 +111,36 @@ def _map(figure: Figure, axes: Axes, given: Studied, grid: list[str], quantity: 
     first = [int(np.flatnonzero(where)[0]) for where in points]
     shown = [quantity_axis(given[name].isel(member=first), speed_unit) for name in grid]
     across, up = (np.unique(one.values) for one in shown)
-    field = np.full((up.size, across.size), np.nan)
-    unit = AxisUnit("%", 100.0) if quantity == "balanced" else _unit(given, quantity, speed_unit)
+    field, texts = np.full((up.size, across.size), np.nan), dict[int, str]()
+    written = np.full(field.shape, "", dtype=object)
+    share = _is_share(given, quantity)
+    unit = AxisUnit("%", 100.0) if share else _unit(given, quantity, speed_unit)
     for number, where in enumerate(points):
         values = given[quantity].values[where & ran].astype(float)
         known = values[np.isfinite(values)]
-        value = np.nan if not known.size else known.mean() if quantity == "balanced" else np.median(known)
+        value = np.nan if not known.size else known.mean() if share else np.median(known)
+        texts[number] = f"{unit.shown(value):.3g}"
+        if share and known.size and len(points) <= INTERVALS:
+            ends = wilson_interval(np.array([known.sum()]), known.size)
+            texts[number] += "\n" + " to ".join(f"{100.0 * float(end[0]):.3g}" for end in ends)
         place = [
             int(np.searchsorted(one, axis.values[number])) for one, axis in zip((up, across), shown[::-1], strict=True)
         ]
         field[place[0], place[1]] = unit.shown(value)
-    low, high = (0.0, 100.0) if quantity == "balanced" else (float(np.nanmin(field)), float(np.nanmax(field)))
+        written[place[0], place[1]] = texts[number]
+    low, high = (0.0, 100.0) if share else (float(np.nanmin(field)), float(np.nanmax(field)))
     image = axes.imshow(field, origin="lower", aspect="auto", cmap="cividis", vmin=low, vmax=high)
     for row, column in np.argwhere(np.isfinite(field)) if field.size <= WRITTEN else ():
         value = field[row, column]
         color = INK if value > 0.5 * (low + high) else "white"
-        axes.text(column, row, f"{value:.3g}", ha="center", va="center", color=color, fontsize=8.0)
+        axes.text(column, row, written[row, column], ha="center", va="center", color=color, fontsize=8.0)
     axes.set_xticks(*_ticks(across))
     axes.set_yticks(*_ticks(up))
     axes.set_xlabel(shown[0].label)
     axes.set_ylabel(shown[1].label)
     axes.grid(visible=False)
     bar = figure.colorbar(image, ax=axes)
-    bar.set_label("balanced runs (%)" if quantity == "balanced" else f"median of {_label(quantity, unit)}")
+    bar.set_label(f"{quantity} runs, with 95 % interval (%)" if share else f"median of {_label(quantity, unit)}")
 
 
 def _ticks(values: Any) -> tuple[range, list[str]]:
@@ -155,6 +164,11 @@ def _histogram(axes: Axes, given: Studied, quantity: str, speed_unit: str) -> No
 def _levels(values: Any) -> Any:
     known = values[np.isfinite(values)]
     return np.quantile(known, (0.05, 0.25, 0.5, 0.75, 0.95)) if known.size else np.full(5, np.nan)
+
+
+def _is_share(given: Studied, quantity: str) -> bool:
+    """Whether a quantity is true or false of each member; a file keeps it as a whole number."""
+    return given[quantity].dtype.kind in "bi" and quantity in SHARES
 
 
 def _unit(given: Studied, quantity: str, speed_unit: str) -> AxisUnit:

@@ -13,6 +13,7 @@ from autobalancer.results.shares import wilson_interval
 from autobalancer.shown import Column
 
 MAIN = "peak_deflection"  # the number that is shown where nothing else was asked for
+HEADS = {"drive_profile_end_and_drive_profile_peak": "speed"}
 AGAIN = "settling_time"  # shown besides, where an unbalance appears at speed
 
 
@@ -97,7 +98,7 @@ class Studied(Ensemble):
         if values.dtype.kind not in "fi":
             return Column(name, [str(value) for value in values])
         shown = axis_unit(self[name], unit or self.shown_in)
-        head = name.removeprefix("drive_profile_").replace("_", " ")
+        head = HEADS.get(name, name.removeprefix("drive_profile_").replace("_", " "))
         return Column(head, shown.shown(values), shown.sign)
 
     def remarks(self) -> Sequence[str]:

@@ -16,7 +16,7 @@ from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.groups import Groups
 from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Members, without_start_angles
-from autobalancer.studies.study.outputs import RUN, STANDING, standing_numbers
+from autobalancer.studies.study.outputs import RUN, STALLED, STANDING, standing_numbers
 from autobalancer.studies.study.spec import Study
 from autobalancer.studies.study.sudden import BALANCED_BEFORE, after_jump
 
@@ -118,6 +118,7 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
         for name, (_, values, _) in ensemble_variables(made.members, ran, made.reasons).items()
         if name != "reason"
     }
+    arrays[STALLED] = (arrays["stalled_time"] > 0.0) & ~np.isfinite(arrays["settled_at"])
     return {**arrays, **more, **_columns(made)}, seconds
 
 

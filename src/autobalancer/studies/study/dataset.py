@@ -17,7 +17,7 @@ from autobalancer.results.verdict.rule import BALANCED
 from autobalancer.stability.basins.starts import START_ANGLE, axis_name
 from autobalancer.studies.ensemble.columns import STARTS, ball_of, is_start
 from autobalancer.studies.study.chunk import ABOUT, SECONDS, Arrays
-from autobalancer.studies.study.outputs import RUN, STANDING, attributes_of
+from autobalancer.studies.study.outputs import RUN, STALLED, STANDING, attributes_of
 from autobalancer.studies.study.run_up import SHAPES
 from autobalancer.studies.study.spec import Study
 from autobalancer.studies.study.sudden import BALANCED_BEFORE, HELD_SPEED
@@ -25,6 +25,7 @@ from autobalancer.studies.variations import coordinate
 
 COUNTED = {
     "steps": "accepted steps",
+    STALLED: "whether a ball stalled and has not come to rest in the rotor by the end",
     BALANCED_BEFORE: "whether the run was balanced before the unbalance appeared",
     "drawn_again": "how often the draw was taken again because no machine can be like that",
     "reason": "why the member is impossible, or has no number",
@@ -72,6 +73,7 @@ def _attributes(study: Study) -> dict[str, Any]:
         "title": f"Study {study.name} of {study.machine.name}",
         **provenance(),
         "machine": machine_text(study.machine),
+        **({} if study.base is None else {"base_machine": machine_text(study.base)}),
         "machine_name": study.machine.name,
         "study": json.dumps(study.identity()),
         "study_name": study.name,

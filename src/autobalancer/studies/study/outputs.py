@@ -17,7 +17,7 @@ from autobalancer.rotordynamics.critical import critical_speeds
 from autobalancer.stability.maps.speeds import NAMES, borders
 
 RUN = "run"
-BALANCED = "balanced"
+BALANCED, STALLED = "balanced", "stalled"
 
 
 class Output(NamedTuple):
@@ -63,11 +63,11 @@ def quantity_kind(name: str, results: Iterable[str]) -> tuple[str, str]:
     """
     known = {STANDING[one].name: STANDING[one].unit for one in results if one in STANDING}
     if RUN in results:
-        if name == BALANCED:
+        if name in (BALANCED, STALLED):
             return "bool", ""
         known |= {one.name: one.unit for one in SWEPT if not one.per_ball}
     if name not in known:
-        named = ", ".join([*([BALANCED] if RUN in results else []), *known])
+        named = ", ".join([*([BALANCED, STALLED] if RUN in results else []), *known])
         raise QuestionError(f"given {name!r}; this study has {named}")
     return "number", known[name].replace(" ", "*") if known[name] != "1" else ""
 

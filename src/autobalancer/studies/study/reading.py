@@ -15,7 +15,7 @@ from autobalancer.files.text import MACHINE, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.part import unknown_key
 from autobalancer.studies.study.entries import number, one_of, whole
-from autobalancer.studies.study.outputs import BALANCED, OUTPUTS, RUN, quantity_kind
+from autobalancer.studies.study.outputs import OUTPUTS, RUN, quantity_kind
 from autobalancer.studies.study.run_up import RUN_UP, check_length, with_run_up
 from autobalancer.studies.study.samples import PLANS
 from autobalancer.studies.study.scatter import check_pairs, correlation, joint, vary
@@ -86,7 +86,7 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
         raise QuestionError('machine: missing; give the path of a machine file, such as machine = "centrifuge.toml"')
     given = {**DEFAULTS, **data}
     machine = _machine(data["machine"], folder)
-    sudden, paths = None, dict[str, dict[str, str]]()
+    base, sudden, paths = machine, None, dict[str, dict[str, str]]()
     if given[TABLE] is not None and given[RUN_UP] is not None:
         raise QuestionError(f"{TABLE}, {RUN_UP}: give one of them; an unbalance appears while the speed is held")
     if given[TABLE] is not None:
@@ -119,6 +119,7 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
         impossible=cast(Any, one_of("impossible", given["impossible"], ("refuse", "truncate", "record"))),
         stop=None if given["stop"] is None else stop_of(given["stop"], results),
         show=_shown(given["show"], results),
+        base=base if base is not machine else None,
         sudden=sudden,
         written={key: value for key, value in data.items() if key != "machine"},
     )
@@ -222,7 +223,7 @@ def _shown(given: Any, results: tuple[str, ...]) -> tuple[str, ...]:
             quantity_kind(str(name), results)
         except QuestionError as error:
             raise QuestionError(f"show: {error}") from None
-    return tuple(str(name) for name in names if name != BALANCED)
+    return tuple(str(name) for name in names if quantity_kind(str(name), results)[0] != "bool")
 
 
 def _duration(machine: Machine, given: Any) -> float:

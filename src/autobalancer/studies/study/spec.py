@@ -46,6 +46,7 @@ class Study:
     impossible: Impossible
     stop: Stop | None = None
     show: tuple[str, ...] = ()  # quantities of the table; none: the usual ones
+    base: Machine | None = None  # as it was given, where the study drives it in its own way
     sudden: Sudden | None = None  # with an unbalance of the machine that appears at speed
     written: dict[str, Any] = field(default_factory=dict)  # as the user wrote it
 

@@ -16,7 +16,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.safe_file import write_safely, write_text_safely
 
 LOCK, CHUNKS = "lock", "chunks"
-FORM = 1  # of the files
+FORM = 2  # of the files
 
 Arrays = dict[str, np.ndarray]
 
@@ -93,9 +93,13 @@ class Store:
     def _compare(self) -> None:
         try:
             stored = json.loads(self._asked.read_text(encoding="utf-8"))
-            before = dict(stored[self._kind])
+            before, form = dict(stored[self._kind]), stored["form"]
         except (OSError, ValueError, KeyError, TypeError) as reason:
             raise ResultError(f"{self._asked}: cannot be read: {reason}; give another folder") from None
+        if form != FORM:
+            raise QuestionError(
+                f"{self.folder}: was written by another version of autobalancer; give another folder, or delete this one"
+            )
         differ = [key for key in {**before, **self._identity} if before.get(key) != self._identity.get(key)]
         if differ:
             told = ", ".join(f"{key}{_both(before.get(key), self._identity.get(key))}" for key in differ)
