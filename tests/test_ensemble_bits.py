@@ -1,0 +1,85 @@
+"""A member of an ensemble has the bits of its single run, on any rotor, and on one thread as on two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from tests.test_ensembles import TOLERANCE, alone, same
+from tests.test_places import SHAFT
+
+import autobalancer as ab
+from autobalancer.assembly.system import Model
+from autobalancer.machine import Machine
+from autobalancer.simulation.prepare import prepare
+
+RACE = "balancers[1].races[1]"
+ROUGH: dict[str, Any] = {
+    f"{RACE}.balls": [{"count": 2, "diameter": "7 mm", "density": 7800.0, "motion": "rolling"}],
+    f"{RACE}.friction": {"rolling_resistance": 1e-4, "adherence": 2e-4},
+}
+CURVED: dict[str, Any] = {
+    f"{RACE}.balls[1].diameter": "7 mm",
+    f"{RACE}.fluid": {"density": 950.0, "viscosity": "20 mm^2/s"},
+    f"{RACE}.drag": {"law": "discoidal"},
+}
+TILTING = {"tilting_races": "full"}
+
+
+def shaft(**changes: Any) -> Machine:
+    """A shaft with two balancers on unlike supports, started at speed."""
+    machine = ab.parse_machine(SHAFT)
+    fast = {"kind": "speed", "profile": {"kind": "ramp", "start": 200.0, "end": 300.0, "duration": 1.0}}
+    return _changed(ab.with_parameter(machine, "drive", fast), changes)
+
+
+def multibody(**changes: Any) -> Machine:
+    """A published rig of several bodies, at speed from the start."""
+    fast = {"kind": "speed", "profile": {"kind": "constant", "speed": "900 rpm"}}
+    return _changed(ab.with_parameter(ab.catalog.rig("discoidal_rig"), "drive", fast), changes)
+
+
+def _changed(machine: Machine, changes: dict[str, Any]) -> Machine:
+    for name, value in changes.items():
+        machine = ab.with_parameter(machine, name, value)
+    return machine
+
+
+RUBBING = {f"{RACE}.friction": ROUGH[f"{RACE}.friction"]}
+CASES: dict[str, tuple[Callable[..., Machine], dict[str, Any], Model, float]] = {
+    "shaft": (shaft, {}, Model.GUIDED, 0.1),
+    "shaft, races that tilt": (shaft, TILTING, Model.TILTING, 0.1),
+    "shaft, friction": (shaft, ROUGH, Model.ROUGH, 0.1),
+    "shaft, a drag curve on races that tilt": (shaft, CURVED | TILTING, Model.ROUGH_TILTING, 0.1),
+    "bodies": (multibody, {}, Model.GUIDED, 0.2),
+    "bodies, friction on races that tilt": (multibody, RUBBING | TILTING, Model.ROUGH_TILTING, 0.2),
+}
+
+
+def _members_are_their_runs(case: str, end: float) -> None:
+    make, changes, model, _ = CASES[case]
+    machine, angles = make(**changes), [0.1, 0.7, 2.0]
+    assert prepare(machine, end).model is model
+    one, two = (
+        ab.ensemble(
+            machine, {"unbalances[1].angle": angles}, duration=end, tolerance=TOLERANCE, bins=20, keep_states=True,
+            workers=workers,
+        )
+        for workers in (1, 2)
+    )  # fmt: skip
+    for name in one.data_vars:
+        assert one[name].equals(two[name]), name
+    for number in (1, 2):
+        same(one, number, alone(ab.with_parameter(machine, "unbalances[1].angle", angles[number]), end=end))
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if "," in case])
+def test_a_member_has_the_bits_of_its_run_and_two_threads_those_of_one(case: str) -> None:
+    _members_are_their_runs(case, CASES[case][3])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_a_longer_member_has_the_bits_of_its_run_too(case: str) -> None:
+    _members_are_their_runs(case, 10.0 * CASES[case][3])
