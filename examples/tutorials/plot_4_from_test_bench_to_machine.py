@@ -30,7 +30,7 @@ turned = ab.measure.rotor_angle(signals)
 print(turned)
 
 # %%
-# Always look at the raw picture first. Over speed and order, vibration that turns with the rotor is a vertical line at
+# Always look at the raw picture first. Over speed and order, vibration that turns with the rotor is a horizontal line at
 # order 1.
 
 ab.plot.order_map(ab.measure.order_map(turned, "x"))
