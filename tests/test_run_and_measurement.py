@@ -43,6 +43,18 @@ def test_a_run_beside_its_own_signals_differs_by_their_noise_only(run: xr.Datase
     assert any("balls" in note for note in found.attrs["notes"])
 
 
+def test_measures_have_no_uncertainty_where_the_noise_of_a_sensor_is_not_known(
+    run: xr.Dataset, signals: xr.Dataset
+) -> None:
+    unknown = signals.copy(deep=True)
+    del unknown["displacement_y"].attrs["uncertainty"]
+    found = ab.compare(run, unknown)
+    assert np.isfinite(found["measured_value"]).all()
+    assert np.isnan(found["value_deviation"]).all()
+    (peak,) = [line for line in str(found).splitlines() if line.startswith("peak_deflection")]
+    assert peak.split()[-2] == "-"
+
+
 def test_more_damping_is_seen_in_the_measured_peak(run: xr.Dataset) -> None:
     damped = ab.simulate(ab.with_parameter(ab.parse_machine(RIG), "rotor.damping", 360.0), save=ab.Samples(1201))
     sensors = [Sensor("displacement", direction=way, noise="40 dB") for way in (20.0, 110.0)]

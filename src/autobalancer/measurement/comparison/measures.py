@@ -79,8 +79,9 @@ def _of_film(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int
 
 
 def _rows(found: list[Pair], recorded: Callable[[list[Floats]], Recorded], known: str, seed: int) -> list[Row]:
-    """Of the measures that need nothing else than what is ``known``."""
+    """Of the measures that need nothing else than what is ``known``; without deviation where a sensor states none."""
     random = generator(seed)
+    stated = all(np.isfinite(pair.measured.deviation).any() for pair in found)
     true = recorded([pair.measured.values - (pair.shifted - pair.simulated) for pair in found])
     draws = []
     for _ in range(DRAWS):
@@ -96,7 +97,7 @@ def _rows(found: list[Pair], recorded: Callable[[list[Floats]], Recorded], known
             several = [found[k].measured.name] if measure.along else [""]
             known_draws = seen[:, k][np.isfinite(seen[:, k])]
             mean = float(known_draws.mean()) if known_draws.size > DRAWS // 2 else math.nan
-            spread = float(known_draws.std(ddof=1)) if known_draws.size > DRAWS // 2 else math.nan
+            spread = float(known_draws.std(ddof=1)) if stated and known_draws.size > DRAWS // 2 else math.nan
             rows.append(Row(measure.name, measure.unit, several[0], float(value), mean, spread))
     return rows
 
