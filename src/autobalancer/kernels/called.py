@@ -22,9 +22,11 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from autobalancer.kernels.fields import Record
-from autobalancer.kernels.flags import APART, KEPT
+from autobalancer.kernels.flags import KEPT, NUMBERS
 from autobalancer.kernels.records.forces import PLACE
 from autobalancer.kernels.records.friction import SLIP
+
+OWN: dict[str, Any] = NUMBERS | {"fastmath": {"contract"}}  # Python calls them, too, where they are tried
 
 
 class Call(NamedTuple):
@@ -110,13 +112,16 @@ def _signature(own: np.dtype[Any], call: Call) -> Any:
 def _compiled(function: Callable[..., Any], own: np.dtype[Any], call: Call) -> Called:
     signature = _signature(own, call)
     try:
-        made = njit(signature, cache=KEPT, **APART)(function)
+        made = njit(signature, cache=KEPT, **OWN)(function)
     except (RuntimeError, ImportError) as reason:
         # written on the spot, so there is no file beside which it could be kept; or kept when its file had another module's name
         if isinstance(reason, RuntimeError) and "cannot cache" not in str(reason):
             raise
-        made = njit(signature, **APART)(function)
+        made = njit(signature, **OWN)(function)
     found = made.overloads[signature.args]
+    if not found.library.get_pointer_to_function(found.fndesc.llvm_cpython_wrapper_name):
+        made = njit(signature, **OWN)(function)  # kept by a version that compiled it for kernels only
+        found = made.overloads[signature.args]
     return Called(found.library.get_pointer_to_function(found.fndesc.llvm_func_name), made)
 
 
