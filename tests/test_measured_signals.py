@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import autobalancer as ab
 from autobalancer.errors import AutobalancerError, QuestionError, RangeWarning, ResultError
+from autobalancer.measure import Channel
 
 TIME = np.arange(400) / 1000.0
 WAVE = 1e-4 * np.sin(2.0 * np.pi * 10.0 * TIME)
@@ -189,6 +191,29 @@ def test_time_records_of_universal_files_are_read_in_ascii_and_binary(tmp_path: 
     (tmp_path / "r.uff").write_bytes(universal(kind, values).replace(b"       400 ", b"       402 ", 1))
     with pytest.raises(ResultError, match="400 numbers where 402" if kind == "58" else "ends before its 402 values"):
         ab.measure.load_signals(tmp_path / "r.uff")
+
+
+def test_signals_that_are_written_as_a_universal_file_come_back_as_they_were(tmp_path: Path) -> None:
+    channels = {
+        "x": Channel(1e-4 * np.sin(40.0 * TIME), "displacement", "A", "x"),
+        "along": Channel(np.cos(40.0 * TIME), "acceleration", "bearing 12", 30.0),
+        "mark": Channel(np.sign(np.sin(20.0 * TIME)), "tacho"),
+    }
+    given = ab.measure.signals(TIME + 0.25, channels)
+    ab.save_run(given, tmp_path / "r.uff")
+    found = ab.measure.load_signals(tmp_path / "r.uff")
+    np.testing.assert_allclose(found["time"], given["time"], atol=1e-9)
+    for name in channels:
+        np.testing.assert_allclose(found[name], given[name], rtol=1e-11)
+        assert {k: str(found[name].attrs[k]) for k in ("quantity", "place", "units")} == {
+            k: str(given[name].attrs[k]) for k in ("quantity", "place", "units")
+        }
+    assert float(found["along"].attrs["direction"]) == 30.0
+    with pytest.raises(ResultError, match="universal files hold signals"):
+        ab.save_run(xr.Dataset(), tmp_path / "other.uff")
+    long = ab.measure.signals(TIME, {"x": Channel(TIME, "displacement", "the upper bearing", "x")})
+    with pytest.raises(ResultError, match="has more than 10 letters"):
+        ab.save_run(long, tmp_path / "other.uff")
 
 
 def test_arrays_of_numpy_and_matlab_are_read(tmp_path: Path) -> None:

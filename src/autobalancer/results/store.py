@@ -26,6 +26,7 @@ NUMBERS = {
     "envelope_high",
     "turn_time",
 }
+UNIVERSAL = (".uff", ".unv")  # of signals
 KIND, LISTED = "answer", "lists"  # attributes of a file: which class it was, and which attributes were lists
 # files of earlier versions do not say which of their attributes were lists
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
@@ -37,7 +38,7 @@ def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path
     """Write a result; the suffix says how. An existing file is replaced only when the new one is complete.
 
     ``.nc`` is netCDF with all there is, and the only form that :func:`load_run` reads. ``.csv`` has the main table in SI,
-    with units in its first line, ``.json`` everything.
+    with units in its first line, ``.json`` everything. Signals may be a universal file, ``.uff`` (dataset 58), too.
 
     Parameters
     ----------
@@ -66,6 +67,10 @@ def _write(run: xr.Dataset, path: Path) -> Path:
     if kind == ".nc":
         whole = _with_kind(run)
         return write_safely(path, lambda file: whole.to_netcdf(file, engine="netcdf4"))
+    if kind in UNIVERSAL:
+        from autobalancer.results.signals.universal_file import universal_text
+
+        return write_text_safely(path, universal_text(run))
     if kind not in WRITERS:
         ready_to_write(path)  # a device or a folder is named as such
         raise ResultError(f"{path}: results are written as .nc, .csv or .json; end the name with one of these")

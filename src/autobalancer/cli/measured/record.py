@@ -37,12 +37,12 @@ def record(
     Example: autobalancer measure record stall.nc --sensor "displacement::x:40 dB" \\
       --rate "2 kHz" --out logger.csv
     """
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.output import SIGNALS, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
 
     one_form(as_json, as_csv)
-    files = Files(out)
+    files = Files(out, allowed=SIGNALS)
     sensors = [_sensor(text) for text in sensor]
     tacho = [ab.measure.Tacho(pulses=pulses)] if pulses else []
     found = ab.measure.record(

@@ -21,11 +21,11 @@ def signals(
 
     Example: autobalancer measure signals run_up_signals.csv --out run_up.nc
     """
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.output import SIGNALS, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
 
     one_form(as_json, as_csv)
-    files = Files(out)
+    files = Files(out, allowed=SIGNALS)
     found = given_signals(file, channels, rate, resample, start, end)
     files.save(found)
     if as_json:

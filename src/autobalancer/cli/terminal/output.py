@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from autobalancer.machine import Machine
 
 RESULT = (".nc", ".csv", ".json")
+SIGNALS = (*RESULT, ".uff")
 PICTURE = (".png", ".svg", ".pdf")
 MACHINE = (".toml",)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import ResultError, UnitError
 from autobalancer.measurement.signals.raw import RawColumn, RawFile
 from autobalancer.measurement.signals.unit_words import factor_to
+from autobalancer.results.signals.universal_file import OWN
 
 Floats = NDArray[np.float64]
 TIME_RECORD, TIME = 1, 17  # function type; kind of abscissa
@@ -128,6 +129,11 @@ def _record(head: list[str], body: bytes, length: float) -> _Record | None:
             raise ValueError(f"unit label: {reason}") from None
     sign = -1.0 if direction < 0 else 1.0
     axis = AXES.get(abs(direction), "")
+    own = words[4].split()
+    if own[:1] == [OWN] and len(own) > 1:
+        way = "".join(own[2:3])
+        known: str | float = way if way in ("", *AXES.values()) else float(way)
+        return _Record(words[0].strip(), start, step, RawColumn(values, label, own[1], node, known))
     name = "_".join(part for part in (quantity or "signal", node, axis) if part)
     return _Record(name, start, step, RawColumn(sign * values, label, quantity, node, axis))
 
