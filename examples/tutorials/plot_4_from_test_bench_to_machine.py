@@ -143,7 +143,7 @@ ab.plot.overlay(beside)
 
 # %%
 # The table compares what one would read off both. What differs is mostly the run-out, which the signals have and the run
-# has not.
+# has not. No uncertainties are given, because the file does not say how noisy its sensors are.
 
 beside
 
