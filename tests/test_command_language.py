@@ -431,3 +431,12 @@ def test_a_help_breaks_its_lines_at_the_edge_of_the_screen_only(path: tuple[str,
 
 def test_no_description_of_a_sample_is_cut() -> None:
     assert "..." not in say("example")
+
+
+def test_a_unit_in_brackets_is_shown_in_the_help() -> None:
+    from rich.text import Text
+
+    for words_, command in COMMANDS.items():
+        for param in command.params:
+            text = getattr(param, "help", None) or ""
+            assert Text.from_markup(text).plain == text.replace("\\[", "["), words_

@@ -153,6 +153,17 @@ def test_damping_at_forty_decibels_is_within_one_percent_and_its_deviation_is_th
     assert len(ab.plot.damping(found).axes) == 2
 
 
+def test_a_vibration_that_is_driven_is_not_taken_for_a_decay_in_silence() -> None:
+    time, random = np.arange(4000) / RATE, np.random.default_rng(5)
+    noise = 0.01 * random.standard_normal(time.size)
+    decay = np.exp(-2.0 * time) * np.cos(60.0 * time)
+    kinds = {"": decay, "in waves": decay + 0.3 * np.cos(90.0 * time), "is driven": np.cos(60.0 * time)}
+    for said, values in kinds.items():
+        warned = ab.measure.damping(measured("acceleration", x=values + noise)).attrs["warnings"]
+        assert said in warned
+        assert bool(warned) == bool(said)
+
+
 def test_half_of_the_power_gives_the_damping_of_a_slow_run_up_and_warns_of_a_fast_one() -> None:
     ratio, natural = 0.03, 60.0
     w = np.linspace(45.0, 75.0, 600)

@@ -55,6 +55,21 @@ def test_measures_have_no_uncertainty_where_the_noise_of_a_sensor_is_not_known(
     assert peak.split()[-2] == "-"
 
 
+def test_orders_of_a_run_stand_over_its_own_speed_where_the_measurement_began_at_another_time(
+    run: xr.Dataset, signals: xr.Dataset
+) -> None:
+    later = signals.assign_coords(time=signals["time"] + 0.05 * float(signals["time"][-1]))
+    peaks = []
+    for measured in (signals, later):
+        found = ab.compare(run, measured).isel(channel=0)
+        sizes = {of: found[f"order_amplitude{of}"].values for of in ("", "_simulated")}
+        peaks.append([float(found[f"order_speed{of}"][np.argmax(size)]) for of, size in sizes.items()])
+    np.testing.assert_allclose(peaks[1], peaks[0], rtol=0.015)  # the flat peak of a quick run-up, at other instants
+    wrong = float(found["order_speed"][np.argmax(sizes["_simulated"])])
+    assert abs(wrong / peaks[0][1] - 1.0) > 0.03  # over the measured speed it would stand elsewhere
+    assert any("the measured speed differs" in note for note in found.attrs["notes"])
+
+
 def test_more_damping_is_seen_in_the_measured_peak(run: xr.Dataset) -> None:
     damped = ab.simulate(ab.with_parameter(ab.parse_machine(RIG), "rotor.damping", 360.0), save=ab.Samples(1201))
     sensors = [Sensor("displacement", direction=way, noise="40 dB") for way in (20.0, 110.0)]

@@ -107,8 +107,8 @@ def run_down(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Table: speed [rpm], place, direction, amplitude [um], phase [deg], perhaps amplitude deviation [um]; or orders "
-            "of this package (.nc)."
+            help="Table: speed \\[rpm], place, direction, amplitude \\[um], phase \\[deg], perhaps amplitude deviation \\[um]; "
+            "or orders of this package (.nc)."
         ),
     ],
     plane: Annotated[

@@ -21,6 +21,7 @@ from autobalancer.cli.measured.given import (
     with_angle,
 )
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, SpeedUnit, Unit
+from autobalancer.cli.terminal.words import note
 
 
 def damping(
@@ -64,6 +65,8 @@ def damping(
         print_csv(columns)
     else:
         print_sheet(columns, str(found.attrs["title"]))
+        for text in filter(None, str(found.attrs["warnings"]).split("\n")):
+            note(text)
         files.say()
 
 

@@ -15,7 +15,7 @@ from autobalancer.cli.terminal.words import note
 
 
 def race_shape(
-    file: Annotated[Path, typer.Argument(help="Table: angle [deg], and radius [mm] or deviation [um].")],
+    file: Annotated[Path, typer.Argument(help="Table: angle \\[deg], and radius \\[mm] or deviation \\[um].")],
     waves: Annotated[int, typer.Option(help="Undulations per revolution up to which the profile is kept.")] = 15,
     center: Annotated[
         str,
@@ -49,7 +49,7 @@ def race_shape(
 def rest_friction(
     machine: MachineFile,
     file: Annotated[
-        Path, typer.Argument(help="Table: angle [deg] of each rest, from the place opposite the unbalance.")
+        Path, typer.Argument(help="Table: angle \\[deg] of each rest, from the place opposite the unbalance.")
     ],
     speed: Annotated[str, typer.Option(help='At which the ball rested, such as "1200 rpm".')],
     plot: Plot = None,
@@ -92,7 +92,9 @@ def rest_friction(
 
 def drag_from_lag(
     machine: MachineFile,
-    file: Annotated[Path, typer.Argument(help="Table: time [s], rotor speed [rpm], ball speed [rpm], both in space.")],
+    file: Annotated[
+        Path, typer.Argument(help="Table: time \\[s], rotor speed \\[rpm], ball speed \\[rpm], both in space.")
+    ],
     rolling: Annotated[bool, typer.Option("--rolling/--no-rolling", help="With rolling resistance.")] = True,
     as_json: Json = False,
 ) -> None:

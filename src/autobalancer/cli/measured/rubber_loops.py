@@ -15,7 +15,7 @@ from autobalancer.cli.terminal.words import note
 def rubber_signals(
     records: Annotated[
         list[Path],
-        typer.Argument(help="Signals with a deflection and a force, such as time [s], deflection [mm], force [N]."),
+        typer.Argument(help="Signals with a deflection and a force, such as time \\[s], deflection \\[mm], force [N]."),
     ],
     frequency: Annotated[str | None, typer.Option(help="Of the motion; by default that of the deflection.")] = None,
     law: Annotated[str, typer.Option(help="Of the friction elements: elastoplastic or endochronic.")] = "elastoplastic",

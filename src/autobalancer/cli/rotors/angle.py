@@ -28,7 +28,8 @@ def angle(
     simulate: Annotated[bool, typer.Option("--simulate", help="Simulate a slow run-up as well.")] = False,
     duration: Annotated[str, typer.Option(help="Of the run-up.")] = "300 s",
     measured: Annotated[
-        Path | None, typer.Option(help="Evaluate this table: fluid, density [kg/m^3], ..., speed [rpm], angle [deg].")
+        Path | None,
+        typer.Option(help="Evaluate this table: fluid, density \\[kg/m^3], ..., speed \\[rpm], angle \\[deg]."),
     ] = None,
     rolling: Annotated[
         float | None, typer.Option(help="With --measured: rolling resistance; by default fitted to overlapping series.")

@@ -18,7 +18,7 @@ def rubber(
     tables: Annotated[
         list[Path],
         typer.Argument(
-            help="Loops: frequency [Hz], amplitude [mm], stiffness [kN/m], damping [N s/m]. Resonances: mass [kg] and "
+            help="Loops: frequency [Hz], amplitude \\[mm], stiffness \\[kN/m], damping [N s/m]. Resonances: mass \\[kg] and "
             "decay rate [1/s] in place of the last two. Perhaps motion, line or circle."
         ),
     ],

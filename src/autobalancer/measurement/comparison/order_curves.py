@@ -83,14 +83,15 @@ def order_curves(run: xr.Dataset, measured: xr.Dataset, seed: int) -> tuple[xr.D
     if not inside.all():
         notes.append(f"{(~inside).sum()} of {inside.size} points are not within the run, or too near to its ends")
     known, times, simulated = known.at(np.flatnonzero(inside)), times[inside], simulated[inside]
+    passed = np.interp(times, tracks.time, tracks.speed)
     units = [UNITS[quantity] for quantity in known.quantities]
     sizes = [(float(np.abs(one).max(axis=0)[c])) for c in range(len(names)) for one in (known.readings, simulated)]
     doubts = [size_doubt(n, u, a, b) for n, u, a, b in zip(names, units, sizes[::2], sizes[1::2], strict=True)]
-    rows = [row for c in range(len(names)) for row in _peaks(known, simulated, c, names[c], units[c], seed)]
-    data = _arrays(known, names, units, times, simulated).merge(measure_table(rows))
+    rows = [row for c in range(len(names)) for row in _peaks(known, simulated, passed, c, names[c], units[c], seed)]
+    data = _arrays(known, names, units, times, simulated, passed).merge(measure_table(rows))
     if measured.sizes.get("order", 1) > 1:
         notes.append("of several orders the first was compared")
-    off = float(np.abs(np.interp(times, tracks.time, tracks.speed) / known.speeds - 1.0).max())
+    off = float(np.abs(passed / known.speeds - 1.0).max())
     if off > DIFFERENT:
         notes.append(
             f"the measured speed differs from that of the run by up to {100 * off:.3g} %; give the run its profile"
@@ -173,8 +174,10 @@ def _tracked(tracks: Tracks, times: Floats, how: How) -> NDArray[np.complex128]:
     return found
 
 
-def _peaks(known: Orders, simulated: NDArray[np.complex128], c: int, name: str, unit: str, seed: int) -> list[Row]:
-    """Greatest amplitude and its speed, of the run with the noise of the readings."""
+def _peaks(
+    known: Orders, simulated: NDArray[np.complex128], passed: Floats, c: int, name: str, unit: str, seed: int
+) -> list[Row]:
+    """Greatest amplitude and its speed, of the run (which has the speeds ``passed``) with the noise of the readings."""
     random = generator(seed, c)
     parts = [np.nan_to_num(one[:, c]) for one in (known.deviations, known.across)]
     shape = (DRAWS, known.speeds.size)
@@ -185,14 +188,19 @@ def _peaks(known: Orders, simulated: NDArray[np.complex128], c: int, name: str, 
     measured = int(np.abs(known.readings[:, c]).argmax())
     for what, sign, seen, values in (
         ("peak_amplitude", unit, abs(known.readings[measured, c]), drawn[np.arange(DRAWS), at]),
-        ("peak_amplitude_speed", "rad/s", known.speeds[measured], known.speeds[at]),
+        ("peak_amplitude_speed", "rad/s", known.speeds[measured], passed[at]),
     ):
         rows.append(Row(what, sign, name, float(seen), float(values.mean()), float(values.std(ddof=1))))
     return rows
 
 
 def _arrays(
-    known: Orders, names: list[str], units: list[str], times: Floats, simulated: NDArray[np.complex128]
+    known: Orders,
+    names: list[str],
+    units: list[str],
+    times: Floats,
+    simulated: NDArray[np.complex128],
+    passed: Floats,
 ) -> xr.Dataset:
     both = ("channel", "order_time")
     away = simulated - known.readings
@@ -205,6 +213,7 @@ def _arrays(
         "order_amplitude_simulated": (both, np.abs(simulated).T),
         "order_phase_simulated": (both, np.angle(simulated).T),
         "order_speed": ("order_time", known.speeds, {"units": "rad/s"}),
+        "order_speed_simulated": ("order_time", passed, {"units": "rad/s"}),
         "units": ("channel", np.array(units, dtype=object)),
         "rms_measured": ("channel", np.sqrt((size**2).mean(axis=0))),
         "rms_away": ("channel", np.sqrt((np.abs(away) ** 2).mean(axis=0))),

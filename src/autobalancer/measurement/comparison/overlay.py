@@ -141,6 +141,7 @@ def _orders(
             "order_amplitude_simulated": (both, np.abs(like)),
             "order_phase_simulated": (both, np.angle(like)),
             "order_speed": ("order_time", seen["speed"].values, {"units": "rad/s"}),
+            "order_speed_simulated": ("order_time", speed, {"units": "rad/s"}),
         },
         {"order_time": at},
     ), notes

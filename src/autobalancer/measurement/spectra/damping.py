@@ -18,6 +18,8 @@ from autobalancer.results.signals.signals import Signals
 from autobalancer.units import optional_argument
 
 Floats = NDArray[np.float64]
+WAVES = 0.1  # standard deviation of what a fit leaves over that of the signal, from which on waves in it are doubtful
+SURE = 3.0  # standard deviations
 SLOW = 0.1  # growth of the speed over the square of the decay rate, above which a run-up widens the resonance
 
 
@@ -66,13 +68,33 @@ def damping(
         first = float(time[np.argmax(np.abs(values - np.median(values)))])
     kept = (time >= first) & (time <= (time[-1] if last is None else last))
     found = decay_rate(time[kept], values[kept], modes, robust=robust)
+    doubts = _doubts(found)
     unit = {"units": str(signals[names[0]].attrs.get("units", ""))}
     for name in ("signal", "fitted", "amplitude", "amplitude_uncertainty"):
         found[name].attrs |= unit
     origin = signals.attrs.get("origin", "")
     return Labeled.of(
-        found.assign_attrs(title=f"decay of {names[0]}" + f" of {origin}" * bool(origin), channel=names[0])
+        found.assign_attrs(
+            title=f"decay of {names[0]}" + f" of {origin}" * bool(origin), channel=names[0], warnings="\n".join(doubts)
+        )
     )
+
+
+def _doubts(found: xr.Dataset) -> list[str]:
+    """Why a piece is probably no free decay: waves that the fit leaves, or a vibration that does not decay."""
+    signal = found["signal"].values
+    rest, size = signal - found["fitted"].values, float(np.std(signal))
+    left, alike = float(np.std(rest)) / size, float(np.corrcoef(rest[1:], rest[:-1])[0, 1])
+    doubts = []
+    if left > WAVES and alike > 0.5:
+        doubts.append(
+            f"the fit leaves {100.0 * left:.3g} % of the signal, in waves and not as noise: the numbers are wrong if something "
+            "still drives the vibration, or if there are more modes"
+        )
+    undamped = found["damping_ratio"].values < SURE * found["damping_ratio_uncertainty"].values
+    if undamped.any():
+        doubts.append("no damping is seen beyond its uncertainty: this is a vibration that is driven, not a decay")
+    return doubts
 
 
 def half_power(orders: xr.Dataset, channel: str = "", *, order: float = 1.0) -> xr.Dataset:

@@ -85,25 +85,34 @@ def _channel(axes: Axes, one: Any, last: bool) -> None:
 
 
 def _orders(above: Axes, below: Axes, it: Any, speed: AxisUnit) -> None:
-    order = np.argsort(it["order_speed"].values)
+    order, later = (np.argsort(it[key].values) for key in ("order_speed", "order_speed_simulated"))
     x = it["order_speed"].values[order] * speed.factor
-    greatest = float(np.nanmax(it["order_amplitude"].values))
-    units = {str(unit) for unit in it["units"].values}
-    unit = length_axis(None, greatest) if units == {"m"} else AxisUnit("/".join(sorted(units)), 1.0)
+    of_run = it["order_speed_simulated"].values[later] * speed.factor
+    units = sorted({str(unit) for unit in it["units"].values})
     for row, name in enumerate(it["channel"].values):
-        color, one = BALLS[row % len(BALLS)], it.isel(channel=row, order_time=order)
+        color, one, run = BALLS[row % len(BALLS)], it.isel(channel=row), it.isel(channel=row, order_time=later)
+        greatest, said = float(np.nanmax(one["order_amplitude"].values)), ""
+        unit = _amplitude_unit(units, float(np.nanmax(it["order_amplitude"].values)))
+        if len(units) > 1:  # each over its own greatest, which the legend says
+            unit, said = AxisUnit("", 1.0 / greatest), f", greatest {greatest:.3g} {one['units'].item()}"
+        one = one.isel(order_time=order)
         size, sure = (one[key].values * unit.factor for key in ("order_amplitude", "order_amplitude_deviation"))
         above.fill_between(x, size - SURE * sure, size + SURE * sure, color=color, alpha=0.3, lw=0)
-        above.plot(x, size, ".", ms=3.0, color=color, label=f"{name}, measured")
-        above.plot(x, one["order_amplitude_simulated"].values * unit.factor, color=color, lw=1.0, label="_")
+        above.plot(x, size, ".", ms=3.0, color=color, label=f"{name}, measured{said}")
+        above.plot(of_run, run["order_amplitude_simulated"].values * unit.factor, color=color, lw=1.0, label="_")
         below.plot(x, np.degrees(one["order_phase"].values), ".", ms=3.0, color=color)
-        phase = np.degrees(one["order_phase_simulated"].values)
+        phase = np.degrees(run["order_phase_simulated"].values)
         jumps = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1
-        below.plot(np.insert(x, jumps, np.nan), np.insert(phase, jumps, np.nan), color=color, lw=1.0)
-    above.set(ylabel=f"order 1, amplitude ({unit.sign})", ylim=(0.0, None))
+        below.plot(np.insert(of_run, jumps, np.nan), np.insert(phase, jumps, np.nan), color=color, lw=1.0)
+    sign = "each over its greatest measured" if len(units) > 1 else unit.sign
+    above.set(ylabel=f"order 1, amplitude\n({sign})", ylim=(0.0, None))
     above.tick_params(labelbottom=False)
     below.set(ylabel="lead over the mark (°)", xlabel=f"rotor speed ({speed.sign})", yticks=[-180, -90, 0, 90, 180])
     legend(above)
+
+
+def _amplitude_unit(units: list[str], greatest: float) -> AxisUnit:
+    return length_axis(None, greatest) if units == ["m"] else AxisUnit(units[0], 1.0)
 
 
 def _balls(axes: Axes, it: Any) -> None:

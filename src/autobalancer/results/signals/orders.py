@@ -51,6 +51,7 @@ class Orders(Answer):
             Column("order", [float(self["order"].values[o]) for _, o in pairs], form="g"),
             Column("peak", scaled("amplitude"), form=".5g"),
             Column("+-", scaled("amplitude_deviation"), form=".2g"),
+            *([Column("bias", scaled("bias"), form=".2g")] if "bias" in self else []),
             Column("unit", [u.sign for u in units]),
             Column("at", [float(self["speed"].values[k]) * shown.factor for k in peaks], shown.sign, ".5g"),
             Column("phase there", np.rad2deg(picked("phase")), "deg", ".1f"),
