@@ -34,6 +34,16 @@ def test_a_table_is_read_whatever_its_separators(tmp_path: Path, mark: str, deci
     assert found.attrs["sampling_rate"] == pytest.approx(1000.0)
 
 
+def test_lines_of_a_logger_above_the_names_are_left_out(tmp_path: Path) -> None:
+    file = table(tmp_path / "s.csv", "Zeit [ms];Lager süd x [mm]", 1e3 * TIME, 1e3 * WAVE, mark=";", decimal=",")
+    above = "Messung;Prüfstand 3;12.11.2026\nAbtastrate:, 1000 Hz\n\n"
+    file.write_bytes((above + file.read_text(encoding="utf-8")).encode("cp1252"))
+    assert ab.measure.load_signals(file)["Lager_süd_x"].values == pytest.approx(WAVE, abs=1e-12)
+    file.write_text("x [m];y [m]\n1;1\na;b\n3;3\n", encoding="utf-8")
+    with pytest.raises(ResultError, match="line 3: 'a' is not a number"):
+        ab.measure.load_signals(file, rate=1000.0)
+
+
 def test_channels_are_described_beside_the_file_or_by_a_dict(tmp_path: Path) -> None:
     file = table(tmp_path / "s.csv", "ai0,ai1", 8.0e3 * WAVE, 0.0102 * WAVE)
     (tmp_path / "s.channels.toml").write_text(

@@ -11,7 +11,7 @@ MACHINE = 10_000_000  # bytes of a machine file
 TABLE = 100_000_000  # bytes of a table
 
 
-def read_text(path: Path, largest: int, error: type[AutobalancerError], place: str = "") -> str:
+def read_text(path: Path, largest: int, error: type[AutobalancerError], place: str = "", otherwise: str = "") -> str:
     """The text of a file in UTF-8, with or without a mark at its beginning.
 
     Parameters
@@ -24,6 +24,8 @@ def read_text(path: Path, largest: int, error: type[AutobalancerError], place: s
         The kind of error to raise.
     place
         What messages begin with; by default the path.
+    otherwise
+        Encoding of a file that is not UTF-8; by default such a file is refused.
 
     Raises
     ------
@@ -36,7 +38,7 @@ def read_text(path: Path, largest: int, error: type[AutobalancerError], place: s
     try:
         with path.open("rb") as file:
             content = file.read(largest + 1)
-        text = content.decode("utf-8-sig").replace("\r\n", "\n") if len(content) <= largest else ""
+        text = _decoded(content, otherwise).replace("\r\n", "\n") if len(content) <= largest else ""
     except FileNotFoundError:
         raise error(f"{place}: no such file{sample_hint(path)}") from None
     except (OSError, ValueError) as reason:  # ValueError: no text, or no name of a file
@@ -44,3 +46,12 @@ def read_text(path: Path, largest: int, error: type[AutobalancerError], place: s
     if len(content) > largest:
         raise error(f"{place}: is larger than {largest // 1_000_000} MB; files of this kind are smaller")
     return text
+
+
+def _decoded(content: bytes, otherwise: str) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if not otherwise:
+            raise
+        return content.decode(otherwise)

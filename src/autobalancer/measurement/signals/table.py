@@ -16,6 +16,7 @@ from autobalancer.measurement.signals.unit_words import factor_to
 
 Floats = NDArray[np.float64]
 EXAMPLE = "time [s], x [um], y [um], tacho [V]"
+LINES = 50  # among which the names of the columns are sought
 _HEAD = re.compile(r"^\s*\"?\s*(.*?)\s*(?:[\[(](.*)[\])])?\s*\"?\s*$")
 _TIMES = ("time", "t", "zeit")
 
@@ -23,15 +24,17 @@ _TIMES = ("time", "t", "zeit")
 def read_signal_table(path: Path) -> RawFile:
     """The columns of a table; comment lines start with #, columns are parted by semicolon, tab or comma.
 
-    With semicolons or tabs a comma is a decimal mark. An empty cell is a missing sample.
+    With semicolons or tabs a comma is a decimal mark. An empty cell is a missing sample. Lines above the names are left out if
+    they have another number of cells. A file that is not UTF-8 is read as Windows-1252.
 
     Raises
     ------
     ResultError
         If there is no line of names, a cell is no number, or a line has too few or too many cells.
     """
-    lines = read_text(path, TABLE, ResultError, path.name).splitlines()
+    lines = read_text(path, TABLE, ResultError, path.name, "cp1252").splitlines()
     body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    body = body[_head(body) :]
     if len(body) < 2:
         raise ResultError(f"{path.name}: no table; the first line must name the columns, such as: {EXAMPLE}")
     separator = next((mark for mark in (";", "\t", ",") if mark in body[0][1]), ",")
@@ -54,6 +57,17 @@ def read_signal_table(path: Path) -> RawFile:
     del columns[name]
     digits = max((_digits(line.split(separator)[at]) for _, line in body[1:20]), default=0)
     return RawFile(path.name, factor * numbers[:, at], None, columns, quantum=factor * 10.0**-digits)
+
+
+def _head(body: list[tuple[int, str]]) -> int:
+    """Which line names the columns: the first, or below lines of a logger the one above the first line of numbers."""
+    for k in range(1, min(LINES, len(body) - 1)):
+        for mark in (";", "\t", ","):
+            first, names, numbers = ([cell.strip() for cell in body[i][1].split(mark)] for i in (0, k, k + 1))
+            named = len(names) > 1 and all(names) and not any(map(_is_number, names))
+            if named and len(names) == len(numbers) != len(first) and all(map(_is_number, numbers)):
+                return k
+    return 0
 
 
 def head_of(cell: str) -> tuple[str, str]:
