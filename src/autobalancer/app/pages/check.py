@@ -47,9 +47,13 @@ class Check:
             self.latest.number += 1  # what is under way is outdated
             self.pencil.number += 1
             self.busy.set_visibility(False)
+            self.facts.classes(remove="old")
+            self.drawing.classes(add="old")
             self.facts.set_content(f'<div class="wrong">{escape(self.bench.reading.message)}</div>')
             return
         self.busy.set_visibility(True)
+        for shown in (self.drawing, self.facts):
+            shown.classes(add="old")  # until the new one is there
         self.pencil.start(partial(_said, _drawing, machine), partial(self._later, self.drawing))
         self.latest.start(partial(_said, _facts, machine), partial(self._later, self.facts))
 
@@ -63,6 +67,7 @@ class Check:
             return
         with target:
             target.set_content(content)
+            target.classes(remove="old")
             if target is self.facts:
                 self.busy.set_visibility(False)
 

@@ -13,6 +13,7 @@ from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.describe import describe
 from autobalancer.app.pages.files import serve_files, user_of
 from autobalancer.app.pages.run import RunPage
+from autobalancer.app.pages.stability import StabilityPage
 from autobalancer.app.store.jobs import Jobs, keep_warnings
 from autobalancer.app.store.names import user_folder
 
@@ -46,6 +47,7 @@ def _page(bench: Bench) -> None:
         with ui.tabs().props("dense no-caps inline-label") as tabs:
             ui.tab("describe", "Describe", icon="tune")
             ui.tab("run", "Run", icon="play_circle_outline")
+            ui.tab("stability", "Stability", icon="grid_on")
             ui.tab("archive", "Archive", icon="inventory_2")
         ui.space()
         name = ui.label().classes("quiet ellipsis")
@@ -72,6 +74,9 @@ def _page(bench: Bench) -> None:
             describe(bench, dark)
         with ui.tab_panel("run"):
             run = RunPage(bench, dark)
+
+        with ui.tab_panel("stability"):
+            StabilityPage(bench)
 
         def see(name: str) -> None:
             tabs.set_value("run")

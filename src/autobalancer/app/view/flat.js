@@ -70,10 +70,10 @@ export function createPolar(canvas, run, colors) {
     c.fillStyle = look.soft;
     c.textAlign = "left";
     c.fillText("0°", mx + scale * reach + 6, my + 4);
-    c.fillText("180°", mx - scale * reach - 30, my + 4);
+    c.fillText("180°", Math.max(mx - scale * reach - 30, 1), my + 4);
     c.fillStyle = look.ink;
     c.font = "600 11.5px system-ui, sans-serif";
-    c.fillText("races, seen from the rotor", 4, 13);
+    c.fillText("races, in the rotor", 4, 13);
     c.font = "11px system-ui, sans-serif";
     c.fillStyle = "#D55E00";
     c.fillText("unbalance", 4, high - 6);
@@ -118,7 +118,7 @@ export function createOrbit(canvas, run, colors) {
     c.arc(mx + scale * now[0], my - scale * now[1], 4, 0, 2 * Math.PI);
     c.fill();
     c.font = "600 11.5px system-ui, sans-serif";
-    c.fillText("orbit, seen from the rotor", 4, 13);
+    c.fillText("orbit, in the rotor", 4, 13);
     c.font = "11px system-ui, sans-serif";
     c.fillStyle = look.soft;
     c.fillText(`circle: ${+(most * factor).toPrecision(3)} ${name}`, 4, high - 6);
