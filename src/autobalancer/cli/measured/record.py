@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 import autobalancer as ab
+from autobalancer.cli.measured.told import tell_signals
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Seed
 from autobalancer.cli.terminal.words import note
 
@@ -37,9 +38,8 @@ def record(
     Example: autobalancer measure record stall.nc --sensor "displacement::x:40 dB" \\
       --rate "2 kHz" --out logger.csv
     """
-    from autobalancer.cli.terminal.output import SIGNALS, Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.output import SIGNALS, Files, one_form
     from autobalancer.cli.terminal.quantities import optional
-    from autobalancer.cli.terminal.sheet import print_facts, print_sheet
 
     one_form(as_json, as_csv)
     files = Files(out, allowed=SIGNALS)
@@ -54,18 +54,11 @@ def record(
         seed=seed,
     )
     files.save(found)
-    if as_json:
-        about = {"sampling_rate": found.attrs["sampling_rate"], "samples": found.sizes["time"]}
-        print_json(about | {"channels": {str(name): entry.attrs for name, entry in found.data_vars.items()}})
-        return
-    if as_csv:
-        print_csv(found.columns())
-        return
-    print_facts(found.facts(), found.heading())
-    print_sheet(found.columns())
-    for text in found.remarks():
-        note(text)
-    files.say()
+    tell_signals(found, as_json, as_csv)
+    if not (as_json or as_csv):
+        for text in found.remarks():
+            note(text)
+        files.say()
 
 
 def _sensor(text: str) -> ab.measure.Sensor:

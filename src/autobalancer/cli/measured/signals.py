@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from autobalancer.cli.measured.given import Channels, End, Rate, Resample, SignalFile, Start, given_signals
+from autobalancer.cli.measured.told import tell_signals
 from autobalancer.cli.terminal.options import Csv, Json, Outs
 
 
@@ -21,19 +22,12 @@ def signals(
 
     Example: autobalancer measure signals run_up_signals.csv --out run_up.nc
     """
-    from autobalancer.cli.terminal.output import SIGNALS, Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.sheet import print_facts, print_sheet
+    from autobalancer.cli.terminal.output import SIGNALS, Files, one_form
 
     one_form(as_json, as_csv)
     files = Files(out, allowed=SIGNALS)
     found = given_signals(file, channels, rate, resample, start, end)
     files.save(found)
-    if as_json:
-        about = {"sampling_rate": found.attrs["sampling_rate"], "samples": found.sizes["time"]}
-        print_json(about | {"channels": {str(name): entry.attrs for name, entry in found.data_vars.items()}})
-    elif as_csv:
-        print_csv(found.columns())
-    else:
-        print_facts(found.facts(), found.heading())
-        print_sheet(found.columns())
+    tell_signals(found, as_json, as_csv)
+    if not (as_json or as_csv):
         files.say()
