@@ -197,6 +197,8 @@ def test_an_orbit_is_the_ellipse_of_its_forward_and_backward_circle() -> None:
     assert ab.plot.measured_orbit(found).axes
     with pytest.raises(QuestionError, match="it must be from"):
         ab.measure.orbit(turning(measured(x=z.real, y=z.imag), angle), at=0.1)
+    with pytest.raises(QuestionError, match="no displacement; bring velocities or accelerations"):
+        ab.measure.orbit(turning(measured("velocity", x=z.real, y=z.imag), angle), at=5.0)
 
 
 def test_spectra_are_kept_in_files_and_questions_without_an_answer_refused(tmp_path: Path) -> None:

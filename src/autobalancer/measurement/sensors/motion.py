@@ -153,5 +153,5 @@ def _check_halves(times: Floats, values: Floats, whole: BSpline, order: int, ins
 def _too_few(times: Floats, count: int, why: str) -> str:
     return (
         f"record: the run kept {times.size} samples, too few: {why}; "
-        f"simulate it with save=Samples({count}) or more, for {np.ptp(times):g} s"
+        f"simulate it with save=Samples({count}) (--samples {count}) or more, for {np.ptp(times):g} s"
     )

@@ -106,6 +106,11 @@ def _pair(signals: xr.Dataset, x: str, y: str) -> tuple[str, str]:
         fits = [name for name in there if signals[name].attrs.get("direction") == direction]
         if given and given not in there:
             raise QuestionError(f"{direction}: no displacement {given!r}; there are {', '.join(there) or 'none'}")
+        if not there:
+            raise QuestionError(
+                "orbit: the signals have no displacement; bring velocities or accelerations to displacements with "
+                "ab.measure.converted(signals, 'displacement', corner='2 Hz')"
+            )
         if not given and len(fits) != 1:
             raise QuestionError(
                 f"{direction}: {len(fits)} displacements along {direction}; name one of {', '.join(there) or 'none'}"
