@@ -153,6 +153,11 @@ def test_damping_at_forty_decibels_is_within_one_percent_and_its_deviation_is_th
     assert len(ab.plot.damping(found).axes) == 2
 
 
+def test_a_spectrum_says_why_its_lines_have_no_order() -> None:
+    found = ab.measure.spectrum(measured(x=1e-5 * np.cos(300.0 * TIME)), resolution="1 Hz")
+    assert "not known or not steady" in dict(found.facts())["speed"]
+
+
 def test_a_vibration_that_is_driven_is_not_taken_for_a_decay_in_silence() -> None:
     time, random = np.arange(4000) / RATE, np.random.default_rng(5)
     noise = 0.01 * random.standard_normal(time.size)

@@ -30,6 +30,8 @@ class Spectrum(Answer):
         ]
         if np.isfinite(a.get("speed", np.nan)):
             rows.append(("speed", f"{a['speed'] * 30.0 / np.pi:.5g} rpm"))
+        else:
+            rows.append(("speed", "not known or not steady, so lines have no order"))
         return rows
 
     def columns(self, unit: str = "") -> list[Column]:
