@@ -1,4 +1,4 @@
-"""Stability: the map with a point that follows two sliders, natural frequencies, unbalance response, and the report."""
+"""Stability: the map over speed and viscosity, natural frequencies, unbalance response, and the report."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nicegui import core, ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.check import PENCIL
-from autobalancer.app.store.analyses import campbell_of, drag_axis, map_of, report_file, response_of, speed_range
+from autobalancer.app.store.analyses import campbell_of, map_of, report_file, response_of
 from autobalancer.app.store.drawn import ONE, svg_of
 from autobalancer.app.store.jobs import Job, Latest
 from autobalancer.errors import AutobalancerError
@@ -29,7 +29,6 @@ class StabilityPage:
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.latest = bench, Latest(PENCIL)
-        self.point: tuple[float, float] | None = None
         with ui.element("section").classes("card"), ui.row().classes("items-center gap-2 w-full"):
             for name, (title, _) in ASKED.items():
                 ui.button(title, on_click=partial(self.ask, name)).props(f'outline no-caps data-at="ask {name}"')
@@ -40,7 +39,6 @@ class StabilityPage:
                 button.props(f'outline no-caps data-at="report.{form}"').on_click(partial(self._report, form))
             self.word = ui.label().classes("quiet").props('role="status"')
         with ui.element("section").classes("card") as self.card:
-            self.sliders = ui.row().classes("items-center gap-3 w-full")
             self.picture = ui.html("", sanitize=False).classes("w-full tall-picture").props('data-at="analysis"')
         self.card.set_visibility(False)
         self.busy.set_visibility(False)
@@ -52,9 +50,6 @@ class StabilityPage:
             ui.notify("these pictures are for a possible machine with balls in races", type="warning")
             return
         self.card.set_visibility(True)
-        self.sliders.clear()
-        if name == "map":
-            self._sliders(machine)
         self._draw(ASKED[name][0], partial(ASKED[name][1], machine), machine)
 
     def _draw(self, title: str, make: Callable[[], Callable[[], Any]], machine: Machine) -> None:
@@ -77,32 +72,6 @@ class StabilityPage:
             with self.picture:
                 self.picture.set_content(content)
                 self.busy.set_visibility(False)
-
-    def _sliders(self, machine: Machine) -> None:
-        """Speed and viscosity of the point; viscosity in powers of ten of that of the machine."""
-        try:
-            (low, high), (name, value, unit) = speed_range(machine), drag_axis(machine)
-        except AutobalancerError:
-            return
-        with self.sliders:
-            ui.label("operating point").classes("quiet")
-            speed = ui.slider(min=low, max=high, value=0.5 * (low + high), step=(high - low) / 200.0)
-            speed.props('aria-label="speed" label data-at="slider speed"').style("max-width: 300px")
-            told = ui.label().classes("quiet").style("min-width: 220px")
-            oil = (
-                ui.slider(min=-1.0, max=1.0, value=0.0, step=0.02)
-                .props(f'aria-label="{name}"')
-                .style("max-width: 300px")
-            )
-
-        def moved() -> None:
-            point = float(speed.value), value * 10.0 ** float(oil.value)
-            told.set_text(f"{point[0]:.0f} rpm, {name} {point[1]:.3g} {unit}")
-            self._draw("Stability map", partial(map_of, machine, point), machine)
-
-        for slider in (speed, oil):
-            slider.on_value_change(lambda _event: moved())
-        told.set_text(f"{speed.value:.0f} rpm, {name} {value:.3g} {unit}")
 
     def _report(self, form: str) -> None:
         machine = self.bench.reading.machine

@@ -57,8 +57,8 @@ def drag_axis(machine: Machine) -> tuple[str, float, str]:
     raise QuestionError("the balls of this machine have no single viscosity or drag that could be varied")
 
 
-def map_of(machine: Machine, point: tuple[float, float] | None = None) -> Callable[[], Any]:
-    """The stability map over speed and viscosity, with a point at (rpm, viscosity in its unit)."""
+def map_of(machine: Machine) -> Callable[[], Any]:
+    """The stability map over speed and viscosity, or drag."""
     from autobalancer.stability.maps.stability_map import map as stability_map
 
     low, high = speed_range(machine)
@@ -67,8 +67,7 @@ def map_of(machine: Machine, point: tuple[float, float] | None = None) -> Callab
         "speed": f"{low:.5g}:{high:.5g} rpm:61",
         name: f"{0.1 * value:.5g}:{10.0 * value:.5g} {unit}:41:log",
     }
-    points = {} if point is None else {"chosen": (f"{point[0]:.6g} rpm", f"{point[1]:.6g} {unit}")}
-    found = stability_map(machine, axes, operating_points=points, borders=31, progress=_silent)
+    found = stability_map(machine, axes, borders=31, progress=_silent)
     return lambda: map_picture(found)
 
 
