@@ -11,6 +11,7 @@ from autobalancer import plot as plot
 from autobalancer import rotor as rotor
 from autobalancer import stability as stability
 from autobalancer import units as units
+from autobalancer.app.view.widget import widget as widget
 from autobalancer.assembly.quantities import with_parameter as with_parameter
 from autobalancer.either_kind import animate as animate
 from autobalancer.either_kind import check as check
@@ -108,6 +109,7 @@ __all__ = [
     "units",
     "verdict",
     "vibration",
+    "widget",
     "with_parameter",
     "worst_start",
 ]

@@ -29,6 +29,7 @@ NAMES: dict[str, dict[str, str]] = {
         "verdict": "either_kind",
         "measures": "either_kind",
         "animate": "either_kind",
+        "widget": "app.view.widget",
         "Event": "simulation.events",
         "Samples": "simulation.sampling",
         "SampleTimes": "simulation.sampling",
