@@ -186,3 +186,5 @@ def test_a_measurement_file_names_orders_signals_and_films(
     answer = CliRunner().invoke(app, ["compare", str(tmp_path / "run.nc"), str(tmp_path / "orders.nc")])
     assert answer.exit_code == 0, answer.output
     assert "peak_amplitude" in answer.output
+    answer = CliRunner().invoke(app, ["compare", str(tmp_path / "logger.csv"), str(tmp_path / "run.nc")])
+    assert "a run comes first" in answer.output

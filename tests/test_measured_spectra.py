@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.spectra.lines import found_lines
 
@@ -137,6 +139,23 @@ def test_acceleration_becomes_displacement_and_back_without_a_shift_of_the_phase
     assert back["x"].values[inner] == pytest.approx(-(w**2) * x[inner], abs=1e-3 * 2e-4 * w**2)
     with pytest.raises(QuestionError, match="corner: missing; to make a displacement of the acceleration 'x'"):
         ab.measure.converted(measured("acceleration", x=drift), "displacement")
+
+
+def test_the_command_writes_a_displacement_that_other_commands_read(tmp_path: Path) -> None:
+    acceleration, moved = tmp_path / "acceleration.nc", tmp_path / "moved.nc"
+    ab.save_run(measured("acceleration", x=-5.0 * np.cos(200.0 * TIME)), acceleration)
+    words = ["measure", "signals", str(acceleration), "--to", "displacement", "--out", str(moved)]
+    missing = CliRunner().invoke(app, words)
+    assert missing.exit_code == 2
+    assert "corner: missing" in missing.output
+    assert CliRunner().invoke(app, [*words, "--corner", "2 Hz"]).exit_code == 0
+    inner = slice(3000, -3000)
+    assert ab.measure.load_signals(moved)["x"].values[inner] == pytest.approx(
+        1.25e-4 * np.cos(200.0 * TIME[inner]), abs=1e-6
+    )
+    alone = CliRunner().invoke(app, ["measure", "signals", str(acceleration), "--corner", "2 Hz"])
+    assert alone.exit_code == 2
+    assert "--to" in alone.output
 
 
 def test_damping_at_forty_decibels_is_within_one_percent_and_its_deviation_is_that_of_repetitions() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -161,8 +162,10 @@ def _asked(found: Studied) -> list[tuple[str, str]]:
 
     asked = json.loads(found.attrs["study"])
     rows = [("plan", str(asked["plan"])), ("seed", str(asked["seed"])), ("members", str(found.sizes["member"]))]
+    points = math.prod(len(values) for values in asked["grid"].values())
+    rows += [("of them at each point of the grid", str(found.sizes["member"] // points))] if points > 1 else []
     rows += [(f"grid: {name} (SI)", ", ".join(values)) for name, values in asked["grid"].items()]
-    return rows + [(f"scatter: {name} (SI)", str(text)) for name, (_, text) in asked["scatter"].items()]
+    return rows + [(f"scatter: {name} (SI)", str(text)) for name, (*_, text) in asked["scatter"].items()]
 
 
 def _words(name: str) -> str:

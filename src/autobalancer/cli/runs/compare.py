@@ -50,6 +50,9 @@ def compare(
     if machines[0].suffix.lower() == ".nc":
         _overlay(machines, seed, files, speed_unit, as_json, as_csv)
         return
+    runs = [path for path in machines if path.suffix.lower() == ".nc"]
+    if runs:
+        raise ab.errors.QuestionError(f"{runs[0]}: a run comes first, and then what was measured")
     with progress_bar("machines") as update:
         found = compared(
             machines,

@@ -34,7 +34,7 @@ class PlaneUnbalances(Answer):
     def facts(self) -> list[tuple[str, str]]:
         """How well the model explains the readings, and what is known worst."""
         told = [
-            ("left over", share_text(float(self.attrs["left_over"]))),
+            ("of the readings not explained", share_text(float(self.attrs["left_over"]))),
             ("condition number", f"{self.attrs['condition']:.3g}"),
         ]
         if self.sizes["plane"] > 1:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -37,6 +37,23 @@ class Distribution:
     def wrong(self) -> str:
         """What is impossible about it; empty if nothing is."""
         return ""
+
+    def __str__(self) -> str:
+        """In words, SI: ``normal: mean 12, standard deviation 0.5``."""
+        given = [(each.name, getattr(self, each.name)) for each in fields(self)]
+        told = [f"{name.replace('_', ' ')} {_told(value)}" for name, value in given if _is_limit(value)]
+        return f"{self.word}: {', '.join(told)}"
+
+
+def _is_limit(value: Any) -> bool:
+    """Whether it says anything: neither an infinite bound nor an empty list."""
+    return value != () and not (isinstance(value, float) and math.isinf(value))
+
+
+def _told(value: Any) -> str:
+    if isinstance(value, tuple):
+        return " / ".join(map(_told, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 @dataclass(frozen=True)

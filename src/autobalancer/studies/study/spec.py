@@ -75,7 +75,7 @@ class Study:
         return {
             "machine": machine_text(self.machine),
             "grid": {name: [str(value) for value in values] for name, values in self.grid.items()},
-            "scatter": {name: [one.word, repr(one)] for name, one in self.scatter.items()},
+            "scatter": {name: [one.word, repr(one), str(one)] for name, one in self.scatter.items()},
             "correlation": [[*pair, value] for pair, value in self.correlation.items()],
             "plan": self.plan,
             "seed": self.seed,
