@@ -246,6 +246,7 @@ def test_machines_that_cannot_be_varied_are_refused() -> None:
         ab.chamber.design(small_machine(), {}, {"vibration": "1 s"}, duration=1.0)
 
 
+@pytest.mark.slow
 def test_the_command_leaves_a_table_a_picture_and_the_machine_of_the_best_design(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

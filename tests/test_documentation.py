@@ -164,6 +164,7 @@ def test_the_machine_file_of_the_readme_is_the_first_one_of_the_pages() -> None:
     assert shown == (ROOT / "docs" / "machines" / "first.toml").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_every_variable_that_is_explained_is_held_by_some_run(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

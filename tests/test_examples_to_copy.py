@@ -58,8 +58,10 @@ def files(line: str) -> tuple[set[str], set[str]]:
         written |= {rest[1].removesuffix(".nc") + ".mp4"}
     if rest[:2] == ["measure", "film"]:  # with its set-up
         written |= {path.removesuffix(".mp4") + ".toml" for path in written}
-    if rest[0] == "study":
+    if rest[0] in ("study", "design"):
         written |= {rest[1].removesuffix(".toml") + ".nc"}
+    if rest[0] == "design":  # with the machine of the best design
+        written |= {rest[1].removesuffix(".toml") + "_1.toml"}
     if rest[0] == "example":
         named = [word for word in rest[1:] if not word.startswith("--") and word not in written]
         written |= SAMPLES if "--all" in rest else {path.name for name in named for path in sample_files(name)}

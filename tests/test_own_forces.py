@@ -106,6 +106,7 @@ def test_the_example_of_the_documentation_is_complete(tmp_path: Path) -> None:
     assert 0.0 < float(run.ball_speed_in_rotor[-1, 0]) < 1.0 < float(run.ball_speed_in_rotor[0, 0])
 
 
+@pytest.mark.slow
 def test_a_file_that_was_loaded_may_be_imported_later(tmp_path: Path) -> None:
     """What was kept on disk under the name of the one module is of no use to the other, and no reason to refuse the force."""
     (tmp_path / "ours.py").write_text(FILE)

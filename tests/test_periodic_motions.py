@@ -163,6 +163,7 @@ def test_slow_run_ups_release_the_balls_where_the_stalled_orbit_ends() -> None:
     assert fast - delay == pytest.approx(fold, abs=0.05)
 
 
+@pytest.mark.slow
 def test_stalled_balls_turn_with_about_the_critical_speed_wherever_they_are_stable() -> None:
     found = stalled()
     stable = found.isel(point=np.flatnonzero(found["verdict"].values == "stable"))

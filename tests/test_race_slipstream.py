@@ -66,6 +66,7 @@ def test_the_drag_of_each_ball_has_the_factor_of_the_law(law: dict[str, Any], la
     assert np.max(shares) == 1.0
 
 
+@pytest.mark.slow
 def test_drag_is_continuous_where_balls_pass_each_other_and_where_they_turn_round() -> None:
     """All that a step of an angle or a speed changes gets smaller with the step."""
     drag = accelerations(race(True, [0.0, 0.3, 0.7, 1.5], drag=LAWS[0], coincidence=True))

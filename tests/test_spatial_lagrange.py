@@ -90,6 +90,7 @@ def test_a_run_up_with_balls_at_two_stations_is_that_of_the_lagrangian(races: st
     assert_same_moves(ours, theirs, 1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("races", ["deflection", "full"])
 def test_a_run_up_in_axes_of_the_rotor_is_that_of_the_lagrangian(races: str) -> None:
     machine = tilting(isotropic=True, tilting_races=races, drive=TORQUE)

@@ -428,6 +428,7 @@ def test_a_map_without_the_speed_has_the_release_speed_over_both_axes() -> None:
     assert any("release speed" in text.get_text() for text in ab.plot.map(drawn).legends[0].get_texts())
 
 
+@pytest.mark.slow
 def test_the_least_drag_for_a_speed_has_its_release_speed_there_on_any_rotor() -> None:
     m = machine(rotor(), (-0.1, 0.15), beta=2e-4)
     drag = ab.stability.minimum_drag(m, 110.0, "release speed")

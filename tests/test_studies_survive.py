@@ -80,23 +80,25 @@ def run_apart(asked: dict[str, Any], folder: Path) -> None:
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes cannot be copied here")
 def test_a_study_that_is_killed_fifty_times_loses_nothing_and_has_the_same_bits(tmp_path: Path) -> None:
     asked = {**SHORT, "members": 12_000, "duration": "2 s"}
-    ab.study({**asked, "members": 20}, workers=1)  # copies of this process need not load the package again
-    random, folder = np.random.default_rng(0), tmp_path / "a"
+    whole = ab.study(asked, workers=2)  # copies of this process need not load the package again
+    random, folder = np.random.default_rng(0), tmp_path / "0"
     killed, grown, kept = 0, 0, dict[str, bytes]()
-    for _ in range(50):
+    while killed < 50:
         process = multiprocessing.get_context("fork").Process(target=run_apart, args=(asked, folder))
         process.start()
         process.join(0.1 + 0.5 * random.random())
-        killed += process.is_alive()
+        ended = not process.is_alive()
         process.kill()
         process.join()
         now = chunks_in(folder)
         assert all(now.get(name) == content for name, content in kept.items())
         grown += len(now) > len(kept)
-        kept = now
-    assert killed == 50
+        killed, kept = killed + (not ended), now
+        if ended:  # on a quick computer before the fiftieth; then a new one begins
+            same_bits(whole, ab.study(asked, folder=folder, workers=2))
+            folder, kept = tmp_path / str(killed), {}
     assert grown >= 8  # others were killed before their first chunk
-    same_bits(ab.study(asked, workers=2), ab.study(asked, folder=folder, workers=2))
+    same_bits(whole, ab.study(asked, folder=folder, workers=2))
 
 
 def test_a_full_disk_is_said_and_what_was_finished_is_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -44,7 +44,9 @@ def borders(found: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str
     QuestionError
         If there is no border, or the unit is unknown.
     """
-    if not len(found) or not all(hasattr(border, "speed") for border in found):
+    if hasattr(found, "rotor"):
+        raise QuestionError("plot.borders: given a machine; it draws a result of stability.borders")
+    if not isinstance(found, Sequence) or not found or not all(hasattr(border, "speed") for border in found):
         raise QuestionError("plot.borders: give the result of stability.borders")
     unit = speed_axis(speed_unit)
     speeds = [border.speed * unit.factor for border in found]
