@@ -216,6 +216,7 @@ WIDE = (
     "measure order-map run_up_signals.csv",
     "measure damping decay_signals.csv",
     'measure orbit run_up_signals.csv --at "9 s"',
+    "measure envelope run_up_signals.csv",
     "chamber archive runs",
     "chamber bounds deep_chamber.toml",
     'catalog bearings --unbalance "594 g*mm"',

@@ -1,4 +1,4 @@
-"""``autobalancer measure damping`` and ``orbit``: a decay, and the path of a shaft."""
+"""``autobalancer measure damping``, ``orbit`` and ``envelope``: a decay, the path of a shaft, the extent of a vibration."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import typer
 import autobalancer as ab
 from autobalancer.cli.measured.given import (
     Channels,
+    Chosen,
     End,
     PulsesOption,
     Rate,
@@ -18,6 +19,7 @@ from autobalancer.cli.measured.given import (
     Start,
     Tacho,
     given_signals,
+    tacho_of,
     with_angle,
 )
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, SpeedUnit, Unit
@@ -118,4 +120,56 @@ def orbit(
     else:
         print_sheet(columns, str(found.attrs["title"]))
         say(f"speed {speed_text(found.attrs['speed'])}")
+        files.say()
+
+
+def envelope(
+    file: SignalFile,
+    revolutions: Annotated[float, typer.Option(help="Of a bin; at least one.")] = 1.0,
+    bin_length: Annotated[str, typer.Option(help='In place of revolutions, such as "50 ms".')] = "",
+    channel: Chosen = None,
+    channels: Channels = None,
+    rate: Rate = "",
+    resample: Resample = "",
+    start: Start = "",
+    end: End = "",
+    tacho: Tacho = "",
+    pulses: PulsesOption = 1,
+    out: Outs = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Least and greatest value of a vibration in each turn, and where it is widest.
+
+    Example: autobalancer measure envelope run_up_signals.csv --out turns.csv
+    """
+    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.sheet import Column, print_sheet
+    from autobalancer.results.display_units import speed_axis
+
+    one_form(as_json, as_csv)
+    files = Files(out)
+    signals = given_signals(file, channels, rate, resample, start, end)
+    if not bin_length or tacho_of(signals, tacho):
+        signals = with_angle(signals, tacho, pulses)
+    found = ab.measure.envelope(signals, channel, revolutions=revolutions, bin_length=bin_length or None)
+    files.save(found.transpose("bin", "channel").assign_coords(bin=list(range(1, found.sizes["bin"] + 1))))
+    widest = (found["envelope_high"] - found["envelope_low"]).argmax("bin")
+    columns = [
+        Column("channel", found["channel"].values.tolist()),
+        Column("least", found["envelope_low"].isel(bin=widest).values, "", ".4g"),
+        Column("greatest", found["envelope_high"].isel(bin=widest).values, "", ".4g"),
+        Column("unit", found["units"].values.tolist()),
+        Column("at", found["envelope_time"].isel(bin=widest).values, "s", ".5g"),
+    ]
+    if "envelope_speed" in found:
+        unit = speed_axis(speed_unit)
+        columns += [Column("speed", found["envelope_speed"].isel(bin=widest).values * unit.factor, unit.sign, ".5g")]
+    if as_json:
+        print_json({str(name): part.values for name, part in found.variables.items()})
+    elif as_csv:
+        print_csv(columns)
+    else:
+        print_sheet(columns, f"{found.attrs['title']}: where each channel is widest, of {found.sizes['bin']} bins")
         files.say()
