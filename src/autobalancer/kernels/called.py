@@ -119,9 +119,6 @@ def _compiled(function: Callable[..., Any], own: np.dtype[Any], call: Call) -> C
             raise
         made = njit(signature, **OWN)(function)
     found = made.overloads[signature.args]
-    if not found.library.get_pointer_to_function(found.fndesc.llvm_cpython_wrapper_name):
-        made = njit(signature, **OWN)(function)  # kept by a version that compiled it for kernels only
-        found = made.overloads[signature.args]
     return Called(found.library.get_pointer_to_function(found.fndesc.llvm_func_name), made)
 
 
