@@ -166,6 +166,14 @@ def test_where_no_candidate_is_left_it_says_what_ruled_the_last_ones_out(tables:
     assert last.split(": ")[-1] in str(raised.value)
 
 
+def test_a_range_of_temperature_that_the_runs_could_not_follow_is_refused() -> None:
+    fluid = {"density": 950.0, "viscosity": 2e-5}
+    oil = ab.with_parameter(ab.example("discoidal"), "balancers[1].races[1].fluid", fluid)
+    asked = changed(machine=oil, candidates={"count": [2]}, limits={"share": 0.85})
+    with pytest.raises(QuestionError, match=r"temperature: given from 22 to 28 °C.*give one temperature"):
+        ab.design(asked)
+
+
 @pytest.mark.parametrize(
     ("tables", "words"),
     [

@@ -164,6 +164,17 @@ def blend(
     return Blend(one.name, two.name, w, basis, result)
 
 
+def catalog_name(name: str) -> str:
+    """The name of a fluid as the catalog writes it.
+
+    Raises
+    ------
+    CatalogError
+        If the catalog has no such fluid.
+    """
+    return _offer(name)[0].name
+
+
 def _offer(name: str) -> Offer:
     wanted = key(name)
     for entry, properties in offers():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +45,7 @@ def decay_time(times: Floats, lag: Floats, start: float) -> float:
     if not start < times[-1]:
         return float("nan")
     size = np.abs(lag)
-    goal = float(np.interp(start, times, size)) / np.e
+    goal = float(np.interp(start, times, size)) / math.e
     above = np.flatnonzero((size > goal) & (times >= start))
     if goal == 0.0 or above.size == 0 or above[-1] + 1 == size.size:
         return float("nan")

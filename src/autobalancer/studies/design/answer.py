@@ -13,7 +13,7 @@ import xarray as xr
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import axis_unit
 from autobalancer.results.number_text import moment_text, significant
-from autobalancer.shown import Column
+from autobalancer.shown import Column, rpm_and_si
 
 SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
 MEETS = {1: "yes", 0: "open", -1: "no"}
@@ -52,7 +52,7 @@ class Designed(Answer):
         parts = [f"{stage} {count}" for stage, count in self.ruled_out().items()]
         said = f"; ruled out by {', '.join(parts)}" if parts else ""
         return [
-            ("operating speed", ", ".join(f"{float(one):.5g} rad/s" for one in np.atleast_1d(self.attrs["speeds"]))),
+            ("operating speed", ", ".join(rpm_and_si(float(one)) for one in np.atleast_1d(self.attrs["speeds"]))),
             ("unbalance", f"{moment_text(low)} to {moment_text(high)}" if low < high else moment_text(high)),
             ("temperature", f"{cold:.4g} to {warm:.4g} °C" if cold < warm else f"{cold:.4g} °C"),
             (

@@ -85,6 +85,7 @@ def _designed(spec: Spec, folder: Path | None, workers: int | None, progress: An
             judge_borders(spec, one)
         refuse_none(found)
         run_all(spec, [one for one in alive if not one.reason], folder, workers, progress)
+        refuse_none(found)
         return Designed.of(designs_dataset(spec, found, "every candidate that was left"))
     return _searched(spec, found, folder, workers, progress)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from autobalancer.catalog.fluid_table import blend, fluid
+from autobalancer.catalog.fluid_table import blend, catalog_name, fluid
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.viscosity import blend_viscosity
 
@@ -74,9 +74,7 @@ def known_fluid(where: str, name: str) -> str:
     QuestionError
         If the catalog has no such fluid.
     """
-    from autobalancer.catalog.fluid_table import _offer
-
     try:
-        return _offer(name)[0].name
+        return catalog_name(name)
     except CatalogError as error:
         raise QuestionError(f"{where}: {error}") from None

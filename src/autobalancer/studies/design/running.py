@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.answers.studied import Studied
 from autobalancer.studies.design.building import driven, machine_of
@@ -76,7 +76,11 @@ def _temperatures(spec: Spec, machine: Machine, one: Candidate) -> dict[str, Any
     if all(fluid is not None and fluid.name is not None for fluid in fluids):
         return {"temperature": {"distribution": "uniform", "low": low, "high": high}}
     if len(one.fillings) != 1:
-        return {}
+        which = one.fluid or "the fluid of the machine"
+        raise QuestionError(
+            f"temperature: given from {low - 273.15:.4g} to {high - 273.15:.4g} °C, which is known for fluids of the catalog "
+            f"and for one blend in all races, not for {which}; give one temperature"
+        )
     middles = low + (high - low) * (np.arange(STEPS) + 0.5) / STEPS
     values = [one.fillings[0].at(float(temperature))[1] for temperature in middles]
     return {"viscosity": {"distribution": "discrete", "values": values}}
@@ -85,8 +89,3 @@ def _temperatures(spec: Spec, machine: Machine, one: Candidate) -> dict[str, Any
 def name_of(spec: Spec, one: Candidate, case: str) -> str:
     """The name of the folder of a design's runs: the same for the same design."""
     return hashlib.sha256(repr((one.key(), case)).encode()).hexdigest()[:16]
-
-
-def failure(error: AutobalancerError) -> str:
-    """Why a design could not be run."""
-    return f"cannot be run: {error}"
