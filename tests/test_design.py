@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
+from autobalancer.reporting.balls_page import balls_page
 from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.design.candidate import candidates
 from autobalancer.studies.design.judging import stalled
@@ -256,3 +258,10 @@ def test_the_sample_of_the_centrifuge_chooses_the_oil_of_the_thesis() -> None:
     best = ab.design(ab.catalog.example_path("centrifuge_design")).best()
     assert str(best["label"].values[0]) == "2 balls, silicone oil 20"
     assert int(best["meets"][0]) == 1
+
+
+def test_design_and_report_state_the_same_pressure_of_a_ball(found: Designed) -> None:
+    machine = ab.designed_machine(found)
+    page = balls_page(machine, ab.check(machine), xr.Dataset(), "")
+    told = next(cell for block in page.blocks for row in getattr(block, "rows", ()) for cell in row if "MPa" in cell)
+    assert float(found.best()["pressure"][0]) == pytest.approx(1e6 * float(told.split()[0]), rel=0.01)

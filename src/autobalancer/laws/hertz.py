@@ -16,6 +16,9 @@ def reduced_modulus(youngs_modulus: float, poisson_ratio: float) -> float:
     return youngs_modulus / (2.0 * (1.0 - poisson_ratio**2))
 
 
+STEEL = reduced_modulus(2.06e11, 0.3)  # Pa, of steel on steel
+
+
 def pair_stiffness(reduced_modulus: float, first: float, second: float) -> float:
     """k of F = k d^(3/2) of two balls with these radii (m), N/m^(3/2)."""
     return 4.0 / 3.0 * reduced_modulus * math.sqrt(first * second / (first + second))

@@ -8,13 +8,12 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.laws.hertz import greatest_pressure, reduced_modulus
+from autobalancer.laws.hertz import STEEL, greatest_pressure
 from autobalancer.machine import Machine
 from autobalancer.reporting.page import Paragraph, Rows, Section
 from autobalancer.results.number_text import force_text, significant
 from autobalancer.stability.summary.summary import Summary
 
-STEEL = reduced_modulus(2.06e11, 0.3)  # E* of steel on steel, Pa
 STATIC = 4.2e9  # Pa, ISO 76: pressure of a point contact at the static load rating of ball bearings
 LEAST = 1e-5  # of the rotor speed, below which a slip is none
 PRESSED = (

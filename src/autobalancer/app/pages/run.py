@@ -110,7 +110,7 @@ class RunPage:
         if job.result and job.state in ("done", "cancelled"):
             self.show(job.result)
         words = {"failed": job.message, "cancelled": job.message or "cancelled"}
-        self.word.set_text(words.get(job.state, f"done in {job.seconds:.2g} s"))
+        self.word.set_text(words.get(job.state, job.message or f"done in {job.seconds:.2g} s"))
         self._idle()
 
     def show(self, name: str) -> None:

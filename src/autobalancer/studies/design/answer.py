@@ -18,7 +18,7 @@ from autobalancer.shown import Column, rpm_and_si
 SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
 MEETS = {1: "yes", 0: "open", -1: "no"}
 NEAREST = 3  # reasons of a question that are listed
-ORDER = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
+STAGES = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
 
 
 class Designed(Answer):
@@ -42,7 +42,7 @@ class Designed(Answer):
             for stage, place in zip(self["stage"].values, self["place"].values, strict=True)
             if np.isnan(place)
         )
-        return {stage: counts[stage] for stage in ORDER if counts[stage]}
+        return {stage: counts[stage] for stage in STAGES if counts[stage]}
 
     def facts(self) -> list[tuple[str, str]]:
         """What was asked, and how many candidates each question left."""
@@ -94,7 +94,7 @@ class Designed(Answer):
         out = self.isel(design=np.flatnonzero(np.isnan(self["place"].values)))
         out = out.isel(design=np.argsort(out["excess"].values, kind="stable"))
         shown = []
-        for stage in ORDER:
+        for stage in STAGES:
             alike: dict[str, list[str]] = {}
             for one, label, reason in zip(*(out[name].values for name in ("stage", "label", "reason")), strict=True):
                 if one == stage:

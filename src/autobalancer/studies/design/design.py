@@ -8,14 +8,14 @@ from typing import Any
 
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.patience import shows_progress
-from autobalancer.studies.design.answer import Designed
+from autobalancer.studies.design.answer import STAGES, Designed
 from autobalancer.studies.design.borders import judge_borders
 from autobalancer.studies.design.candidate import candidates
 from autobalancer.studies.design.dataset import designs_dataset
 from autobalancer.studies.design.judging import judge_runs
 from autobalancer.studies.design.reading import read_spec
 from autobalancer.studies.design.running import runs_of
-from autobalancer.studies.design.screening import STAGES, Design, screened
+from autobalancer.studies.design.screening import Design, screened
 from autobalancer.studies.design.search import found_by_search
 from autobalancer.studies.design.spec import Spec
 from autobalancer.studies.study.store import Store

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from autobalancer.errors import AutobalancerError
 from autobalancer.laws.ball_capability import ball_mass, largest_count
-from autobalancer.laws.hertz import greatest_pressure, reduced_modulus
+from autobalancer.laws.hertz import STEEL, greatest_pressure
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.number_text import moment_text
 from autobalancer.stability.summary.rotor import frame_of
@@ -15,8 +15,6 @@ from autobalancer.studies.design.building import machine_of
 from autobalancer.studies.design.candidate import Candidate, capability_of_races, densities, density_of_balls, planes_of
 from autobalancer.studies.design.spec import PRESSURE, Spec
 
-STEEL = reduced_modulus(2.06e11, 0.3)  # E* of steel on steel, Pa
-STAGES = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
 ROUNDING = 1e-9
 
 
@@ -111,7 +109,8 @@ def _enough(found: Design, have: float, need: float, where: str) -> None:
 def _pressure(spec: Spec, found: Design) -> None:
     ring, speed = found.candidate.ring, spec.fastest
     radius = 0.5 * ring.ball_diameter
-    force = ball_mass(ring.ball_diameter, density_of_balls(spec)) * ring.orbit_radius * speed**2
+    heavy = density_of_balls(spec) - min(densities(spec, found.candidate.fillings))  # less the fluid displaced
+    force = ball_mass(ring.ball_diameter, heavy) * ring.orbit_radius * speed**2
     found.pressure = greatest_pressure(force, STEEL, radius, ring.orbit_radius + radius)
     allowed = spec.limits.get(PRESSURE, math.inf)
     if found.pressure > allowed:
