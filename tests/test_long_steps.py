@@ -11,9 +11,9 @@ from tests.references.cases import CORNERED, run_up
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.integrators.collocation.amplitudes import HANDED, LONG_STEPS
+from autobalancer.kernels.integrators.collocation.amplitudes import HANDED, LONG_STEPS, SWEEPS
 from autobalancer.kernels.integrators.collocation.radau import radau
-from autobalancer.kernels.integrators.memory import ACCEPTED, END, TIME
+from autobalancer.kernels.integrators.memory import ACCEPTED, END, REJECTED, TIME
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, RUNNING
 from autobalancer.kernels.system import BALLS, SPEED
@@ -79,6 +79,19 @@ def test_the_nodes_integrate_polynomials_up_to_degree_fourteen_over_a_step() -> 
         np.testing.assert_allclose(once @ numbers.nodes**k, numbers.nodes ** (k + 1) / (k + 1), rtol=0.0, atol=1e-15)
 
 
+def test_speeds_that_die_out_by_themselves_are_solved_for() -> None:
+    """The tables give h (1 + x A)^-1 A for any x, and with it the closed form of u' = 1 - x u, u(0) = 0, over a step of 1."""
+    numbers = radau()
+    once, powers = numbers.integrals[:64].reshape(8, 8).T, numbers.damped.reshape(8, 8, 8).transpose(0, 2, 1)
+    for x in (0.0, 0.3, 4.0, 50.0):
+        size = x ** np.arange(9)
+        found = np.tensordot(size[:8], powers, 1) / (size @ numbers.determinant)
+        np.testing.assert_allclose(found, np.linalg.solve(np.eye(8) + x * once, once), rtol=0.0, atol=1e-15)
+        if x > 0.0:
+            exact = -np.expm1(-x * numbers.nodes) / x
+            np.testing.assert_allclose(found @ np.ones(8), exact, rtol=0.0, atol=1e-14 if x < 1.0 else 2e-3)
+
+
 MACHINES: dict[str, dict[str, Any]] = {
     "two balls": {},
     "no balls": {"balancers": []},
@@ -106,6 +119,17 @@ MACHINES: dict[str, dict[str, Any]] = {
         }
     },
 }
+
+
+@pytest.mark.parametrize("changes", [{}, balls(2, beta=1.5e-2), {"drive": MACHINES["asynchronous motor"]["drive"]}])
+def test_drag_and_a_motor_that_brakes_do_not_make_the_iteration_long(changes: dict[str, Any]) -> None:
+    """Drag alone would let a ball stop within 2.5 ms, the motor the rotor within 50 ms, and steps are longer than either."""
+    _, stepper = states(run_up(**changes), 3.0, LONG, 1e-6)
+    assert stepper.long is not None
+    tallies = stepper.long.amplitudes.tallies
+    assert tallies[LONG_STEPS] == stepper.memory.counts[ACCEPTED]
+    assert tallies[SWEEPS] < 8.0 * (tallies[LONG_STEPS] + stepper.memory.counts[REJECTED])
+    assert stepper.memory.counts[REJECTED] < 0.2 * tallies[LONG_STEPS]
 
 
 @pytest.mark.parametrize("name", MACHINES)

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model, reference, rows_at, rows_matrix, unbalance_load
-from autobalancer.assembly.rotors.reduction import reduction
+from autobalancer.assembly.rotors.reduction import Reducer
 from autobalancer.cli import app
 from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
@@ -104,7 +104,7 @@ def test_the_error_of_a_reduction_bounds_what_it_leaves_out_of_an_unbalance_resp
     model = lateral_model(machine)
     front, places = reference(machine, model)[1], rows_matrix([rows_at(machine, model, name)])
     load = unbalance_load(machine, model)
-    small = reduction(model, front, places, load, 150.0, 1, isotropic=True)
+    small = Reducer(model, front, places, 150.0, 1, isotropic=True).carrying(load)
     assert small.kept == 1
     assert 1e-3 < small.error < 1.0
     seen = model.both(places)
@@ -123,7 +123,7 @@ def test_too_few_modes_are_refused_by_name() -> None:
     model = lateral_model(machine)
     front = reference(machine, model)[1]
     with pytest.raises(MachineError, match=r"rotor\.modes: given 0; at least 1 is needed"):
-        reduction(model, front, rows_matrix([front]), unbalance_load(machine, model), 200.0, 0, isotropic=True)
+        Reducer(model, front, rows_matrix([front]), 200.0, 0, isotropic=True).carrying(unbalance_load(machine, model))
 
 
 RACE = {

@@ -12,7 +12,7 @@ from numba import njit
 
 from autobalancer.kernels.flags import NUMBERS
 from autobalancer.kernels.pointers import data
-from autobalancer.kernels.trigonometry import sine_cosine, sine_cosine_of_lanes
+from autobalancer.kernels.trigonometry import exponential_of_lanes, sine_cosine, sine_cosine_of_lanes
 from autobalancer.kernels.wide import (
     amount,
     greater,
@@ -52,6 +52,11 @@ def narrow(a, out):  # type: ignore[no-untyped-def]
 @njit(**NUMBERS)
 def largest(a):  # type: ignore[no-untyped-def]
     return greatest(load(data(a), 0))
+
+
+@njit(**NUMBERS)
+def exponentials(exponents, found):  # type: ignore[no-untyped-def]
+    store(exponential_of_lanes(load(data(exponents), 0)), data(found), 0)
 
 
 @njit(**NUMBERS)
@@ -110,3 +115,15 @@ def test_interpreted_wide_values_do_the_same() -> None:
     )
     a, out = np.arange(1.0, 9.0), np.zeros(16)
     assert float(asked.stdout) == pytest.approx(arithmetic(a, a[::-1].copy(), out)[0], rel=1e-14)
+
+
+def test_the_exponential_function_is_that_of_the_library_to_two_ulp() -> None:
+    found, rng = np.empty(8), np.random.default_rng(3)
+    for span in (1e-12, 0.3, 3.0, 50.0, 690.0):
+        exponents = rng.uniform(-span, span, 8)
+        exponents[0] = 0.0
+        exponentials(exponents, found)
+        assert found[0] == 1.0
+        np.testing.assert_allclose(found, np.exp(exponents), rtol=5e-16, atol=0.0)
+    exponentials(np.full(8, -1e4), found)
+    assert 0.0 < found[0] < 1e-303

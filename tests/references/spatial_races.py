@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,12 +27,21 @@ def ball() -> Any:
     """(q, v, numbers, radii) -> mass matrix (7, 7), forces (7,), T, V, path per angle; coordinates X, a, Y, b, theta, phi, n."""
     q, v = sp.symbols("X a Y b theta phi n"), sp.symbols("Xt at Yt bt w phit nt")
     numbers = mass, fluid, own, r, ex, ey, z, gx, gy, gz = sp.symbols("m f J r Ex Ey z gx gy gz")
-    radii = sp.symbols("R0 R1 R2")
+    radii = radius, slope, _, _ = sp.symbols(
+        "R0 R1 R2 R3"
+    )  # and its derivatives; the last one does not matter where n = 0
     x, a, y, b, theta, phi, n = q
-    radius = sp.Function("R")(phi)
+
+    def change(expression: Any, s: Any) -> Any:
+        changed = sp.diff(expression, s)
+        if s == phi:
+            for one, its in pairwise(radii):
+                changed += sp.diff(expression, one) * its
+        return changed
+
     path = sp.Matrix([radius * sp.cos(phi), radius * sp.sin(phi)])
-    along = sp.diff(path, phi)
-    length = sp.sqrt(radius**2 + sp.diff(radius, phi) ** 2)
+    along = change(path, phi)
+    length = sp.sqrt(radius**2 + slope**2)
     off = n * sp.Matrix([along[1], -along[0]]) / length
     spin = sp.Matrix([[sp.cos(theta), -sp.sin(theta)], [sp.sin(theta), sp.cos(theta)]])
     flat = spin * (sp.Matrix([ex, ey]) + path + off)
@@ -40,7 +50,7 @@ def ball() -> Any:
     places = rho, sp.Matrix([x + z * a, y + z * b, 0]) + tilt.cross(rho), tilt.cross(tilt.cross(rho)) / 2
 
     def rate(expression: Any) -> Any:
-        return sum((sp.diff(expression, s) * u for s, u in zip(q, v, strict=True)), sp.zeros(*expression.shape))
+        return sum((change(expression, s) * u for s, u in zip(q, v, strict=True)), sp.zeros(*expression.shape))
 
     zero, one, two = (rate(place) for place in places)
     whole, speed = sum(places, sp.zeros(3, 1)), length * v[5]
@@ -48,20 +58,15 @@ def ball() -> Any:
     kinetic += fluid * speed**2 / 2 + own * (v[4] - speed / r) ** 2 / 2
     potential = -mass * (gx * whole[0] + gy * whole[1] + gz * whole[2])
     momenta = [sp.diff(kinetic, s) for s in v]
-    matrix = [[sp.diff(p, s) for s in v] for p in momenta]
+    resting = {n: 0, v[6]: 0}
+    half = {(i, j): sp.diff(momenta[i], v[j]).subs(resting) for i in range(7) for j in range(i + 1)}
+    matrix = [[half[max(i, j), min(i, j)] for j in range(7)] for i in range(7)]
     forces = [
-        sp.diff(kinetic - potential, s) - sum(sp.diff(p, q[j]) * v[j] for j in range(7))
+        change(kinetic - potential, s).subs(resting) - sum(change(p, q[j]).subs(resting) * v[j] for j in range(6))
         for s, p in zip(q, momenta, strict=True)
     ]
-
-    def held(expression: Any) -> Any:
-        on_race = expression.subs({n: 0, v[6]: 0}).doit()
-        for k in (2, 1):
-            on_race = on_race.subs(sp.Derivative(radius, (phi, k)), radii[k])
-        return on_race.subs(radius, radii[0])
-
-    found = [[[held(e) for e in line] for line in matrix], [held(e) for e in forces], held(kinetic), held(potential)]
-    return sp.lambdify([q, v, numbers, radii], [*found, held(length)], modules="math", cse=True)
+    found = [matrix, forces, kinetic.subs(resting), potential.subs(resting), length]
+    return sp.lambdify([q, v, numbers, radii[:3]], found, modules="math", cse=True)
 
 
 @dataclass(frozen=True)

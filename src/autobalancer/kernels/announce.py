@@ -18,7 +18,7 @@ KINDS = {
     "resolved": "resolved balls",
     "characteristic": "stability maps",
     "dwell": "stepped responses",
-    "settle": "many runs at once",
+    "ensemble": "many runs at once",
 }
 
 

@@ -11,7 +11,8 @@ an index into a pointer is not tested for being negative.
 ``address(value)``
     Pointer to a copy of a tuple, valid until the calling function returns.
 ``behind(value)``
-    The tuple behind a pointer, or the tuple itself: compiled code passes the one, Python the other.
+    The tuple behind a pointer, or the tuple itself: compiled code passes the one, Python the other. It is as it was at this place
+    (``copied.py``).
 ``plain(pointer)``
     The same pointer without its type. Function types take these: a type that lists all numbers of a machine makes every
     call from Python slow.
@@ -28,6 +29,8 @@ from llvmlite import ir  # type: ignore[import-untyped]
 from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
+
+from autobalancer.kernels.copied import copy, look, seen
 
 
 def _data(typing_context: Any, array: Any) -> Any:
@@ -54,26 +57,14 @@ def _address(typing_context: Any, value: Any) -> Any:
     return types.CPointer(value)(value), generate
 
 
-def _parts(builder: Any, pointer: Any) -> Any:
-    """What a pointer points to, each number of it loaded on its own, so that the compiler drops those nobody wants."""
-    kind = pointer.type.pointee
-    if not isinstance(kind, (ir.LiteralStructType, ir.ArrayType)):
-        return builder.load(pointer)
-    count = kind.count if isinstance(kind, ir.ArrayType) else len(kind.elements)
-    whole = ir.Constant(kind, ir.Undefined)
-    for i in range(count):
-        whole = builder.insert_value(whole, _parts(builder, cgutils.gep_inbounds(builder, pointer, 0, i)), i)
-    return whole
-
-
 def _behind(typing_context: Any, value: Any) -> Any:
     def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _parts(builder, arguments[0])
+        return look(context, builder, value.dtype, copy(context, builder, value.dtype, arguments[0]))
 
     def same(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return arguments[0]
 
-    return (value.dtype(value), load) if isinstance(value, types.CPointer) else (value(value), same)
+    return (seen(value.dtype)(value), load) if isinstance(value, types.CPointer) else (value(value), same)
 
 
 def _plain(typing_context: Any, pointer: Any) -> Any:

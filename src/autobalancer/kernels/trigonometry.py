@@ -1,4 +1,4 @@
-"""Sine and cosine of one angle together, inlined into the equations: a third of the time of two library calls."""
+"""Sine and cosine of one angle together, and the exponential function: a third of the time of calls of the library."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.flags import INLINE, MERGED
-from autobalancer.kernels.wide import rounded, select
+from autobalancer.kernels.wide import power_of_two, rounded, select
 
 QUARTERS = 2.0 / math.pi  # quarter turns in a radian
 ROUND = 1.5 * 2.0**52  # added and taken away again, it rounds to the nearest integer
@@ -21,6 +21,28 @@ S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.9841269
 S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
 C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
 C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+
+
+BINARY = 1.0 / math.log(2.0)
+LOG_HIGH = float.fromhex(
+    "0x1.62e42feep-1"
+)  # the leading 32 bits of log 2: times an integer below 2^20 without rounding
+LOG_LOW = 1.90821492927058770002e-10  # log 2 - LOG_HIGH
+LEAST = -700.0  # smaller exponents count as this one
+
+
+@njit(**MERGED)
+def exponential_of_lanes(exponent: Any) -> Any:
+    """e^x of the lanes of a wide value up to 700, without a branch, to an ulp: a power of two times the series."""
+    x = select(exponent > LEAST, exponent, LEAST)
+    powers = rounded(x * BINARY)
+    x = (x - powers * LOG_HIGH) - powers * LOG_LOW
+    xx = x * x
+    x4 = xx * xx
+    low = (x * (1.0 / 6.0) + 0.5) + xx * (x * (1.0 / 120.0) + 1.0 / 24.0)
+    middle = (x * (1.0 / 5040.0) + 1.0 / 720.0) + xx * (x * (1.0 / 362880.0) + 1.0 / 40320.0)
+    high = (x * (1.0 / 39916800.0) + 1.0 / 3628800.0) + xx * (x * (1.0 / 6227020800.0) + 1.0 / 479001600.0)
+    return ((low + x4 * (middle + x4 * high)) * xx + x + 1.0) * power_of_two(powers)
 
 
 @njit(**MERGED)

@@ -12,6 +12,8 @@ array of NumPy.
     ``one`` where the condition holds, else ``other``; also of plain numbers.
 ``rounded(value)``, ``root(value)``, ``amount(value)``
     Nearest integer, square root and absolute value of each lane, or of a plain number.
+``power_of_two(value)``
+    2 to the power of each lane, which must be an integer between -1022 and 1023.
 ``greater(one, other)``
     The greater of two, lane by lane; ``other`` where one of them is not a number.
 ``total(value)``, ``greatest(value)``, ``lane(value, i)``
@@ -214,6 +216,18 @@ def _called(name: str, count: int) -> Any:
     return of_one if count == 1 else of_two
 
 
+def _power_of_two(typing_context: Any, value: Any) -> Any:
+    def generate(context: Any, builder: Any, its: Any, arguments: Any) -> Any:
+        bits = ir.VectorType(ir.IntType(64), value.lanes)
+        shifted = builder.fadd(
+            arguments[0], _spread(builder, ir.Constant(ir.DoubleType(), 1.5 * 2.0**52 + 1023.0), value.lanes)
+        )
+        by = ir.Constant(bits, [52] * value.lanes)  # the integer ends where the exponent of a number ends
+        return builder.bitcast(builder.shl(builder.bitcast(shifted, bits), by), _vector(value.lanes))
+
+    return value(value), generate
+
+
 def _larger(builder: Any, one: Any, other: Any) -> Any:
     """What is not a number counts as the larger one, so that it is not lost."""
     above = builder.or_(builder.fcmp_ordered(">", one, other), builder.fcmp_unordered("uno", one, one))
@@ -263,16 +277,18 @@ select: Any
 rounded: Any
 root: Any
 amount: Any
+power_of_two: Any
 greater: Any
 total: Any
 greatest: Any
 lane: Any
 if INTERPRETED:
     store, select, rounded, root, amount, greater = _stored, np.where, np.rint, np.sqrt, np.abs, np.maximum
+    power_of_two = np.exp2
     total, greatest, lane = np.sum, np.max, lambda value, number: value[number]
 else:
     store, select, greater, lane = intrinsic(_store), intrinsic(_select), intrinsic(_greater), intrinsic(_lane)
     rounded, root, amount = (intrinsic(_called(name, 1)) for name in ("rint", "sqrt", "fabs"))
     total = intrinsic(_reduced(lambda builder, a, b: builder.fadd(a, b)))
-    greatest = intrinsic(_reduced(_larger))
+    greatest, power_of_two = intrinsic(_reduced(_larger)), intrinsic(_power_of_two)
 load, all_lanes = reading(NODES)

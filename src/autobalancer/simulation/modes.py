@@ -10,6 +10,7 @@ from autobalancer.kernels.integrators.collocation.amplitudes import Amplitudes, 
 from autobalancer.kernels.integrators.collocation.bases import room_of_change
 from autobalancer.kernels.records.drive import HILL, PRESCRIBED
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Drive, System, X, Y
+from autobalancer.remembered import remembered
 
 BASES = 32  # speeds at which the modes of a rotor with gyroscopic forces are worked out
 SMALL_ROTOR = 12  # coordinates; a larger rotor has fewer bases
@@ -70,6 +71,7 @@ def _reach(drive: Drive, start: float, critical_speeds: tuple[float, ...]) -> tu
     return min(speeds), max(*speeds, min(speeds) + 1.0)
 
 
+@remembered(8, by=lambda *given: tuple(one.tobytes() if isinstance(one, np.ndarray) else one for one in given))
 def _bases(stiffness: Matrix, damping: Matrix, gyroscopic: Matrix, speeds: Floats, turning: bool) -> Matrix | None:
     """For each speed the exponents, what they gain per speed, shapes and their inverse, of M^-1 K, M^-1 C and M^-1 G."""
     size = stiffness.shape[0]
@@ -85,17 +87,14 @@ def _bases(stiffness: Matrix, damping: Matrix, gyroscopic: Matrix, speeds: Float
         return None
     inverse = np.linalg.inv(shapes)
     drifts = -np.einsum("tkj,jl,tlk->tk", inverse[:, :, order:], parts[2], shapes[:, order:])
-    rows = []
-    for t in range(count):
-        its = kept[t]
-        one, other = shapes[t][:, its], inverse[t][its]
-        matrices = (_turning(one), _turning(other)) if turning else (_resting(2.0 * one), _resting(other.conj().T).T)
-        rows.append(
-            np.concatenate(
-                [speeds[t : t + 1], _pairs(exponents[t, its]), _pairs(drifts[t, its]), *(m.ravel() for m in matrices)]
-            )
-        )
-    return np.array(rows)
+    one: Complexes = shapes.swapaxes(1, 2)[kept].reshape(count, size, 2 * order).swapaxes(1, 2)
+    other: Complexes = inverse[kept].reshape(count, size, 2 * order)
+    if turning:
+        matrices = _turning(one), _turning(other)
+    else:
+        matrices = _resting(np.asarray(2.0 * one)), _resting(other.conj().swapaxes(1, 2)).swapaxes(1, 2)
+    drawn = (_pairs(numbers[kept].reshape(count, size)) for numbers in (exponents, drifts))
+    return np.hstack([speeds[:, None], *drawn, *(matrix.reshape(count, -1) for matrix in matrices)])
 
 
 def _apart(shapes: Complexes, exponents: Complexes) -> bool:
@@ -112,20 +111,23 @@ def _complex(matrix: Matrix) -> Complexes:
     return np.asarray(matrix[0::2, 0::2] + 1j * matrix[1::2, 0::2], np.complex128)
 
 
-def _pairs(numbers: Complexes) -> Floats:
-    return np.column_stack([numbers.real, numbers.imag]).ravel()
+def _pairs(numbers: Complexes) -> Matrix:
+    """Real and imaginary parts, alternating along the last axis."""
+    return np.ascontiguousarray(numbers).view(np.float64)
 
 
-def _turning(matrix: Complexes) -> Matrix:
-    """A complex matrix over real and imaginary parts, alternating."""
-    result = np.zeros((2 * matrix.shape[0], 2 * matrix.shape[1]))
-    result[0::2, 0::2] = result[1::2, 1::2] = matrix.real
-    result[0::2, 1::2], result[1::2, 0::2] = -matrix.imag, matrix.imag
+def _turning(matrices: Complexes) -> Matrix:
+    """Complex matrices over real and imaginary parts, alternating."""
+    count, rows, columns = matrices.shape
+    result = np.zeros((count, 2 * rows, 2 * columns))
+    result[:, 0::2, 0::2] = result[:, 1::2, 1::2] = matrices.real
+    result[:, 0::2, 1::2], result[:, 1::2, 0::2] = -matrices.imag, matrices.imag
     return result
 
 
-def _resting(matrix: Complexes) -> Matrix:
-    """The real part of a complex matrix times amplitudes, over their real and imaginary parts, alternating."""
-    result = np.zeros((matrix.shape[0], 2 * matrix.shape[1]))
-    result[:, 0::2], result[:, 1::2] = matrix.real, -matrix.imag
+def _resting(matrices: Complexes) -> Matrix:
+    """The real part of complex matrices times amplitudes, over their real and imaginary parts, alternating."""
+    count, rows, columns = matrices.shape
+    result = np.zeros((count, rows, 2 * columns))
+    result[:, :, 0::2], result[:, :, 1::2] = matrices.real, -matrices.imag
     return result

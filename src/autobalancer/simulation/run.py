@@ -157,10 +157,10 @@ def simulate_races(
         wishes.remove(LastRevolutions())  # nobody asked for them, and a run that may end at any time pays for them
     jumps = unbalance_jumps(machine, end)
     record = record_for(wishes, events, assembly, end, jumps)
-    slow = slow_because(machine, assembly, end)
+    stepper = stepper_for(assembly, end, tolerance, method)
+    slow = slow_because(machine, assembly, end, long_steps=stepper.long is not None)
     if slow:
         warn(slow, DurationWarning)
-    stepper = stepper_for(assembly, end, tolerance, method)
     state = stepper.memory
     status, interrupted = _drive(assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt)
     spent = status == RUNNING  # once more would take as long again

@@ -1,4 +1,7 @@
-"""How many steps a run will take, looked at before it begins: explicit steps cannot be much longer than its fastest decay."""
+"""How many steps a run will take, looked at before it begins: explicit steps cannot be much longer than its fastest decay.
+
+Long steps solve for drag, damping and vibration exactly, so that only gravity and unequal supports can make them many.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +19,13 @@ PACE = 4e5  # steps in a second, measured with a few balls on a usual computer
 LONG = 60.0  # s of computing from which on it is said
 
 
-def slow_because(machine: Machine, assembly: Assembly, duration: float) -> str:
+def slow_because(machine: Machine, assembly: Assembly, duration: float, *, long_steps: bool = False) -> str:
     """A sentence about a run of ``duration`` (s) that will take long, with the cause; empty if it will not.
 
     An estimate from drag at rest, damping and stiffness of planar rotors, linear walls and the greatest speed.
     """
-    steps, cause = max(((duration * rate, cause) for rate, cause in _rates(machine, assembly)), default=(0.0, ""))
+    rates = [*_turns(machine, assembly)] if long_steps else [*_decays(machine, assembly), *_turns(machine, assembly)]
+    steps, cause = max(((duration * rate, cause) for rate, cause in rates), default=(0.0, ""))
     if steps / PACE < LONG:
         return ""
     return (
@@ -30,8 +34,8 @@ def slow_because(machine: Machine, assembly: Assembly, duration: float) -> str:
     )
 
 
-def _rates(machine: Machine, assembly: Assembly) -> Iterator[tuple[float, str]]:
-    """Steps in a second of the run, and what asks for them."""
+def _decays(machine: Machine, assembly: Assembly) -> Iterator[tuple[float, str]]:
+    """Explicit steps in a second of the run, and the decay or vibration that asks for them."""
     for number, ball in enumerate(assembly.balls, 1):
         if ball.drag > 0.0:
             rate = ball.drag / ball.inertia
@@ -48,6 +52,10 @@ def _rates(machine: Machine, assembly: Assembly) -> Iterator[tuple[float, str]]:
                 yield rate / REACH, f"damping brakes the rotor with a time constant of {1.0 / rate:.2g} s"
             rate = math.sqrt(stiffness / machine.rotor.mass)
             yield rate / REACH, f"the rotor vibrates at {rate:.2g} rad/s"
+
+
+def _turns(machine: Machine, assembly: Assembly) -> Iterator[tuple[float, str]]:
+    """Steps in a second of the run where they have to follow each turn."""
     speed = top_speed(machine)
     if speed and not assembly.system.rotating:
         yield speed / TURN, f"the rotor turns at {speed:.3g} rad/s"

@@ -19,11 +19,12 @@ from autobalancer.kernels.balls.rigid.clusters import leads
 from autobalancer.kernels.flags import EQUATIONS, MERGED
 from autobalancer.kernels.host.drive import drive_value, table_torque
 from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN, amplitudes_at
+from autobalancer.kernels.integrators.collocation.rates import follow, set_rate
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.drive import HILL, PRESCRIBED
 from autobalancer.kernels.system import system_at
 from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
-from autobalancer.kernels.wide import NODES, all_lanes, load, store
+from autobalancer.kernels.wide import NODES, all_lanes, lane, load, store
 
 STIFFNESS, DAMPING, DECAY, FREQUENCY = range(4)  # places in Amplitudes.numbers: k/M, b/M, delta, w_d
 # rows of a ball in its work space: its own row, and phi'' = push - twist w' - share.A
@@ -60,6 +61,19 @@ def torque_at_nodes(profile: Any, speed: Any, p: Any, a: Any) -> Any:
         slip, width = drive.synchronous_speed - speed, drive.breakdown_slip
         torque += slip * (2.0 * drive.breakdown_torque * width) / (slip * slip + width * width)
     return torque
+
+
+@njit(**MERGED)
+def set_rate_of_rotor(speed: Any, p: Any, a: Any) -> None:
+    """How fast the motor lets a difference of speed die out, but for a table."""
+    drive, slope = p.drive, 0.0
+    if drive.kind != PRESCRIBED:
+        slope = drive.damping
+        if drive.breakdown_torque != 0.0:
+            slip, width = drive.synchronous_speed - lane(speed, NODES - 1), drive.breakdown_slip
+            square, wide = slip * slip, width * width
+            slope += 2.0 * drive.breakdown_torque * width * (wide - square) / ((wide + square) * (wide + square))
+    set_rate(0, slope / p.polar_inertia, a)
 
 
 @njit(**EQUATIONS)
@@ -122,7 +136,8 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
         store(lean_y, work, place + LEAN_Y)
     # the row of each ball is put into those of host and rotor; balls that touch are one ball with the sum of their rows
     for head in range(count):
-        bound, place, whole = p.guided[head].bound != 0, EACH * head, p.balls[head].inertia
+        bound, place = p.guided[head].bound != 0, EACH * head
+        whole, drag = p.balls[head].inertia, p.balls[head].drag
         if bound and not leads(p, head):
             continue
         row, spin = load(work, place + ROW), load(work, place + SPIN)
@@ -138,6 +153,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
                 lean_x += load(work, place + LEAN_X)
                 lean_y += load(work, place + LEAN_Y)
                 whole += p.balls[last].inertia
+                drag += p.balls[last].drag
             inverse = 0.0 if held or p.ties[last].high != 0 else 1.0 / whole  # nothing moves what touches a partition
         push, twist = row * inverse, spin * inverse
         share_x, share_y = lean_x * inverse, lean_y * inverse
@@ -157,7 +173,10 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
             store(twist, work, place + TWIST)
             store(share_x, work, place + SHARE_X)
             store(share_y, work, place + SHARE_Y)
+            set_rate(1 + k, drag * inverse, a)
+            follow(1 + k, 1 + head, a)
             k = p.contacts[k].next
+    set_rate_of_rotor(speed, p, a)
     determinant = mass_xx * mass_yy - mass_xy * mass_xy
     inverse = 1.0 / determinant
     wx, wy = mass_yy * arm_x - mass_xy * arm_y, mass_xx * arm_y - mass_xy * arm_x

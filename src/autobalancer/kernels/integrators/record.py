@@ -28,6 +28,7 @@ from autobalancer.kernels.system import (
 from autobalancer.kernels.wide import NODES, all_lanes, load, root, store
 
 PIECES = NODES  # parts into which a step is cut in search of extrema and events
+NEAR = 1e-12  # a squared deflection is an extremum if it would change by no more than this share of it
 
 
 class Record(NamedTuple):
@@ -94,9 +95,10 @@ def record_samples(left, right, kept, pair):  # type: ignore[no-untyped-def]
 
 @njit(**PART)
 def _growth(x, pair):  # type: ignore[no-untyped-def]
-    """Half the derivative of the squared deflection."""
+    """Half the derivative of the squared deflection, and the latter."""
     _, m = behind(pair)
-    return component(X, x, m) * slope(X, x, m) + component(Y, x, m) * slope(Y, x, m)
+    one, other = component(X, x, m), component(Y, x, m)
+    return one * slope(X, x, m) + other * slope(Y, x, m), one * one + other * other
 
 
 @njit(**PART)
@@ -144,20 +146,18 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
         _note(m.trial[piece], left + high * step, r, m)
         if before * after < 0.0:
             # a turning point inside, by the rule of the Illinois; it counts besides the end of the piece
-            place, f_low, f_high = high, before, after
+            place, f_low, f_high, square = high, before, after, 0.0
             for _ in range(6):
-                place = (low * f_high - high * f_low) / (f_high - f_low)
-                f = _growth(place, pair)
+                last, place = place, (low * f_high - high * f_low) / (f_high - f_low)
+                f, square = _growth(place, pair)
                 if f * f_high < 0.0:
                     low, f_low = high, f_high
                 else:
                     f_low *= 0.5
                 high, f_high = place, f
-                if f == 0.0 or abs(high - low) < 1e-9:
+                if abs(f * (place - last)) <= NEAR * square:
                     break
-            place = min(max(place, 0.0), cut)
-            one, other = component(X, place, m), component(Y, place, m)
-            _note(math.sqrt(one * one + other * other), left + place * step, r, m)
+            _note(math.sqrt(square), left + place * step, r, m)
         before = after
     while m.counts[NEXT_BIN] < r.bin_low.size and r.bin_edges[m.counts[NEXT_BIN] + 1] <= right:
         number = m.counts[NEXT_BIN]

@@ -11,12 +11,13 @@ from typing import Any
 
 from numba import njit
 
-from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, add, kept_at, lean, left, station_places
+from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, add, kept_at, lean, left, rate_of_rows, station_places
 from autobalancer.kernels.balls.guided import Row
 from autobalancer.kernels.balls.rigid.clusters import leads
 from autobalancer.kernels.balls.rigid.torques import FAR
 from autobalancer.kernels.flags import MERGED
 from autobalancer.kernels.host.linear import Motion
+from autobalancer.kernels.integrators.collocation.rates import follow, set_rate
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.system import System
@@ -65,6 +66,9 @@ def bind_at_nodes(motion: Motion, p: Any, a: Any) -> tuple[Any, Any]:
                 place = kept_at(k, p)
                 store(found_push, kept, place)
                 store(found_spin, kept, place + NODES)
+                follow(1 + k, 1 + head, a)
+                if held:
+                    set_rate(1 + k, 0.0, a)
                 for i in range(4):
                     store(lean(own, i) * inverse, kept, place + (2 + i) * NODES)
                 more = p.ties[k].joined == 1
@@ -97,8 +101,8 @@ def _row(k: int, p: Any, a: Any) -> Row:
 def rest_at_nodes(k: int, p: Any, a: Any) -> Any:
     """What the contacts must add to ball k, negative: its row less its inertia times its acceleration."""
     weight = load(data(a.numbers), kept_at(k, p) + WEIGHT * NODES)
-    rate = load(data(a.forces), (2 * a.modes + 1 + k) * NODES)
-    return left(OWN, p.work.inert.shape[1], k, p, a) - weight * rate
+    acceleration = load(data(a.forces), 2 * a.modes * NODES)
+    return left(OWN, p.work.inert.shape[1], k, p, a) - weight * rate_of_rows(k, acceleration, p, a)
 
 
 @njit(**MERGED)

@@ -7,7 +7,7 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.balls.at_nodes.contacts import contacts_until
-from autobalancer.kernels.balls.planar_nodes import EACH, LEAN_X, LEAN_Y, ROW, SPIN
+from autobalancer.kernels.balls.planar_nodes import EACH, LEAN_X, LEAN_Y, PUSH, ROW, SHARE_X, SHARE_Y, SPIN, TWIST
 from autobalancer.kernels.flags import ADDRESSED, MERGED
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
 from autobalancer.kernels.pointers import behind, data
@@ -20,9 +20,12 @@ def _rest(k: int, p: Any, a: Any) -> Any:
     """What the contacts must add to ball k, negative: its row less its inertia times its acceleration."""
     forces, work, size, place = data(a.forces), data(a.balls_work), 2 * a.modes, EACH * k
     ax, ay = load(work, EACH * a.balls), load(work, EACH * a.balls + NODES)
-    free = load(work, place + ROW) - load(work, place + SPIN) * load(forces, size * NODES)
+    acceleration = load(forces, size * NODES)
+    free = load(work, place + ROW) - load(work, place + SPIN) * acceleration
     free -= load(work, place + LEAN_X) * ax + load(work, place + LEAN_Y) * ay
-    return free - load(forces, (size + 1 + k) * NODES) * p.balls[k].inertia
+    rate = load(work, place + PUSH) - load(work, place + TWIST) * acceleration
+    rate -= load(work, place + SHARE_X) * ax + load(work, place + SHARE_Y) * ay
+    return free - rate * p.balls[k].inertia
 
 
 @njit(**ADDRESSED)

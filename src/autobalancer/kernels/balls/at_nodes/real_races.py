@@ -27,12 +27,13 @@ from autobalancer.kernels.balls.guided import (
 )
 from autobalancer.kernels.flags import ADDRESSED, EQUATIONS, MERGED
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
+from autobalancer.kernels.integrators.collocation.rates import set_rate
 from autobalancer.kernels.laws.curves import drag_force, table_value
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.system import BALLS, system_at
 from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
-from autobalancer.kernels.wide import NODES, all_lanes, load, store
+from autobalancer.kernels.wide import NODES, all_lanes, lane, load, store
 
 
 @njit(**EQUATIONS)
@@ -49,7 +50,8 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
         ey = motion.sine * ball.center_x + motion.cosine * ball.center_y
         path = wavy(radius, first, second, ex, ey, nx, ny)
         known = known_acceleration(path, motion.speed, rate)
-        its = row(ball, path, motion, rate, _drag(time, step, path.length, rate, b, p, a), 0.0)
+        drag = _drag(time, step, path.length, rate, b, p, a)
+        its = row(ball, path, motion, rate, drag, 0.0)
         part = share(ball, path, motion, known, rate)
         force = normal(ball.mass, path, motion, known, 0.0)
         felt = rubbed(its, force, rubbing_arm(ball, path, moving.mode, force.push))
@@ -60,6 +62,8 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
         load_station(b, motion, path, its, part, found, p, a)
         keep(found, 0, 2, b, p, a)
         _keep(b, path.length, its, force, p, a)
+        slope = lane(drag, NODES - 1) / (lane(path.length, NODES - 1) * lane(rate, NODES - 1) * ball.stretch)
+        set_rate(1 + b, slope if moving.mode != 0.0 else 0.0, a)
         torque += part.torque - its.spin * found.push
         inertia += part.inertia - its.spin * found.spin
     finish(motion, torque, inertia, p, a)

@@ -14,6 +14,7 @@ from autobalancer.kernels.balls.guided import Row
 from autobalancer.kernels.flags import MERGED
 from autobalancer.kernels.host.linear_nodes import KEPT, PARTS, ROOM
 from autobalancer.kernels.pointers import data
+from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.wide import NODES, all_lanes, load, store
 
 OWN, WEIGHT, LENGTH, NORMAL = 6, 12, 13, 14
@@ -75,3 +76,15 @@ def left(first: int, count: int, b: int, p: Any, a: Any) -> Any:
     for i in range(count):
         taken += load(kept, place + (2 + i) * NODES) * load(kept, at + i * NODES)
     return load(kept, place) - taken
+
+
+@njit(**MERGED)
+def rate_of_rows(b: int, acceleration: Any, p: Any, a: Any) -> Any:
+    """The acceleration of a ball from its row solved for it, and those of the rotor and its station."""
+    kept, place, each = data(a.numbers), kept_at(b, p), p.work.inert.shape[1]
+    at, rate = accelerations_at(p) + p.balls[b].station * each * NODES, load(kept, place)
+    if p.drive.kind != PRESCRIBED:
+        rate -= load(kept, place + NODES) * acceleration
+    for i in range(each):
+        rate -= load(kept, place + (2 + i) * NODES) * load(kept, at + i * NODES)
+    return rate

@@ -7,7 +7,7 @@ from typing import Any
 from numba import njit
 
 from autobalancer.kernels.balls.at_nodes.clusters import bind_at_nodes
-from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, accelerations_at, add, keep, kept_at, station_places
+from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, add, keep, kept_at, rate_of_rows, station_places
 from autobalancer.kernels.balls.guided import (
     Path,
     Row,
@@ -21,6 +21,7 @@ from autobalancer.kernels.balls.guided import (
     tilting_row,
     tilting_share,
 )
+from autobalancer.kernels.balls.planar_nodes import set_rate_of_rotor
 from autobalancer.kernels.flags import EQUATIONS, MERGED
 from autobalancer.kernels.host.acted_nodes import acted_at_nodes
 from autobalancer.kernels.host.linear import Motion
@@ -34,6 +35,7 @@ from autobalancer.kernels.host.linear_nodes import (
     write_forces,
 )
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
+from autobalancer.kernels.integrators.collocation.rates import set_rate
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.system import system_at
@@ -93,6 +95,7 @@ def finish(motion: Motion, torque: Any, inertia: Any, p: Any, a: Any) -> None:
         its_torque, its_inertia = bind_at_nodes(motion, p, a)
         torque += its_torque
         inertia += its_inertia
+    set_rate_of_rotor(motion.speed, p, a)
     acceleration = together_at_nodes(motion.acceleration, torque, inertia, p, a)
     write_forces(motion.speed, acceleration, p, a)
     recover_at_nodes(acceleration, p, a)
@@ -128,6 +131,7 @@ def _flat(b: int, motion: Motion, p: Any, a: Any) -> tuple[Path, Row, Share]:
     ey = motion.sine * ball.center_x + motion.cosine * ball.center_y
     path = circle(ball.orbit, ex, ey, nx, ny)
     known = known_acceleration(path, motion.speed, rate)
+    set_rate(1 + b, ball.viscous * path.length * path.length / ball.inertia, a)
     its = row(ball, path, motion, rate, rate * (ball.viscous * path.length), 0.0)
     return path, its, share(ball, path, motion, known, rate)
 
@@ -194,13 +198,5 @@ def _load_tilt(b: int, motion: Motion, path: Path, its: Row, part: Share, found:
 @njit(**MERGED)
 def recover_at_nodes(acceleration: Any, p: Any, a: Any) -> None:
     """Accelerations of the balls from those of their stations."""
-    kept, forces, each = data(a.numbers), data(a.forces), p.work.inert.shape[1]
-    one = accelerations_at(p)
     for b in range(a.balls):
-        place, at = kept_at(b, p), one + p.balls[b].station * each * NODES
-        rate = load(kept, place)
-        if p.drive.kind != PRESCRIBED:
-            rate -= load(kept, place + NODES) * acceleration
-        for i in range(each):
-            rate -= load(kept, place + (2 + i) * NODES) * load(kept, at + i * NODES)
-        store(rate, forces, (2 * a.modes + 1 + b) * NODES)
+        store(rate_of_rows(b, acceleration, p, a), data(a.forces), (2 * a.modes + 1 + b) * NODES)

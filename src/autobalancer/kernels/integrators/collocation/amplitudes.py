@@ -26,7 +26,8 @@ FROZEN, FROZEN_BEFORE, LENGTH_BEFORE, LENGTH_KNOWN, FROZEN_KNOWN, DECAY_KNOWN = 
 PAIR_STEP, SINCE = 6, 7
 BEGINS = 8  # where in the last step this one begins
 BASIS = 9  # number of the modes in force, collocation/bases.py; -1: none yet
-HELD = 10
+STEP_KNOWN = 10  # step for which the matrices of collocation/rates.py are known
+HELD = 11
 # places in Amplitudes.tallies
 SWEEPS, RENEWED, UNSETTLED, LONG_STEPS, EXPLICIT, LEFT, CHUNK, IN_A_ROW, SWEEPS_THEN, HANDED = range(10)
 TALLIES = 10
@@ -57,6 +58,11 @@ class Amplitudes(NamedTuple):
     factors: Floats  # (K 16) e^(z c): eight real parts, eight imaginary parts
     sums: Floats  # (K 128) what the forces do: 64 real parts, 64 imaginary parts
     free: Floats  # (2 K,) amplitudes that no force drives, for the dense output
+    rates: Floats  # (1 + n) how fast the speeds of rotor and balls die out by themselves, 1/s, collocation/rates.py
+    rates_known: Floats  # (1 + n) these times the step, for which there are
+    solvers: Floats  # ((1 + n) 64) matrices that integrate the speeds
+    solver_places: Integers  # (1 + n) where each of them begins
+    heads: Integers  # (1 + n) whose acceleration each of them has: its own number, or that of a ball that it touches
     inside: Floats  # as values, at eight places of a piece of the step
     stretch: Floats  # (64,) forces of the last step at the nodes of this one
     origin: Floats  # (n,) state at the begin of the step
@@ -72,7 +78,9 @@ amplitudes_type = types.NamedTuple(
     + [radau_type, vector_type, integers_type]
     + [vector_type] * 5
     + [integers_type]
-    + [vector_type] * 16,
+    + [vector_type] * 13
+    + [integers_type] * 2
+    + [vector_type] * 6,
     Amplitudes,
 )
 amplitudes_at = pointer_to(amplitudes_type)
@@ -84,6 +92,12 @@ watch_type = types.FunctionType(types.float64(types.float64, types.voidptr, type
 SWITCHES if the switch has to tell.
 """
 SWITCHES = 2.0
+
+
+def _held() -> Floats:
+    found = np.full(HELD, np.nan)
+    found[BASIS] = -1.0
+    return found
 
 
 def amplitudes(
@@ -125,7 +139,7 @@ def amplitudes(
         inverse=np.asarray(np.linalg.inv(shapes), np.float64).ravel(),
         numbers=np.array(numbers, np.float64),
         bases=bases,
-        held=np.append(np.full(HELD - 1, np.nan), -1.0),
+        held=_held(),
         tallies=np.zeros(TALLIES, np.int64),
         begin=np.zeros(2 * modes),
         weights=np.zeros(values),
@@ -137,6 +151,11 @@ def amplitudes(
         factors=np.zeros(2 * NODES * modes),
         sums=np.zeros(2 * NODES * NODES * modes),
         free=np.zeros(2 * modes),
+        rates=np.zeros(1 + balls),
+        rates_known=np.full(1 + balls, np.nan),
+        solvers=np.zeros(NODES * NODES * (1 + balls)),
+        solver_places=np.zeros(1 + balls, np.int64),
+        heads=np.arange(1 + balls),
         inside=np.zeros(NODES * values),
         stretch=np.zeros(NODES * NODES),
         origin=np.zeros(size),

@@ -7,7 +7,6 @@ taken exactly: for a small z from the series in z with the iterated integrals of
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from numba import njit
@@ -15,7 +14,7 @@ from numba import njit
 from autobalancer.kernels.flags import MERGED
 from autobalancer.kernels.integrators.collocation.radau import SERIES, TERMS
 from autobalancer.kernels.pointers import data
-from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
+from autobalancer.kernels.trigonometry import exponential_of_lanes, sine_cosine_of_lanes
 from autobalancer.kernels.wide import NODES, all_lanes, load, store
 
 SQUARE = NODES * NODES
@@ -25,9 +24,7 @@ SMALL = 1e-17  # a term of the series that is less is left out
 @njit(**MERGED)
 def decay(mode: int, real: float, a: Any) -> None:
     """e^(Re z c) at the nodes."""
-    decays = data(a.decays)
-    for i in range(NODES):
-        decays[mode * NODES + i] = math.exp(real * a.radau.nodes[i])
+    store(exponential_of_lanes(load(data(a.radau.nodes), 0) * real), data(a.decays), mode * NODES)
 
 
 @njit(**MERGED)

@@ -18,10 +18,11 @@ from numba import njit
 from autobalancer.kernels.flags import MERGED, PART
 from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN
 from autobalancer.kernels.integrators.collocation.radau import SERIES
+from autobalancer.kernels.integrators.collocation.sweep import summed
 from autobalancer.kernels.integrators.tableau import Tableau
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import BALLS, SPEED, THETA
-from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
+from autobalancer.kernels.trigonometry import exponential_of_lanes, sine_cosine_of_lanes
 from autobalancer.kernels.wide import NODES, all_lanes, lane, load, store, total
 
 MISS = 2e-11  # of e^(z x), |z| = 1, from a polynomial through 0 and the nodes; it grows as |z|^9
@@ -96,67 +97,61 @@ def values_inside(number: int, pieces: int, step: float, a: Any, m: Any) -> None
     """
     values, forces, inside, state = data(a.values), data(a.forces), data(a.inside), data(a.origin)
     nodes, weights, bends, factors = data(a.radau.nodes), data(a.radau.weights), data(a.radau.bends), data(a.factors)
-    x, others, speed_row = _places(number, pieces, a), data(a.stretch), 2 * a.modes
+    x, basis, work, speed_row = _places(number, pieces, a), data(a.stretch), data(a.work), 2 * a.modes
     rows = speed_row + 2 + 2 * a.balls
-    for row in range(rows):
-        store(all_lanes(0.0), inside, row * NODES)
-    for j in range(-1, NODES):
-        alone = all_lanes(a.radau.start_weight if j < 0 else weights[j])
-        for i in range(NODES):
-            if i != j:
-                alone *= x - nodes[i]
-        basis, place = alone, 0.0
-        if j >= 0:
-            place = nodes[j]
-            basis = alone * x * (1.0 / place)
-        near = x - place
-        value_share = basis * basis * (1.0 - near * (2.0 * bends[j + 1]))
-        slope_share = basis * basis * near
-        for mode in range(a.modes):
-            row = 2 * mode
-            real = a.exponents[row] * step
-            imaginary = (a.exponents[row + 1] - a.turning * a.held[FROZEN]) * step
-            its, beside = load(inside, row * NODES), load(inside, (row + 1) * NODES)
-            if real * real + imaginary * imaginary > SERIES * SERIES:
-                if j >= 0:
-                    factor, turned = factors[row * NODES + j], factors[(row + 1) * NODES + j]
-                    driven = values[row * NODES + j] - factor * a.free[row] + turned * a.free[row + 1]
-                    driven_beside = values[(row + 1) * NODES + j] - factor * a.free[row + 1] - turned * a.free[row]
-                    its += alone * driven
-                    beside += alone * driven_beside
-            else:
-                here, here_beside, push, push_beside = a.begin[row], a.begin[row + 1], 0.0, 0.0
-                if j >= 0:
-                    here, here_beside = values[row * NODES + j], values[(row + 1) * NODES + j]
-                    push, push_beside = forces[row * NODES + j], forces[(row + 1) * NODES + j]
-                else:
-                    for k in range(NODES):
-                        push += a.radau.starts[k] * forces[row * NODES + k]
-                        push_beside += a.radau.starts[k] * forces[(row + 1) * NODES + k]
-                rate = real * here - imaginary * here_beside + step * push
-                rate_beside = real * here_beside + imaginary * here + step * push_beside
-                its += value_share * here + slope_share * rate
-                beside += value_share * here_beside + slope_share * rate_beside
-            store(its, inside, row * NODES)
-            store(beside, inside, (row + 1) * NODES)
-        if j >= 0:  # differences from the begin, so that a speed that is kept stays what it is to the last bit
-            for row in range(speed_row, rows):
-                away = values[row * NODES + j] - _at_begin(row - speed_row, state)
-                store(load(inside, row * NODES) + basis * away, inside, row * NODES)
-    for row in range(speed_row, rows):
-        store(load(inside, row * NODES) + _at_begin(row - speed_row, state), inside, row * NODES)
+    product = all_lanes(1.0)
+    for j in range(NODES):  # of the distances from the nodes before j, then of those after it
+        store(product * weights[j], basis, j * NODES)
+        product *= x - nodes[j]
+    at_begin = product * a.radau.start_weight
+    product = all_lanes(1.0)
+    for j in range(NODES - 1, -1, -1):
+        store(product * load(basis, j * NODES), basis, j * NODES)
+        product *= x - nodes[j]
     for mode in range(a.modes):
         row = 2 * mode
         real = a.exponents[row] * step
         imaginary = (a.exponents[row + 1] - a.turning * a.held[FROZEN]) * step
+        its, beside = all_lanes(0.0), all_lanes(0.0)
         if real * real + imaginary * imaginary > SERIES * SERIES:
+            one, other = a.free[row], a.free[row + 1]
+            factor, turned = load(factors, row * NODES), load(factors, (row + 1) * NODES)
+            store(load(values, row * NODES) - factor * one + turned * other, work, 0)
+            store(load(values, (row + 1) * NODES) - factor * other - turned * one, work, NODES)
             sine, cosine = sine_cosine_of_lanes(x * imaginary)
-            for i in range(NODES):
-                others[i] = math.exp(real * lane(x, i))
-            size = load(others, 0)
-            sine, cosine, its, beside = size * sine, size * cosine, a.free[row], a.free[row + 1]
-            store(load(inside, row * NODES) + cosine * its - sine * beside, inside, row * NODES)
-            store(load(inside, (row + 1) * NODES) + cosine * beside + sine * its, inside, (row + 1) * NODES)
+            size = exponential_of_lanes(x * real)
+            sine, cosine = size * sine, size * cosine
+            its = summed(basis, 0, work, 0) + (cosine * one - sine * other)
+            beside = summed(basis, 0, work, 1) + (cosine * other + sine * one)
+        else:
+            push, push_beside = 0.0, 0.0
+            for j in range(-1, NODES):
+                here, here_beside, alone, place = a.begin[row], a.begin[row + 1], at_begin, 0.0
+                if j >= 0:
+                    place = nodes[j]
+                    here, here_beside = values[row * NODES + j], values[(row + 1) * NODES + j]
+                    push, push_beside = forces[row * NODES + j], forces[(row + 1) * NODES + j]
+                    alone = load(basis, j * NODES) * x * (1.0 / place)
+                else:
+                    starts = load(data(a.radau.starts), 0)
+                    push = total(starts * load(forces, row * NODES))
+                    push_beside = total(starts * load(forces, (row + 1) * NODES))
+                near, square = x - place, alone * alone
+                value_share, slope_share = square * (1.0 - near * (2.0 * bends[j + 1])), square * near
+                rate = real * here - imaginary * here_beside + step * push
+                rate_beside = real * here_beside + imaginary * here + step * push_beside
+                its += value_share * here + slope_share * rate
+                beside += value_share * here_beside + slope_share * rate_beside
+        store(its, inside, row * NODES)
+        store(beside, inside, (row + 1) * NODES)
+    for j in range(NODES):
+        store(load(basis, j * NODES) * x * (1.0 / nodes[j]), basis, j * NODES)
+    for row in range(
+        speed_row, rows
+    ):  # differences from the begin, so that a speed that is kept stays what it is to the last bit
+        begin = _at_begin(row - speed_row, state)
+        store(load(values, row * NODES) - begin, work, 0)
+        store(summed(basis, 0, work, 0) + begin, inside, row * NODES)
 
 
 @njit(**MERGED)

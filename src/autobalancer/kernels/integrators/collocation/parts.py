@@ -22,7 +22,9 @@ from autobalancer.kernels.pointers import data
 from autobalancer.kernels.system import BALLS, SPEED, THETA
 from autobalancer.kernels.wide import NODES, load, store, total
 
-STRICT = 3.0  # the estimate times this, so that whole runs miss no more than with the pair at the same tolerance
+# the estimate times this, so that whole runs miss no more than with the pair at the same tolerance; above FINE it grows with the
+# fourth root of the tolerance, as the last coefficient says less about those that follow it in longer steps
+STRICT, FINE = 3.0, 1e-6
 
 
 @njit(**MERGED)
@@ -82,7 +84,7 @@ def step_miss(step: float, a: Any) -> float:
             miss *= step * max(weights[own + a.balls], step * weights[own] / (2.0 * NODES))
         if not miss <= worst:  # also when it is not a number
             worst = miss
-    return worst * STRICT
+    return worst * STRICT * max(1.0, math.sqrt(math.sqrt(1.0 / (FINE * weights[size + 1]))))
 
 
 @njit(**MERGED)

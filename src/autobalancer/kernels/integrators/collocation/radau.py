@@ -35,9 +35,11 @@ class Radau(NamedTuple):
     powers: Floats  # (8 8) coefficients of x to x^8 of the polynomial that is 0 at 0
     bends: Floats  # (9,) slope of each basis polynomial through 0 and the nodes at its own place
     start_weight: float  # of the barycentric formula through 0 and the nodes
+    damped: Floats  # (8 8 8) with integral A: (1 + x A)^-1 A is the sum of x^q times these, over the sum of x^q times the next
+    determinant: Floats  # (9,)
 
 
-radau_type = types.NamedTuple([vector_type] * 9 + [types.float64], Radau)
+radau_type = types.NamedTuple([vector_type] * 9 + [types.float64] + [vector_type] * 2, Radau)
 _Numbers = list[Decimal]
 
 
@@ -73,7 +75,25 @@ def radau() -> Radau:
             powers=_floats([one[1:] for one in around[1:]]),
             bends=_floats([_at(_slope(one), place) for one, place in zip(around, with_zero, strict=True)]),
             start_weight=float(1 / _product(with_zero, 0)),
+            **_damped(integrals[0]),
         )
+
+
+def _damped(columns: list[_Numbers]) -> dict[str, Floats]:
+    """After Faddeev and LeVerrier: M_0 = 1, d_q = tr(A M_(q-1)) / q, M_q = d_q - A M_(q-1), all columns first."""
+    one = [[Decimal(int(i == j)) for i in range(NODES)] for j in range(NODES)]
+    matrix, found, determinant = one, [], [Decimal(1)]
+    for q in range(1, NODES + 1):
+        product = [
+            [sum((columns[k][i] * its[k] for k in range(NODES)), Decimal(0)) for i in range(NODES)] for its in matrix
+        ]
+        found.append(product)
+        determinant.append(sum((product[i][i] for i in range(NODES)), Decimal(0)) / q)
+        matrix = [
+            [determinant[-1] * unit - its for unit, its in zip(*both, strict=True)]
+            for both in zip(one, product, strict=True)
+        ]
+    return {"damped": _floats(found), "determinant": _floats(determinant)}
 
 
 def _nodes() -> _Numbers:

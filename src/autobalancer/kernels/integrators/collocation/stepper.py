@@ -57,7 +57,9 @@ from autobalancer.kernels.wide import NODES
 OTHER_FORCES = 5  # another end of a call, beside those of the explicit pairs
 KAPPA = 0.001  # the iteration ends where its error is this share of the tolerance
 MOST_SWEEPS = 12
-RENEW = 0.2  # rad: so far may the frame turn against the frozen speed in a step
+RENEW = (
+    0.05  # rad: so far may the frame turn in a step against the frozen speed, if the middle of the step has that one
+)
 INSIDE = 1.0 - 1e-12  # of a step that a switch ends
 SMALLEST = 1e-8  # of the error of a step, so that the next one is not longer without limit
 
@@ -106,6 +108,8 @@ def advance_long(
         if m.counts[FRESH] == 0:
             a.held[FROZEN] = m.state[SPEED]
             take_basis(inner)
+            for row in range(a.rates.size):
+                a.rates[row] = 0.0
             if m.clock[STEP] == 0.0:
                 m.clock[STEP] = min(0.5 / (abs(m.state[SPEED]) + quick), stop - time)
         step, left = min(m.clock[STEP], m.clock[LONGEST]), stop - time
@@ -118,21 +122,24 @@ def advance_long(
         m.clock[TAKEN] = step
         for i in range(n):
             m.start[i] = a.origin[i] = m.state[i]
-        if abs(m.state[SPEED] - a.held[FROZEN]) * step > RENEW:
-            a.held[FROZEN] = m.state[SPEED]
+        middle = m.state[SPEED]
+        if m.counts[FRESH] == 1:
+            middle += 0.5 * step * a.forces_before[(2 * a.modes + 1) * NODES - 1]
+        if abs(middle - a.held[FROZEN]) * step > RENEW:
+            a.held[FROZEN] = middle
             take_basis(inner)
         weigh(a, m)
         know_modes(step, a)
-        sweeps = 0
-        if m.counts[FRESH] == 1:
-            go_on(step, a.held[FROZEN] - a.held[FROZEN_BEFORE], a)
-        else:
+        sweeps, found = 0, m.counts[FRESH] == 0
+        if found:
             stand(a, m)
             nodes(time, step, parameters, unknowns)
             sweeps += 1
+        else:
+            go_on(step, a.held[FROZEN] - a.held[FROZEN_BEFORE], a)
         before, settled, count = math.inf, False, 0
         while count < MOST_SWEEPS:
-            change = sweep(step, a, m)
+            change = sweep(found, step, a, m)
             count += 1
             if count > 1:
                 if not change < math.inf or (count > 2 and change > 2.0 * before):
@@ -143,7 +150,7 @@ def advance_long(
                     break
                 before = change
             nodes(time, step, parameters, unknowns)
-            sweeps += 1
+            sweeps, found = sweeps + 1, True
         a.tallies[SWEEPS] += sweeps
         m.counts[EVALUATIONS] += NODES * sweeps
         error = step_miss(step, a) if settled else math.inf
