@@ -24,8 +24,8 @@ from autobalancer.measurement.loop.border import receptance_border
 from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_matrix
 from autobalancer.measurement.loop.curve import receptance_loop
 from autobalancer.measurement.loop.growth import receptance_stability
-from autobalancer.measurement.receptance.measured import load_receptance
-from autobalancer.measurement.receptance.rational_fit import modes_of, pole_model
+from autobalancer.rotordynamics.receptance.measured import load_receptance
+from autobalancer.rotordynamics.receptance.rational_fit import modes_of, pole_model
 from autobalancer.simulation.sampling import SampleTimes
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border

@@ -18,7 +18,7 @@ from autobalancer.cli.rotors.receptance import receptance as command
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.loop.balls import equal_balls
 from autobalancer.measurement.loop.border import receptance_border
-from autobalancer.measurement.receptance.measured import receptance_dataset
+from autobalancer.rotordynamics.receptance.measured import receptance_dataset
 
 FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it
 MASS, DAMPING, STIFFNESS = 12.27, 68.37, 44654.0  # Spannan (2021), table 6.4

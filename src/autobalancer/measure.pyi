@@ -52,9 +52,6 @@ from autobalancer.measurement.race.lag import drag_from_lag as drag_from_lag
 from autobalancer.measurement.race.rest import RestFriction as RestFriction
 from autobalancer.measurement.race.rest import rest_friction as rest_friction
 from autobalancer.measurement.race.roundness import race_shape as race_shape
-from autobalancer.measurement.receptance.measured import load_receptance as load_receptance
-from autobalancer.measurement.receptance.rational_fit import modes_of as modes_of
-from autobalancer.measurement.receptance.rational_fit import receptance as receptance
 from autobalancer.measurement.rubber.file import load_rubber as load_rubber
 from autobalancer.measurement.rubber.fit import rubber as rubber
 from autobalancer.measurement.rubber.hysteresis import hysteresis as hysteresis
@@ -74,6 +71,10 @@ from autobalancer.measurement.spectra.envelope import envelope as envelope
 from autobalancer.measurement.spectra.orbit import orbit as orbit
 from autobalancer.measurement.spectra.order_map import order_map as order_map
 from autobalancer.measurement.spectra.spectrum import spectrum as spectrum
+from autobalancer.rotordynamics.receptance.measured import load_receptance as load_receptance
+from autobalancer.rotordynamics.receptance.rational_fit import modes_of as modes_of
+from autobalancer.rotordynamics.receptance.rational_fit import receptance as receptance
+from autobalancer.rotordynamics.receptance.rotor import receptance_rotor as receptance_rotor
 
 __all__ = [
     "BalanceRun",
@@ -131,6 +132,7 @@ __all__ = [
     "receptance",
     "receptance_border",
     "receptance_loop",
+    "receptance_rotor",
     "receptance_stability",
     "record",
     "rectified_picture",

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.measurement.loop.balls import RaceBalls
-from autobalancer.measurement.receptance.measured import receptance_dataset
-from autobalancer.measurement.receptance.pole_model import PoleModel
+from autobalancer.rotordynamics.receptance.measured import receptance_dataset
+from autobalancer.rotordynamics.receptance.pole_model import PoleModel
 
 
 @dataclass(frozen=True)

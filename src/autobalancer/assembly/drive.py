@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import zip_longest
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from autobalancer.assembly.profile import Piece, profile_pieces, schedule_times, unbalance_factor, unbalance_vector
+from autobalancer.assembly.profile import Piece, profile_pieces, schedule_times, unbalance_factor
 from autobalancer.assembly.torsion.links import link_rows, ripple_rows
 from autobalancer.kernels.records.drive import HILL, LINEAR, PRESCRIBED, SEGMENT, TORQUE
 from autobalancer.kernels.system import Drive, Rows
@@ -77,7 +81,7 @@ def _segments(machine: Machine) -> Rows:
     pieces = _pieces(machine)
     grid = sorted({*(piece.start for piece in pieces), *schedule_times(machine)})
     rows = SEGMENT.rows(len(grid))
-    for number, (row, time) in enumerate(zip(rows, grid, strict=True)):
+    for row, time in zip(rows, grid, strict=True):
         piece = [p for p in pieces if p.start <= time][-1]
         row.start, row.kind = time, piece.kind
         numbers = piece.at(time)
@@ -85,11 +89,53 @@ def _segments(machine: Machine) -> Rows:
             row.end, row.half_time, row.exponent, row.begin = numbers
         else:
             row.value, row.rate = numbers[:2]
-        after, change = unbalance_vector(machine, time), 0j
-        for unbalance in machine.unbalances if number + 1 < len(grid) else ():
-            factor, late = unbalance_factor(unbalance, time), unbalance_factor(unbalance, grid[number + 1], before=True)
-            change += unbalance.vector * (late - factor) / (grid[number + 1] - time)
-            row.changing |= int(late != factor)
-        row.unbalance_x, row.unbalance_y = after.real, after.imag
-        row.unbalance_rate_x, row.unbalance_rate_y = change.real, change.imag
+    courses = unbalance_courses(machine, grid)
+    vectors = [unbalance.vector for unbalance in machine.unbalances]
+    resultant = unbalances_over(courses, [one.real for one in vectors], [one.imag for one in vectors])
+    for row, course, values in zip(rows, courses, resultant, strict=True):
+        row.changing = int(any(late != factor for factor, late in course.factors))
+        row.unbalance_x, row.unbalance_y, row.unbalance_rate_x, row.unbalance_rate_y = values
     return rows
+
+
+class Course(NamedTuple):
+    """How the point unbalances change from one time of a grid to the next."""
+
+    factors: list[tuple[float, float]]  # of each unbalance, just after the one time and just before the next
+    time: float  # between them, s; 1 after the last, where nothing changes
+
+
+def unbalance_courses(machine: Machine, grid: Sequence[float]) -> list[Course]:
+    """The courses of the unbalances of a machine over a grid of times, s."""
+    found = []
+    for time, late in zip_longest(grid, grid[1:]):
+        factors = [unbalance_factor(one, time) for one in machine.unbalances]
+        ends = factors if late is None else [unbalance_factor(one, late, before=True) for one in machine.unbalances]
+        found.append(Course(list(zip(factors, ends, strict=True)), 1.0 if late is None else late - time))
+    return found
+
+
+def unbalances_over(courses: Sequence[Course], x: Sequence[Any], y: Sequence[Any]) -> list[list[Any]]:
+    """The resultant of unbalances at the begin of each course, and its rate.
+
+    Parameters
+    ----------
+    courses
+        From :func:`unbalance_courses`.
+    x, y
+        Of each unbalance at factor one, kg m: a number, or an array over many machines that differ in it.
+
+    Returns
+    -------
+    list
+        Of each course x and y, kg m, and their rates, kg m/s.
+    """
+    found = []
+    for factors, time in courses:
+        after = [sum((part * begin for part, (begin, _) in zip(own, factors, strict=True)), 0.0) for own in (x, y)]
+        rate = [
+            sum((part * (end - begin) / time for part, (begin, end) in zip(own, factors, strict=True)), 0.0)
+            for own in (x, y)
+        ]
+        found.append([*after, *rate])
+    return found

@@ -5,42 +5,54 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.rotors.model import Floats, Matrix
+from autobalancer.assembly.rotors.model import Floats, LateralModel, Matrix
 from autobalancer.assembly.spatial import Parts
 from autobalancer.kernels.lanes import LANES
 from autobalancer.kernels.system import Host, Work
 from autobalancer.machine import Machine
+from autobalancer.remembered import remembered
 
 
 def host_of(machine: Machine, parts: Parts, starts: Floats) -> tuple[Host, Work]:
     """The rotor of a machine, and room for its work; ``starts`` are those of the segments of its drive."""
-    model, size, width = parts.sliding, parts.size, padded_size(parts.size)
+    width, count = padded_size(parts.size), parts.places.shape[0]
     each = 4 if machine.tilting_races == "full" else 2
-    count = parts.places.shape[0]
-    inverse: Matrix = np.asarray(np.linalg.inv(parts.mass), np.float64)
-    stations = zip(parts.places, parts.slopes, strict=True)
+    inverse, matrices = _matrices(parts.sliding, parts.reduction.basis, parts.mass, parts.places, parts.slopes, each)
+    host = Host(
+        size=parts.size,
+        width=width,
+        stations=count,
+        axial_gravity=axial_gravity(machine),
+        loads=loads_of(machine, parts, inverse, starts, width),
+        **matrices,
+    )
+    return host, _work(width, count * each, each)
+
+
+@remembered(8)
+def _matrices(
+    model: LateralModel, basis: Matrix, mass: Matrix, places: Matrix, slopes: Matrix, each: int
+) -> tuple[Matrix, dict[str, Matrix]]:
+    """The inverse of the mass, and the matrices of a rotor with ``each`` rows at a station."""
+    size, width = mass.shape[0], padded_size(mass.shape[0])
+    inverse: Matrix = np.asarray(np.linalg.inv(mass), np.float64)
+    stations = zip(places, slopes, strict=True)
     rows = np.concatenate([np.zeros((0, size)), *(np.concatenate(both[: each // 2]) for both in stations)])
-    gyroscopic = parts.small(model.gyroscopic)
+    gyroscopic = basis.T @ model.gyroscopic @ basis
 
     def columns(matrix: Matrix) -> Matrix:
         return _wide(matrix.T, (width, width))  # row j is column j of the matrix
 
-    host = Host(
-        size=size,
-        width=width,
-        stations=count,
-        axial_gravity=axial_gravity(machine),
-        speeds=np.array(model.speeds, np.float64),
-        gyroscopic=columns(inverse @ gyroscopic),
-        damping=np.array([columns(inverse @ parts.small(c)) for c in model.damping]),
-        stiffness=np.array([columns(inverse @ parts.small(k)) for k in model.stiffness]),
-        spin=columns(0.5 * gyroscopic),
-        rows=_wide(rows, (count * each, width)),
-        reach=_wide(rows @ inverse, (count * each, width)),
-        mobility=np.ascontiguousarray(rows @ inverse @ rows.T),
-        loads=loads_of(machine, parts, inverse, starts, width),
-    )
-    return host, _work(width, count * each, each)
+    return inverse, {
+        "speeds": np.array(model.speeds, np.float64),
+        "gyroscopic": columns(inverse @ gyroscopic),
+        "damping": np.array([columns(inverse @ (basis.T @ c @ basis)) for c in model.damping]),
+        "stiffness": np.array([columns(inverse @ (basis.T @ k @ basis)) for k in model.stiffness]),
+        "spin": columns(0.5 * gyroscopic),
+        "rows": _wide(rows, (places.shape[0] * each, width)),
+        "reach": _wide(rows @ inverse, (places.shape[0] * each, width)),
+        "mobility": np.ascontiguousarray(rows @ inverse @ rows.T),
+    }
 
 
 def _work(width: int, rows: int, each: int) -> Work:

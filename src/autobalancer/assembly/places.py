@@ -4,27 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from autobalancer.assembly.held import center_moments
 from autobalancer.assembly.rotors import (
     LateralModel,
+    lateral_model,
+    places_key,
     reference,
+    rotor_key,
     spring_model,
     station_rows,
     with_ball_mass,
 )
 from autobalancer.assembly.rotors.grounds import carried, grounds, large_motions, sag, weights
-from autobalancer.assembly.rotors.hardening import hard_places, with_hardening
+from autobalancer.assembly.rotors.hardening import hard_places
 from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.mounts import mounts
-from autobalancer.assembly.rotors.planes import planes_of
-from autobalancer.assembly.rotors.reduction import circular
+from autobalancer.assembly.rotors.planes import Planes, planes_of
+from autobalancer.assembly.rotors.reduction import Reduction, circular
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.race_capability import capability_of
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine, MultibodyRotor
+from autobalancer.remembered import remembered
 
 SAME = 1e-12  # rows that differ less are those of one place
 
@@ -56,11 +61,57 @@ class Places:
     center_loads: Complexes  # (pairs,) the same over the coordinates of the model along x
 
 
+class _Seen(NamedTuple):
+    """What of the places depends on the rotor and the coordinates of a run only; see :class:`Places`."""
+
+    planes: Planes
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    rows: Matrix
+    supports: tuple[str, ...]
+    sag: Complexes
+    weight: Matrix
+    stiffness: Matrix
+    damping: Matrix
+    run_stiffness: Matrix
+    run_damping: Matrix
+    rubber_rows: Matrix
+    hard_rows: Matrix
+
+
 def places_of(machine: Machine, assembly: Assembly) -> Places:
     """The places of an assembled machine."""
     bare = spring_model(machine)
-    model = with_ball_mass(machine, with_hardening(machine, bare))
+    model = with_ball_mass(machine, lateral_model(machine))
     basis = assembly.reduction.basis if assembly.reduction is not None else np.eye(model.size)
+    seen = _seen(machine, bare, assembly.reduction)
+    planes = seen.planes
+    centers = sum(
+        (
+            np.asarray(moment * planes.rows[planes.of_balancer[number]].deflection, np.complex128)
+            for number, moment in center_moments(machine, assembly.balls).items()
+        ),
+        np.zeros(model.pairs, np.complex128),
+    )
+    plane = tuple(planes.of_balancer[ball.balancer] for ball in assembly.balls)
+    of_plane = [[b for b, p in zip(assembly.balls, plane, strict=True) if p == i] for i in range(len(planes.names))]
+    return Places(
+        planes=planes.names,
+        plane_of_ball=plane,
+        speeds=bare.speeds,
+        machine=machine,
+        model=model,
+        basis=basis,
+        capability=np.array([capability_of(balls) for balls in of_plane], np.float64),
+        centers=basis.T @ circular(model, centers),
+        center_loads=centers,
+        **{name: getattr(seen, name) for name in _Seen._fields[1:]},
+    )
+
+
+@remembered(8, by=lambda machine, bare, small: (*places_key(machine), *rotor_key(machine), bare, small and small.basis))
+def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _Seen:
+    basis = np.eye(bare.size) if small is None else small.basis
     planes, stations = planes_of(machine, bare), station_rows(machine, bare)
     found = grounds(machine, bare)
     rows = {name: bare.both(row.deflection[None]) for name, row in zip(planes.names, planes.rows, strict=True)}
@@ -73,17 +124,8 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         if not any(np.abs(row - other).max() <= SAME for other in rows.values()):
             rows[name if name not in rows else f"{kind} {name}"] = row
             kinds.append(kind)
-    centers = sum(
-        (
-            np.asarray(moment * planes.rows[planes.of_balancer[number]].deflection, np.complex128)
-            for number, moment in center_moments(machine, assembly.balls).items()
-        ),
-        np.zeros(model.pairs, np.complex128),
-    )
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     rest = sag(bare, pull)
-    plane = tuple(planes.of_balancer[ball.balancer] for ball in assembly.balls)
-    of_plane = [[b for b, p in zip(assembly.balls, plane, strict=True) if p == i] for i in range(len(planes.names))]
     rubber = mounts(machine, bare)
     runs = [large_motions(machine, bare, ground, rubber) for ground in found]
 
@@ -91,28 +133,20 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         shape = (len(found), bare.speeds.size, 2, basis.shape[1])
         return np.array([matrix @ basis for matrix in matrices]).reshape(shape).swapaxes(0, 1)
 
-    return Places(
-        planes=planes.names,
-        plane_of_ball=plane,
+    return _Seen(
+        planes=planes,
         names=tuple(rows),
         kinds=tuple(kinds),
         rows=np.array([row @ basis for row in rows.values()]),
         supports=tuple(ground.name for ground in found),
         sag=np.array([row @ rest @ (1.0, 1j) for row in rows.values()]),
         weight=weights(bare, found, pull),
-        speeds=bare.speeds,
         stiffness=over_speeds(ground.stiffness for ground in found),
         damping=over_speeds(ground.damping for ground in found),
         run_stiffness=over_speeds(one[0] for one in runs),
         run_damping=over_speeds(one[1] for one in runs),
         rubber_rows=np.array([one[2] for one in runs]).reshape(len(found), 2, 2 * len(rubber)),
         hard_rows=carried(bare, found, hard_places(machine, bare)),
-        machine=machine,
-        model=model,
-        basis=basis,
-        capability=np.array([capability_of(balls) for balls in of_plane], np.float64),
-        centers=basis.T @ circular(model, centers),
-        center_loads=centers,
     )
 
 

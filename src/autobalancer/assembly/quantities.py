@@ -193,7 +193,8 @@ def value_of(machine: Machine, name: str) -> float:
     if _is_path(name):
         return parameter_of(machine, name)
     if name in ("damping", "stiffness"):
-        x, y = getattr(settled(machine).rotor, f"{name}_xy")
+        none = math.nan, math.nan  # of rotors that have one at each support
+        x, y = getattr(settled(machine).rotor, f"{name}_xy", none)
         return float(x) if x == y else math.nan
     if name == "unbalance":
         return abs(sum(u.vector for u in machine.unbalances))

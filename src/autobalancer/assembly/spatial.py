@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,9 @@ from autobalancer.assembly.rotors import (
     LateralModel,
     balancer_rows,
     lateral_model,
+    places_key,
     reference,
+    rotor_key,
     rows_matrix,
     spring_model,
     station_rows,
@@ -21,11 +24,12 @@ from autobalancer.assembly.rotors import (
 )
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.hardening import HardPlace, hard_places
-from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
+from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix, Rows
 from autobalancer.assembly.rotors.mounts import Mount, mounts, sliding_model
-from autobalancer.assembly.rotors.reduction import Reduction, circular, reduction
+from autobalancer.assembly.rotors.reduction import Reducer, Reduction, circular
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
+from autobalancer.kernels.system import BALLS, SPEED, VX, VY, X, Y
 from autobalancer.machine import (
     AsynchronousDrive,
     ConstantTorque,
@@ -35,6 +39,7 @@ from autobalancer.machine import (
     TargetTorque,
     TorqueTable,
 )
+from autobalancer.remembered import remembered
 
 
 @dataclass(frozen=True)
@@ -76,9 +81,72 @@ class Parts:
         return float(loads) + mobile * sum(ball.moment for ball in balls) + eccentric
 
 
+class Frame(NamedTuple):
+    """A rotor without balls and unbalances, and what is seen of it."""
+
+    model: LateralModel
+    sliding: LateralModel
+    rubber: tuple[Mount, ...]
+    hard: tuple[HardPlace, ...]
+    alike: bool  # whether x and y are
+    reference: str
+    front: Rows
+    rows: list[Rows]  # of the balancers
+    named: dict[str, Rows]  # of the stations
+    everything: Matrix  # all of them along x, (P, pairs)
+
+
+class Small(NamedTuple):
+    """The same in reduced coordinates, see :class:`Parts`."""
+
+    places: Matrix
+    slopes: Matrix
+    mass: Matrix
+    stations: dict[str, Matrix]
+
+
+@remembered(8, by=lambda machine: (*rotor_key(machine), *places_key(machine)))
+def _frame(machine: Machine) -> Frame:
+    model = lateral_model(machine)
+    rubber, hard = mounts(machine, model), hard_places(machine, model)
+    name, front = reference(machine, model)
+    rows, named = balancer_rows(machine, model), station_rows(machine, model)
+    springs: tuple[Mount | HardPlace, ...] = (*rubber, *hard)
+    everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(springs, model.pairs)])
+    return Frame(
+        model, sliding_model(machine, spring_model(machine), rubber), rubber, hard,
+        model.isotropic and all(one.isotropic(model.pairs) for one in springs), name, front, rows, named, everything,
+    )  # fmt: skip
+
+
+@remembered(8)
+def _reducer(frame: Frame, model: LateralModel, top: float, wanted: int | None) -> Reducer:
+    return Reducer(model, frame.front, frame.everything, top, wanted, isotropic=frame.alike)
+
+
+@remembered(8)
+def _small(frame: Frame, model: LateralModel, basis: Matrix) -> Small:
+    def seen(row: Floats) -> Matrix:
+        return np.asarray(model.both(row[None]) @ basis)
+
+    count, size = len(frame.rows), basis.shape[1]
+    return Small(
+        places=np.array([seen(row.deflection) for row in frame.rows]).reshape(count, 2, size),
+        slopes=np.array([seen(row.slope) for row in frame.rows]).reshape(count, 2, size),
+        mass=basis.T @ model.mass @ basis,
+        stations={key: seen(row.deflection) for key, row in frame.named.items()},
+    )
+
+
+@remembered(8)
+def _sliding(sliding: LateralModel, mass: Matrix) -> LateralModel:
+    return replace(sliding, mass=mass)
+
+
 def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False) -> Parts:
     """Build, reduce and place everything but the time; if ``held`` the mass of the balls belongs to the rotor."""
-    model = lateral_model(machine)
+    frame = _frame(machine)
+    model = frame.model
     top = top_speed(machine)
     if top is not None and top > model.top_speed * (1.0 + 1e-12):
         raise MachineError(
@@ -86,51 +154,31 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
             "extend the tables"
         )
     loaded = with_ball_mass(machine, model)
-    rubber = mounts(machine, model)
-    sliding = sliding_model(machine, spring_model(machine), rubber)
-    hard = hard_places(machine, model)
-    springs: tuple[Mount | HardPlace, ...] = (*rubber, *hard)
     model = loaded if held else model
     critical = critical_speeds(loaded)
     still = critical or tuple(natural_frequencies(loaded).tolist())
     if top is None:
         top = min(2.0 * still[min(2, len(still) - 1)] if still else 1000.0, model.top_speed)
-    name, front = reference(machine, model)
-    rows = balancer_rows(machine, model)
-    named = station_rows(machine, model)
-    everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(springs, model.pairs)])
     loads = _loads(machine, model)
-    total = sum(loads, np.zeros(model.pairs, np.complex128))
-    alike = model.isotropic and all(one.isotropic(model.pairs) for one in springs)
-    wanted = getattr(machine.rotor, "modes", None)
-    small = reduction(model, front, everything, total, max(top, 1.0), wanted, isotropic=alike)
-    basis = small.basis
-
-    def seen(row: Floats) -> Matrix:
-        return np.asarray(model.both(row[None]) @ basis)
-
-    size = basis.shape[1]
+    reducer = _reducer(frame, model, max(top, 1.0), getattr(machine.rotor, "modes", None))
+    reduction = reducer.carrying(sum(loads, np.zeros(model.pairs, np.complex128)))
+    small = _small(frame, model, reduction.basis)
     return Parts(
         model=model,
-        sliding=replace(sliding, mass=model.mass),
-        mounts=rubber,
-        hard=hard,
-        reduction=small,
-        isotropic=alike,
-        places=np.array([seen(row.deflection) for row in rows]).reshape(len(rows), 2, size),
-        slopes=np.array([seen(row.slope) for row in rows]).reshape(len(rows), 2, size),
-        mass=basis.T @ model.mass @ basis,
-        shapes=_shapes(model, basis, loads),
-        reference=name,
-        stations={key: seen(row.deflection) for key, row in named.items()},
+        sliding=_sliding(frame.sliding, model.mass),
+        mounts=frame.rubber,
+        hard=frame.hard,
+        reduction=reduction,
+        isotropic=frame.alike,
+        places=small.places,
+        slopes=small.slopes,
+        mass=small.mass,
+        shapes=_shapes(model, reduction.basis, loads),
+        reference=frame.reference,
+        stations=small.stations,
         critical_speeds=critical,
         frequency=max(still, default=1.0),
     )
-
-
-def with_unbalances(parts: Parts, machine: Machine) -> Parts:
-    """The same parts under the unbalances of a machine, whose rotor is the same."""
-    return replace(parts, shapes=_shapes(parts.model, parts.reduction.basis, _loads(machine, parts.model)))
 
 
 def _loads(machine: Machine, model: LateralModel) -> list[Complexes]:
@@ -145,6 +193,23 @@ def _shapes(model: LateralModel, basis: Matrix, loads: list[Complexes]) -> Compl
 def length_scale(machine: Machine, parts: Parts, balls: tuple[Ball, ...]) -> float:
     """Size of the deflections of a run, m."""
     return max(parts.length(balls), abs(complex(*machine.start.deflection)), 1e-9)
+
+
+def spatial_scales(parts: Parts, length: float, balls: int, size: int) -> tuple[Floats, Floats]:
+    """Size of each of the ``size`` components of a state, and 1 where the tolerance grows with the component."""
+    scale, growing = np.ones(size), np.zeros(size)
+    where, fast = coordinate_places(parts.size, balls)
+    scale[where], scale[fast] = length, length * parts.frequency
+    growing[where] = growing[fast] = 1.0
+    rest, own = BALLS + 2 * balls, 2 + 2 * parts.size + 2 * balls
+    scale[SPEED] = scale[BALLS + balls : rest] = scale[own:] = parts.frequency
+    return scale, growing
+
+
+def coordinate_places(size: int, balls: int) -> tuple[list[int], list[int]]:
+    """Where the coordinates of a rotor and their velocities are in a state."""
+    rest = BALLS + 2 * balls
+    return [X, Y, *range(rest, rest + size - 2)], [VX, VY, *range(rest + size - 2, rest + 2 * size - 4)]
 
 
 def _seen(found: tuple[Mount | HardPlace, ...], pairs: int) -> list[Matrix]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -45,15 +47,31 @@ def planar_start(machine: Machine, balls: tuple[Ball, ...], system: System, spee
 
 def planar_scales(machine: Machine, balls: tuple[Ball, ...], system: System) -> tuple[Floats, Floats]:
     """Size of each component of such a state, and 1 where the tolerance grows with the component."""
-    rotor = system.planar
-    frequency = math.sqrt(max(rotor.stiffness_x, rotor.stiffness_y) / rotor.mass)
-    drives = sum(unbalance.size for unbalance in machine.unbalances) + sum(ball.moment for ball in balls)
-    length = drives / rotor.mass + max((abs(ball.eccentricity) for ball in balls), default=0.0)
-    length = max(length, abs(complex(*machine.start.deflection)), 1e-9)
+    length, velocity, frequency = planar_sizes(machine, balls, system, [one.size for one in machine.unbalances])
     scale, growing = np.ones(BALLS + 2 * len(balls)), np.zeros(BALLS + 2 * len(balls))
     scale[[X, Y]] = length
-    scale[[VX, VY]] = length * frequency
+    scale[[VX, VY]] = velocity
     scale[SPEED] = frequency
     scale[BALLS + len(balls) :] = frequency
     growing[[X, Y, VX, VY]] = 1.0
     return scale, growing
+
+
+def planar_sizes(
+    machine: Machine, balls: tuple[Ball, ...], system: System, unbalances: Sequence[Any]
+) -> tuple[Any, Any, float]:
+    """Sizes of motions of a planar rotor with unbalances of these moments, kg m.
+
+    A moment may be an array over many machines that differ in it; the sizes are arrays over them then.
+
+    Returns
+    -------
+    deflection, velocity, frequency
+        m, m/s, rad/s.
+    """
+    rotor = system.planar
+    frequency = math.sqrt(max(rotor.stiffness_x, rotor.stiffness_y) / rotor.mass)
+    drives = sum(unbalances) + sum(ball.moment for ball in balls)
+    length = drives / rotor.mass + max((abs(ball.eccentricity) for ball in balls), default=0.0)
+    length = np.maximum(length, max(abs(complex(*machine.start.deflection)), 1e-9))
+    return length, length * frequency, frequency

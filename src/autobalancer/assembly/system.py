@@ -24,13 +24,23 @@ from autobalancer.assembly.rotors.hardening import HardPlace
 from autobalancer.assembly.rotors.mounts import Mount
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.rubber import element_count, force_scales, has_rubber, pulled_forces, rubber_rows
-from autobalancer.assembly.spatial import Parts, length_scale, pulled, spatial_parts, struck, top_speed, turned
+from autobalancer.assembly.spatial import (
+    Parts,
+    coordinate_places,
+    length_scale,
+    pulled,
+    spatial_parts,
+    spatial_scales,
+    struck,
+    top_speed,
+    turned,
+)
 from autobalancer.assembly.starts import planar_scales, planar_start, start_angles
 from autobalancer.assembly.torsion.links import is_linked, scale_of_links, start_of_links
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.kernels.records.resolved import BALL_STATES
-from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, Planar, System, X, Y
+from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, Planar, System
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.random_numbers import generator
 
@@ -213,9 +223,7 @@ def assemble_general(
         angles, rebounds = set_contacts(machine, balls, angles, system.contacts, fastest)
         system = system._replace(rebounds=rebounds)
     system = system._replace(**force_rows(machine, balls, angles))
-    state, scale, growing = np.zeros(end), np.ones(end), np.zeros(end)
-    where = [X, Y, *range(rest, rest + size - 2)]
-    fast = [VX, VY, *range(rest + size - 2, rest + 2 * size - 4)]
+    state, (where, fast) = np.zeros(end), coordinate_places(size, n)
     angle = float(machine.start.rotor_angle)
     place, velocity = pulled(parts, *machine.start.deflection), struck(parts, *machine.start.velocity)
     state[[THETA, SPEED]] = angle, first_speed(machine, drive)
@@ -223,9 +231,7 @@ def assemble_general(
     state[fast] = turned(velocity, -angle) if system.rotating else velocity
     state[BALLS : BALLS + n], state[BALLS + n : rest] = angles, [ball.start_speed for ball in balls]
     length = length_scale(machine, parts, balls)
-    scale[where], scale[fast] = length, length * parts.frequency
-    growing[where] = growing[fast] = 1.0
-    scale[SPEED] = scale[BALLS + n : rest] = scale[own:] = parts.frequency
+    scale, growing = spatial_scales(parts, length, n, end)
     forces = pulled_forces(parts, place)
     state[elastic:] = turned(forces, -angle) if system.rotating else forces
     scale[elastic:], growing[elastic:] = force_scales(parts, length), 1.0

@@ -16,6 +16,7 @@ from autobalancer.laws.drag_curve import DragCurve
 from autobalancer.laws.liquid.sheared_drag import Sheared
 from autobalancer.machine import Fluid, Machine, Race
 from autobalancer.machine.part import ImpossiblePart, Problem
+from autobalancer.remembered import remembered
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,7 @@ class Ball:
         return self.effective_mass * self.orbit_radius
 
 
+@remembered(8)
 def resolve(machine: Machine) -> tuple[Ball, ...]:
     """All balls of a machine, race by race, in the order in which they stand in the file.
 

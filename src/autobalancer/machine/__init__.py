@@ -56,6 +56,7 @@ from autobalancer.machine.rotors.body import Body
 from autobalancer.machine.rotors.disk import Disk
 from autobalancer.machine.rotors.hardening import Hardening
 from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
+from autobalancer.machine.rotors.modal import ModalRotor, Resonance
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -124,6 +125,7 @@ __all__ = [
     "LiquidRing",
     "Lock",
     "Machine",
+    "ModalRotor",
     "MotorMount",
     "MultibodyRotor",
     "PairForce",
@@ -139,6 +141,7 @@ __all__ = [
     "RecordedForce",
     "Reduction",
     "ResolvedContact",
+    "Resonance",
     "RestitutionContact",
     "RigidRotor",
     "Rotor",

@@ -6,7 +6,7 @@ They stand within the bounds of what is possible, so a note says how they were r
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from autobalancer.machine.part import Part, quantity_of, spell
@@ -37,6 +37,12 @@ OF_KEYS = {  # the same of single keys, in place of those above; a gas may have 
     ("Harmonic", "amplitude"): (0.0, 0.01, "um"),
     ("DragTorque", "beta"): (0.0, 0.1, "mN*m*s"),
     ("Fluid", "density"): (0.01, math.inf, "g/cm^3"),
+    ("limits", "peak_deflection"): (0.0, 0.1, "mm"),  # of specifications of designs
+    ("limits", "residual_vibration"): (0.0, 0.1, "mm"),
+    ("limits", "contact_pressure"): (1e6, math.inf, "GPa"),
+    ("space", "wall"): (0.0, 0.1, "mm"),
+    ("candidates", "orbit_radius"): (0.0, 1.0, "mm"),
+    ("candidates", "ball_diameter"): (0.0, 0.1, "mm"),
 }
 ECHOED = {"rad/s": "rpm", "rad": "deg", "K": "degC"}  # units in which a slip is seen at once
 LISTED = 5
@@ -48,6 +54,24 @@ def bare_numbers(machine: Part) -> tuple[str, ...]:
     found = list(_odd(machine, ()))
     more = (f"and {len(found) - LISTED} more numbers without a unit that are hardly meant in SI",)
     return tuple(found[:LISTED]) + (more if len(found) > LISTED else ())
+
+
+def bare_entry(table: str, key: str, value: Any, unit: str) -> tuple[str, ...]:
+    """The same of an entry of a table of another file: a number, or a list or a table of some, of this SI unit; at most one."""
+    low, high, meant = OF_KEYS.get((table, key)) or USUAL.get(unit, (0.0, math.inf, ""))
+    entries = (
+        value.items()
+        if isinstance(value, Mapping)
+        else enumerate(value)
+        if isinstance(value, list | tuple)
+        else [("", value)]
+    )
+    place = f"{table}.{key}" if table else key
+    for end, entry in entries:
+        if _outside(entry, low, high):
+            where = f"{place}[{end + 1}]" if isinstance(end, int) else f"{place}.{end}" if end else place
+            return (_read_as(where, float(entry), unit, meant),)
+    return ()
 
 
 def _odd(part: Part, path: Place) -> Iterator[str]:

@@ -8,11 +8,12 @@ from pydantic import Field, model_validator
 
 from autobalancer.machine.balancer.race import Balancer
 from autobalancer.machine.drive import Drive, PrescribedSpeed, twists
-from autobalancer.machine.excitation import Excitation
+from autobalancer.machine.excitation import BaseMotion, Excitation, RecordedBaseMotion
 from autobalancer.machine.liquid_ring import LiquidRing
 from autobalancer.machine.part import ImpossiblePart, Listed, Name, Part, Problem, key
 from autobalancer.machine.quantity import Angle, Duration, Gravity, Position, Speed, Velocity
 from autobalancer.machine.rotors import Rotor
+from autobalancer.machine.rotors.modal import ModalRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.machine.station import Station
@@ -126,12 +127,27 @@ class Machine(Part):
         return self
 
     @model_validator(mode="after")
+    def _known_by_its_modes(self) -> Machine:
+        if not isinstance(self.rotor, ModalRotor):
+            return self
+        unknown = "the modes of a rotor at one plane do not say how its other parts move with"
+        problems: list[Problem] = []
+        if self.axis == "horizontal" and float(self.gravity):
+            problems.append((("axis",), f"{unknown} its weight; take a vertical axis, or 'gravity = 0'"))
+        for i, shaken in enumerate(self.excitations):
+            if isinstance(shaken, (BaseMotion, RecordedBaseMotion)):
+                problems.append((("excitations", i), f"{unknown} its base; take another rotor, or a force"))
+        if problems:
+            raise ImpossiblePart("Machine", problems)
+        return self
+
+    @model_validator(mode="after")
     def _placed(self) -> Machine:
         names = [station.name for station in self.stations]
         problems: list[Problem] = [
             (("stations", i, "name"), f"{name!r} is given twice") for i, name in enumerate(names) if name in names[:i]
         ]
-        planar = isinstance(self.rotor, PlanarRotor)
+        planar, a_rotor = isinstance(self.rotor, (PlanarRotor, ModalRotor)), f"a {self.rotor.kind} rotor"
         for kind in ("balancers", "unbalances", "excitations"):
             for i, part in enumerate(getattr(self, kind)):
                 if not hasattr(part, "station"):
@@ -140,10 +156,10 @@ class Machine(Part):
                     known = ", ".join(map(repr, names)) or "none"
                     problems.append(((kind, i, "station"), f"no station is named {part.station!r}; there is {known}"))
                 elif planar and part.station is not None and not isinstance(part.station, str) and part.station != 0.0:
-                    problems.append(((kind, i, "station"), "a planar rotor has one plane only; leave it out"))
+                    problems.append(((kind, i, "station"), f"{a_rotor} has one plane only; leave it out"))
         for i, unbalance in enumerate(self.unbalances):
             if planar and unbalance.is_couple:
-                problems.append((("unbalances", i), "a planar rotor does not tilt and feels no couple; leave it out"))
+                problems.append((("unbalances", i), f"{a_rotor} does not tilt and feels no couple; leave it out"))
             elif unbalance.misalignment is not None and not isinstance(self.rotor, RigidRotor):
                 text = "only a rigid rotor has one principal axis; give 'couple' and a 'station'"
                 problems.append((("unbalances", i, "misalignment"), text))

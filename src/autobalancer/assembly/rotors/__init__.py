@@ -6,6 +6,7 @@ import cmath
 from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.machine import Machine, PlanarRotor, RigidRotor, Unbalance
 from autobalancer.machine.part import ImpossiblePart
+from autobalancer.remembered import remembered
 
 __all__ = [
     "Axis",
@@ -24,7 +26,9 @@ __all__ = [
     "balancer_rows",
     "couple_vector",
     "lateral_model",
+    "places_key",
     "reference",
+    "rotor_key",
     "rows_at",
     "rows_matrix",
     "spring_model",
@@ -35,6 +39,24 @@ __all__ = [
 ]
 
 
+def rotor_key(machine: Machine) -> tuple[Any, ...]:
+    """All that the matrices of a rotor without balls depend on."""
+    rotor = machine.rotor
+    loose = isinstance(rotor, PlanarRotor) and not rotor.settled  # springs that follow from a critical speed with balls
+    return rotor, machine.gravity, machine.axis, machine.balancers if loose else None
+
+
+def places_key(machine: Machine) -> tuple[Any, ...]:
+    """All that its places depend on besides."""
+    return machine.stations, tuple((balancer.station, balancer.name) for balancer in machine.balancers)
+
+
+def _with_balls_key(machine: Machine, model: LateralModel) -> tuple[Any, ...]:
+    balls = tuple((ball.balancer, ball.effective_mass) for ball in resolve(machine))
+    return model, *places_key(machine), balls
+
+
+@remembered(8, by=rotor_key)
 def lateral_model(machine: Machine) -> LateralModel:
     """The matrices of a machine's rotor without balls, in small motions about the place where it rests.
 
@@ -46,6 +68,7 @@ def lateral_model(machine: Machine) -> LateralModel:
     return with_hardening(machine, spring_model(machine))
 
 
+@remembered(8, by=rotor_key)
 def spring_model(machine: Machine) -> LateralModel:
     """The same without what its bearings become stiffer by, which a run adds as a force."""
     rotor = planar_rotor(machine) if isinstance(machine.rotor, PlanarRotor) else machine.rotor
@@ -121,6 +144,7 @@ def unbalance_load(machine: Machine, model: LateralModel, time: float = np.inf) 
     return total
 
 
+@remembered(8, by=_with_balls_key)
 def with_ball_mass(machine: Machine, model: LateralModel) -> LateralModel:
     """The model with the (effective) masses of all balls fixed to the axis in the planes of their balancers."""
     mass, total = model.mass.copy(), model.total_mass

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import eigh, eigvalsh
 
 from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
+from autobalancer.remembered import remembered
 
 NOT_A_SPEED = 1e-10  # share of the greatest 1/w^2 below which it counts as zero
 INTERVALS = 64  # of the reach of a table, in which critical speeds are sought
@@ -29,6 +30,7 @@ class Critical(NamedTuple):
     shape: Complexes  # (N,)
 
 
+@remembered(8)
 def critical_speeds(model: LateralModel) -> tuple[float, ...]:
     """Speeds at which an undamped whirl has the rotor speed, rad/s, ascending; within the range of the tables.
 
@@ -38,6 +40,7 @@ def critical_speeds(model: LateralModel) -> tuple[float, ...]:
     return tuple(sorted(found.speed for found in critical_whirls(model, directions=(1.0,))))
 
 
+@remembered(8)
 def natural_frequencies(model: LateralModel) -> Floats:
     """Of the rotor at rest, undamped, rad/s, ascending; without those of a rotor that is free to move."""
     stiffness = model.stiffness_at(0.0)

@@ -9,16 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from threading import Lock
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eigh, null_space
 
-from autobalancer.assembly.rotors.model import Complexes, LateralModel, Matrix, Rows
+from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel, Matrix, Rows
 from autobalancer.errors import MachineError
 
 FREQUENCIES = 48  # at which the receptances of both models are compared
 AIM = 1e-3  # error of the receptance at which no further mode is added, for runs and for stability
+AT_ONCE = 200_000  # entries of matrices that are solved at once
 FEW = 6  # so many pairs are kept without asking
 
 
@@ -33,63 +36,91 @@ class Reduction:
     total: int
 
 
-def reduction(
-    model: LateralModel,
-    front: Rows,
-    places: Matrix,
-    loads: Complexes,
-    top: float,
-    wanted: int | None,
-    *,
-    isotropic: bool,
-) -> Reduction:
-    """Modes that carry the motion at the ``places`` (P, pairs) under forces there and under unbalance ``loads``.
+class Tried(NamedTuple):
+    """A basis over the coordinates along x or over all, the same over all, and the answers of the rotor in it."""
+
+    basis: Matrix
+    whole: Matrix
+    small: Complexes | None
+
+
+class Reducer:
+    """Modes of one rotor that carry the motion at places under forces there, for any unbalance loads.
 
     Parameters
     ----------
+    front
+        The place whose deflection comes first.
+    places
+        Rows along x of all places, (P, pairs).
+    top
+        Greatest speed, rad/s.
     wanted
         Number of modes (of pairs on isotropic supports); ``None`` takes as many as bring the error below 1e-3.
     isotropic
         Whether x and y are alike, and so modes come in pairs without motion along the axis or about it.
-
-    Raises
-    ------
-    MachineError
-        If ``wanted`` modes cannot move the places.
     """
-    n = model.pairs
-    stiffness = model.stiffness_at(0.0)
-    stiffness = 0.5 * (stiffness + stiffness.T)
-    mass = model.mass
-    if isotropic:
-        stiffness, mass = stiffness[:n, :n], mass[:n, :n]
-    _, modes = eigh(stiffness, mass)
-    ahead = _ahead(front, n if isotropic else model.size, isotropic, n)
-    total = modes.shape[1]
-    least = 1 if isotropic else 2
-    if wanted is not None:
-        if wanted < 1:
-            raise MachineError(f"rotor.modes: given {wanted}; at least 1 is needed")
-        count = min(wanted if isotropic else 2 * wanted, total)
-        counts = [count]
-    else:
-        few = min(total, FEW if isotropic else 2 * FEW)
-        counts = [total] if total <= few else [*range(few // 2, total, 1 if isotropic else 2), total]
-    top = float(min(top, model.top_speed))
 
-    def bases() -> Iterator[Matrix]:
+    def __init__(
+        self, model: LateralModel, front: Rows, places: Matrix, top: float, wanted: int | None, *, isotropic: bool
+    ) -> None:
+        self._model, self._wanted, self._isotropic = model, wanted, isotropic
+        self._top = float(min(top, model.top_speed))
+        n = model.pairs
+        stiffness = model.stiffness_at(0.0)
+        stiffness = 0.5 * (stiffness + stiffness.T)
+        mass = model.mass
+        if isotropic:
+            stiffness, mass = stiffness[:n, :n], mass[:n, :n]
+        _, self._modes = eigh(stiffness, mass)
+        self._ahead = _ahead(front, n if isotropic else model.size, isotropic, n)
+        self._answers = Answers(model, places, self._top)
+        self._coming, self._lock = self._bases(), Lock()
+        self._tried: list[Tried] = []
+
+    def carrying(self, loads: Complexes) -> Reduction:
+        """The modes for unbalance loads, (pairs,).
+
+        Raises
+        ------
+        MachineError
+            If the modes that are wanted cannot move the places.
+        """
+        found = None
+        with self._lock:
+            for one in self._candidates():
+                found = one, self._answers.error_of(one.basis, one.small, loads)
+                if found[1] <= AIM:
+                    break
+        if found is None:
+            text = f"rotor.modes: given {self._wanted}; too few modes to move the plane of the balancer in x and y"
+            raise MachineError(text)
+        one, error = found
+        return Reduction(one.whole, error, self._top, one.basis.shape[1], self._modes.shape[1])
+
+    def _candidates(self) -> Iterator[Tried]:
+        """Bases, fewest modes first; what was tried for other loads is kept."""
+        yield from self._tried
+        for basis in self._coming:
+            whole = _paired(basis, self._model) if self._isotropic else basis
+            self._tried.append(Tried(basis, whole, self._answers.reduced(basis)))
+            yield self._tried[-1]
+
+    def _bases(self) -> Iterator[Matrix]:
+        total, isotropic = self._modes.shape[1], self._isotropic
+        if self._wanted is not None:
+            if self._wanted < 1:
+                raise MachineError(f"rotor.modes: given {self._wanted}; at least 1 is needed")
+            counts = [min(self._wanted if isotropic else 2 * self._wanted, total)]
+        else:
+            few = min(total, FEW if isotropic else 2 * FEW)
+            counts = [total] if total <= few else [*range(few // 2, total, 1 if isotropic else 2), total]
         for count in counts:
-            chosen = modes[:, :count]
-            seen = ahead @ chosen
+            chosen = self._modes[:, :count]
+            seen = self._ahead @ chosen
             movable = np.linalg.matrix_rank(seen, tol=1e-9 * np.abs(seen).max(initial=1e-300)) == seen.shape[0]
-            if count >= least and movable:
+            if count >= (1 if isotropic else 2) and movable:
                 yield _in_front(chosen, seen)
-
-    found = fewest(model, bases(), places, loads, top)
-    if found is None:
-        raise MachineError(f"rotor.modes: given {wanted}; too few modes to move the plane of the balancer in x and y")
-    basis, error = found
-    return Reduction(_paired(basis, model) if isotropic else basis, error, top, basis.shape[1], total)
 
 
 def _ahead(front: Rows, size: int, isotropic: bool, pairs: int) -> Matrix:
@@ -120,9 +151,9 @@ def fewest(
     model: LateralModel, candidates: Iterable[Matrix], places: Matrix, loads: Complexes, top: float
 ) -> tuple[Matrix, float] | None:
     """The first of several bases whose :func:`receptance_error` is below 1e-3, else the last, and its error."""
-    found = None
+    found, answers = None, Answers(model, places, top)
     for basis in candidates:
-        found = basis, receptance_error(model, basis, places, loads, top)
+        found = basis, answers.error_of(basis, answers.reduced(basis), loads)
         if found[1] <= AIM:
             break
     return found
@@ -136,55 +167,119 @@ def receptance_error(model: LateralModel, basis: Matrix, places: Matrix, loads: 
     matrix of the whole rotor is singular, a critical one without damping, does not count, since nothing is determined there;
     where only that of the reduced rotor is, the error is infinite.
     """
-    if basis.shape[0] == basis.shape[1]:
-        return 0.0
-    answers = _whirls if model.isotropic and basis.shape[0] == model.pairs else _ellipses
-    share = float(np.abs(loads).max(initial=0.0)) / max(float(np.abs(places).max(initial=0.0)), 1e-300)
-    worst = 0.0
-    for speed in np.linspace(0.0, top, FREQUENCIES + 1)[1:]:
-        try:
-            whole, small = answers(model, basis, places, loads, float(speed))
-        except np.linalg.LinAlgError:
-            continue
-        apart, size = np.linalg.norm((whole - small)[:, :-1]), np.linalg.norm(whole[:, :-1])
-        of_load, load_size = np.linalg.norm((whole - small)[:, -1]), np.linalg.norm(whole[:, -1])
-        for error, norm in ((apart, size), (of_load, max(load_size, share * size))):
-            worst = max(worst, float(error / norm)) if norm > 0.0 else worst
-    return worst
+    answers = Answers(model, places, top)
+    return answers.error_of(basis, answers.reduced(basis), loads)
 
 
-def _ellipses(
-    model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, speed: float
-) -> tuple[Complexes, Complexes]:
-    """Answers of the places along x and y to forces there and, last, to the loads: of the whole rotor and the reduced one."""
-    seen = model.both(places)
-    pushed = np.column_stack([seen.T.astype(np.complex128), circular(model, loads)])
-    damping = model.damping_at(speed) + speed * model.gyroscopic
-    dynamic = model.stiffness_at(speed) + 1j * speed * damping - speed**2 * model.mass
-    whole = seen @ np.linalg.solve(dynamic, pushed)
-    return whole, _reduced(dynamic, pushed, seen, basis)
+class Answers:
+    """How places (P, pairs) of a rotor move under any force e^(i w t) on it, at speeds up to ``top``.
+
+    These are rows times the inverse of its dynamic matrix: on isotropic rotors of forward and backward whirl, (2, S, P, pairs),
+    unless a basis knows other directions, too; else of the ellipses of all coordinates, (1, S, 2 P, N).
+    """
+
+    def __init__(self, model: LateralModel, places: Matrix, top: float) -> None:
+        self._model, self._places = model, places
+        self._speeds = np.linspace(0.0, top, FREQUENCIES + 1)[1:]
+        self._whole: dict[bool, tuple[Complexes, NDArray[np.bool_]]] = {}
+
+    def reduced(self, basis: Matrix) -> Complexes | None:
+        """The same of the rotor in the coordinates of a basis; None of all coordinates, infinite where its matrix is singular."""
+        if basis.shape[0] == basis.shape[1]:
+            return None
+        whirls = self._whirls(basis)
+        rows, regular = _inverse_rows(
+            self._linear(whirls).over(basis), self._speeds, self._seen(whirls) @ basis, whirls
+        )
+        rows = rows @ basis.T
+        rows[~regular] = np.inf
+        return np.asarray(rows)
+
+    def error_of(self, basis: Matrix, small: Complexes | None, loads: Complexes) -> float:
+        """The :func:`receptance_error` of a basis with its answers ``small``."""
+        if small is None:
+            return 0.0
+        whirls = self._whirls(basis)
+        if whirls not in self._whole:
+            self._whole[whirls] = _inverse_rows(self._linear(whirls), self._speeds, self._seen(whirls), whirls)
+        whole, regular = self._whole[whirls]
+        if not np.isfinite(small[:, regular.all(axis=0)]).all():
+            return float(np.inf)
+        whole, small = whole[:, regular.all(axis=0)], small[:, regular.all(axis=0)]
+        share = float(np.abs(loads).max(initial=0.0)) / max(float(np.abs(self._places).max(initial=0.0)), 1e-300)
+        pushed = self._seen(whirls).T
+        load = np.sqrt(2.0) * loads if whirls else circular(self._model, loads)
+        apart, size = (_sizes(rows @ pushed) for rows in (whole - small, whole))
+        of_load, load_size = (_sizes(rows[:1] @ load[:, None]) for rows in (whole - small, whole))  # backward: none
+        worst = 0.0
+        for error, norm in ((apart, size), (of_load, np.maximum(load_size, share * size))):
+            worst = max(worst, float((error[norm > 0.0] / norm[norm > 0.0]).max(initial=0.0)))
+        return worst
+
+    def _whirls(self, basis: Matrix) -> bool:
+        return self._model.isotropic and basis.shape[0] == self._model.pairs
+
+    def _seen(self, whirls: bool) -> Matrix:
+        return self._places if whirls else self._model.both(self._places)
+
+    def _linear(self, whirls: bool) -> _Linear:
+        m, n = self._model, self._model.pairs
+        parts: list[Any] = [m.mass, m.gyroscopic, m.damping, m.stiffness]
+        if whirls:
+            parts = [part[..., :n, :n] + 1j * part[..., n : 2 * n, :n] for part in parts]
+        return _Linear(m.speeds, *parts)
 
 
-def _whirls(
-    model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, speed: float
-) -> tuple[Complexes, Complexes]:
-    """The same of an isotropic rotor, as forward and backward whirl: of the same size."""
-    mass, turning, stiffness = model.complex_matrices(speed)
-    found: list[tuple[Complexes, Complexes]] = []
-    for way in (1.0, -1.0):
-        dynamic = stiffness + 1j * way * speed * turning - speed**2 * mass
-        unbalance = np.sqrt(2.0) * loads if way > 0.0 else 0.0 * loads
-        pushed = np.column_stack([places.T.astype(np.complex128), unbalance])
-        found.append((places @ np.linalg.solve(dynamic, pushed), _reduced(dynamic, pushed, places, basis)))
-    return np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found])
+class _Linear(NamedTuple):
+    """Matrices of a rotor, or of one in fewer coordinates; real, or complex over x + i y."""
+
+    speeds: Floats
+    mass: Any
+    gyroscopic: Any
+    damping: Any  # (k, N, N)
+    stiffness: Any
+
+    def over(self, basis: Matrix) -> _Linear:
+        """The same in the coordinates of a basis."""
+        return _Linear(self.speeds, *(basis.T @ part @ basis for part in self[1:]))
+
+    def dynamic(self, speeds: Floats, way: float) -> Complexes:
+        """K + i w (C + W G) - w^2 M at frequencies w = ``way`` W, (S, N, N)."""
+        damping, stiffness = self.damping, self.stiffness
+        if self.speeds.size > 1:
+            shares = np.array([np.interp(speeds, self.speeds, row) for row in np.eye(self.speeds.size)]).T
+            damping, stiffness = (np.tensordot(shares, part, 1) for part in (damping, stiffness))
+        w = speeds[:, None, None]
+        found = 1j * way * w * damping
+        found += stiffness
+        found += w**2 * (1j * way * self.gyroscopic - self.mass)
+        return np.asarray(found)
 
 
-def _reduced(dynamic: Any, pushed: Complexes, seen: Matrix, basis: Matrix) -> Complexes:
-    """The answers of the reduced rotor; infinite where its matrix is singular."""
-    try:
-        return np.asarray(seen @ basis @ np.linalg.solve(basis.T @ dynamic @ basis, basis.T @ pushed))
-    except np.linalg.LinAlgError:
-        return np.full((seen.shape[0], pushed.shape[1]), np.inf, np.complex128)
+def _inverse_rows(linear: _Linear, speeds: Floats, seen: Matrix, whirls: bool) -> tuple[Complexes, NDArray[np.bool_]]:
+    """``seen`` times the inverse of the dynamic matrix, (ways, S, P, N), and where that is not singular, (ways, S)."""
+    ways, size = (1.0, -1.0) if whirls else (1.0,), linear.mass.shape[0]
+    rows = np.zeros((len(ways), speeds.size, *seen.shape), np.complex128)
+    regular = np.ones((len(ways), speeds.size), np.bool_)
+    step = max(1, AT_ONCE // size**2)
+    for number, way in enumerate(ways):
+        for first in range(0, speeds.size, step):
+            part = slice(first, first + step)
+            turned = linear.dynamic(speeds[part], way).swapaxes(1, 2)
+            try:
+                rows[number, part] = np.linalg.solve(turned, seen.T.astype(np.complex128)).swapaxes(1, 2)
+            except np.linalg.LinAlgError:
+                for i, matrix in enumerate(turned, first):
+                    try:
+                        rows[number, i] = np.linalg.solve(matrix, seen.T.astype(np.complex128)).T
+                    except np.linalg.LinAlgError:
+                        regular[number, i] = False
+    return rows, regular
+
+
+def _sizes(answers: Complexes) -> Floats:
+    """Of the answers at each speed."""
+    return np.asarray(np.sqrt((np.abs(answers) ** 2).sum(axis=(0, 2, 3))), np.float64)
 
 
 def circular(model: LateralModel, loads: Complexes) -> Complexes:

@@ -1,4 +1,4 @@
-"""The rigid rotor and the planar one, which is its limit without tilt."""
+"""The rigid rotor; the planar one, which is its limit without tilt; and modes at one plane."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from autobalancer.assembly.rotors.model import LateralModel, Rows, matrices
 from autobalancer.assembly.rotors.supports import add_support, table_speeds
-from autobalancer.machine import PlanarRotor, RigidRotor
+from autobalancer.machine import ModalRotor, PlanarRotor, RigidRotor
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,15 @@ class RigidAxis:
 
 @dataclass(frozen=True)
 class Point:
-    """The one plane of a planar rotor."""
+    """The one plane of a rotor that has no length; it moves as all its coordinates together."""
+
+    pairs: int = 1
 
     def rows(self, position: float | None, body: str | None) -> Rows:
         """See :class:`autobalancer.assembly.rotors.model.Axis`."""
         if position or body is not None:
-            raise ValueError("a planar rotor has one plane only; leave the place out")
-        return Rows(np.ones(1), np.zeros(1))
+            raise ValueError("this rotor has one plane only; leave the place out")
+        return Rows(np.ones(self.pairs), np.zeros(self.pairs))
 
     def line(self) -> list[tuple[float, Rows]]:
         """See :class:`autobalancer.assembly.rotors.model.Axis`."""
@@ -68,4 +70,20 @@ def planar(rotor: PlanarRotor, gravity: float = 0.0) -> LateralModel:
     return LateralModel(
         float(rotor.mass) * np.eye(2), np.zeros((2, 2)), np.zeros(1), np.diag(rotor.damping_xy)[None],
         np.diag(rotor.stiffness_xy)[None], 1, ("x", "y"), Point(), inertia, float(rotor.mass),
+    )  # fmt: skip
+
+
+@matrices.register
+def modal(rotor: ModalRotor, gravity: float = 0.0) -> LateralModel:
+    """Coordinates: the deflection that each mode brings to the plane along x, then along y."""
+    mass, frequency, ratio = np.array(
+        [(mode.mass, mode.frequency, mode.damping_ratio) for mode in rotor.resonances], np.float64
+    ).T
+    count = mass.size
+    mass, frequency, ratio = (np.tile(values, 2) for values in (mass, frequency, ratio))
+    names = tuple(f"mode {number} along {axis}" for axis in "xy" for number in range(1, count + 1))
+    inertia = None if rotor.inertia is None else float(rotor.inertia)
+    return LateralModel(
+        np.diag(mass), np.zeros((2 * count, 2 * count)), np.zeros(1), np.diag(2.0 * ratio * frequency * mass)[None],
+        np.diag(mass * frequency**2)[None], count, names, Point(count), inertia, rotor.mass,
     )  # fmt: skip

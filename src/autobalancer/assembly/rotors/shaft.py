@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from scipy.linalg import eigvalsh
 
@@ -11,6 +14,7 @@ from autobalancer.assembly.rotors.shaft_mesh import Mesh, mesh
 from autobalancer.assembly.rotors.supports import add_support, table_speeds
 from autobalancer.machine import ShaftRotor
 from autobalancer.machine.part import ImpossiblePart
+from autobalancer.remembered import remembered
 
 
 @matrices.register
@@ -24,11 +28,9 @@ def shaft(rotor: ShaftRotor, gravity: float) -> LateralModel:
     ImpossiblePart
         If the rotor falls over or buckles under its weight.
     """
-    cut = mesh(rotor)
+    cut, *bare = _without_disks(rotor)
     axis = ShaftAxis(cut, rotor.disks)
-    mass = assembled(cut, [element.inertia() for element in cut.elements])
-    polar = assembled(cut, [element.gyroscopic() for element in cut.elements])
-    elastic = assembled(cut, [element.stiffness() for element in cut.elements])
+    mass, polar, elastic = (matrix.copy() for matrix in bare)
     for disk in rotor.disks:
         place = axis.on_disk(disk)
         tilting = np.outer(place.slope, place.slope)
@@ -54,7 +56,22 @@ def shaft(rotor: ShaftRotor, gravity: float) -> LateralModel:
     )  # fmt: skip
 
 
-def assembled(cut: Mesh, parts: list[Matrix]) -> Matrix:
+def _cut_key(rotor: ShaftRotor) -> tuple[Any, ...]:
+    places = *(float(disk.position) for disk in rotor.disks), *(float(one.position) for one in rotor.supports)
+    return rotor.segments, rotor.material, places, rotor.thrust_bearing
+
+
+@remembered(8, by=_cut_key)
+def _without_disks(rotor: ShaftRotor) -> tuple[Mesh, Matrix, Matrix, Matrix]:
+    """The mesh of a shaft; mass, gyroscopic part and stiffness of its elements in one plane."""
+    cut = mesh(rotor)
+    inertia, polar, elastic = zip(
+        *((one.inertia(), one.gyroscopic(), one.stiffness()) for one in cut.elements), strict=True
+    )
+    return cut, assembled(cut, inertia), assembled(cut, polar), assembled(cut, elastic)
+
+
+def assembled(cut: Mesh, parts: Sequence[Matrix]) -> Matrix:
     """The matrices (4, 4) of the elements one after the other, (2 nodes, 2 nodes)."""
     total = np.zeros((2 * cut.nodes.size, 2 * cut.nodes.size))
     for i, part in enumerate(parts):

@@ -9,6 +9,7 @@ w' - psi. All matrices are their integrals, which four Gauss points take exactly
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -71,8 +72,7 @@ class Element:
 
     def gyroscopic(self) -> Matrix:
         """Polar inertia of the sections over their rotations, (4, 4), symmetric: g of G = [[0, g], [-g, 0]]."""
-        _, psi = self.shapes(POINTS)
-        return 2.0 * self.length * self.rotary * _product(psi, WEIGHTS)
+        return 2.0 * self.length * self.rotary * _product(self._turning, WEIGHTS)
 
     def stiffness(self) -> Matrix:
         """Stiffness in bending and shear, (4, 4)."""
@@ -81,9 +81,13 @@ class Element:
 
     def tension(self, first: float, last: float) -> Matrix:
         """Geometric stiffness under a tension that goes linearly from ``first`` to ``last``, N, (4, 4)."""
-        _, psi = self.shapes(POINTS)
         force = first + (last - first) * POINTS
-        return self.length * _product(psi + self.shear, WEIGHTS * force)
+        return self.length * _product(self._turning + self.shear, WEIGHTS * force)
+
+    @cached_property
+    def _turning(self) -> Matrix:
+        """psi at the points of the quadrature."""
+        return self.shapes(POINTS)[1]
 
 
 def cowper(poisson: float, hollow: float) -> float:

@@ -80,7 +80,7 @@ def _points(text: str) -> tuple[int, int] | None:
     if not text:
         return None
     parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.strip().isdigit() for part in parts):
+    if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
         raise QuestionError(f"--points: given {text!r}; write radial and axial intervals, such as 24x32")
     return int(parts[0]), int(parts[1])
 

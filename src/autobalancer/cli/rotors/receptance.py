@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.options import Csv, Json, Outs, SpeedUnit, Unit
+from autobalancer.cli.terminal.options import Csv, Json, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, speed_number, speed_sign, speed_text
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from autobalancer.cli.terminal.sheet import Column
+    from autobalancer.machine import Machine
     from autobalancer.measurement.loop.balls import RaceBalls
 
 
@@ -43,7 +44,16 @@ def receptance(
     ] = "estimated",
     function: Annotated[int, typer.Option(help="Which function of a universal file.")] = 0,
     resamples: Annotated[int, typer.Option(help="Repeated fits for the uncertainty of the border.")] = 20,
-    out: Outs = None,
+    mass_added: Annotated[
+        str, typer.Option(help='Fixed to the rotor in the test and no part of it, such as "20 g": is taken off.')
+    ] = "",
+    out: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Result file, .nc, .csv or .json; or .toml, the file of --machine with a rotor of the fitted modes. May be "
+            "repeated."
+        ),
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option(help="Picture, .png, .svg or .pdf: the loop at the first speed, else the fit.")
     ] = None,
@@ -56,21 +66,28 @@ def receptance(
     Example: autobalancer receptance discoidal_hammer.csv \\
       --machine discoidal.toml --speed "1200 rpm"
     """
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.quantities import quantity
+    from autobalancer.errors import QuestionError
     from autobalancer.measurement.loop.border import receptance_border
     from autobalancer.measurement.loop.curve import receptance_loop
     from autobalancer.measurement.loop.growth import receptance_stability
-    from autobalancer.measurement.receptance.measured import load_receptance
+    from autobalancer.rotordynamics.receptance.measured import load_receptance
     from autobalancer.units.ranges import ends
 
     one_form(as_json, as_csv)
-    files = Files(out, plot)
+    files = Files(out, plot, allowed=(*RESULT, *MACHINE))
     speeds = [quantity("--speed", text, "rad/s") for text in speed or []]
     searched = ends("--search", search, "rad/s") if search else None
     chosen = _balls(machine, balls, ball_mass, orbit_radius, drag)
-    measured = load_receptance(file, function=function or None)
+    written = any(path.suffix.lower() in MACHINE for path in files.out)
+    if written and (machine is None or with_balls):
+        raise QuestionError(
+            "--out: a machine file wants --machine, which is written with this rotor, and the rotor without balls: give the mass "
+            "of those that were on it as --mass-added, not --with-balls"
+        )
+    measured = load_receptance(file, function=function or None, mass_added=mass_added or None)
     used = ends("--band", band, "rad/s") if band else None
     how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
     with progress_bar("fit") as update:
@@ -80,7 +97,9 @@ def receptance(
     at_speeds = receptance_stability(fit, chosen, speeds, **how) if speeds else None
     loops = [receptance_loop(fit, chosen, speed, balls_on_rotor=with_balls) for speed in speeds]
     files.save(
-        fit if at_speeds is None else at_speeds, lambda: ab.plot.nyquist(loops[0]) if loops else ab.plot.receptance(fit)
+        fit if at_speeds is None else at_speeds,
+        lambda: ab.plot.nyquist(loops[0]) if loops else ab.plot.receptance(fit),
+        machine=_with_rotor(machine, fit) if machine is not None and written else None,
     )
     if as_json:
         print_json(_numbers(fit, border, at_speeds, loops) | {"ignores": _ignored(machine)})
@@ -90,6 +109,13 @@ def receptance(
         return
     _show(fit, border, at_speeds, loops, machine)
     files.say()
+
+
+def _with_rotor(machine: Path, fit: xr.Dataset) -> Machine:
+    from autobalancer.files.machine_file import load_race_machine
+    from autobalancer.rotordynamics.receptance.rotor import measured_rotor, with_measured_rotor
+
+    return with_measured_rotor(load_race_machine(machine), measured_rotor(fit))
 
 
 def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) -> RaceBalls:

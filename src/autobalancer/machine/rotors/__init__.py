@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
+from autobalancer.machine.rotors.modal import ModalRotor
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -17,6 +18,6 @@ def _planar_by_default(value: Any) -> Any:
 
 
 Rotor = Annotated[
-    Annotated[PlanarRotor | RigidRotor | ShaftRotor | MultibodyRotor, Field(discriminator="kind")],
+    Annotated[PlanarRotor | RigidRotor | ShaftRotor | MultibodyRotor | ModalRotor, Field(discriminator="kind")],
     BeforeValidator(_planar_by_default),
 ]

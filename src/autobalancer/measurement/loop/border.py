@@ -14,11 +14,11 @@ from scipy.optimize import brentq
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.loop.balls import RaceBalls, positions
 from autobalancer.measurement.loop.growth import receptance_stability, worst_growth
-from autobalancer.measurement.receptance.pole_model import PoleModel
-from autobalancer.measurement.receptance.rational_fit import pole_model, resampled
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
+from autobalancer.rotordynamics.receptance.pole_model import PoleModel
+from autobalancer.rotordynamics.receptance.rational_fit import pole_model, resampled
 from autobalancer.units import ends_argument, optional_argument
 
 Floats = NDArray[np.float64]

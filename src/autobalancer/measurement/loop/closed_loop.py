@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.measurement.loop.balls import RaceBalls
-from autobalancer.measurement.receptance.pole_model import PoleModel
+from autobalancer.rotordynamics.receptance.pole_model import PoleModel
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

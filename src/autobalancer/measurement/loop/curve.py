@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from autobalancer.measurement.loop.balls import RaceBalls
 from autobalancer.measurement.loop.growth import receptance_stability
-from autobalancer.measurement.receptance.pole_model import PoleModel
-from autobalancer.measurement.receptance.rational_fit import pole_model
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
+from autobalancer.rotordynamics.receptance.pole_model import PoleModel
+from autobalancer.rotordynamics.receptance.rational_fit import pole_model
 from autobalancer.stability.states.polygon import directions
 from autobalancer.units import argument
 

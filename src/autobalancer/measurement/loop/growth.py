@@ -23,11 +23,11 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.measurement.loop.balls import RaceBalls, degrees, positions, spread
 from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_matrix
-from autobalancer.measurement.receptance.measured import hertz
-from autobalancer.measurement.receptance.pole_model import PoleModel
-from autobalancer.measurement.receptance.rational_fit import pole_model
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
+from autobalancer.rotordynamics.receptance.measured import hertz
+from autobalancer.rotordynamics.receptance.pole_model import PoleModel
+from autobalancer.rotordynamics.receptance.rational_fit import pole_model
 from autobalancer.units import list_argument, optional_argument
 
 Floats = NDArray[np.float64]
@@ -50,7 +50,7 @@ def receptance_stability(
     Parameters
     ----------
     fit
-        From :func:`~autobalancer.measurement.receptance.rational_fit.receptance`.
+        From :func:`~autobalancer.rotordynamics.receptance.rational_fit.receptance`.
     balls
         From :func:`balls_of` or :func:`equal_balls`.
     speeds

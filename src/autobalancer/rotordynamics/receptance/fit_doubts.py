@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.measurement.receptance.answer import FittedReceptance
-from autobalancer.measurement.receptance.measured import hertz
-from autobalancer.measurement.receptance.mode_checks import covariance, frequencies, weak_modes
-from autobalancer.measurement.receptance.pole_search import Found
+from autobalancer.rotordynamics.receptance.answer import FittedReceptance
+from autobalancer.rotordynamics.receptance.measured import hertz
+from autobalancer.rotordynamics.receptance.mode_checks import covariance, frequencies, weak_modes
+from autobalancer.rotordynamics.receptance.pole_search import Found
 
 Floats = NDArray[np.float64]
 SURE = 4.0  # standard deviations by which the fit must feed energy before it is said

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.measurement.receptance.noise import NoiseShapes
-from autobalancer.measurement.receptance.pole_search import Found, Progress, best_order, one_less
+from autobalancer.rotordynamics.receptance.noise import NoiseShapes
+from autobalancer.rotordynamics.receptance.pole_search import Found, Progress, best_order, one_less
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -12,8 +12,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError, UnitError
-from autobalancer.measurement.receptance.measured import receptance_dataset
-from autobalancer.measurement.receptance.table_file import unit_factor
+from autobalancer.rotordynamics.receptance.measured import receptance_dataset
+from autobalancer.rotordynamics.receptance.table_file import unit_factor
 
 RESPONSE, FREQUENCY, FORCE = 4, 18, (9, 13)  # function type; kinds of data: frequency, reaction and excitation force
 MOTIONS = {8: "receptance", 11: "mobility", 12: "accelerance"}

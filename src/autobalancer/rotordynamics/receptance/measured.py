@@ -9,17 +9,20 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.errors import ResultError
+from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.samples import sample_hint
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
+from autobalancer.units import optional_argument
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 POWERS = {"receptance": 0, "mobility": 1, "accelerance": 2}  # of i w, to divide by
 
 
-def load_receptance(path: str | Path, *, function: int | None = None) -> xr.Dataset:
+def load_receptance(
+    path: str | Path, *, function: int | None = None, mass_added: float | str | None = None
+) -> xr.Dataset:
     """Read a measured frequency response, force to deflection, velocity or acceleration along the same direction.
 
     Parameters
@@ -30,6 +33,9 @@ def load_receptance(path: str | Path, *, function: int | None = None) -> xr.Data
         and ``coherence`` is used if present. Or a universal file with datasets of type 58 in ASCII.
     function
         Which frequency response of a universal file, counted from 1; by default the only one at a driving point.
+    mass_added
+        Mass (kg) that was fixed to the rotor at the race in the test and is no part of it, such as that of the accelerometer and
+        of balls; what is read is the rotor without it.
 
     Returns
     -------
@@ -41,9 +47,11 @@ def load_receptance(path: str | Path, *, function: int | None = None) -> xr.Data
     ------
     ResultError
         If the file cannot be read; the message says where and what is expected.
+    QuestionError
+        If the added mass is negative.
     """
-    from autobalancer.measurement.receptance.table_file import read_table
-    from autobalancer.measurement.receptance.universal_file import read_universal
+    from autobalancer.rotordynamics.receptance.table_file import read_table
+    from autobalancer.rotordynamics.receptance.universal_file import read_universal
 
     path = Path(path)
     try:
@@ -52,8 +60,23 @@ def load_receptance(path: str | Path, *, function: int | None = None) -> xr.Data
         raise ResultError(f"{path}: cannot be read: {reason.strerror}{sample_hint(path)}") from None
     lines = text.splitlines()
     if any(line.strip() == "-1" for line in lines[:5]):
-        return read_universal(lines, path.name, function)
-    return read_table(lines, path.name)
+        found = read_universal(lines, path.name, function)
+    else:
+        found = read_table(lines, path.name)
+    mass = optional_argument("mass_added", mass_added, "kg")
+    return found if mass is None else _without(found, mass)
+
+
+def _without(measured: xr.Dataset, mass: float) -> xr.Dataset:
+    """The same without a mass at the place: 1/H0 = 1/H + m w^2."""
+    if not mass >= 0.0:
+        raise QuestionError(f"mass_added: given {mass:g} kg; must not be negative")
+    values = measured["receptance_real"].values + 1j * measured["receptance_imag"].values
+    values = values / (1.0 + mass * measured["frequency"].values ** 2 * values)
+    found = measured.copy()
+    for name, part in (("receptance_real", values.real), ("receptance_imag", values.imag)):
+        found[name] = measured[name].copy(data=part)
+    return found.assign_attrs(mass_added=mass)
 
 
 def receptance_dataset(

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import ResultError, UnitError
-from autobalancer.measurement.receptance.measured import receptance_dataset
+from autobalancer.rotordynamics.receptance.measured import receptance_dataset
 from autobalancer.units import to_si
 
 KINDS = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}

@@ -10,15 +10,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.receptance.fit_doubts import with_doubts
-from autobalancer.measurement.receptance.fit_outcome import fit_dataset
-from autobalancer.measurement.receptance.measured import hertz
-from autobalancer.measurement.receptance.modal_model import Fitting
-from autobalancer.measurement.receptance.mode_checks import sure_modes
-from autobalancer.measurement.receptance.noise import Noise, NoiseShapes
-from autobalancer.measurement.receptance.pole_model import PoleModel
 from autobalancer.patience import shows_progress
 from autobalancer.random_numbers import generator
+from autobalancer.rotordynamics.receptance.fit_doubts import with_doubts
+from autobalancer.rotordynamics.receptance.fit_outcome import fit_dataset
+from autobalancer.rotordynamics.receptance.measured import hertz
+from autobalancer.rotordynamics.receptance.modal_model import Fitting
+from autobalancer.rotordynamics.receptance.mode_checks import sure_modes
+from autobalancer.rotordynamics.receptance.noise import Noise, NoiseShapes
+from autobalancer.rotordynamics.receptance.pole_model import PoleModel
 from autobalancer.units import ends_argument
 
 Floats = NDArray[np.float64]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import AAA
 
-from autobalancer.measurement.receptance.modal_model import Fitting, Modes
-from autobalancer.measurement.receptance.noise import NoiseShapes, smoothed
+from autobalancer.rotordynamics.receptance.modal_model import Fitting, Modes
+from autobalancer.rotordynamics.receptance.noise import NoiseShapes, smoothed
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

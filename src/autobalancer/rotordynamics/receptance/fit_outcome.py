@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.measurement.receptance.modal_model import Modes
-from autobalancer.measurement.receptance.mode_checks import covariance
-from autobalancer.measurement.receptance.noise import Noise
-from autobalancer.measurement.receptance.pole_search import Found
 from autobalancer.results.provenance import provenance
+from autobalancer.rotordynamics.receptance.modal_model import Modes
+from autobalancer.rotordynamics.receptance.mode_checks import covariance
+from autobalancer.rotordynamics.receptance.noise import Noise
+from autobalancer.rotordynamics.receptance.pole_search import Found
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
