@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.test_ensembles import TOLERANCE, alone, same
 from tests.test_places import SHAFT
@@ -13,6 +14,9 @@ import autobalancer as ab
 from autobalancer.assembly.system import Model
 from autobalancer.machine import Machine
 from autobalancer.simulation.prepare import prepare
+from autobalancer.studies.ensemble.columns import columns_of
+from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.members import Members
 
 RACE = "balancers[1].races[1]"
 ROUGH: dict[str, Any] = {
@@ -46,6 +50,7 @@ def _changed(machine: Machine, changes: dict[str, Any]) -> Machine:
     return machine
 
 
+SIZES, ANGLES, OILS = [7e-3, 7.1e-3, 7.2e-3], [0.1, 0.2, 0.3], [1e-5, 2e-5, 3e-5]
 RUBBING = {f"{RACE}.friction": ROUGH[f"{RACE}.friction"]}
 CASES: dict[str, tuple[Callable[..., Machine], dict[str, Any], Model, float]] = {
     "shaft": (shaft, {}, Model.GUIDED, 0.1),
@@ -83,3 +88,27 @@ def test_a_member_has_the_bits_of_its_run_and_two_threads_those_of_one(case: str
 @pytest.mark.parametrize("case", CASES)
 def test_a_longer_member_has_the_bits_of_its_run_too(case: str) -> None:
     _members_are_their_runs(case, 10.0 * CASES[case][3])
+
+
+@pytest.mark.parametrize(
+    ("case", "columns"),
+    [
+        ("shaft", {"unbalances[2].moment": [2e-5, 3e-5, 4e-5], "ball_mass": [1e-3, 1.5e-3, 2e-3]}),
+        ("shaft, friction", {"rotor.supports[2].damping": [20.0, 25.0, 30.0], f"{RACE}.balls[1].diameter": SIZES}),
+        ("shaft, a drag curve on races that tilt", {f"{RACE}.fluid.viscosity": OILS, "unbalances[1].angle": ANGLES}),
+        ("bodies", {"temperature": ["15 degC", "20 degC", "25 degC"], "rotor.bodies[1].mass": [4.1, 4.2, 4.3]}),
+        ("bodies, friction on races that tilt", {f"{RACE}.eccentricity": [0.0, 1e-5, 2e-5]}),
+    ],
+)  # fmt: skip
+def test_members_on_rotors_that_bend_have_the_words_of_an_assembly(case: str, columns: dict[str, Any]) -> None:
+    machine = CASES[case][0](**CASES[case][1])
+    asked = Members(machine, columns_of(machine, columns), np.arange(2), 0, "member")
+    blocks = []
+    for quick in (True, False):
+        blocks.append(np.zeros((6, 0)))
+        for group in asked._sorted(Plan(0.1, 1e-6, 20, 100), "refuse", follow=quick)[0].all:
+            places, words = group.words()
+            found = np.tile(group.fresh, (len(group.numbers), 1))
+            found[:, places] = words
+            blocks[-1] = found if not blocks[-1].size else np.concatenate([blocks[-1], found])
+    assert np.array_equal(*blocks)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +97,9 @@ def test_a_member_of_every_kind_of_rotor_and_ball_is_its_run(name: str) -> None:
     same(found, 1, alone(ab.with_parameter(machine, "unbalances[1].angle", 0.2), end=end))
 
 
-DISCOIDAL, RACE, RIGID = (MACHINES / f"{name}.toml" for name in ("discoidal", "real_race", "rigid_rotor"))
+DISCOIDAL, RACE, RIGID, TWO_PLANES = (
+    MACHINES / f"{name}.toml" for name in ("discoidal", "real_race", "rigid_rotor", "two_plane_rotor")
+)
 FIRST_RACE, HEAVY = "balancers[1].races[1]", [7000.0, 7500.0, 8000.0]
 TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
 
@@ -119,7 +122,15 @@ TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
         ({"temperature": ["15 degC", "25 degC", "35 degC"], "rotor.mass": [12.0, 12.2, 12.4]}, 2, DISCOIDAL),
         ({f"{FIRST_RACE}.eccentricity": [0.0, 1e-5, 2e-5], f"{FIRST_RACE}.balls[1].density": HEAVY}, 2, DISCOIDAL),
         ({"rolling_resistance": [1e-4, 2e-4, 3e-4]}, 2, RACE),
+        ({"ball_diameter": [0.012, 0.0121, 0.0122], "unbalances[1].angle": [0.1, 0.2, 0.3]}, 2, DISCOIDAL),
+        ({f"{FIRST_RACE}.orbit_radius": [0.09, 0.1, 0.11]}, None, STALL),
         ({"unbalances[1].angle": [0.1, 0.2, 0.3], "drag": [1e-4, 2e-4, 3e-4]}, None, RIGID),
+        ({"drive.profile.duration": [5.0, 6.1, 7.3], "unbalances[1].moment": [1e-4, 2e-4, 3e-4]}, None, RIGID),
+        ({"ball_mass": [3e-3, 4e-3, 5e-3], "rotor.supports[1].stiffness": [1e5, 1.1e5, 1.2e5]}, 2, RIGID),
+        ({"rotor.supports[2].damping": [50.0, 60.0, 70.0], "unbalances[1].moment": [1e-4, 2e-4, 3e-4]}, 2, RIGID),
+        ({f"{FIRST_RACE}.balls[1].density": HEAVY, "ball_angle[1]": [0.0, 1.0, 4.0]}, None, TWO_PLANES),
+        ({"ball_diameter": [0.009, 0.01, 0.011], "unbalances[2].couple": [1e-5, 2e-5, 3e-5]}, 2, TWO_PLANES),
+        ({f"{FIRST_RACE}.eccentricity": [0.0, 1e-5, 2e-5], "rotor.mass": [4.9, 5.0, 5.1]}, None, TWO_PLANES),
     ],
 )
 def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
@@ -144,11 +155,9 @@ def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
     assert made == [*sample, *range(asked.count)]
 
 
-@pytest.mark.parametrize(
-    "columns", [{"ball_diameter": [0.012, 0.0121, 0.0122]}, {"rotor.stiffness": [4e4, [4e4, 5e4], 5e4]}]
-)
+@pytest.mark.parametrize("columns", [{"count": [2, 3, 4]}, {"rotor.stiffness": [4e4, [4e4, 5e4], 5e4]}])
 def test_members_that_differ_in_more_than_numbers_are_assembled(columns: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contacts and start angles depend on the size of balls, and the axes on whether the springs are alike."""
+    """The number of balls says how many numbers a run has, and the axes depend on whether the springs are alike."""
     machine, made = ab.load_machine(DISCOIDAL), list[int]()
     asked = Members(machine, columns_of(machine, columns), None, 0, "member")
     ready = asked.ready
@@ -159,7 +168,7 @@ def test_members_that_differ_in_more_than_numbers_are_assembled(columns: Any, mo
 
 def test_a_member_that_would_follow_wrongly_is_assembled(monkeypatch: pytest.MonkeyPatch) -> None:
     right = members(STALL, {"drag": DRAG})
-    monkeypatch.setattr(follow, "bits", lambda value: 4607182418800017408)  # 1.0
+    monkeypatch.setattr(follow, "words_of", lambda values: np.full(values.size, 4607182418800017408))  # 1.0
     wrong = members(STALL, {"drag": DRAG})
     assert wrong["peak_deflection"].equals(right["peak_deflection"])
 
@@ -234,6 +243,21 @@ def test_an_impossible_member_is_named_before_anything_runs() -> None:
         ab.ensemble(STALL, columns, duration=END)
 
 
+@pytest.mark.parametrize(
+    ("name", "values", "told"),
+    [
+        ("rotor.supports[1].stiffness", [1e5, 1.1e5, -1.0], "rotor.supports"),
+        ("ball_diameter", [0.01, 0.011, 0.2], "balancers"),
+        ("unbalances[1].moment", [1e-4, 2e-4, -3e-4], "unbalances"),
+    ],
+)
+def test_an_impossible_member_on_a_rotor_that_tilts_is_named_too(name: str, values: list[float], told: str) -> None:
+    with pytest.raises(MachineError, match=rf"member 3, variation with {re.escape(name)} = {values[2]:g}.*{told}"):
+        ab.ensemble(TWO_PLANES, {name: values}, duration=0.01)
+    found = ab.ensemble(TWO_PLANES, {name: values}, duration=0.01, impossible="record")
+    assert found["outcome"].values.tolist() == ["finished", "finished", "impossible"]
+
+
 def test_an_impossible_member_can_be_recorded_while_the_others_run() -> None:
     found = ab.ensemble(STALL, {"rotor.mass": [9.0, -1.0, 11.0]}, duration=0.05, impossible="record")
     assert found["outcome"].values.tolist() == ["finished", "impossible", "finished"]
@@ -244,8 +268,8 @@ def test_an_impossible_member_can_be_recorded_while_the_others_run() -> None:
 
 
 def test_a_member_that_stops_is_recorded_and_the_others_go_on() -> None:
-    found = ab.ensemble(STALL, {"drag": [1e-4, 1e2]}, duration=0.5, max_steps=2000)
-    assert found["outcome"].values.tolist() == ["finished", "budget spent"]
+    found = ab.ensemble(STALL, {"ball_speed[1]": [500.0, 0.0]}, duration=0.5, max_steps=40)
+    assert found["outcome"].values.tolist() == ["budget spent", "finished"]
 
 
 def test_an_interrupted_ensemble_keeps_what_is_done() -> None:

@@ -1,4 +1,4 @@
-"""Basins of attraction: by their own compiled loop where a rule names the end state, else by ordinary runs."""
+"""Basins of attraction: runs by the loop of ensembles, whose ends a rule names or the verdict."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.ends import Ends
-from autobalancer.stability.basins.basin import named_basin, why_unnamed
+from autobalancer.stability.basins.basin import why_unnamed
 from autobalancer.stability.basins.starts import unit_of_axis
+from autobalancer.studies.ensemble.named_ends import named_ends
 from autobalancer.studies.ensemble.start_grid import gridded_starts
 from autobalancer.studies.random_starts import random_starts
 from autobalancer.units import argument, list_argument, optional_argument
@@ -113,9 +114,7 @@ def basin(
     options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
     why = why_unnamed(machine)
     if not why and (chosen or acceleration is None):
-        return Ends.of(
-            named_basin(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
-        )
+        return Ends.of(named_ends(machine, speed, chosen, random=random, workers=workers, progress=progress, **options))
     if chosen:
         return Ends.of(gridded_starts(machine, speed, chosen, workers=workers, progress=progress, **options))
     return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))

@@ -141,7 +141,31 @@ def _dataset(
     names = [dimension_of_path(path) for path in variations]
     dims = (tuple(names) if grid else ("run",)) if names else ()
     dims = dims if len(dims) == len(shape) else (*dims, "seed")
-    result = xr.Dataset(
+    variables: dict[str, Any] = {}
+    for measure in SWEPT:
+        name, label = measure.name, {"long_name": measure.text, "units": measure.unit}
+        if measure.per_ball:
+            each = [row.get(name, np.zeros(0)) for row in rows]
+            padded = np.full((len(rows), max(values.size for values in each)), np.nan)
+            for place, values in zip(padded, each, strict=True):
+                place[: values.size] = values
+            variables[name] = ((*dims, "ball"), padded.reshape((*shape, padded.shape[1])), label)
+        else:
+            variables[name] = (dims, np.reshape([float(row.get(name, np.nan)) for row in rows], shape), label)
+    for name in ("outcome", "verdict"):
+        variables[name] = (dims, np.array([row[name] for row in rows], dtype=object).reshape(shape))
+    balanced = [row["verdict"] == BALANCED for row in rows]
+    variables["balanced"] = (
+        dims,
+        np.reshape(balanced, shape),
+        {"long_name": "whether the verdict is 'balanced'"},
+    )
+    return xr.Dataset(
+        variables,
+        coords={
+            name: (name if grid else "run", *coordinate(machine, path, values))
+            for name, (path, values) in zip(names, variations.items(), strict=True)
+        },
         attrs={
             "title": f"Sweep of {machine.name}",
             **provenance(),
@@ -151,21 +175,5 @@ def _dataset(
             "duration": end,
             "tolerance": tolerance,
             "seed": seed,
-        }
+        },
     )
-    for name, (path, values) in zip(names, variations.items(), strict=True):
-        result = result.assign_coords({name: (name if grid else "run", *coordinate(machine, path, values))})
-    for measure in SWEPT:
-        name, label = measure.name, {"long_name": measure.text, "units": measure.unit}
-        if measure.per_ball:
-            each = [row.get(name, np.zeros(0)) for row in rows]
-            most = max(values.size for values in each)
-            padded = [np.pad(values, (0, most - values.size), constant_values=np.nan) for values in each]
-            result[name] = ((*dims, "ball"), np.reshape(padded, (*shape, most)), label)
-        else:
-            result[name] = (dims, np.reshape([float(row.get(name, np.nan)) for row in rows], shape), label)
-    for name in ("outcome", "verdict"):
-        result[name] = (dims, np.array([row[name] for row in rows], dtype=object).reshape(shape))
-    balanced = [row["verdict"] == BALANCED for row in rows]
-    result["balanced"] = (dims, np.reshape(balanced, shape), {"long_name": "whether the verdict is 'balanced'"})
-    return result

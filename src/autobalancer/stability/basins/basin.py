@@ -6,15 +6,12 @@ The rule by which an end is named stands in :mod:`autobalancer.stability.basins.
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.bearings.hardening import has_hardening
-from autobalancer.assembly.drive import steady
 from autobalancer.assembly.fluids import Lags
 from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.rubber import has_rubber
@@ -23,16 +20,11 @@ from autobalancer.assembly.torsion.links import without_links
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import memory
-from autobalancer.kernels.settle import settle
-from autobalancer.kernels.system import BALLS, Floats, Matrix, System, own
+from autobalancer.kernels.system import BALLS, Matrix
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.provenance import provenance
 from autobalancer.results.shares import wilson_interval
-from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fluid_lag import diffusing_lags
-from autobalancer.simulation.record import record_for
 from autobalancer.stability.basins.end_states import (
     PLANE_STATES,
     REST,
@@ -44,8 +36,7 @@ from autobalancer.stability.basins.end_states import (
     overlapping,
 )
 from autobalancer.stability.basins.residuals import residuals
-from autobalancer.stability.basins.starts import START_ANGLE, axis_name, starts_of, unit_of_axis
-from autobalancer.stability.basins.unbalanced import steadily
+from autobalancer.stability.basins.starts import START_ANGLE, axis_name, unit_of_axis
 from autobalancer.stability.friction.held_values import RELEASED
 from autobalancer.stability.host.damping import slowest_decay
 from autobalancer.stability.host.planar import plane, refuse_forces
@@ -56,38 +47,21 @@ from autobalancer.stability.states.verdicts import growth
 
 REVOLUTIONS = (400.0, 20000.0)  # least and most of a hold that is not given
 WAY = 1e-4  # rad, by which a race center that should run true is off the axis by less than the rule allows
-ROWS = 128  # runs handed to a thread at once
 
 
-def named_basin(
-    machine: Machine,
-    speed: float,
-    axes: Mapping[str, Sequence[float]],
-    *,
-    random: int,
-    seed: int,
-    acceleration: float | None,
-    hold: float | None,
-    tolerance: float,
-    workers: int | None,
-    progress: Callable[[int, int], None] | None,
-) -> xr.Dataset:
-    """End states of a machine without gravity across its axis; the arguments are those of :func:`autobalancer.basin`."""
+def question_of(
+    machine: Machine, speed: float, hold: float | None, tolerance: float, seed: int, *, ramp: bool
+) -> Question:
+    """A machine without gravity across its axis made ready, for starts at the speed or with a ``ramp`` up to it."""
     refuse_forces(machine)
     st = of_plane(plane(machine)) if isinstance(machine.rotor, PlanarRotor) else stations(machine)
     lags = diffusing_lags(machine)
     assembly = assemble(without_links(machine), seed=seed, contact=False, lags=lags)
     slowest = _slowest(st, speed)
-    longest = hold or _long_enough(slowest, speed, lags if acceleration or "acceleration" in axes else {})
+    longest = hold or _long_enough(slowest, speed, lags if ramp else {})
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
-    question = Question(machine, assembly, st, speed, longest, tolerance, _rest(st, slowest, speed), rubs)
-    starts, rates, shape = starts_of(question, axes, random, seed, acceleration)
-    ends = _settle(question, starts, rates, workers, progress)
-    named = [end_state(question, end) for end in ends]
-    over = End("overlapping start", ("overlapping start",) * len(st.names))
-    named = [over if bad else one for one, bad in zip(named, overlapping(question, starts), strict=True)]
-    found = _dataset(machine, question, axes, shape, ends, named, seed, acceleration)
-    return found if axes else _with_starts(found, starts)
+    earliest = _steady_after(st, speed, longest) if rubs else 0.0
+    return Question(machine, assembly, st, speed, longest, tolerance, _rest(st, slowest, speed), earliest, rubs)
 
 
 def why_unnamed(machine: Machine) -> str:
@@ -135,83 +109,28 @@ def released(axes: Iterable[str], acceleration: float | None, balls: Iterable[Ba
     return RELEASED if not axes else RELEASED.replace("random", "the given")
 
 
-def _system(question: Question, ramp: bool) -> System:
-    """A copy for one thread: constant speed, or a ramp up to it."""
-    system: System = own(question.assembly.system)
-    drive = steady(question.speed, question.st.unbalance)
-    if ramp:
-        segments = np.concatenate([drive.segments, drive.segments]).view(np.recarray)
-        segments[-1].start = 1.0
-        drive = drive._replace(segments=segments)
-    return steadily(system, drive)
+def _steady_after(st: Stations, speed: float, hold: float) -> float:
+    """Time after which the rotor has forgotten its start but for a hundredth, s; at most half of the time there is.
+
+    Balls that friction holds may be shaken loose until then.
+    """
+    slowest = slowest_decay(st, speed)
+    return min(math.log(100.0) / slowest if slowest > 0.0 else math.inf, 0.5 * hold)
 
 
-def _settle(
-    question: Question,
-    starts: Matrix,
-    rates: Floats,
-    workers: int | None,
-    progress: Callable[[int, int], None] | None,
-) -> Matrix:
-    size, n = starts.shape[1], question.st.moment.size
-    ends = np.zeros((starts.shape[0], size + 2 + 2 * n))
-    pair = tableaus.dormand_prince_8()
-    done = 0
-
-    def part(first: int) -> None:
-        nonlocal done
-        rows = slice(first, min(first + ROWS, starts.shape[0]))
-        a = question.assembly
-        tolerance = question.tolerance
-        m = memory(
-            starts[first],
-            1.0,
-            tolerance * a.scale,
-            tolerance * a.growing,
-            total=pair.total,
-            degree=pair.degree,
-            longest=1e9,
-        )
-        system = _system(question, bool(rates.any()))
-        record = record_for((), (), a, 1.0)
-        settle(
-            *equations(question.assembly),
-            system,
-            pair,
-            record,
-            m,
-            starts[rows],
-            rates[rows],
-            question.hold,
-            question.rest,
-            _steady_after(question) if question.rubs else 0.0,
-            ends[rows],
-        )
-        done += rows.stop - rows.start
-        if progress is not None:
-            progress(done, starts.shape[0])
-
-    with ThreadPoolExecutor(workers if workers is not None else os.cpu_count() or 1) as pool:
-        list(pool.map(part, range(0, starts.shape[0], ROWS)))
-    return ends
-
-
-def _steady_after(question: Question) -> float:
-    """Time after which the rotor has forgotten its start but for a hundredth, s; at most half of the time there is."""
-    slowest = slowest_decay(question.st, question.speed)
-    return min(math.log(100.0) / slowest if slowest > 0.0 else math.inf, 0.5 * question.hold)
-
-
-def _dataset(
-    machine: Machine,
+def ends_dataset(
     question: Question,
     axes: Mapping[str, Sequence[float]],
     shape: tuple[int, ...],
+    starts: Matrix,
     ends: Matrix,
-    named: list[End],
     seed: int,
     acceleration: float | None,
 ) -> xr.Dataset:
+    """Names of the ends and what they leave; ``starts`` and ``ends`` have a row for each run, see :func:`end_state`."""
+    machine, named = question.machine, [end_state(question, end) for end in ends]
+    over = End("overlapping start", ("overlapping start",) * len(question.st.names))
+    named = [over if bad else one for one, bad in zip(named, overlapping(question, starts), strict=True)]
     names = [name.replace("[", "_").rstrip("]") for name in axes]
     dims = tuple(names) if axes else ("run",)
     size = question.assembly.state.size
@@ -257,7 +176,7 @@ def _dataset(
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
         **({} if question.rubs else {"friction_text": NONE_GIVEN}),
     }
-    return found
+    return found if axes else _with_starts(found, starts)
 
 
 def _with_starts(found: xr.Dataset, starts: Matrix) -> xr.Dataset:

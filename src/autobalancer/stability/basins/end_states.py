@@ -26,7 +26,6 @@ import numpy as np
 from autobalancer.assembly.places import in_frame
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import occupied_angle
-from autobalancer.kernels.settle import FAILED, RESTING
 from autobalancer.kernels.system import BALLS, THETA, Floats, Matrix, X, Y
 from autobalancer.machine import Machine
 from autobalancer.stability.basins.turn import Turn
@@ -50,6 +49,7 @@ AT_REST = STATES[:5]
 REST = 1e-5  # ball speed over rotor speed
 TRUE = 1e-3  # distance of a race center over the deflection scale
 TURNING = 1e-2  # mean ball speed over rotor speed
+NOT_RUN, RESTING, UNDECIDED, FAILED = -1.0, 0.0, 1.0, 2.0  # how a run ended
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,7 @@ class Question:
     hold: float
     tolerance: float
     rest: float  # ball speed below which balls rest, rad/s
+    earliest: float = 0.0  # s at the speed, before which balls do not count as at rest
     rubs: bool = False  # whether any race has friction
 
 
@@ -75,7 +76,7 @@ class End:
 
 
 def end_state(question: Question, end: Floats) -> End:
-    """The end state of one row of the answer of :func:`autobalancer.kernels.settle.settle`."""
+    """The end state of a run: its last state, how it ended and when, then mean speeds and swings of balls that do not rest."""
     st, n = question.st, question.st.moment.size
     size, planes = question.assembly.state.size, range(len(question.st.names))
     if end[size] == FAILED:

@@ -49,7 +49,7 @@ def starts_of(
             rates[:] = column
         elif kind == "ball_speed" and not ball:
             starts[:, BALLS + n : BALLS + 2 * n] = column[:, None]
-        elif kind in ("ball_angle", "ball_speed") and ball.rstrip("]").isdigit() and 1 <= int(ball.rstrip("]")) <= n:
+        elif kind in ("ball_angle", "ball_speed") and ball.rstrip("]").isdecimal() and 1 <= int(ball.rstrip("]")) <= n:
             starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
         else:
             raise QuestionError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -24,15 +24,21 @@ from autobalancer.units import to_si
 COARSE = 11  # values of each axis at which release and capture speed are found
 
 
-def with_borders(found: xr.Dataset, machine: Machine, values: dict[str, Floats], count: int) -> xr.Dataset:
-    """The border speeds over the axis that is not the speed, at ``count`` of its values."""
+def with_borders(
+    found: xr.Dataset,
+    machine: Machine,
+    values: dict[str, Floats],
+    count: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The border speeds over the axis that is not the speed, at ``count`` of its values; ``progress`` counts these."""
     other = next(name for name in values if name != "speed")
     axis = np.unique(values[other])
     chosen = axis[np.unique(np.linspace(0, axis.size - 1, min(count, axis.size)).round().astype(int))]
     if other == "unbalance" and isinstance(machine.rotor, PlanarRotor):  # the border has a narrow peak over it
         dense = unbalances_to_capability(machine, 2 * count)
         chosen = np.unique([*chosen, *dense[(dense >= axis[0]) & (dense <= axis[-1])]])
-    curve = border_curve(machine, other, chosen, up_to=float(values["speed"].max()))
+    curve = border_curve(machine, other, chosen, up_to=float(values["speed"].max()), progress=progress)
     dim = dimension_of(other)
     kept = [name for name in (*VARIABLES.values(), "critical_speed") if name in curve]
     return found.merge(curve[kept].rename({dim: f"{dim}_of_border"}))

@@ -73,7 +73,7 @@ def map(
     workers
         Threads of the compiled code; by default one for each core.
     progress
-        Called with (rows done, rows in all).
+        Called with (rows done, rows in all); values at which border speeds are computed count as rows.
 
     Returns
     -------
@@ -100,15 +100,31 @@ def map(
     fixed = math.nan if "speed" in axes else _fixed_speed(machine, speed)
     if "speed" in axes and speed is not None:
         raise QuestionError("speed: given twice, as an axis and as a number; leave out one of them")
-    rates = rates_over(machine, values, fixed, positions == "worst", workers, progress)
+    later = min(borders, max(axis.size for name, axis in values.items() if name != "speed")) if "speed" in axes else 0
+    first, second = _one_after_the_other(progress, later)
+    rates = rates_over(machine, values, fixed, positions == "worst", workers, first)
     found = _dataset(machine, values, rates, fixed, positions)
-    if "speed" in axes and borders > 0:
-        found = with_borders(found, machine, values, borders)
+    if later > 0:
+        found = with_borders(found, machine, values, borders, second)
     elif borders > 0:
         found = with_release(found, machine, values)
     found = with_held(found, machine, values)
     found = with_operating_points(found, machine, list(values), operating_points or {})
     return StabilityMap.of(with_fluids(found, machine, list(values)))
+
+
+def _one_after_the_other(progress: Progress | None, later: int) -> tuple[Progress | None, Progress | None]:
+    """Progress of rows, and of about ``later`` values that follow them, as one."""
+    if progress is None:
+        return None, None
+    told, rows = progress, 0
+
+    def first(done: int, total: int) -> None:
+        nonlocal rows
+        rows = total
+        told(done, total + later)
+
+    return first, lambda done, total: told(rows + done, rows + total)
 
 
 def _known(name: str) -> None:

@@ -1,38 +1,39 @@
-"""Members whose machine differs from an assembled one in the drag and friction of its races, its drive and its unbalances only.
+"""Members whose machine differs from an assembled one in numbers: of drag and friction, drive, unbalances, rotor and balls.
 
-On planar rotors also in numbers of the rotor and of its balls. Such a member is described, and its balls are resolved, but it is
-not assembled: only these rows are made anew, by the functions that assemble them. Whatever else differs is a reason to assemble.
+Such a member is described, and its balls are resolved, but it is not assembled: only the rows that differ are made anew, by the
+functions that assemble them. Whatever else differs is a reason to assemble.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import fields
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from autobalancer.assembly.contact.meetings import is_rigid
-from autobalancer.assembly.contact.touches import touches_of
 from autobalancer.assembly.drive import drive_of, first_speed
-from autobalancer.assembly.host import loads_of
+from autobalancer.assembly.host import host_of
 from autobalancer.assembly.mass_spread import equal_groups
 from autobalancer.assembly.profile import unbalance_jumps
-from autobalancer.assembly.spatial import Parts, length_scale, spatial_parts, top_speed, with_unbalances
+from autobalancer.assembly.spatial import length_scale, spatial_parts, spatial_scales, top_speed
 from autobalancer.assembly.starts import planar_scales
 from autobalancer.assembly.system import Assembly, Model
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Drive, Matrix, X, Y
-from autobalancer.machine import Machine, RigidRotor
+from autobalancer.kernels.system import SPEED, Drive, Integers
+from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.studies.ensemble.layout import Layout, bits
-from autobalancer.studies.ensemble.planar import OF_BALL, Before, keeps_its_form, planar_words
+from autobalancer.studies.ensemble.numbers import LONG, Before, keeps_its_form, number_words, numbers_of, scale_words
 
 Words = dict[int, int]
-OF_RACES = {"drag", "fluid", "friction"}  # keys of a race of which the balls feel drag and friction only, see _alike
-OF_PLANAR = {"eccentricity", "eccentricity_angle", "balls"}  # besides these on planar rotors
-FREE = ("drag", "fluid_viscosity", "stokes", "rolling_resistance", "adherence", "start_angle", "start_speed")
+OF_RACES = {"drag", "fluid", "friction"}  # keys of a race of which balls feel drag and friction only, see _alike
+OF_BALLS = {"eccentricity", "eccentricity_angle", "balls", "orbit_radius", "race_radius", "bearing"}
+OF_DRAG, OF_FRICTION = (
+    {"drag", "fluid_viscosity", "stokes"},
+    {"rolling_resistance", "adherence"},
+)  # what their rows have of these
+STARTS = {"start_angle", "start_speed"}
+SIZES = {"diameter", "orbit_radius"}  # of balls, on which contacts depend
 
 
 class Differences(NamedTuple):
@@ -41,7 +42,17 @@ class Differences(NamedTuple):
     balls: tuple[Ball, ...]
     drive: Drive | None
     unbalances: bool
-    planar: bool = False  # numbers of the rotor or of its balls
+    numbers: bool = False  # of the rotor or its balls, or of what it knows of its drive
+
+
+class Changed(NamedTuple):
+    """A member that need not be assembled."""
+
+    words: Words
+    machine: Machine
+    balls: tuple[Ball, ...]
+    assembly: Assembly  # with these balls and its critical speeds, else that of the assembled member
+    again: bool  # whether start angles and contacts are others, too
 
 
 class Described:
@@ -49,108 +60,95 @@ class Described:
 
     def __init__(self, machine: Machine, assembly: Assembly, end: float, tolerance: float) -> None:
         self._machine, self._assembly, self._end, self._tolerance = machine, assembly, end, tolerance
-        self._equal = bool(equal_groups(machine, assembly.balls))
+        self._equal = bool(equal_groups(machine, resolve(machine)))
 
     def follows(self, machine: Machine) -> bool:
-        """Whether a machine differs in nothing else."""
+        """Whether a machine differs in nothing else, as far as that is known without its numbers."""
         return self._differences(machine) is not None
 
-    def words(self, machine: Machine, layout: Layout) -> Words | None:
-        """The words of such a machine; None if it has to be assembled."""
+    def changed(self, machine: Machine, layout: Layout, block: Integers) -> Changed | None:
+        """The words of such a machine where they differ from a block of the assembled one; None if it has to be assembled."""
         different = self._differences(machine)
         if different is None:
             return None
         found: Words = {}
-        if different.planar:
-            balls = different.balls or self._assembly.balls
-            own = planar_words(machine, balls, self._assembled, self._end, self._tolerance, layout)
-            if own is None:
+        balls, system = different.balls or self._assembly.balls, self._assembly.system
+        drive = different.drive or system.drive
+        again = any(_moved(*pair) for pair in zip(different.balls, self._assembly.balls, strict=False))
+        own_assembly = self._assembly
+        if different.numbers:
+            made = numbers_of(machine, balls, self._before, drive, long=layout.has(LONG))
+            own = made and number_words(machine, made, self._before, self._end, self._tolerance, layout, block)
+            if made is None or own is None:
                 return None
-            found |= own
+            found, own_assembly = own, made.assembly
+            again = again or any(race.contact is not None for one in machine.balancers for race in one.races)
         for i, ball in enumerate(different.balls):
             for name, value in _row(ball, self._assembly.balls[i]).items():
                 found[layout.place("system.balls", i, field=name)] = bits(value)
         if different.drive is not None:
-            own = layout.words("system.drive", different.drive)
+            own = layout.words("system.drive", drive, block)
             if own is None:
                 return None
             found |= own
-            speed = bits(first_speed(machine, different.drive))
+            speed = bits(first_speed(machine, drive))
             found |= {layout.place(f"memory.{name}", SPEED): speed for name in ("state", "start")}
-        unbalances = different.unbalances and not different.planar
-        return found | self._of_unbalances(machine, layout) if unbalances else found
+        if different.unbalances and not different.numbers:
+            own = self._of_unbalances(machine, drive, layout, block)
+            if own is None:
+                return None
+            found |= own
+        return Changed(found, machine, balls, own_assembly, again)
 
     def _differences(self, machine: Machine) -> Differences | None:
         """What is different; None if that has to be assembled."""
         changed = _changed(self._machine, machine)
-        planar = "rotor" in changed
-        if planar and not self._planar(machine):
+        rotor = "rotor" in changed
+        if rotor and not self._keeps_its_form(machine):
             return None
         changed -= {"rotor"}
         if not changed <= {"balancers", "drive", "unbalances"} or self._assembly.resolved:
             return None
         balls = self._balls(machine) if "balancers" in changed else ()
-        drive = self._drive(machine, "unbalances" in changed) if not changed <= {"balancers"} else None
+        drive = self._drive(machine) if not changed <= {"balancers"} else None
         if balls is None or (drive is None and not changed <= {"balancers"}):
             return None
-        heavier = any(_of_planar(*pair) for pair in zip(balls, self._assembly.balls, strict=False))
-        return Differences(balls, drive, "unbalances" in changed, planar or heavier)
+        heavier = any(_in_numbers(*pair) for pair in zip(balls, self._assembly.balls, strict=False))
+        driven = "drive" in changed and self._assembly.model is not Model.PLANAR  # loads and modes know the drive
+        return Differences(balls, drive, "unbalances" in changed, rotor or heavier or driven)
 
-    def _planar(self, machine: Machine) -> bool:
-        """Whether its planar rotor differs in numbers only."""
-        if self._assembly.model is not Model.PLANAR:
-            return False
-        return keeps_its_form(machine.rotor, self._machine.rotor, _changed(self._machine.rotor, machine.rotor))
+    def _keeps_its_form(self, machine: Machine) -> bool:
+        """Whether its rotor differs in numbers only."""
+        mine, its = machine.rotor, self._machine.rotor
+        return type(mine) is type(its) and keeps_its_form(mine, its, _changed(its, mine))
 
-    def _of_unbalances(self, machine: Machine, layout: Layout) -> Words:
-        """Sizes of the deflections, and the loads of a rigid rotor."""
-        assembly, found = self._assembly, dict[int, int]()
-        scale = assembly.scale.copy()
+    def _of_unbalances(self, machine: Machine, drive: Drive, layout: Layout, block: Integers) -> Words | None:
+        """Sizes of the deflections, and the loads of a rotor that tilts or bends; None if they ask for other modes of it."""
+        assembly, balls = self._assembly, self._assembly.balls
         if assembly.model is Model.PLANAR:
-            scale[X : VY + 1] = planar_scales(machine, assembly.balls, assembly.system)[0][X : VY + 1]
-        else:
-            parts, inverse = self._parts
-            parts, host = with_unbalances(parts, machine), assembly.system.host
-            loads = loads_of(machine, parts, inverse, assembly.system.drive.segments.start, host.width)
-            found |= layout.words("system.host.loads", loads) or {}
-            rest, more = BALLS + 2 * len(assembly.balls), parts.size - 2
-            length = length_scale(machine, parts, assembly.balls)
-            scale[[X, Y, *range(rest, rest + more)]] = length
-            scale[[VX, VY, *range(rest + more, rest + 2 * more)]] = length * parts.frequency
-        absolute = layout.place("memory.absolute", 0)
-        return found | {absolute + i: bits(self._tolerance * size) for i, size in enumerate(scale)}
+            return scale_words(self._tolerance * planar_scales(machine, balls, assembly.system)[0], layout)
+        parts = spatial_parts(machine, balls)
+        if parts.reduction.basis is not self._before.parts.reduction.basis or parts.mounts or parts.hard:
+            return None
+        loads = layout.words("system.host.loads", host_of(machine, parts, drive.segments.start)[0].loads, block)
+        scale = spatial_scales(parts, length_scale(machine, parts, balls), len(balls), assembly.state.size)[0]
+        return None if loads is None else loads | scale_words(self._tolerance * scale, layout)
 
     @cached_property
-    def _assembled(self) -> Before:
-        return Before(self._assembly, touches_of(self._machine, self._assembly))
-
-    @cached_property
-    def _parts(self) -> tuple[Parts, Matrix]:
-        """The rotor, and the inverse of its mass."""
-        parts = spatial_parts(self._machine, self._assembly.balls)
-        return parts, np.asarray(np.linalg.inv(parts.mass), np.float64)
+    def _before(self) -> Before:
+        return Before(self._machine, self._assembly)
 
     def _balls(self, machine: Machine) -> tuple[Ball, ...] | None:
-        """The balls of a machine whose races differ in drag and friction only."""
-        planar = self._assembly.model is Model.PLANAR
-        if self._equal or not all(_alike(*pair, planar=planar) for pair in _races(self._machine, machine)):
+        """The balls of a machine whose races differ in what balls feel of them only."""
+        if self._equal or not all(_alike(*pair) for pair in _races(self._machine, machine)):
             return None
         balls = resolve(machine)
         if len(balls) != len(self._assembly.balls):
             return None
-        free = (*FREE, *OF_BALL) if planar else FREE
-        for ball, own in zip(balls, self._assembly.balls, strict=True):
-            if replace(ball, **{key: getattr(own, key) for key in free}) != own:
-                return None
-            if ball.drag != own.drag and (ball.drag_curve is not None or ball.slipstream):
-                return None
-            held = (ball.rolling_resistance > 0.0, ball.adherence > 0.0)
-            if held != (own.rolling_resistance > 0.0, own.adherence > 0.0):
-                return None
-        return balls
+        return balls if all(_same_kind(*pair) for pair in zip(balls, self._assembly.balls, strict=True)) else None
 
-    def _drive(self, machine: Machine, unbalances: bool) -> Drive | None:
-        """The drive of a machine that asks for the same top speed; of shafts and bodies with the same unbalances."""
+    def _drive(self, machine: Machine) -> Drive | None:
+        """The drive of a machine that asks for the same top speed."""
         now, before = machine.drive, self._machine.drive
         if type(now) is not type(before) or top_speed(machine) != top_speed(self._machine):
             return None
@@ -159,12 +157,7 @@ class Described:
         found, own = drive_of(machine), self._assembly.system.drive
         if own.linked or found.linked or found.segments.shape != own.segments.shape:
             return None
-        if self._assembly.model is Model.PLANAR:
-            return found
-        if not np.array_equal(found.segments.start, own.segments.start):
-            return None
-        rigid = isinstance(machine.rotor, RigidRotor) and not self._assembly.mounts and not self._assembly.hard
-        return found if rigid or not unbalances else None
+        return found
 
 
 def _row(ball: Ball, before: Ball) -> dict[str, float]:
@@ -175,6 +168,32 @@ def _row(ball: Ball, before: Ball) -> dict[str, float]:
     if ball.adherence > 0.0:
         values |= {"rolling": ball.rolling_resistance, "adherence": ball.adherence}
     return values
+
+
+def _same_kind(ball: Ball, before: Ball) -> bool:
+    """Whether two balls differ in numbers only."""
+    return all(one == other for one, other in zip(_kind(ball), _kind(before), strict=True))
+
+
+def _kind(ball: Ball) -> tuple[Any, ...]:
+    held = ball.rolling_resistance > 0.0, ball.adherence > 0.0
+    moving = ball.adherence > 0.0 and ball.start_speed
+    place = ball.balancer, ball.race, ball.body, ball.slipstream
+    return *place, ball.drag_curve is None, ball.diameter > 0.0, *held, moving
+
+
+def _in_numbers(ball: Ball, before: Ball) -> bool:
+    """Whether a ball has other numbers than drag and friction, or a curve of its drag."""
+    curved = ball.drag_curve is not None or ball.slipstream
+    free = STARTS | OF_FRICTION | (set() if curved else OF_DRAG)
+    return ball is not before and any(
+        getattr(ball, one.name) != getattr(before, one.name) for one in fields(Ball) if one.name not in free
+    )
+
+
+def _moved(ball: Ball, before: Ball) -> bool:
+    """Whether a ball starts elsewhere or touches others at another angle."""
+    return any(getattr(ball, key) != getattr(before, key) for key in STARTS | SIZES)
 
 
 def _changed(one: Part, other: Part) -> set[str]:
@@ -197,17 +216,12 @@ def _races(one: Machine, other: Machine) -> Iterator[tuple[Any, Any]]:
             yield from zip(mine.races, its.races, strict=True)
 
 
-def _of_planar(ball: Ball, before: Ball) -> bool:
-    """Whether a ball has other numbers than drag and friction."""
-    return any(getattr(ball, key) != getattr(before, key) for key in OF_BALL)
-
-
-def _alike(one: Any, other: Any, *, planar: bool) -> bool:
-    """Whether two races differ in nothing but what their balls feel as drag and friction, and what planar rotors know besides."""
+def _alike(one: Any, other: Any) -> bool:
+    """Whether two races differ in nothing but numbers that their balls have or feel."""
     changed = _changed(one, other)
-    if not changed <= (OF_RACES | OF_PLANAR if planar else OF_RACES):
+    if not changed <= OF_RACES | OF_BALLS:
         return False
-    if changed & OF_PLANAR and (one.partitions is not None or one.forces or not is_rigid(one)):
+    if changed & OF_BALLS and (one.partitions is not None or one.forces):
         return False
     if "friction" in changed and (one.friction is None or other.friction is None):
         return False

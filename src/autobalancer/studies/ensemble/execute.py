@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from autobalancer.studies.ensemble.groups import Group, Groups
 from autobalancer.studies.ensemble.integration import Found
 from autobalancer.studies.sweep_row import completed, gauges_for
 
-PART = 0.2  # s, that a thread works between two looks
+PART, LEAST = 0.2, 0.004  # s, that a thread works between two looks, and that it takes at least
 Progress = Callable[[int, int], None]
 
 
@@ -27,6 +27,21 @@ class Ran(NamedTuple):
     group: Group
     found: Found
     starts: Floats  # (members, balls) ball angles
+
+
+class Shared(Protocol):
+    """Work that threads share, each with its own flags."""
+
+    flags: list[Any]
+
+    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
+        """What each thread does; ``look`` is called now and then."""
+
+    def done(self) -> int:
+        """How much is done."""
+
+    def stop(self) -> None:
+        """Let all threads stop soon."""
 
 
 class Work:
@@ -54,10 +69,12 @@ class Work:
             flags[STOP] = 1
 
     def _parts(self) -> Iterator[range]:
+        """The next members, fewer towards the end so that all threads end together."""
         count = len(self.group.numbers)
         while True:
             with self._lock:
-                size = max(1, int(PART / self._each)) if self._each > 0.0 else 1
+                share = self._each * (count - self._next) / (2 * len(self.flags))
+                size = max(1, int(min(PART, max(share, LEAST)) / self._each)) if self._each > 0.0 else 1
                 part = range(self._next, min(self._next + min(size, -(-count // 8)), count))
                 self._next = part.stop
             if not part:
@@ -91,7 +108,7 @@ def run_groups(
         work = Work(group, groups.plan.max_steps, keep_states)
         if not interrupted:
             try:
-                _run(work, min(workers, len(group.numbers)), before, total, progress)
+                run_threads(work, min(workers, len(group.numbers)), before, total, progress)
             except KeyboardInterrupt:
                 interrupted = True
         _complete(work.ran, groups.plan.end)
@@ -100,7 +117,14 @@ def run_groups(
     return ran, seconds, interrupted
 
 
-def _run(work: Work, workers: int, before: int, total: int, progress: Progress | None) -> None:
+def run_threads(work: Shared, workers: int, before: int, total: int, progress: Progress | None) -> None:
+    """Let so many threads do a piece of work; ``before`` of the ``total`` are done already.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When somebody interrupts them, once all threads have stopped.
+    """
     work.flags = [np.zeros(FLAGS, np.int64) for _ in range(workers)]
     told = -1
 

@@ -1,4 +1,4 @@
-"""Members that follow an assembled one by a few numbers: drag, unbalance, starts. All others need an assembly of their own.
+"""Members that follow an assembled one by a few numbers: drag, unbalance, starts, and what described.py finds of their machine.
 
 What a column touches is worked out by the functions that assemble a machine, so a member has the same bits either way. A few
 members of each kind are assembled all the same and compared word by word; if one differed, all would be assembled.
@@ -8,28 +8,30 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from autobalancer.assembly.contact.meetings import ring, set_contacts
-from autobalancer.assembly.drive import drive_of
+from autobalancer.assembly.contact.touches import with_touches
+from autobalancer.assembly.drive import unbalance_courses, unbalances_over
+from autobalancer.assembly.gauges import meetings_of
 from autobalancer.assembly.mass_spread import equal_groups
 from autobalancer.assembly.spatial import top_speed
-from autobalancer.assembly.starts import planar_scales, start_angles
+from autobalancer.assembly.starts import planar_sizes, start_angles
 from autobalancer.assembly.system import Assembly, Model
-from autobalancer.catalog.resolve import Ball, occupied_angle
+from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.drag.beta import DragTorque
 from autobalancer.kernels.records.guided import CONTACT
-from autobalancer.kernels.system import BALLS, VY, Floats, X
+from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.random_numbers import generator
 from autobalancer.studies.ensemble.columns import ball_of
-from autobalancer.studies.ensemble.described import Described, Words
+from autobalancer.studies.ensemble.described import Changed, Described, Words
 from autobalancer.studies.ensemble.groups import Group
-from autobalancer.studies.ensemble.layout import bits
+from autobalancer.studies.ensemble.layout import bits, words_of
 
 _BETA = re.compile(r"balancers\[(\d+)\]\.races\[(\d+)\]\.drag\.beta")
 _PART = re.compile(r"unbalances\[(\d+)\]\.(moment|mass|radius|angle)")
@@ -58,7 +60,7 @@ def starts_can_follow(machine: Machine, assembly: Assembly, names: Sequence[str]
     walls = any(race.partitions is not None for balancer in machine.balancers for race in balancer.races)
     held = any(ball.adherence > 0.0 for ball in assembly.balls)
     speeds = any(ball_of(name)[0] == "ball_speed" for name in names)
-    return not (assembly.resolved or forces or walls or (held and speeds) or equal_groups(machine, assembly.balls))
+    return not (assembly.resolved or forces or walls or (held and speeds) or equal_groups(machine, resolve(machine)))
 
 
 class Follower:
@@ -81,10 +83,10 @@ class Follower:
         self._group, self._machine, self._assembly, self._tolerance = group, machine, assembly, tolerance
         self._begin, self._described = begin, described
         self._parameters = [] if described is not None else [self._of_parameter(name) for name in names]
-        self._last: tuple[Any, Words] = (None, {})
-        self._fastest = max(top_speed(machine) or 0.0, *assembly.critical_speeds)
+        self._own = Changed({}, machine, assembly.balls, assembly, again=False)
+        self._last: tuple[Any, Changed] = (None, self._own)
         self._orders: dict[Any, Words] = {}
-        layout = group.layout
+        layout, self._block = group.layout, group.last()
         self._state, self._start = layout.place("memory.state", 0), layout.place("memory.start", 0)
         touching = len(assembly.system.contacts)
         self._wraps = [layout.place("system.contacts", i, field="wrap") for i in range(touching)]
@@ -92,27 +94,35 @@ class Follower:
     def words(
         self, values: Sequence[Any], machine: Callable[[], Machine], seed: int, starts: dict[str, float]
     ) -> Words | None:
-        """The words of a member; None if it has to be assembled, as a value may be impossible.
+        """The words of a member besides those :meth:`of_parameters`; None if it has to be assembled: a value may be impossible.
 
         ``machine`` is what the values make of it, without its start.
         """
-        found: Words = {}
+        own, found = self._own, dict[int, int]()
         if self._described is not None:
             if self._last[0] != tuple(values):
-                own = self._described.words(machine(), self._group.layout)
-                if own is None:
+                changed = self._described.changed(machine(), self._group.layout, self._block)
+                if changed is None:
                     return None
-                self._last = tuple(values), own
-            found = dict(self._last[1])
-        for follow, value in zip(self._parameters, values if self._described is None else (), strict=True):
-            if not (isinstance(value, float | int) and math.isfinite(value) and value > 0.0):
-                return None
-            follow(float(value), found)
-        if (seed, starts) == self._begin:
+                if not changed.assembly is self._last[1].assembly is self._assembly:
+                    self._orders = {}  # of other balls
+                self._last = tuple(values), changed
+            own = self._last[1]
+            found = dict(own.words)
+        elif not all(isinstance(value, float | int) and math.isfinite(value) and value > 0.0 for value in values):
+            return None
+        if (seed, starts) == self._begin and not own.again:
             return found
-        return found if self._follow_start(seed, starts, found) else None
+        return found if self._follow_start(own, seed, starts, found) else None
 
-    def _of_parameter(self, name: str) -> Callable[[float, Words], None]:
+    def of_parameters(self, values: Sequence[Sequence[Any]]) -> dict[int, Integers]:
+        """Words of many members that follow, at each place an array over them; ``values`` has a row of each of them."""
+        found: dict[int, Integers] = {}
+        for i, follow in enumerate(self._parameters):
+            found |= follow(np.array([float(row[i]) for row in values]))
+        return found
+
+    def _of_parameter(self, name: str) -> Callable[[Floats], dict[int, Integers]]:
         layout, balls = self._group.layout, self._assembly.balls
         match = _BETA.fullmatch(name)
         if name == "drag" or match:
@@ -121,70 +131,94 @@ class Follower:
             first, second = ([layout.place("system.balls", i, field=f) for i in own] for f in ("drag", "viscous"))
             places = list(zip(first, second, [balls[i] for i in own], strict=True))
 
-            def follow_drag(value: float, found: Words) -> None:
-                for drag, viscous, ball in places:
-                    found[drag], found[viscous] = bits(value), bits(value / ball.orbit_radius**2)
+            def follow_drag(values: Floats) -> dict[int, Integers]:
+                found = {drag: words_of(values) for drag, _, _ in places}
+                return found | {viscous: words_of(values / ball.orbit_radius**2) for _, viscous, ball in places}
 
             return follow_drag
         part = _PART.fullmatch(name)
         number, key = (int(part[1]) - 1, part[2]) if part else (0, "moment")
         fields = [f"unbalance{field}" for field in ("_x", "_y", "_rate_x", "_rate_y")]
+        rows, parts = self._assembly.system.drive.segments, self._machine.unbalances
         segments = [
-            tuple(layout.place("system.drive.segments", i, field=field) for field in fields)
-            for i in range(len(self._assembly.system.drive.segments))
+            [layout.place("system.drive.segments", i, field=field) for field in fields] for i in range(len(rows))
         ]
-        absolute = layout.place("memory.absolute", 0)
+        courses, absolute = unbalance_courses(self._machine, rows.start.tolist()), layout.place("memory.absolute", 0)
 
-        def follow_unbalance(value: float, found: Words) -> None:
-            parts = list(self._machine.unbalances)
-            parts[number] = parts[number].model_copy(update={key: value})
-            machine = self._machine.model_copy(update={"unbalances": tuple(parts)})
-            for places, row in zip(segments, drive_of(machine).segments, strict=True):
-                own = row.unbalance_x, row.unbalance_y, row.unbalance_rate_x, row.unbalance_rate_y
-                found.update(zip(places, map(bits, own), strict=True))
-            scale = planar_scales(machine, self._assembly.balls, self._assembly.system)[0]
-            found.update((absolute + i, bits(self._tolerance * scale[i])) for i in range(X, VY + 1))
+        def follow_unbalance(values: Floats) -> dict[int, Integers]:
+            ones = [parts[number].model_copy(update={key: value}) for value in values.tolist()]
+            sizes, vectors = np.array([one.size for one in ones]), np.array([one.vector for one in ones])
+            each = [vectors if i == number else one.vector for i, one in enumerate(parts)]
+            resultant = unbalances_over(courses, [one.real for one in each], [one.imag for one in each])
+            found = {
+                place: words_of(own + np.zeros(len(ones)))
+                for places, numbers in zip(segments, resultant, strict=True)
+                for place, own in zip(places, numbers, strict=True)
+            }
+            moments = [sizes if i == number else one.size for i, one in enumerate(parts)]
+            length, velocity, _ = planar_sizes(self._machine, self._assembly.balls, self._assembly.system, moments)
+            lengths, velocities = (words_of(self._tolerance * size) for size in (length, velocity))
+            return found | {absolute + i: lengths if i in (X, Y) else velocities for i in range(X, VY + 1)}
 
         return follow_unbalance
 
-    def _follow_start(self, seed: int, starts: dict[str, float], found: Words) -> bool:
-        balls, count = self._balls(starts), len(self._assembly.balls)
-        if not _apart(self._machine, balls):
+    def _follow_start(self, own: Changed, seed: int, starts: dict[str, float], found: Words) -> bool:
+        balls = _started(own.balls, starts)
+        count = len(balls)
+        if not _apart(own.machine, balls):
             return False
         angles = np.array(start_angles(balls, generator(seed)), np.float64)
-        found.update(self._contacts(balls, angles))
+        contacts = self._contacts(own, balls, angles)
+        if contacts is None:
+            return False
+        found.update(contacts)
         for first in (self._state, self._start):
             for i, (angle, ball) in enumerate(zip(angles, balls, strict=True)):
                 found[first + BALLS + i] = bits(angle)
                 found[first + BALLS + count + i] = bits(ball.start_speed)
         return True
 
-    def _balls(self, starts: dict[str, float]) -> tuple[Ball, ...]:
-        balls = list(self._assembly.balls)
-        for name, value in starts.items():
-            kind, number = ball_of(name)
-            for i in range(len(balls)) if number is None else (number,):
-                turned = kind == "ball_angle"
-                balls[i] = replace(balls[i], start_angle=value) if turned else replace(balls[i], start_speed=value)
-        return tuple(balls)
-
-    def _contacts(self, balls: tuple[Ball, ...], angles: Floats) -> Iterator[tuple[int, int]]:
-        """Who is next to whom; for each order the contacts are made once."""
-        if not len(self._assembly.system.contacts):
-            return
+    def _contacts(self, own: Changed, balls: tuple[Ball, ...], angles: Floats) -> Words | None:
+        """Who is next to whom; for each order the contacts are made once. None if they are of another kind."""
+        before = self._assembly.system.contacts
+        if not len(before):
+            return {}
         rings = [ring(members, angles) for members in _races(balls)]
         order = tuple((i, j) for links in rings for i, j, _ in links)
         if order not in self._orders:
             rows = CONTACT.rows(len(balls))
-            set_contacts(self._machine, balls, angles, rows, self._fastest)
-            first = self._group.layout.place("system.contacts", 0)
-            self._orders[order] = {
-                first + k: int(word) for k, word in enumerate(np.frombuffer(rows.tobytes(), np.int64))
+            fastest = max(top_speed(own.machine) or 0.0, *own.assembly.critical_speeds)
+            made = set_contacts(own.machine, balls, angles, rows, fastest)
+            system = own.assembly.system._replace(contacts=rows, rebounds=made.rebounds)
+            noting, touches = with_touches(own.machine, replace(own.assembly, system=system, balls=balls))
+            meetings, rebounds = meetings_of(touches)
+            values = {
+                "system.contacts": rows,
+                "system.rebounds": made.rebounds,
+                "system.touches": noting.system.touches,
+                "gauges.meetings": meetings,
+                "gauges.rebounds": rebounds,
             }
-        yield from self._orders[order].items()
+            parts = [self._group.layout.words(path, value) for path, value in values.items()]
+            if any(part is None for part in parts) or (rows.rigid != before.rigid).any():
+                return None
+            self._orders[order] = {place: word for part in parts for place, word in (part or {}).items()}
+        words = dict(self._orders[order])
         for links in rings:
             if len(links) > 1:
-                yield from ((self._wraps[i], bits(wrap)) for i, _, wrap in links)
+                words |= {self._wraps[i]: bits(wrap) for i, _, wrap in links}
+        return words
+
+
+def _started(balls: tuple[Ball, ...], starts: dict[str, float]) -> tuple[Ball, ...]:
+    """The balls with the starts of a member."""
+    found = list(balls)
+    for name, value in starts.items():
+        kind, number = ball_of(name)
+        for i in range(len(found)) if number is None else (number,):
+            turned = kind == "ball_angle"
+            found[i] = replace(found[i], start_angle=value) if turned else replace(found[i], start_speed=value)
+    return tuple(found)
 
 
 def _races(balls: tuple[Ball, ...]) -> list[list[int]]:

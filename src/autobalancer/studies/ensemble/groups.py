@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -36,8 +37,7 @@ class Group:
         self.fresh: Integers = fresh
         self.numbers: list[int] = []
         self.later: dict[int, tuple[Assembly, Places]] = {}  # members that are not measured by compiled code alone
-        self._places: list[Integers] = []
-        self._values: list[Integers] = []
+        self._blocks: list[tuple[Integers, Any]] = []  # places, and what stands there, (members, places)
 
     def takes(self, one: Integration, stepper: Stepper, number: int) -> bool:
         """Take a member, if its numbers lie like those of the others and it is integrated as they are."""
@@ -46,26 +46,28 @@ class Group:
         block = self.layout.packed(one)
         if block is None:
             return False
-        self.add(number, where := np.flatnonzero(block != self.fresh), block[where])
+        self.add([number], where := np.flatnonzero(block != self.fresh), block[None, where])
         return True
 
-    def add(self, number: int, places: Integers, values: Integers) -> None:
-        """Take a member by words among which are all in which it differs."""
-        other = values != self.fresh[places]
-        self.numbers.append(number)
-        self._places.append(places[other])
-        self._values.append(values[other])
+    def add(self, numbers: Sequence[int], places: Integers, words: Any) -> None:
+        """Take members by their words, (members, places), among which are all in which they differ."""
+        other = (words != self.fresh[places]).any(axis=0)
+        self.numbers.extend(numbers)
+        self._blocks.append((places[other], words[:, other]))
 
-    def differences(self, row: int) -> dict[int, int]:
-        """The words in which the member in this row differs from the fresh run."""
-        return dict(zip(self._places[row].tolist(), self._values[row].tolist(), strict=True))
+    def last(self) -> Integers:
+        """All words of the member that was taken last."""
+        found, (places, words) = self.fresh.copy(), self._blocks[-1]
+        found[places] = words[-1]
+        return found
 
     def words(self) -> tuple[Integers, Any]:
         """Where members differ from the fresh run, and what stands there, (members, places)."""
-        places = np.unique(np.concatenate([*self._places, np.zeros(0, np.int64)]))
-        words = np.tile(self.fresh[places], (len(self.numbers), 1))
-        for row, (where, values) in enumerate(zip(self._places, self._values, strict=True)):
-            words[row, np.searchsorted(places, where)] = values
+        places = np.unique(np.concatenate([*(where for where, _ in self._blocks), np.zeros(0, np.int64)]))
+        words, first = np.tile(self.fresh[places], (len(self.numbers), 1)), 0
+        for where, values in self._blocks:
+            words[first : first + len(values), np.searchsorted(places, where)] = values
+            first += len(values)
         return places, words
 
     def starts(self, places: Integers, words: Any) -> Floats:

@@ -93,6 +93,11 @@ class Bench:
             self._run = run_members_long
             self._how = nodes, watch, powers, *self._own.long, layout.numbers - count_numbers(amplitudes)
 
+    @property
+    def record(self) -> Record:
+        """What the member that ran last was asked to keep; the next one overwrites it."""
+        return self._own.record
+
     def run(
         self, fresh: Integers, places: Integers, words: Any, part: range, most: int, flags: Integers, found: Found
     ) -> None:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from autobalancer.kernels.system import Integers
+from autobalancer.kernels.system import Floats, Integers
 
 APART = -1  # where an array begins that has no place in a block
 LINE = 8  # words: arrays begin with a line of the processor's cache
@@ -100,8 +100,11 @@ class Layout:
         found = block[leaf.first : leaf.first + words].view(value.dtype).reshape(value.shape)
         return found.view(type(value))
 
-    def words(self, path: str, value: Any) -> dict[int, int] | None:
-        """Places and words of a tuple that stands at a path; None if it has another shape."""
+    def words(self, path: str, value: Any, known: Integers | None = None) -> dict[int, int] | None:
+        """Places and words of a tuple that stands at a path; None if it has another shape.
+
+        Of arrays those only that differ from a ``known`` block, if there is one.
+        """
         found: dict[int, int] = {}
         for below, own in leaves(value, path):
             leaf = self._by_path.get(below)
@@ -109,8 +112,14 @@ class Layout:
                 return None
             if leaf.shape is None:
                 found[leaf.first] = bits(own) if leaf.dtype.kind == "f" else int(own)
-            else:
-                found.update(enumerate(np.frombuffer(own.tobytes(), np.int64).tolist(), leaf.first))
+                continue
+            content = own.tobytes()
+            if known is None:
+                found.update(enumerate(np.frombuffer(content, np.int64).tolist(), leaf.first))
+            elif content != (there := known[leaf.first : leaf.first + len(content) // 8]).tobytes():
+                words = np.frombuffer(content, np.int64)
+                other = np.flatnonzero(words != there)
+                found.update(zip((other + leaf.first).tolist(), words[other].tolist(), strict=True))
         return found
 
     def has(self, path: str) -> bool:
@@ -129,6 +138,11 @@ class Layout:
 def bits(value: float) -> int:
     """The word of a float."""
     return int(np.float64(value).view(np.int64))
+
+
+def words_of(values: Floats) -> Integers:
+    """The words of floats."""
+    return values.view(np.int64)
 
 
 def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

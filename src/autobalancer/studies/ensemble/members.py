@@ -67,8 +67,10 @@ class Members:
         assembly = prepare(machine, plan.end, seed=seed, mass_spread=MASS_SPREAD, max_steps=plan.max_steps)
         return assembly, places_of(machine, assembly)
 
-    def sorted(self, plan: Plan, how: Impossible) -> tuple[Groups, dict[int, str]]:
+    def sorted(self, plan: Plan, how: Impossible, *, follow: bool = True) -> tuple[Groups, dict[int, str]]:
         """All members made ready, and why some of them cannot run; nothing runs for it.
+
+        With ``follow`` those that differ in numbers are not assembled.
 
         Raises
         ------
@@ -76,7 +78,7 @@ class Members:
             For the first that cannot run, unless those are to be recorded.
         """
         try:
-            return self._sorted(plan, how, follow=True)
+            return self._sorted(plan, how, follow=follow)
         except Differs:
             return self._sorted(plan, how, follow=False)
 
@@ -100,6 +102,8 @@ class Members:
                     kinds = (UnitError, QuestionError, MachineError)
                     raise next(kind for kind in kinds if isinstance(error, kind))(text) from None
                 reasons[number] = text
+        for one in classes.values():
+            one.finish()
         return groups, reasons
 
     def _named(self, number: int) -> str:
