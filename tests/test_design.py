@@ -188,11 +188,38 @@ def test_a_range_of_temperature_that_the_runs_could_not_follow_is_refused() -> N
         ({"operation": {"run_up": "10 s"}}, "belong together"),
         ({"machine": "no_such.toml"}, "no_such.toml"),
         ({"candidates": {}}, "candidates"),
+        ({"limits": {"peak_deflection": "1.3"}}, "specification: limits.peak_deflection: given '1.3' without a unit"),
+        ({"operation": {"speed": []}}, "operation.speed: given no speed"),
+        ({"search": {"objectives": [[1]]}}, "search.objectives"),
     ],
 )
 def test_faults_of_a_specification_are_named_with_their_key(tables: dict[str, Any], words: str) -> None:
     with pytest.raises(ab.errors.AutobalancerError, match=words.replace(".", r"\.")):
         read_spec(changed(**tables))
+
+
+def test_a_fault_in_the_scatter_is_refused_before_anything_runs() -> None:
+    for scatter, words in (
+        ({"stifness": {"distribution": "normal"}}, "scatter.stifness: .*did you mean 'stiffness'"),
+        ({"stiffness": {"distribution": "gauss"}}, "scatter.stiffness: distribution: given 'gauss'"),
+    ):
+        with pytest.raises(QuestionError, match=words):
+            ab.design(changed(scatter=scatter))
+
+
+def test_a_machine_filled_with_a_blend_says_how_to_mix_it() -> None:
+    blend = {"blend": ["silicone oil 5", "silicone oil 50"], "viscosity": "20 mm^2/s"}
+    few = changed(
+        temperature="25 degC",
+        limits={"share": 0.7},
+        search={"members": 10},
+        candidates={"count": [2], "fluids": [blend]},
+    )
+    machine = ab.designed_machine(
+        ab.design({**few, "operation": {"speed": "1200 rpm", "run_up": "20 s", "hold": "5 s"}})
+    )
+    share = 100.0 * ab.catalog.blend("silicone oil 5", "silicone oil 50", "20 mm^2/s").fraction
+    assert f"filled with {share:.3g} % silicone oil 5 in silicone oil 50 (shares by mass)" in machine.description
 
 
 def test_a_report_of_the_chosen_machine_has_the_design_and_refuses_a_machine_that_is_none_of_it(
@@ -203,6 +230,10 @@ def test_a_report_of_the_chosen_machine_has_the_design_and_refuses_a_machine_tha
 
     pages = design_pages(found, ab.designed_machine(found), "design.nc")
     assert [page.title for page in pages] == ["Design design", "Limits of the design", "What was ruled out, and why"]
+    limits = {one.question: one.enough for one in pages[1].decisive}
+    assert limits == dict.fromkeys(
+        ("limit: border margin 10 %", "limit: peak deflection 1.5 mm", "limit: stall probability 12 %"), "yes"
+    )
     with pytest.raises(QuestionError, match="is no design of"):
         design_pages(found, ab.example("discoidal"), "design.nc")
 
@@ -246,7 +277,7 @@ def test_without_pymoo_a_search_says_how_to_get_it(monkeypatch: pytest.MonkeyPat
         ab.design(SEARCHED)
 
 
-@pytest.mark.parametrize("name", ["centrifuge_design", "grinder_design", "washing_design"])
+@pytest.mark.parametrize("name", ["centrifuge_design", "grinder_design", "washing_design", "measured_rotor_design"])
 def test_the_samples_are_read(name: str) -> None:
     spec = read_spec(ab.catalog.example_path(name))
     assert spec.name == name

@@ -16,6 +16,8 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Sensor, record
+from autobalancer.reporting import machine_pages
+from autobalancer.reporting import page as blocks
 from autobalancer.reporting.balls_page import balls_page
 from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section, drawing
 from autobalancer.reporting.pdf_file import write_pdf
@@ -28,6 +30,9 @@ MACHINE = ROOT / "examples/machines/discoidal.toml"
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("report") / "a.html"
+    monkeypatch = pytest.MonkeyPatch()
+    monkeypatch.setattr(machine_pages, "MAP", (9, 7))  # coarse pictures: their words and numbers are what is tested
+    monkeypatch.setattr(blocks, "DOTS", 50)
     spec = {
         "machine": str(MACHINE),
         "members": 24,
@@ -38,12 +43,14 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> str:
     run = ab.simulate(other, duration="3 s", save=ab.Samples(3001))
     measured = record(run, [Sensor("displacement", direction=way, noise="40 dB") for way in ("x", "y")], 500.0)
     assert ab.report(MACHINE, path, study=ab.study(spec), grade="G 2.5", measured=measured, starts=5) == path
+    monkeypatch.undo()
     return path.read_text(encoding="utf-8")
 
 
 def test_a_report_has_all_its_pages_and_needs_no_other_file(page: str) -> None:
     heads = re.findall(r"<h2 id=\"s\d+\">\d+ ([^<]+)</h2>", page)
     assert heads == [
+        "In short",
         "Machine",
         "Drawing",
         "Capability",
@@ -55,6 +62,7 @@ def test_a_report_has_all_its_pages_and_needs_no_other_file(page: str) -> None:
         "Where balancing is stable",
         "Basins at the highest speed",
         "5 random starts of the balls",
+        "What small changes do",
         "Study study",
         "Which scatter drives the result",
         "Balls in their race",
@@ -67,6 +75,33 @@ def test_a_report_has_all_its_pages_and_needs_no_other_file(page: str) -> None:
     assert all(len(alt) > 10 for alt in re.findall(r"<img alt=\"([^\"]*)\"", page))
 
 
+def test_the_first_page_says_what_decides_and_where_it_stands(page: str) -> None:
+    heads = [("", ""), *re.findall(r"<h2 id=\"s(\d+)\">(\d+ [^<]+)</h2>", page)]
+    first = page[page.index("In short</h2>") : page.index('class="sign"')]
+    rows = [re.findall(r"<td[^>]*>([^<]*)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", first, re.DOTALL)]
+    found = {row[0]: row[1:] for row in rows if row}
+    assert all(where in dict(heads).values() for _, _, where in found.values())
+    capability = ab.check(MACHINE).capability
+    assert found["capability of the balls, all races"][:2] == [
+        f"{1e6 * capability:.0f} g mm for 594 g mm, 1.72 times as much",
+        "yes",
+    ]
+    assert found["residual unbalance, race off the axis as is typical (not given)"][1] == "measure it"
+    assert found["release speed"][1] == found["exact border"][1] == "yes"
+
+
+def test_small_changes_are_those_of_the_closed_forms(page: str) -> None:
+    table = page[page.index("What small changes do</h2>") :]
+    rows = [re.findall(r"<td[^>]*>([^<]*)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", table, re.DOTALL)[:6]]
+    heads = re.findall(r"<th[^>]*>([^<]*)</th>", table)[:7]
+    found = {row[0]: dict(zip(heads[1:], row[1:], strict=True)) for row in rows if row}
+    stiffness = " / ".join(f"{sign}{100.0 * abs(change**0.5 - 1.0):.2g}" for sign, change in (("−", 0.9), ("+", 1.1)))
+    assert found["stiffness of the supports"]["critical speed"] == stiffness
+    assert found["stiffness of the supports"]["capability"] == "0 / 0"
+    mass = " / ".join(f"{sign}{100.0 * abs(change**3 - 1.0):.2g}" for sign, change in (("−", 0.9), ("+", 1.1)))
+    assert found["diameter of a ball"]["capability"] == mass
+
+
 def test_the_numbers_are_those_of_the_machine(page: str) -> None:
     borders = {one.name: one.speed for one in ab.stability.borders(MACHINE)}
     assert f"{borders['exact border'] * 9.549296585513721:.5g} rpm" in page
@@ -77,8 +112,8 @@ def test_the_commands_of_a_report_are_understood(page: str) -> None:
     command = typer.main.get_command(app)
     lines = re.findall(r"made by<pre>(.*?)</pre>", page, re.DOTALL)
     assert len(lines) >= 6
-    for line in lines:
-        words = shlex.split(line.replace("&#34;", '"'))[1:]
+    for line in (line for block in lines for line in block.splitlines()):
+        words = shlex.split(line.replace("&#34;", '"').replace("&amp;", "&"))[1:]
         name, rest = command.commands[words[0]], words[1:]  # type: ignore[attr-defined]
         name.make_context(
             words[0], [str(MACHINE) if one.endswith(".toml") else one for one in rest], resilient_parsing=True

@@ -59,11 +59,23 @@ def test_the_folder_of_another_study_is_left_alone(tmp_path: Path) -> None:
         ab.study({**SHORT, "members": 4}, folder=tmp_path / "b")
 
 
-def test_no_scheduler_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "localhost", "http://localhost:1", "a b"])
+def test_no_scheduler_is_said(monkeypatch: pytest.MonkeyPatch, address: str) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr(execute, "WAIT", 0.5)
-    with pytest.raises(QuestionError, match=r"no Dask scheduler answers at 'tcp://127.0.0.1:1'"):
-        ab.study(SHORT, scheduler="tcp://127.0.0.1:1")
+    monkeypatch.setattr(execute, "WAIT", 0.2)
+    with pytest.raises(QuestionError, match=f"no Dask scheduler answers at {address!r}"):
+        ab.study(SHORT, scheduler=address)
+
+
+def test_a_folder_that_is_none_and_a_damaged_chunk_are_said(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(ResultError, match=r"notes.txt: is no folder"):
+        ab.study({**SHORT, "members": 4}, folder=tmp_path / "notes.txt")
+    ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
+    (chunk,) = (tmp_path / "a" / "chunks").glob("*.npz")
+    chunk.write_bytes(chunk.read_bytes()[:1000])
+    with pytest.raises(ResultError, match=r"is damaged: .*; delete it, and the study runs its members again"):
+        ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
 
 
 def chunks_in(folder: Path) -> dict[str, bytes]:
@@ -126,7 +138,7 @@ def test_a_full_disk_is_said_and_what_was_finished_is_kept(monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_is_killed(
+def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_both_are_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     distributed = pytest.importorskip("distributed")
@@ -134,11 +146,12 @@ def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_one_is_killed(
     asked, killed = {**SHORT, "members": 2000, "duration": "5 s"}, list[int]()
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
 
-        def kill_one(done: int, _: int) -> None:
+        def kill_both(done: int, _: int) -> None:
             if done and not killed:
-                killed.append(next(iter(cluster.workers.values())).pid)
-                os.kill(killed[0], signal.SIGKILL)
+                killed.extend(worker.pid for worker in cluster.workers.values())
+                for number in killed:
+                    os.kill(number, signal.SIGKILL)
 
-        found = ab.study(asked, scheduler=cluster.scheduler_address, folder=tmp_path / "a", progress=kill_one)
-    assert killed
+        found = ab.study(asked, scheduler=cluster.scheduler_address, folder=tmp_path / "a", progress=kill_both)
+    assert len(killed) == 2
     same_bits(ab.study(asked), found)

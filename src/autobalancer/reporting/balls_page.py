@@ -10,7 +10,7 @@ import xarray as xr
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.laws.hertz import STEEL, greatest_pressure
 from autobalancer.machine import Machine
-from autobalancer.reporting.page import Paragraph, Rows, Section
+from autobalancer.reporting.page import Decisive, Paragraph, Rows, Section, yes_or_no
 from autobalancer.results.number_text import force_text, significant
 from autobalancer.stability.summary.summary import Summary
 
@@ -64,6 +64,7 @@ def _pressure(page: Section, balls: tuple[Ball, ...], top: float) -> None:
             radius = 0.5 * float(ball.diameter)
             pressure = greatest_pressure(force, STEEL, radius, float(ball.orbit_radius) + radius)
             text = f"{1e-6 * pressure:.0f} MPa, {100.0 * pressure / STATIC:.3g} % of the static limit of ball bearings (4200 MPa)"
+            page.decisive.append(Decisive(f"pressure of a ball, {name}", text, yes_or_no(pressure <= STATIC)))
         rows.append((name, force_text(force), text))
     page.blocks.append(Rows(("race", "greatest force of a ball on the wall", "greatest pressure (Hertz)"), tuple(rows)))
     page.blocks.append(

@@ -3,19 +3,38 @@
 from __future__ import annotations
 
 import json
+import math
 
+import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.plots.measured.receptance import receptance as receptance_picture
+from autobalancer.plots.studies.design import UNITS
 from autobalancer.plots.studies.design import design as design_picture
-from autobalancer.reporting.page import Paragraph, Rows, Section, columns_table, drawing, facts
+from autobalancer.reporting.page import (
+    NO,
+    YES,
+    Decisive,
+    Paragraph,
+    Rows,
+    Section,
+    columns_table,
+    drawing,
+    facts,
+    yes_or_no,
+)
+from autobalancer.results.number_text import significant
 from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.design.chosen import designed_machine
+from autobalancer.studies.design.measured import read_back
+from autobalancer.studies.design.screening import ROUNDING
+from autobalancer.studies.design.spec import MARGIN, PRESSURE, STALL
 
-SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0)}
 WIDTH = 24  # designs in the table
+OPEN = "open"  # too few runs to say
 
 
 def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
@@ -29,7 +48,14 @@ def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
     command = f"autobalancer design {found.attrs['design_name']}.toml"
     place = _place(found, machine)
     page = Section(f"Design {found.attrs['design_name']}", replay=f"{command}  # written to {file}")
-    page.blocks += [Paragraph(f"This machine is place {place} of {found.best().sizes['design']}.", strong=True)]
+    best = found.best()
+    label, count = str(best["label"].values[place - 1]), best.sizes["design"]
+    page.blocks += [Paragraph(f"This machine is place {place} of {count}: {label}.", strong=True)]
+    out = ", ".join(f"{stage} {many}" for stage, many in found.ruled_out().items()) or "none"
+    page.decisive.append(Decisive("design", f"place {place} of {count}: {label}; ruled out before: {out}"))
+    other = min(place, count - 1) if place == 1 else 0  # the next best, or the best
+    if count > 1:
+        page.decisive.append(Decisive(f"instead of place {other + 1}", _beside(best, place - 1, other)))
     page.blocks += [facts(found.facts()), columns_table(found.isel(design=found.order()[:WIDTH]).columns("rpm"))]
     page.blocks.append(Paragraph(f"{found.remarks()[0]}."))
     page.blocks.append(
@@ -37,49 +63,102 @@ def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
             design_picture(found, title=""), "Candidates that each question ruled out; objectives of those that ran."
         )
     )
-    out = Section("What was ruled out, and why", [Paragraph(text) for text in found.reasons()], command)
-    return [page, _limits(found, place), *([out] if out.blocks else [])]
+    why = Section("What was ruled out, and why", [Paragraph(text) for text in found.reasons()], command)
+    return [page, *_rotor(found, command), _limits(found, place, command), *([why] if why.blocks else [])]
+
+
+def _beside(best: xr.Dataset, one: int, other: int) -> str:
+    """What another design would give: its name, and its objectives beside those of the chosen one."""
+    said = []
+    for name in best.attrs["objectives"]:
+        sign, factor = UNITS[best[name].attrs["units"]]
+        values = [float(best[name].values[place]) for place in (other, one)]
+        words = [f"{significant(factor * value)} {sign}" if math.isfinite(value) else "never" for value in values]
+        said.append(f"{name.replace('_', ' ')} {words[0]} for {words[1]}")
+    return f"{best['label'].values[other]}: {', '.join(said)}"
+
+
+def _rotor(found: Designed, command: str) -> list[Section]:
+    """The measured rotor beside the fitted one; nothing if it was not measured."""
+    fit = read_back(found)
+    if fit is None:
+        return []
+    page = Section("Measured rotor", [facts(fit.facts()), columns_table(fit.columns("Hz"))], command)
+    low, high = (60.0 * float(fit.attrs[f"band_{end}"]) / (2.0 * math.pi) for end in ("low", "high"))
+    page.blocks.append(
+        Paragraph(
+            f"All runs and borders are those of the fitted rotor. It is known from {low:.4g} to {high:.4g} rpm, where it was "
+            "measured; below, its stiffness is that of its modes. Its modes do not change with the speed, and it is alike in all "
+            "directions."
+        )
+    )
+    page.blocks += [Paragraph(f"{text}.") for text in fit.remarks()]
+    page.blocks.append(
+        drawing(receptance_picture(fit), "Receptance at the races: measured, and of the rotor that runs.")
+    )
+    return [page]
 
 
 def _place(found: Designed, machine: Machine) -> int:
-    text = machine_text(machine)
+    wanted = _bare(machine)
     for place in range(1, found.best().sizes["design"] + 1):
-        if machine_text(designed_machine(found, place)) == text:
+        if _bare(designed_machine(found, place)) == wanted:
             return place
     raise QuestionError(
         f"study: this machine is no design of {found.attrs['design_name']!r}; take a machine file that it wrote"
     )
 
 
-def _limits(found: Designed, place: int) -> Section:
+def _bare(machine: Machine) -> str:
+    """A machine without the words that say where it is from."""
+    return machine_text(machine.model_copy(update={"name": "machine", "description": ""}))
+
+
+def _limits(found: Designed, place: int, command: str) -> Section:
     """The limits, what the chosen design reaches, and the share of its runs beyond with its interval."""
     one = found.isel(design=found.order()[place - 1])
-    page, rows = Section("Limits of the design"), []
+    page, rows = Section("Limits of the design", replay=command), []
     for name, value in json.loads(found.attrs["limits"]).items():
-        words = name.replace("_", " ")
-        if name in found and f"{name}_over" in found:
-            sign, factor = SHOWN[found[name].attrs["units"]]
-            rows.append(
-                (
-                    words,
-                    f"{factor * value:.4g} {sign}",
-                    f"{factor * float(one[name]):.4g} {sign}",
-                    _share(one, f"{name}_over"),
-                )
-            )
-        elif name == "stall_probability":
-            rows.append((words, f"{100.0 * value:.3g} %", f"{100.0 * float(one['stall']):.3g} %", _share(one, "stall")))
-        elif name == "border_margin":
-            speed = max(float(one["release"]), float(one["border"]))
-            reached = min(found.attrs["speeds"]) / speed - 1.0 if speed > 0.0 else float("nan")
-            rows.append((words, f"{100.0 * value:.3g} %", f"{100.0 * reached:.3g} %", "-"))
-        elif name == "contact_pressure":
-            rows.append((words, f"{1e-6 * value:.0f} MPa", f"{1e-6 * float(one['pressure']):.0f} MPa", "-"))
-    head = ("limit", "asked", "reached", "share of the runs beyond it, 95 % interval")
-    page.blocks.append(Rows(head, tuple(rows), (False, True, True, False)))
+        if row := _limit(one, name, value, float(found.attrs["share"])):
+            asked, reached, share, enough = row
+            words = name.replace("_", " ")
+            rows.append((words, asked, reached, share, enough))
+            beyond = f"; {share} of the runs are beyond it" if share != "-" else ""
+            page.decisive.append(Decisive(f"limit: {words} {asked}", f"{reached}{beyond}", enough))
+    head = ("limit", "asked", "reached", "share of the runs beyond it, 95 % interval", "kept")
+    page.blocks.append(Rows(head, tuple(rows), (False, True, True, False, False)))
+    page.blocks.append(
+        Paragraph(
+            f"Of a measure the value that {100.0 * float(found.attrs['share']):g} % of the runs stay below, at the worst "
+            "operating speed. A limit is kept if the upper end of the interval is not above the share that may be beyond "
+            "it; open means that so few runs cannot tell."
+        )
+    )
     return page
 
 
-def _share(one: xr.Dataset, name: str) -> str:
-    share, low, high = (100.0 * float(one[f"{name}{end}"]) for end in ("", "_low", "_high"))
-    return f"{share:.3g} % ({low:.2g} to {high:.2g} %)"
+def _limit(one: xr.Dataset, name: str, value: float, share: float) -> tuple[str, str, str, str] | None:
+    """What was asked and reached, the share of the runs beyond with its interval, and whether that is enough."""
+    if name in one and f"{name}_over" in one:
+        sign, factor = UNITS[one[name].attrs["units"]]
+        reached = f"{significant(factor * float(one[name]))} {sign}" if math.isfinite(float(one[name])) else "never"
+        return f"{factor * value:.4g} {sign}", reached, *_beyond(one, f"{name}_over", 1.0 - share)
+    if name == STALL:
+        return f"{100.0 * value:.3g} %", f"{100.0 * float(one['stall']):.3g} %", *_beyond(one, "stall", value)
+    if name == MARGIN:
+        speeds = [float(one[border]) for border in ("release", "border") if not math.isnan(float(one[border]))]
+        slowest = float(min(np.atleast_1d(one.attrs["speeds"])))
+        margin = slowest / max(speeds) - 1.0 if speeds and max(speeds) > 0.0 else math.inf
+        said = f"{significant(100.0 * margin)} %" if math.isfinite(margin) else "no border"
+        return f"{100.0 * value:.3g} %", said, "-", yes_or_no(margin >= value * (1.0 - ROUNDING))
+    if name == PRESSURE:
+        pressure = float(one["pressure"])
+        return f"{1e-6 * value:.0f} MPa", f"{1e-6 * pressure:.0f} MPa", "-", yes_or_no(pressure <= value)
+    return None
+
+
+def _beyond(one: xr.Dataset, name: str, allowed: float) -> tuple[str, str]:
+    """The share of the runs beyond a limit with its interval, and whether that is kept, by the rule of the order."""
+    share, low, high = (float(one[f"{name}{end}"]) for end in ("", "_low", "_high"))
+    kept = YES if high <= allowed else NO if low > allowed else OPEN
+    return f"{100.0 * share:.3g} % ({100.0 * low:.2g} to {100.0 * high:.2g} %)", kept

@@ -22,10 +22,10 @@ table { border-collapse: collapse; margin: .8rem 0; font-size: .92rem; }
   th { text-align: left; border-bottom: 1.5px solid #606060; }
 td, th { padding: .2rem .8rem .2rem 0; vertical-align: top; white-space: pre-line; } tr + tr td { border-top: 1px solid #ececec; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
-  td:first-child { white-space: nowrap; }
+  table.facts td:first-child { white-space: nowrap; }
 td.wide { white-space: normal; }
 figure { margin: 1rem 0; } img { max-width: 100%; height: auto; } figcaption { font-size: .88rem; color: #505050; }
-pre { background: #f5f6f7; padding: .7rem .9rem; overflow-x: auto; font-size: .82rem; }
+pre { background: #f5f6f7; padding: .7rem .9rem; white-space: pre-wrap; overflow-wrap: anywhere; font-size: .82rem; }
   .replay { font-size: .85rem; color: #505050; }
 .strong { font-weight: 600; } .sign { display: flex; gap: 2rem; margin-top: 3rem; }
   .sign div { flex: 1; border-top: 1px solid #222; }
@@ -34,27 +34,28 @@ nav { font-size: .92rem; columns: 2; } a { color: #0072B2; }
   img { background: white; } tr + tr td { border-color: #333; } h2 { border-color: #444; }
   .replay, figcaption { color: #aaa; } a { color: #56B4E9; } }
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; } figure, tr { break-inside: avoid; }
-  nav { display: none; } }
+  nav { display: none; } section:nth-of-type(2) { break-before: page; } }
 </style>
 </head>
 <body>
 <h1>{{ report.title }}</h1>
 {{ block(about) }}
-<nav aria-label="contents">{% for section in report.sections %}
-<div><a href="#s{{ loop.index }}">{{ loop.index }} {{ section.title }}</a></div>{% endfor %}
-</nav>
 {% for section in report.sections %}
 <section aria-labelledby="s{{ loop.index }}">
 <h2 id="s{{ loop.index }}">{{ loop.index }} {{ section.title }}</h2>
 {% for one in section.blocks %}{{ block(one) }}
 {% endfor %}{% if section.replay %}<div class="replay">made by<pre>{{ section.replay }}</pre></div>{% endif %}
 </section>
-{% endfor %}{% if report.sign %}
+{% if loop.first %}{% if report.sign %}
 <div class="sign"><div>name</div><div>date</div><div>signature</div></div>{% endif %}
+<nav aria-label="contents">{% for section in report.sections %}
+<div><a href="#s{{ loop.index }}">{{ loop.index }} {{ section.title }}</a></div>{% endfor %}
+</nav>{% endif %}
+{% endfor %}
 </body>
 </html>
 """
-TABLE = """<table>{% if rows.head %}<thead><tr>{% for cell in rows.head %}
+TABLE = """<table{% if not rows.head %} class="facts"{% endif %}>{% if rows.head %}<thead><tr>{% for cell in rows.head %}
 <th{% if numeric[loop.index0] %} class="number"{% endif %}>{{ cell }}</th>{% endfor %}</tr></thead>{% endif %}<tbody>
 {% for row in rows.rows %}<tr>{% for cell in row %}
 <td{% if numeric[loop.index0] %} class="number"{% endif %}>{{ cell }}</td>{% endfor %}</tr>

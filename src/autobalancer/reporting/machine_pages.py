@@ -10,7 +10,7 @@ from autobalancer.errors import AutobalancerError
 from autobalancer.laws.balance_quality import grade_name, permissible_unbalance
 from autobalancer.machine import Machine
 from autobalancer.patience import silent
-from autobalancer.reporting.page import Paragraph, Rows, Section, drawing, facts
+from autobalancer.reporting.page import Decisive, Paragraph, Rows, Section, drawing, facts, yes_or_no
 from autobalancer.results.number_text import moment_text, significant
 from autobalancer.shown import rpm_and_si
 from autobalancer.sketch.machine import machine as sketch
@@ -18,6 +18,9 @@ from autobalancer.stability.maps.stability_map import map as stability_map
 from autobalancer.stability.summary.summary import Summary
 
 MAP = (41, 31)  # speeds and viscosities
+TYPICAL = "race off the axis as is typical (not given)"
+UNKNOWN = "measure it"  # what nobody has said of the machine
+DECIDES = ("release speed", "exact border")
 UNITS = {"viscosity": (1e6, "mm^2/s"), "drag": (1.0, "N*m*s")}
 
 
@@ -25,6 +28,8 @@ def facts_page(found: Summary) -> Section:
     """What is known before a run."""
     page = Section("Machine", [facts(found.rows(rpm_and_si))], "autobalancer check machine.toml")
     page.blocks += [Paragraph(f"Note: {text}") for text in found.warnings]
+    if count := len(found.warnings):
+        page.decisive.append(Decisive("notes on the machine", f"{count} note{'s' * (count > 1)} to read"))
     return page
 
 
@@ -60,6 +65,8 @@ def capability_page(found: Summary) -> Section:
         planes = [("all races", found.capability, found.unbalance)]
     for name, capability, required in planes:
         enough = "enough" if capability >= required else "NOT enough"
+        said = f"{moment_text(capability)} for {moment_text(required)}, {capability / required:.3g} times as much"
+        page.decisive.append(Decisive(f"capability of the balls, {name}", said, yes_or_no(capability >= required)))
         page.blocks.append(
             Paragraph(
                 f"{name}: {moment_text(capability)} for an unbalance of {moment_text(required)}, "
@@ -109,6 +116,9 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
             Paragraph(f"G {1e3 * grade:g} at {rpm_and_si(service.speed)} permits {moment_text(allowed)}.", strong=True)
         )
     page.blocks.append(Rows(heads, tuple(cells), (False, True, True, False, False)[: len(heads)]))
+    for row, (_, value) in list(zip(cells, known, strict=True))[1:]:
+        asked = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(value <= allowed)
+        page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", asked))
     return page
 
 
@@ -121,7 +131,7 @@ def _worst(found: Summary) -> list[tuple[str, float]]:
     rows = []
     if found.off_center is not None and len(found.off_center.planes) == 1:
         (plane,) = found.off_center.planes
-        kind = "race off the axis as given" if plane.given else "race off the axis as is typical (not given)"
+        kind = "race off the axis as given" if plane.given else TYPICAL
         rows.append((kind, plane.residual))
     held = found.friction_settled or found.friction
     if held is not None and len(held.planes) == 1:
@@ -139,9 +149,16 @@ def margin_page(found: Summary) -> Section:
     rows = []
     for one in found.borders:
         margin = (
-            "-" if top is None or not math.isfinite(one.speed) else f"{100.0 * (top - one.speed) / one.speed:.3g} %"
+            "-"
+            if top is None or not math.isfinite(one.speed)
+            else f"{significant(100.0 * (top - one.speed) / one.speed)} %"
         )
         rows.append((one.name, rpm_and_si(one.speed), margin, one.note))
+        if one.name in DECIDES and top is not None and not math.isnan(one.speed):
+            said = (
+                "never" if math.isinf(one.speed) else f"{rpm_and_si(one.speed)}; the highest speed is {margin} above it"
+            )
+            page.decisive.append(Decisive(one.name, said, yes_or_no(one.speed < top)))
     if rows:
         page.blocks.append(
             Rows(("border", "speed", "highest speed above it by", "note"), tuple(rows), (False, False, True, False))
@@ -151,7 +168,7 @@ def margin_page(found: Summary) -> Section:
         if ratio > 0.0:
             text += f", amplification factor {0.5 / ratio:.3g}"
         if top is not None:
-            text += f"; separation margin of the highest speed {100.0 * abs(top - speed) / speed:.3g} %"
+            text += f"; separation margin of the highest speed {significant(100.0 * abs(top - speed) / speed)} %"
         page.blocks.append(Paragraph(f"{text}."))
     return page
 

@@ -25,11 +25,12 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Rows:
-    """A table: heads, which may be empty, and rows of texts. ``numeric`` columns stand at the right."""
+    """A table: heads, which may be empty, and rows of texts. ``numeric`` columns stand right, ``wide`` ones get the room."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     numeric: tuple[bool, ...] = ()
+    wide: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -50,13 +51,32 @@ class Listing:
 Block = Paragraph | Rows | Drawing | Listing
 
 
+@dataclass(frozen=True)
+class Decisive:
+    """What decides, for the first page: what is asked, what was found, and whether that is enough, ``"-"`` where nobody asked."""
+
+    question: str
+    found: str
+    enough: str = "-"
+
+
+YES, NO = "yes", "NO"
+WIDE = (True, True, False, False)  # columns of the first page
+
+
+def yes_or_no(holds: bool) -> str:
+    """Whether it is enough, as the first page says it."""
+    return YES if holds else NO
+
+
 @dataclass
 class Section:
-    """A heading and what stands below it; ``replay`` are the commands that make its numbers again."""
+    """A heading and what stands below it; ``replay`` are the commands that make its numbers again, ``decisive`` what decides."""
 
     title: str
     blocks: list[Block] = field(default_factory=list)
     replay: str = ""
+    decisive: list[Decisive] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -69,6 +89,22 @@ class Report:
     sign: bool = True  # with lines for name, date and signature
 
 
+def first_page(pages: Sequence[Section]) -> Section:
+    """What decides, gathered from all pages, each with the number of its page behind this one."""
+    page = Section("In short")
+    rows = [
+        (one.question, one.found, one.enough, f"{number} {section.title}")
+        for number, section in enumerate(pages, start=2)
+        for one in section.decisive
+    ]
+    missed = [question for question, _, word, _ in rows if word == NO]
+    said = f"Not enough: {'; '.join(missed)}." if missed else "Nothing that was asked for is missed."
+    left = [f"{question} ({word})" for question, _, word, _ in rows if word not in (YES, NO, "-")]
+    said += f" Not settled: {'; '.join(left)}." if left else ""
+    page.blocks += [Paragraph(said, strong=True), Rows(("question", "found", "enough", "page"), tuple(rows), wide=WIDE)]
+    return page
+
+
 def facts(rows: Sequence[tuple[str, str]]) -> Rows:
     """Names and texts as a table without heads."""
     return Rows((), tuple((name, text) for name, text in rows))
@@ -78,7 +114,8 @@ def columns_table(columns: Sequence[Column]) -> Rows:
     """Columns of a result as a table, units in the heads."""
     heads = tuple(f"{one.head} ({one.unit})" if one.unit else one.head for one in columns)
     cells = zip(*(one.cells() for one in columns), strict=True)
-    return Rows(heads, tuple(tuple(row) for row in cells), tuple(one.numeric for one in columns))
+    numeric, wide = tuple(one.numeric for one in columns), tuple(one.wraps for one in columns)
+    return Rows(heads, tuple(tuple(row) for row in cells), numeric, wide)
 
 
 def drawing(figure: Figure, caption: str) -> Drawing:

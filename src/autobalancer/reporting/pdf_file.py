@@ -55,14 +55,16 @@ def _source(report: Report, folder: Path) -> str:
         parts += [_block(one, folder, number, place) for place, one in enumerate(section.blocks)]
         if section.replay:
             parts.append(f"#text(size: 8pt, fill: luma(80))[made by] #raw({_text(section.replay)}, block: true)")
-    if report.sign:
-        parts.append(
-            "#v(2.5cm) #grid(columns: (1fr, 1fr, 1fr), gutter: 1cm, "
-            + ", ".join(
-                f"[#line(length: 100%, stroke: 0.5pt) #text(size: 8pt)[{one}]]" for one in ("name", "date", "signature")
+        if not number and report.sign:  # the first page is the one that is signed
+            parts.append(
+                "#v(2.2cm) #grid(columns: (1fr, 1fr, 1fr), gutter: 1cm, "
+                + ", ".join(
+                    f"[#line(length: 100%, stroke: 0.5pt) #text(size: 8pt)[{one}]]"
+                    for one in ("name", "date", "signature")
+                )
+                + ")"
             )
-            + ")"
-        )
+            parts.append("#pagebreak(weak: true)")
     return "\n\n".join(parts)
 
 
@@ -88,7 +90,12 @@ def _table(rows: Rows) -> str:
     width = len(rows.rows[0]) if rows.rows else len(rows.head)
     numeric = rows.numeric or (False,) * width
     align = ", ".join("right" if one else "left" for one in numeric)
-    sizes = "auto, 1fr" if width == 2 and not rows.head else ", ".join(["auto"] * width)
-    cells = [f"[*#{_text(cell)}*]" for cell in rows.head]
+    wide = rows.wide if any(rows.wide) else (False, width == 2 and not rows.head) + (False,) * (width - 2)
+    sizes = ", ".join("1fr" if one else "auto" for one in wide[:width])
+    heads = [
+        cell if one or not any(rows.wide) else cell.replace(" ", "\n")
+        for cell, one in zip(rows.head, wide, strict=False)
+    ]
+    cells = [f"[*#{_text(cell)}*]" for cell in heads]
     cells += [f"[#{_text(cell)}]" for row in rows.rows for cell in row]
     return f"#table(columns: ({sizes},), align: ({align},), {', '.join(cells)})"

@@ -6,7 +6,7 @@ import hashlib
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from autobalancer.machine import Machine
 from autobalancer.measurement.comparison.opened import load_measured
 from autobalancer.patience import shows_progress, silent
 from autobalancer.reporting.balls_page import balls_page
+from autobalancer.reporting.change_page import change_page
 from autobalancer.reporting.design_pages import design_pages
 from autobalancer.reporting.html_file import html_text
 from autobalancer.reporting.machine_pages import (
@@ -30,7 +31,7 @@ from autobalancer.reporting.machine_pages import (
     margin_page,
     quality_page,
 )
-from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section
+from autobalancer.reporting.page import Block, Listing, Paragraph, Report, Rows, Section, first_page
 from autobalancer.reporting.pdf_file import write_pdf
 from autobalancer.reporting.run_pages import (
     basin_page,
@@ -45,11 +46,13 @@ from autobalancer.results.answers.studied import Studied
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import ready_to_write, write_text_safely
+from autobalancer.shown import speeds_in_rpm
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.summary.summary import Summary
 from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.ensemble.ensemble import ensemble
 
+TENTH = 10  # of the random starts, with which small changes are tried
 PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
 FORMS = (".html", ".pdf")
 GRADE = re.compile(r"G?\s*([0-9]+(?:\.[0-9]+)?)")
@@ -167,7 +170,7 @@ class _Wanted:
 
 def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], None] | None) -> list[Section]:
     file, seed, starts = wanted.name, wanted.seed, wanted.starts
-    total = 11 + 3 * bool(starts) + 2 * (wanted.study is not None) + (wanted.measured is not None)
+    total = 12 + 3 * bool(starts) + 2 * (wanted.study is not None) + (wanted.measured is not None)
     done: list[Section] = []
 
     def add(*pages: Section) -> None:
@@ -181,6 +184,8 @@ def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], Non
     held = simulate(machine, seed=seed, hold_balls=True, progress=False)
     command = f"autobalancer simulate {file} --seed {seed} --out run.nc"
     half = max(starts // 2, 2)
+    if isinstance(wanted.study, Designed):
+        add(*design_pages(wanted.study, machine, wanted.study_file))
     add(facts_page(summary), drawing_page(machine), capability_page(summary))
     add(quality_page(summary, residual_of(run), wanted.grade, command), run_page(run, held, command))
     if starts:
@@ -199,9 +204,9 @@ def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], Non
             add(basin_page(machine, top, half, seed, turning))
         many: Any = ensemble(machine, seeds=starts, seed=seed, progress=silent)
         add(starts_page(many, f"autobalancer ensemble {file} --seeds {starts} --seed {seed}"))
-    if wanted.study is not None:
-        given, name = wanted.study, wanted.study_file
-        add(*(design_pages(given, machine, name) if isinstance(given, Designed) else study_pages(given, name)))
+    add(change_page(machine, file, -(-starts // TENTH), seed))
+    if isinstance(wanted.study, Studied):
+        add(*study_pages(wanted.study, wanted.study_file))
     add(balls_page(machine, summary, run, command))
     add(Section("Limits", [Paragraph(text) for text in LIMITS]))
     add(
@@ -213,7 +218,13 @@ def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], Non
     add(Section("Machine file", [Listing(machine_text(machine))]))
     for page in done:
         page.replay = page.replay.replace("machine.toml", file)
-    return done
+        page.blocks = [_in_rpm(block) for block in page.blocks]
+    return [first_page(done), *done]
+
+
+def _in_rpm(block: Block) -> Block:
+    """Sentences of the package have speeds in rad/s."""
+    return replace(block, text=speeds_in_rpm(block.text)) if isinstance(block, Paragraph) else block
 
 
 def _samples(machine: Machine, found: Summary) -> int:

@@ -19,10 +19,21 @@ from autobalancer.plots.stability.ensemble import ensemble_distribution
 from autobalancer.plots.studies.fan import envelopes as envelopes_picture
 from autobalancer.plots.studies.sensitivity import sensitivity as sensitivity_picture
 from autobalancer.plots.studies.study import study as study_picture
-from autobalancer.reporting.page import Block, Paragraph, Rows, Section, columns_table, drawing, facts
+from autobalancer.reporting.page import (
+    Block,
+    Decisive,
+    Paragraph,
+    Rows,
+    Section,
+    columns_table,
+    drawing,
+    facts,
+    yes_or_no,
+)
 from autobalancer.results.answers.ensemble import Ensemble
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.number_text import length_text
+from autobalancer.results.verdict.rule import BALANCED
 from autobalancer.results.verdict.text import verdict_lines
 from autobalancer.shown import rpm_and_si
 from autobalancer.studies.basin import basin
@@ -35,8 +46,10 @@ SHOWN = ("balanced", "peak_deflection", "settling_time")
 
 def run_page(run: xr.Dataset, held: xr.Dataset, command: str) -> Section:
     """The run-up with its verdict, compared with the same machine with its balls held."""
-    headline, rows, notes = verdict_lines(verdict(run, held), rpm_and_si)
+    judged = verdict(run, held)
+    headline, rows, notes = verdict_lines(judged, rpm_and_si)
     page = Section("Run-up", [Paragraph(headline, strong=True)], command)
+    page.decisive.append(Decisive("one run-up", headline.partition(";")[0], yes_or_no(judged.word == BALANCED)))
     page.blocks.append(
         drawing(
             run_up(run, held=held), "Rotor and ball speeds, deflection (shaded) and ball angles in the rotor over time."
@@ -62,6 +75,10 @@ def starts_page(found: Ensemble, command: str) -> Section:
     page.blocks.append(columns_table(found.columns("rpm")))
     page.blocks.append(Paragraph("95 %: the share of very many starts is in this interval with a probability of 95 %."))
     page.blocks += [Paragraph(text) for text in (*found.spread(), *found.without())]
+    share, low, high = (100.0 * one for one in found.share_of(found["balanced"].values))
+    page.decisive.append(
+        Decisive("run-ups from random starts", f"{share:.3g} % ({low:.3g} to {high:.3g} %) end balanced")
+    )
     peaks = found["peak_deflection"].values
     known = peaks[np.isfinite(peaks)]
     if known.size and np.ptp(known) > SCATTER * known.max():
@@ -86,6 +103,8 @@ def fan_page(machine: Machine, starts: int, seed: int, command: str) -> Section:
     parts = [("run-up", top[:, :half]), *([("coast-down", top[:, half:])] if down else [])]
     rows = [(name, *(length_text(float(row.max())) for row in part)) for name, part in parts]
     heads = ("", "greatest of the median", "of 95 % of the runs", "of all runs")
+    said = "; ".join(f"{row[0]} {row[2]}" for row in rows)
+    page.decisive.append(Decisive("deflection that 95 % of the runs stay below", said))
     page.blocks.append(Rows(heads, tuple(rows), (False, True, True, True)))
     words = "Deflection of run-ups from random starts, and back down as fast as up" if down else "Deflection of run-ups"
     page.blocks.append(
@@ -133,10 +152,12 @@ def study_pages(found: Studied, file: str) -> list[Section]:
     page.blocks.append(columns_table(found.columns("rpm")))
     page.blocks += [Paragraph(text) for text in found.remarks()]
     pages = [page]
-    driven = Section("Which scatter drives the result", replay=command)
+    driven, asked = Section("Which scatter drives the result"), list[str]()
     for name in (name for name in SHOWN if name in found):
         _add(page.blocks, lambda name=name: drawing(study_picture(found, name), f"{_words(name)} over the study."))
-        _add(driven.blocks, lambda name=name: _driven(found, name))
+        if _add(driven.blocks, lambda name=name: _driven(found, name)):
+            asked.append(f"{command} --sensitivity {name}")
+    driven.replay = "\n".join(asked)
     if driven.blocks:
         pages.append(driven)
     return pages
@@ -149,12 +170,13 @@ def _driven(found: Studied, name: str) -> Block:
     )
 
 
-def _add(blocks: list[Block], made: Any) -> None:
-    """Add what can be drawn; a quantity that does not scatter has no picture."""
+def _add(blocks: list[Block], made: Any) -> bool:
+    """Add what can be drawn, and say whether it was; a quantity that does not scatter has no picture."""
     try:
         blocks.append(made())
     except AutobalancerError:
-        return
+        return False
+    return True
 
 
 def _asked(found: Studied) -> list[tuple[str, str]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -37,18 +39,20 @@ def design(
     Example: autobalancer design centrifuge_design.toml --plot front.png
     """
     import autobalancer as ab
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.output import Files, file_to_read, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
     from autobalancer.files.machine_file import save_machine
 
     one_form(as_json, as_csv)
+    file_to_read(file)
     files = Files(out if out is not None else Path(f"{file.stem}.nc"), plot)
     made = Files([Path(f"{file.stem}_{place}.toml") for place in range(1, machines + 1)], allowed=(".toml",))
-    with progress_bar("runs") as update:
+    parts = folder if folder is not None else Path(f"{file.stem}_parts")
+    with _said_when_stopped(parts), progress_bar("runs") as update:
         found = ab.design(
             file,
-            folder=folder if folder is not None else Path(f"{file.stem}_parts"),
+            folder=parts,
             workers=workers or None,
             progress=update,
         )
@@ -67,3 +71,15 @@ def design(
             say(line, indent="  ")
         files.say()
         made.say()
+
+
+@contextmanager
+def _said_when_stopped(parts: Path) -> Iterator[None]:
+    """Says where the finished runs are, and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if parts.is_dir():
+            where = f"interrupted; finished runs are kept in {parts}, and the same command goes on"
+            typer.secho(where, fg="yellow", err=True)
+        raise

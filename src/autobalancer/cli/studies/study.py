@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -47,12 +47,18 @@ def study(
     """
     import autobalancer as ab
     from autobalancer.cli.terminal.exit_codes import stop_code
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.output import Files, file_to_read, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.results.export import plain_json
 
+    def drawn(found: Any) -> Any:
+        if sensitivity:
+            return ab.plot.sensitivity(ab.sensitivity(found, sensitivity))
+        return ab.plot.study(found, quantity, speed_unit=speed_unit)
+
     one_form(as_json, as_csv)
+    file_to_read(file)
     files = Files(out if out is not None else Path(f"{file.stem}.nc"), plot)
     with progress_bar("members") as update:
         found = ab.study(
@@ -63,13 +69,8 @@ def study(
             progress=update,
             keep_on_interrupt=True,
         )
+    files.save(found, lambda: drawn(found))
     driven = ab.sensitivity(found, sensitivity) if sensitivity else None
-    files.save(
-        found,
-        lambda: (
-            ab.plot.sensitivity(driven) if driven is not None else ab.plot.study(found, quantity, speed_unit=speed_unit)
-        ),
-    )
     shown = found if driven is None else driven
     if as_json:
         print_json(

@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, heading, look, picture
@@ -62,6 +63,7 @@ def _counts(panel: Axes, found: xr.Dataset) -> None:
         panel.text(value, row, f" {value}", va="center", color=INK)
     panel.invert_yaxis()
     panel.set_xlim(0.0, 1.18 * max(values))
+    panel.xaxis.set_major_locator(MaxNLocator(5, integer=True))
     panel.set_xlabel("candidates ruled out, and that ran")
     panel.grid(visible=False)
 

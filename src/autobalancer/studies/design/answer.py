@@ -51,7 +51,9 @@ class Designed(Answer):
         ran = int(np.isfinite(self["place"].values).sum())
         parts = [f"{stage} {count}" for stage, count in self.ruled_out().items()]
         said = f"; ruled out by {', '.join(parts)}" if parts else ""
+        rotor = [("measured rotor", str(self.attrs["rotor"]))] if "rotor" in self.attrs else []
         return [
+            *rotor,
             ("operating speed", ", ".join(rpm_and_si(float(one)) for one in np.atleast_1d(self.attrs["speeds"]))),
             ("unbalance", f"{moment_text(low)} to {moment_text(high)}" if low < high else moment_text(high)),
             ("temperature", f"{cold:.4g} to {warm:.4g} °C" if cold < warm else f"{cold:.4g} °C"),
@@ -87,6 +89,8 @@ class Designed(Answer):
             f"of each measure the value that {share:g} % of the runs stay below; stall: runs that end with a stalled ball or "
             "rotor, with 95 % interval"
         ]
+        texts = [*str(self.attrs.get("input_text", "")).splitlines(), *texts]
+        texts += [f"measured rotor: {text}" for text in str(self.attrs.get("rotor_warnings", "")).split("\n") if text]
         return texts + [f"ruled out: {text}" for text in self.reasons()]
 
     def reasons(self) -> list[str]:

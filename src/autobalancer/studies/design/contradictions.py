@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.number_text import moment_text
 from autobalancer.results.shares import wilson_interval
 from autobalancer.shown import rpm_and_si
+from autobalancer.studies.design.measured import refuse_beyond
 from autobalancer.studies.design.spec import MARGIN, SHARE, STALL, Spec
 
 
@@ -20,9 +23,14 @@ def refuse_contradictions(spec: Spec) -> None:
     QuestionError
         With the two keys that contradict each other.
     """
-    for name, (low, high) in (("unbalance", spec.unbalance), ("temperature", spec.temperature)):
+    ends: list[tuple[str, float, float, Callable[[float], str]]]
+    ends = [("unbalance", *spec.unbalance, moment_text), ("temperature", *spec.temperature, _celsius)]
+    for name, low, high, said in ends:
         if low > high:
-            raise QuestionError(f"{name}.from and {name}.to: given {low:g} and {high:g}; 'from' must not be above 'to'")
+            given = f"given {said(low)} and {said(high)}"
+            raise QuestionError(
+                f"{name}.from and {name}.to contradict each other: {given}; 'from' must not be above 'to'"
+            )
     space = spec.space
     if not space.bore + 2.0 * space.wall < space.outer:
         raise QuestionError(
@@ -36,7 +44,13 @@ def refuse_contradictions(spec: Spec) -> None:
             f"limits.settling_time and operation.hold contradict each other: after the run-up the speed is held for {hold:g} s, "
             f"which cannot show a settling time of {settling:g} s; hold it longer"
         )
+    if spec.measured is not None:
+        refuse_beyond(spec.measured, spec.fastest)
     _fast_enough(spec)
+
+
+def _celsius(temperature: float) -> str:
+    return f"{temperature - 273.15:.4g} °C"
 
 
 def _enough_members(spec: Spec) -> None:

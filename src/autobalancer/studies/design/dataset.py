@@ -12,6 +12,7 @@ import xarray as xr
 from autobalancer.files.machine_file import machine_text
 from autobalancer.results.provenance import provenance
 from autobalancer.studies.design.building import driven
+from autobalancer.studies.design.measured import labelled
 from autobalancer.studies.design.ranking import meets, missed, ordered, used
 from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import MEASURED, Spec
@@ -135,6 +136,9 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         np.array([_text(spec, one, place) for one in designs], dtype=object),
         {"long_name": "machine file"},
     )
+    if spec.measured is not None:
+        variables, attributes = labelled(spec.measured)
+        found = found.assign(variables).assign_attrs(attributes)
     return found
 
 
@@ -168,4 +172,5 @@ def _attributes(spec: Spec, how: str) -> dict[str, Any]:
         "members": spec.search.members,
         "seed": spec.search.seed,
         "searched_by": how,
+        **({"input_text": "\n".join(spec.remarks)} if spec.remarks else {}),
     }

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.patience import shows_progress
@@ -14,7 +14,7 @@ from autobalancer.studies.design.candidate import candidates
 from autobalancer.studies.design.dataset import designs_dataset
 from autobalancer.studies.design.judging import judge_runs
 from autobalancer.studies.design.reading import read_spec
-from autobalancer.studies.design.running import runs_of
+from autobalancer.studies.design.running import refuse_faulty_scatter, runs_of
 from autobalancer.studies.design.screening import Design, screened
 from autobalancer.studies.design.search import found_by_search
 from autobalancer.studies.design.spec import Spec
@@ -30,6 +30,7 @@ def design(
     folder: str | Path | None = None,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
+    seen: Callable[[Designed], None] | None = None,
 ) -> Designed:
     """Find the balancer for a rotor: which race, how many balls, which fluid, with which margins.
 
@@ -47,6 +48,8 @@ def design(
         Threads; by default one for each core. The result does not depend on it.
     progress
         Called with (runs done, runs in all).
+    seen
+        Called with the answer so far whenever a candidate has run.
 
     Returns
     -------
@@ -66,14 +69,35 @@ def design(
     spec = read_spec(given)
     store = Store(folder, spec.identity(), "design") if folder is not None else None
     try:
-        return _designed(spec, Path(folder) / RUNS if folder is not None else None, workers, progress)
+        return _designed(_Way(spec, Path(folder) / RUNS if folder is not None else None, workers, progress, seen))
     finally:
         if store is not None:
             store.close()
 
 
-def _designed(spec: Spec, folder: Path | None, workers: int | None, progress: Any) -> Designed:
+class _Way(NamedTuple):
+    """What is asked, where finished runs are kept, and who wants to know."""
+
+    spec: Spec
+    folder: Path | None
+    workers: int | None
+    progress: Callable[[int, int], None] | None
+    seen: Callable[[Designed], None] | None
+
+    def tell(self, found: Iterable[Design]) -> None:
+        """Say what is known so far."""
+        if self.seen is not None:
+            self.seen(Designed.of(designs_dataset(self.spec, list(found), "so far")))
+
+    def look(self, alive: Sequence[Design]) -> None:
+        """Let somebody end it while nothing runs."""
+        if self.progress is not None:
+            self.progress(0, max(_runs(self.spec, alive), 1))
+
+
+def _designed(way: _Way) -> Designed:
     """Every candidate, where sizes have steps and the budget is enough; else a search."""
+    spec = way.spec
     searched = bool(spec.options.free)
     found = [] if searched else [screened(spec, one) for one in candidates(spec)]
     if not searched:
@@ -81,26 +105,33 @@ def _designed(spec: Spec, folder: Path | None, workers: int | None, progress: An
         alive = [one for one in found if not one.reason]
         searched = len(alive) > spec.search.budget
     if not searched:
+        refuse_faulty_scatter(spec, alive[0])
         for one in alive:
+            way.look(alive)
             judge_borders(spec, one)
         refuse_none(found)
-        run_all(spec, [one for one in alive if not one.reason], folder, workers, progress)
+        run_all(way, [one for one in alive if not one.reason], lambda: way.tell(found))
         refuse_none(found)
         return Designed.of(designs_dataset(spec, found, "every candidate that was left"))
-    return _searched(spec, found, folder, workers, progress)
+    return _searched(way, found)
 
 
-def _searched(spec: Spec, known: list[Design], folder: Path | None, workers: int | None, progress: Any) -> Designed:
+def _searched(way: _Way, known: list[Design]) -> Designed:
     """The same by an optimizer; ``known`` are candidates after the closed forms, if there is a list of them."""
-    before = {one.candidate.key(): one for one in known}
+    spec = way.spec
+    judged = {one.candidate.key(): one for one in known}
 
     def judge(one: Any) -> Design:
-        found = before.get(one.key()) or screened(spec, one)
+        if one.key() not in judged:
+            judged[one.key()] = screened(spec, one)
+        found = judged[one.key()]
         if not found.reason:
+            refuse_faulty_scatter(spec, found)
             judge_borders(spec, found)
         return found
 
-    looked = found_by_search(spec, judge, lambda designs: run_all(spec, designs, folder, workers, progress))
+    looked = found_by_search(spec, judge, lambda designs: run_all(way, designs, lambda: way.tell(judged.values())))
+    before = {one.candidate.key() for one in known}
     found = known + [one for one in looked if one.candidate.key() not in before]
     for one in found:
         if not one.reason and not one.numbers:
@@ -111,10 +142,19 @@ def _searched(spec: Spec, known: list[Design], folder: Path | None, workers: int
     return Designed.of(designs_dataset(spec, found, how))
 
 
-def run_all(spec: Spec, alive: Sequence[Design], folder: Path | None, workers: int | None, progress: Any) -> None:
+def _runs(spec: Spec, alive: Sequence[Design]) -> int:
+    """Runs of so many designs."""
+    return spec.search.members * _cases(spec) * len(alive)
+
+
+def _cases(spec: Spec) -> int:
+    return len(spec.operation.speeds) + bool(spec.operation.coast_down)
+
+
+def run_all(way: _Way, alive: Sequence[Design], tell: Callable[[], None]) -> None:
     """Run what was left, one design after the other; one that cannot be run says why."""
-    cases = len(spec.operation.speeds) + bool(spec.operation.coast_down)
-    members, total = spec.search.members, spec.search.members * cases * len(alive)
+    spec, folder, progress = way.spec, way.folder, way.progress
+    cases, members, total = _cases(spec), spec.search.members, _runs(spec, alive)
     for number, one in enumerate(alive):
         done = [number * cases * members, 0]
 
@@ -126,12 +166,13 @@ def run_all(spec: Spec, alive: Sequence[Design], folder: Path | None, workers: i
                 progress(min(done[0] + now, total), total)
 
         try:
-            judge_runs(spec, one, runs_of(spec, one.candidate, folder, workers, told))
+            judge_runs(spec, one, runs_of(spec, one.candidate, folder, way.workers, told))
             one.stage = STAGES[-1]
         except AutobalancerError as reason:
             if isinstance(reason, QuestionError) and folder is not None and str(folder) in str(reason):
                 raise
             one.rule_out(STAGES[-1], f"cannot be run: {reason}")
+        tell()
 
 
 def refuse_none(found: Sequence[Design]) -> None:

@@ -120,7 +120,7 @@ def _planes(machine: Machine, given: Any) -> tuple[tuple[str, ...], ...]:
     """Choices of stations that hold a balancer each; an empty one keeps the balancers of the machine."""
     if given is None:
         stations = tuple(str(one.station) for one in machine.balancers if one.station is not None)
-        if machine.balancers or machine.rotor.kind == "planar":
+        if machine.balancers or machine.rotor.kind in ("planar", "modal"):
             return ((),)
         raise QuestionError(f"candidates.planes: missing; name the stations that may hold a balancer{stations or ''}")
     known = [one.name for one in machine.stations]

@@ -8,14 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from autobalancer.assembly.profile import highest_prescribed
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.rigs import rig, rigs
 from autobalancer.files.samples import beside
 from autobalancer.files.text import MACHINE, read_text
 from autobalancer.machine import Machine
+from autobalancer.machine.bare_numbers import bare_entry
 from autobalancer.machine.part import unknown_key
 from autobalancer.studies.design.contradictions import refuse_contradictions
+from autobalancer.studies.design.measured import KEYS as ROTOR
+from autobalancer.studies.design.measured import read_rotor, with_rotor, with_some_unbalance
 from autobalancer.studies.design.option_reading import read_options
 from autobalancer.studies.design.spec import (
     MARGIN,
@@ -35,6 +38,7 @@ from autobalancer.units.arguments import list_argument
 
 KEYS = (
     "machine",
+    "rotor",
     "name",
     "operation",
     "unbalance",
@@ -45,6 +49,16 @@ KEYS = (
     "search",
     "scatter",
 )
+UNITS = {  # of numbers that a specification has besides those of its machine
+    "operation.speed": "rad/s",
+    "unbalance": "kg*m",
+    "temperature": "K",
+    **{f"space.{key}": "m" for key in ("bore", "outer", "width", "wall")},
+    **{f"limits.{name}": unit.replace(" ", "*") for name, (_, unit, _) in MEASURED.items()},
+    f"limits.{PRESSURE}": "Pa",
+    **{f"candidates.{key}": "m" for key in ("orbit_radius", "ball_diameter")},
+    "candidates.density": "kg/m^3",
+}
 ROOM = 298.15  # K
 
 
@@ -77,34 +91,49 @@ def _named_faults(source: str, data: dict[str, Any], folder: Path, name: str) ->
         spec = _read(data, folder, name)
         refuse_contradictions(spec)
     except AutobalancerError as error:
-        raise type(error)(f"{source}: {error}") if isinstance(error, QuestionError) else error from None
+        raise type(error)(f"{source}: {error}") if isinstance(error, (QuestionError, UnitError)) else error from None
     return spec
 
 
 def _read(data: dict[str, Any], folder: Path, name: str) -> Spec:
-    if "receptance" in data:
-        raise QuestionError(
-            "receptance: a measured one says where balancing is stable, but makes no runs; ask ab.measure.receptance_border, or "
-            "make a machine of its modes (ab.measure.modes_of) and name that under 'machine'"
-        )
     _known("", data, KEYS)
-    if "machine" not in data:
+    if not {"machine", "rotor"} & set(data):
         raise QuestionError(
-            'machine: missing; give the path of a machine file or the name of a published rig, such as machine = "rotor.toml"'
+            'machine: missing; give the path of a machine file or the name of a published rig, such as machine = "rotor.toml", '
+            "or a measured [rotor]"
         )
-    machine = _machine(data["machine"], folder)
+    machine = _machine(data["machine"], folder) if "machine" in data else None
+    measured = read_rotor(_table(data, "rotor", ROTOR), folder) if "rotor" in data else None
+    if measured is not None:
+        machine = with_rotor(machine, measured, str(data.get("name", name)))
+    assert machine is not None
+    unbalance = _unbalance(machine, data.get("unbalance"))
+    if measured is not None:
+        machine = with_some_unbalance(machine, unbalance[1])
     return Spec(
         name=str(data.get("name", name)),
         machine=machine,
         operation=_operation(machine, _table(data, "operation", ("speed", "run_up", "hold", "coast_down"))),
-        unbalance=_unbalance(machine, data.get("unbalance")),
+        unbalance=unbalance,
         space=_space(_table(data, "space", ("bore", "outer", "width", "wall"))),
         temperature=_ends("temperature", data.get("temperature", ROOM), "K"),
         limits=_limits(_table(data, "limits", (*MEASURED, STALL, MARGIN, PRESSURE, SHARE))),
         options=read_options(machine, data.get("candidates")),
         search=_search(_table(data, "search", ("members", "budget", "generations", "objectives", "seed", "tolerance"))),
         scatter=dict(_table(data, "scatter", None)),
+        measured=measured.fit if measured is not None else None,
+        remarks=_read_as(data),
     )
+
+
+def _read_as(data: Mapping[str, Any]) -> tuple[str, ...]:
+    """How numbers without a unit were read where that is hardly meant."""
+    found = list[str]()
+    for path, unit in UNITS.items():
+        table, _, key = path.rpartition(".")
+        entries = (data.get(table) or {}) if table else data
+        found += bare_entry(table, key, entries.get(key), unit)
+    return tuple(found)
 
 
 def _known(where: str, table: Mapping[str, Any], allowed: Any) -> None:
@@ -133,6 +162,8 @@ def _operation(machine: Machine, table: Mapping[str, Any]) -> Operation:
     if "speed" not in table and not (top is not None and top > 0.0):
         raise QuestionError("operation.speed: missing, and the drive of the machine names no highest speed")
     speeds = list_argument("operation.speed", table["speed"], "rad/s") if "speed" in table else [float(top or 0.0)]
+    if not speeds:
+        raise QuestionError("operation.speed: given no speed; give at least one")
     times = {
         key: argument(f"operation.{key}", table[key], "s") for key in ("run_up", "hold", "coast_down") if key in table
     }
@@ -191,10 +222,9 @@ def _ends(name: str, given: Any, unit: str) -> tuple[float, float]:
 
 
 def _limits(table: Mapping[str, Any]) -> dict[str, float]:
-    units = {**{name: unit.replace(" ", "*") for name, (_, unit, _) in MEASURED.items()}, PRESSURE: "Pa"}
     found = {}
     for key, value in table.items():
-        found[key] = argument(f"limits.{key}", value, units.get(key, ""))
+        found[key] = argument(f"limits.{key}", value, UNITS.get(f"limits.{key}", ""))
         most = 1.0 if key in (STALL, SHARE) else float("inf")
         if not 0.0 < found[key] < most:
             said = "between 0 and 1" if most == 1.0 else "greater than zero"
@@ -204,9 +234,9 @@ def _limits(table: Mapping[str, Any]) -> dict[str, float]:
 
 def _search(table: Mapping[str, Any]) -> Search:
     objectives = table.get("objectives", ["peak_deflection", "settling_time"])
-    if not isinstance(objectives, (list, tuple)) or len(set(objectives)) != 2:
+    if not isinstance(objectives, (list, tuple)) or len(set(map(str, objectives))) != 2:
         raise QuestionError(f"search.objectives: given {shortened(objectives)}; give two of {', '.join(OBJECTIVES)}")
-    for one in objectives:
+    for one in map(str, objectives):
         one_of("search.objectives", one, tuple(OBJECTIVES))
     return Search(
         members=whole("search.members", table.get("members", 200), 10),

@@ -14,7 +14,9 @@ from autobalancer.machine import Machine
 from autobalancer.results.answers.studied import Studied
 from autobalancer.studies.design.building import driven, machine_of
 from autobalancer.studies.design.candidate import Candidate
+from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import Spec
+from autobalancer.studies.study.scatter import vary
 from autobalancer.studies.study.study import study
 
 STEPS = 101  # temperatures that stand for a range, where a fluid is no single one of the catalog
@@ -51,6 +53,21 @@ def runs_of(
         place = folder / name_of(spec, one, name) if folder is not None else None
         found.append(Case(name, study(asked, folder=place, workers=workers, progress=progress), coasting))
     return found
+
+
+def refuse_faulty_scatter(spec: Spec, found: Design) -> None:
+    """Refuse a scatter that no design can have, before anything runs.
+
+    Raises
+    ------
+    QuestionError
+        With the key at fault.
+    """
+    if spec.scatter and found.machine is not None:
+        try:
+            vary(found.machine, spec.scatter)
+        except QuestionError as reason:
+            raise QuestionError(f"scatter{str(reason).removeprefix('vary')}") from None
 
 
 def study_of(spec: Spec, machine: Machine, one: Candidate, seed: int) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.receptance.answer import FittedReceptance
 from autobalancer.studies.design.fluids import Filling
 
 MEASURED = {  # limits on numbers of a run: the name of the measure, its unit, and what it is
@@ -84,6 +85,8 @@ class Spec:
     options: Options
     search: Search
     scatter: dict[str, Any] = field(default_factory=dict)  # tables of distributions, as in study files
+    measured: FittedReceptance | None = None  # what the rotor was fitted to
+    remarks: tuple[str, ...] = ()  # how numbers without a unit were read where that is hardly meant
 
     @property
     def slowest(self) -> float:

@@ -87,7 +87,7 @@ def run_chunk(study: Study, first: int, last: int, workers: int | None = 1, prog
         else Made(study, first, last)
     )
     found, seconds = _ran(made, workers, progress)
-    found |= _standing(made)
+    found |= _standing(made, None if RUN in study.results else progress)
     found["reason"] = np.array([made.reasons.get(number, "") for number in range(made.members.count)], dtype=str)
     draws = (made.first + np.arange(made.members.count)) // points
     found["drawn_again"] = np.array([made.again.get(int(draw), 0) for draw in draws], np.int64)
@@ -134,12 +134,14 @@ def _plain(entries: Any) -> np.ndarray:
     return np.array(entries, dtype=str if isinstance(entries[0], str) else np.float64)
 
 
-def _standing(made: Made) -> Arrays:
+def _standing(made: Made, progress: Any) -> Arrays:
     names = [STANDING[name].name for name in made.study.results if name in STANDING]
     if not names:
         return {}
     found = {name: np.full(made.members.count, np.nan) for name in names}
     for number in range(made.members.count):
+        if progress is not None:
+            progress(number, made.members.count)
         if number in made.reasons:
             continue
         values, why = standing_numbers(made.members.machine_of(number), made.study.results)

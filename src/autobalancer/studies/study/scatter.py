@@ -40,7 +40,7 @@ def vary(machine: Machine, given: Any) -> tuple[dict[str, list[Any]], dict[str, 
 
 
 def _values(machine: Machine, name: str, unit: str, values: Any) -> list[Any]:
-    if isinstance(values, Mapping):
+    if values is None or isinstance(values, Mapping):
         raise QuestionError(
             f"given {shortened(values)}; give 'values' = a list or a range, or 'distribution' = one of {', '.join(KINDS)}"
         )
@@ -70,7 +70,7 @@ def distribution(machine: Machine, name: str, unit: str, table: dict[str, Any]) 
         elif key not in table:
             raise QuestionError(f"{key}: missing; {word!r} needs {', '.join(kind.needs)}")
     if word == "discrete":
-        found = kind(tuple(_discrete(table["values"], unit)), tuple(float(one) for one in table.get("weights", ())))  # type: ignore[call-arg]
+        found = kind(tuple(_discrete(table["values"], unit)), _weights(table.get("weights", ())))  # type: ignore[call-arg]
     else:
         found = kind(**_numbers(word, table, unit))
     if wrong := found.wrong():
@@ -118,6 +118,14 @@ def _discrete(values: Any, unit: str) -> Sequence[Any]:
     return list_argument("values", values, unit)
 
 
+def _weights(given: Any) -> tuple[float, ...]:
+    if not isinstance(given, (list, tuple)) or any(
+        isinstance(one, bool) or not isinstance(one, (int, float)) for one in given
+    ):
+        raise QuestionError(f"weights: given {shortened(given)}; must be a list of numbers")
+    return tuple(float(one) for one in given)
+
+
 def _of_machine(machine: Machine, name: str, key: str) -> float:
     from autobalancer.assembly.quantities import value_of
 
@@ -132,8 +140,8 @@ def joint(machine: Machine, given: Any, scatter: dict[str, Distribution]) -> Pai
     found: Pairs = {}
     for place, table in enumerate(tables("joint", given), start=1):
         where = f"joint[{place}]"
-        names, covariance = table.get("names"), cast(Any, table.get("covariance"))
-        if set(table) - {"names", "mean", "covariance"} or not isinstance(names, list) or not names:
+        names, covariance = cast(Any, table.get("names")), cast(Any, table.get("covariance"))
+        if set(table) - {"names", "mean", "covariance"} or not _are_texts(names):
             raise QuestionError(f"{where}: must have 'names', 'covariance' in SI, and may have 'mean'")
         if not _square(covariance, len(names)):
             raise QuestionError(f"{where}.covariance: must have {len(names)} rows of {len(names)} numbers, in SI")
@@ -142,8 +150,10 @@ def joint(machine: Machine, given: Any, scatter: dict[str, Distribution]) -> Pai
         if any(not covariance[i][i] > 0.0 for i in range(len(names))):
             raise QuestionError(f"{where}.covariance: its diagonal holds variances, which must be greater than zero")
         means = table.get("mean") or [_of_machine(machine, name, "mean") for name in names]
-        if len(means) != len(names):
-            raise QuestionError(f"{where}.mean: given {len(means)} values for {len(names)} names")
+        if not isinstance(means, list) or len(means) != len(names):
+            raise QuestionError(
+                f"{where}.mean: given {shortened(means)}; must be a list of {len(names)} values, as of names"
+            )
         deviation = [math.sqrt(covariance[i][i]) for i in range(len(names))]
         for i, name in enumerate(names):
             if name in scatter:
@@ -152,6 +162,10 @@ def joint(machine: Machine, given: Any, scatter: dict[str, Distribution]) -> Pai
             for j in range(i):
                 found[names[j], name] = covariance[i][j] / (deviation[i] * deviation[j])
     return found
+
+
+def _are_texts(names: Any) -> bool:
+    return isinstance(names, list) and bool(names) and all(isinstance(name, str) for name in names)
 
 
 def _square(matrix: Any, size: int) -> bool:

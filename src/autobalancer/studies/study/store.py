@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import IO, Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -45,9 +46,13 @@ class Store:
         self.folder, self._kind = Path(folder), kind
         self._asked = self.folder / f"{kind}.json"
         self._identity = json.loads(json.dumps(identity))
-        if self._asked.exists():
+        try:
+            asked, other = self._asked.exists(), self.folder.exists() and any(self.folder.iterdir())
+        except OSError as reason:
+            raise ResultError(f"{self.folder}: is no folder that can be read: {reason.strerror}") from None
+        if asked:
             self._compare()
-        elif self.folder.exists() and any(self.folder.iterdir()):
+        elif other:
             raise QuestionError(f"{self.folder}: has other files in it and no {self._kind}; give a new or empty folder")
         else:
             self._write()
@@ -55,12 +60,7 @@ class Store:
 
     def chunks(self) -> dict[tuple[int, int], Arrays]:
         """All finished chunks, by (first, after the last) member."""
-        found = {}
-        for path in sorted((self.folder / CHUNKS).glob("*.npz")):
-            first, _, last = path.stem.partition("-")
-            if first.isdigit() and last.isdigit():
-                found[int(first), int(last)] = self._read(path)
-        return found
+        return {span: read_chunk(path) for span, path in finished(self.folder).items()}
 
     def keep(self, first: int, last: int, arrays: Arrays) -> None:
         """Write a finished chunk."""
@@ -80,15 +80,6 @@ class Store:
     def _write(self) -> None:
         content = {"form": FORM, self._kind: self._identity}
         write_text_safely(self._asked, json.dumps(content, indent=1))
-
-    def _read(self, path: Path) -> Arrays:
-        try:
-            with np.load(path, allow_pickle=False) as stored:
-                return {name.replace("|", "/"): stored[name] for name in stored.files}
-        except (OSError, ValueError, EOFError, KeyError) as reason:
-            raise ResultError(
-                f"{path}: is damaged: {reason}; delete it, and the study runs its members again"
-            ) from None
 
     def _compare(self) -> None:
         try:
@@ -124,6 +115,31 @@ class Store:
                 f"{self.folder}: another process is running this {self._kind}; wait for it, or stop it"
             ) from None
         return file
+
+
+def finished(folder: Path) -> dict[tuple[int, int], Path]:
+    """The files of finished chunks in the folder of a study, also while it runs, by (first, after the last) member."""
+    found = {}
+    for path in sorted((folder / CHUNKS).glob("*.npz")):
+        first, _, last = path.stem.partition("-")
+        if first.isdecimal() and last.isdecimal():
+            found[int(first), int(last)] = path
+    return found
+
+
+def read_chunk(path: Path) -> Arrays:
+    """The arrays of a finished chunk.
+
+    Raises
+    ------
+    ResultError
+        If the file is damaged.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            return {name.replace("|", "/"): stored[name] for name in stored.files}
+    except (OSError, ValueError, EOFError, KeyError, BadZipFile) as reason:
+        raise ResultError(f"{path}: is damaged: {reason}; delete it, and the study runs its members again") from None
 
 
 def _with_plain_names(arrays: Arrays) -> Arrays:

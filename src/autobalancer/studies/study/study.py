@@ -102,7 +102,7 @@ class _Work:
             if self._look():
                 return False
             if scheduler is None:
-                here(self.asked, self._missing(), self._take, self.workers)
+                here(self.asked, self._missing(), self._take, self.workers, self._within)
             else:
                 in_cluster(self.asked, self._missing(), self._take, scheduler)
         except KeyboardInterrupt:
@@ -126,8 +126,16 @@ class _Work:
             self.store.keep(*span, arrays)
         self._size = next_size(self._size, span[1] - span[0], float(arrays[WALL][0]))
         if self.progress is not None:
-            self.progress(sum(last - first for first, last in self.chunks), self.asked.count)
+            self.progress(self._done(), self.asked.count)
         return self._look()
+
+    def _within(self, done: int, _total: int) -> None:
+        """Some members of the chunk under way are done."""
+        if self.progress is not None:
+            self.progress(min(self._done() + done, self.asked.count), self.asked.count)
+
+    def _done(self) -> int:
+        return sum(last - first for first, last in self.chunks)
 
     def _look(self) -> bool:
         """Whether enough is known. Looks come after fixed numbers of draws, so that chunks make no difference."""

@@ -1,0 +1,65 @@
+"""Studies and specifications with a wrong thing at any place: refused in words, never a fault of the program."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+import autobalancer as ab
+from autobalancer.errors import AutobalancerError
+from autobalancer.studies.design.reading import read_spec
+from autobalancer.studies.study.reading import read_study
+
+ODD: list[Any] = [None, -1, [], [[1]], {"from": 1}]
+MACHINE = ab.example("discoidal")
+STUDY = """
+members = 4
+duration = "1 s"
+show = ["peak_deflection"]
+results = ["run"]
+correlation = [{ between = ["stiffness", "damping"], value = 0.3 }]
+joint = [{ names = ["unbalances[1].radius"], covariance = [[1e-6]], mean = ["90 mm"] }]
+stop = { of = "peak_deflection", half_width = "1 um", at = 0.5, statistic = "quantile" }
+
+[vary]
+viscosity = ["5 mm^2/s"]
+stiffness = { distribution = "normal", standard_deviation = "5 %", low = "1 kN/m" }
+damping = { distribution = "log-normal", factor = 1.2 }
+"unbalances[1].mass" = { distribution = "triangular", low = "1 g", mode = "2 g", high = "3 g" }
+"ball_angle[1]" = { distribution = "discrete", values = ["1 rad", "2 rad"], weights = [1, 2] }
+"rotor.mass" = { distribution = "tolerance", plus_minus = "1 %", shape = "uniform" }
+"""
+
+
+def places(table: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        yield (*path, key)
+        if isinstance(value, (dict, list)):
+            yield from places(value, (*path, key))
+
+
+def with_odd(table: dict[str, Any], path: tuple[Any, ...], value: Any) -> dict[str, Any]:
+    changed: Any = copy.deepcopy(table)
+    part = changed
+    for key in path[:-1]:
+        part = part[key]
+    part[path[-1]] = value
+    return {**changed, "machine": MACHINE}
+
+
+@pytest.mark.parametrize("name", ["study", "centrifuge_design"])
+def test_whatever_stands_at_any_place_is_read_or_refused_in_words(name: str) -> None:
+    text = STUDY if name == "study" else ab.catalog.example_path(name).read_text(encoding="utf-8")
+    read: Callable[[dict[str, Any]], Any] = read_study if name == "study" else read_spec
+    table = tomllib.loads(text)
+    table.pop("machine", None)
+    read({**table, "machine": MACHINE})
+    for path in places(table):
+        for value in ODD:
+            with suppress(AutobalancerError):
+                read(with_odd(table, path, value))
