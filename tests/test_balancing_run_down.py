@@ -178,3 +178,12 @@ def test_pictures_show_corrections_where_the_answer_has_them(rotor):
         assert abs(abs(complex(*circle.center) - meeting) / circle.radius - 1.0) < 0.03  # noise of 1 %
     down = unbalance_from_run_down(rotor, ab.catalog.example_path("run_down_orders"))
     assert len(run_down(down).axes[0].lines) == 4
+
+
+def test_sensors_of_several_units_have_an_axis_each_in_the_picture_of_a_run_down(rotor):
+    speeds = np.linspace(60.0, 200.0, 9)
+    both = [seen(rotor, PARTS, speeds, quantity=quantity) for quantity in ("displacement", "velocity")]
+    panels = run_down(unbalance_from_run_down(rotor, xr.concat(both, "channel"))).axes
+    assert [axes.get_ylabel() for axes in panels[:2]] == ["amplitude (µm)", "amplitude (mm/s)"]
+    lengths, rates = (axes.lines[0].get_ydata() for axes in panels[:2])
+    np.testing.assert_allclose(rates, 1e-3 * lengths * speeds, rtol=1e-9)

@@ -92,7 +92,7 @@ def test_wrong_measurements_are_refused(rig: ab.machine.Machine, signals: xr.Dat
         fit_run_up(rig, meters, free)
     elsewhere = signals.copy(deep=True)
     elsewhere["displacement_x"].attrs["place"] = "bearing"
-    with pytest.raises(QuestionError, match="given 'bearing'; the places of the run are 'rotor'"):
+    with pytest.raises(QuestionError, match="its place is 'bearing'; the places of the run are 'rotor'"):
         fit_run_up(rig, elsewhere, free)
     film = seen_by_a_camera(run.isel(time=slice(0, 1)), np.random.default_rng(1))
     with pytest.raises(QuestionError, match="2 measured values for 2 parameters"):

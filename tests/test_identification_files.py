@@ -1,6 +1,7 @@
 """Measurement files and the command that uses them."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -131,7 +132,7 @@ def test_the_command_writes_machine_numbers_and_picture(tmp_path: Path) -> None:
     assert "Identified from 6 measured values" in fitted.description
     with xr.open_dataset(numbers) as data:
         assert float(data["value"][0]) == pytest.approx(fitted.rotor.supports[0].stiffness[0])
-    assert size_of(picture) == (1140, 510)
+    assert size_of(picture) == (1260, 510)
 
 
 def test_the_command_prints_numbers_for_programs_and_frees_more(tmp_path: Path) -> None:
@@ -163,7 +164,17 @@ def test_the_picture_has_a_panel_for_each_curve() -> None:
     values = ab.rotor.response(MACHINE, speeds, ["B1", "B2"])["mean_of_greatest"].values
     curve = MeasuredResponse(speeds, values, 0.01, ["B1", "B2"], label="both bearings")
     free = {"rotor.transverse_inertia": (0.01, 0.02)}
-    figure = ab.plot.identification(identify(MACHINE, free, [curve, KnownValue(0.014, 0.001, next(iter(free)))]).data)
+    fit = identify(MACHINE, free, [curve, KnownValue(0.014, 0.001, next(iter(free)))]).data
+    figure = ab.plot.identification(fit)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["both bearings", "", "correlation"]
+    for count in (5, 14):  # names of so many parameters do not touch
+        names = [f"rotor.supports[{k}].angular_stiffness_about_x" for k in range(count)]
+        of_parameters = {"correlation": (("parameter", "other_parameter"), np.eye(count))}
+        alone = fit.drop_dims(["parameter", "other_parameter"], errors="ignore")
+        figure = ab.plot.identification(alone.assign(of_parameters).assign_coords(parameter=np.array(names, object)))
+        figure.canvas.draw()
+        boxes = [label.get_window_extent() for label in figure.axes[-1].get_yticklabels()]
+        assert not any(one.overlaps(other) for one, other in pairwise(boxes))
+        assert min(box.x0 for box in boxes) >= 0.0
     with pytest.raises(QuestionError, match=r"not a result of rotor\.identify"):
         ab.plot.identification(ab.rotor.response(MACHINE, speeds))

@@ -100,6 +100,32 @@ def test_amplitude_and_phase_give_back_stiffness_damping_and_unbalance(rotor: ab
     }  # fmt: skip
 
 
+def test_an_error_that_all_points_of_a_channel_share_counts_once(rotor: ab.machine.Machine) -> None:
+    speeds = np.linspace(70.0, 140.0, 30)
+    orders, shift = steady(rotor, speeds, 0.01), 40e-6 * np.exp(0.7j)  # of a run-out that was found wrong
+    readings = orders["amplitude"] * np.exp(1j * orders["phase"])
+    readings[:, 0] += shift
+    orders = orders.assign(amplitude=np.abs(readings), phase=(readings.dims, np.angle(readings)))
+    alone = MeasuredOrders(orders)
+    spread = np.array([abs(shift), 0.0])
+    known = orders.assign(
+        amplitude_deviation=np.hypot(orders["amplitude_deviation"], spread), runout_deviation=("channel", spread)
+    )
+    shared = MeasuredOrders(known)
+    np.testing.assert_allclose(shared.deviations, alone.deviations, rtol=1e-6)
+    exact = steady(rotor, speeds, 0.0)
+    predicted = np.concatenate([exact[name].values.T.ravel() for name in ("amplitude", "phase")])
+    apart, white = alone.residual(predicted), shared.residual(predicted)
+    phase = np.angle(readings.values[:, 0])
+    sizes = shared.deviations[0][:, 0]
+    seen = np.zeros((apart.size, 2))
+    seen[: speeds.size] = np.column_stack([np.cos(phase), np.sin(phase)]) / sizes[:, None]
+    seen[apart.size // 2 :][: speeds.size] = np.column_stack([-np.sin(phase), np.cos(phase)]) / sizes[:, None]
+    whole = np.eye(apart.size) + abs(shift) ** 2 * seen @ seen.T
+    assert white @ white == pytest.approx(apart @ np.linalg.solve(whole, apart), rel=1e-9)
+    assert white @ white < 0.2 * (apart @ apart)
+
+
 def test_orders_of_a_fast_run_up_give_back_the_rotor_if_trials_run_up_too(
     rotor: ab.machine.Machine, tracked: xr.Dataset
 ) -> None:

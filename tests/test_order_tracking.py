@@ -142,6 +142,14 @@ def test_runout_is_told_from_unbalance_by_its_growth_with_the_speed(motion: np.n
     found = ab.measure.orders(measured({"a": seen}), slow_roll=(0.0, 5.0))
     assert float(found["runout_amplitude"][0, 0]) == pytest.approx(12e-6, rel=0.04)
     assert float(found["runout_phase"][0, 0]) == pytest.approx(0.9, abs=0.08)
+    for end, most in (
+        (2.5, 1e-5),
+        (3.5, 3e-6),
+        (5.0, 2e-6),
+    ):  # the mean, with the second, with the fourth power of the speed
+        left = ab.measure.orders(measured({"a": seen}), slow_roll=(0.0, end))
+        off = left["runout_amplitude"] * np.exp(1j * left["runout_phase"]) - runout
+        assert float(np.abs(off)[0, 0]) < 1.5 * float(left["runout_deviation"][0, 0]) < 1.5 * most
     late = found.isel(time=found["speed"].values > 85.0)
     assert np.abs(late.complex_amplitude("a") / envelope(motion, late["time"].values) - 1.0).max() < 0.012
     again = ab.measure.orders(

@@ -244,6 +244,15 @@ def test_labels_are_moved_apart_no_farther_than_needed() -> None:
     assert joint_name([End(2.0, "conical x", "1 %"), End(2.0, "bending y", "1 %")]) == "conical x, bending y, 1 %"
 
 
+def test_long_names_at_the_ends_leave_the_axes_their_room() -> None:
+    found = ab.rotor.campbell(
+        ab.catalog.rig("discoidal_rig"), "288:1380 rpm:5"
+    )  # torsion, axial and tilt close together
+    figure = ab.plot.campbell(found)
+    figure.draw_without_rendering()
+    assert figure.axes[0].get_position().width > 0.45
+
+
 @pytest.mark.parametrize("damping", [20.0, 0.2])
 def test_a_picture_of_a_few_speeds_shows_the_peak_in_full_and_plain_numbers(damping: float) -> None:
     """Of an oscillator the peak is U/(2 D M sqrt(1 - D^2)); with the lighter damping it is 900 times narrower than a step."""

@@ -120,7 +120,7 @@ def test_too_few_samples_are_refused_with_the_number_that_is_enough(run: xr.Data
 
 
 def test_wrong_sensors_are_refused_with_what_there_is(run: xr.Dataset) -> None:
-    with pytest.raises(QuestionError, match="given 'bearing'; the places of the run are none with a name"):
+    with pytest.raises(QuestionError, match="its place is 'bearing', but no place of the run has a name"):
         record(run, [Sensor("displacement", place="bearing")], RATE)
     with pytest.raises(QuestionError, match="supports of the run are 'support'"):
         record(run, [Sensor("force", place="laser")], RATE)

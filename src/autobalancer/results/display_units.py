@@ -31,6 +31,7 @@ __all__ = [
     "significant",
     "speed_axis",
     "times_larger",
+    "vibration_axis",
 ]
 
 
@@ -111,6 +112,13 @@ def length_axis(unit: str | None, greatest: float) -> AxisUnit:
     if unit not in LENGTH_UNITS:
         raise QuestionError(f"deflection_unit: given {unit!r}; must be one of {', '.join(LENGTH_UNITS)}")
     return LENGTH_UNITS[unit]
+
+
+def vibration_axis(unit: str, greatest: float) -> AxisUnit:
+    """The unit of amplitudes in the SI ``unit``: of a displacement as suits the ``greatest``, of a velocity mm/s."""
+    if unit == "m":
+        return length_axis(None, greatest or 1.0)
+    return AxisUnit(*MEASURES[unit]) if unit == "m/s" else AxisUnit(unit, 1.0)
 
 
 def moment_axis(greatest: float) -> AxisUnit:

@@ -66,7 +66,7 @@ def result_csv(result: xr.Dataset) -> str:
         for name in rows
     ]
     grids = xr.broadcast(*index) if len(index) > 1 else index
-    heads = [_head(name, entry) for name, entry in zip(rows, index, strict=True)]
+    heads = [_head(name, str(entry.attrs.get("units", ""))) for name, entry in zip(rows, index, strict=True)]
     columns = [grid.transpose(*rows).values.ravel() for grid in grids]
     for name, entry in result.variables.items():
         if str(name) in rows or not set(rows) & set(entry.dims) or not set(entry.dims) - set(rows) <= _named(result):
@@ -75,8 +75,8 @@ def result_csv(result: xr.Dataset) -> str:
             continue
         others = [dim for dim in entry.dims if dim not in rows]
         values = entry.transpose(*rows, *others).values.reshape(columns[0].size, -1)
-        for k, place in enumerate(_places(result, others)):
-            heads.append(_head(f"{name}{place}", entry))
+        for k, (place, unit) in enumerate(zip(_places(result, others), _units(result, entry, others), strict=True)):
+            heads.append(_head(f"{name}{place}", unit))
             columns.append(values[:, k])
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
@@ -116,8 +116,18 @@ def _places(result: xr.Dataset, dims: list[Any]) -> list[str]:
     return places
 
 
-def _head(name: str, entry: Any) -> str:
-    unit = str(entry.attrs.get("units", ""))
+def _units(result: xr.Dataset, entry: Any, dims: list[Any]) -> list[str]:
+    """The unit of each such column: of the variable, or of its channel, which ``units`` says, in the form ``units_form``."""
+    own = str(entry.attrs.get("units", ""))
+    if own or "units" not in result.variables or not set(result["units"].dims) <= set(dims):
+        return [own] * math.prod(result.sizes[dim] for dim in dims)
+    form = str(entry.attrs.get("units_form", "{}"))
+    like = xr.DataArray(np.zeros([result.sizes[dim] for dim in dims]), dims=dims)
+    units = xr.broadcast(result["units"].reset_coords(drop=True), like)[0].transpose(*dims).values.ravel()
+    return [form.format(unit if unit.isalpha() or form == "{}" else f"({unit})") for unit in map(str, units)]
+
+
+def _head(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit and unit != "1" else name
 
 

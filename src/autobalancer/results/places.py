@@ -16,8 +16,8 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 WHEN = "in the last revolutions"
 NO_TURNS = (
-    "the run kept no whole revolution at its end; run it with save=[..., LastRevolutions()], to a speed above zero "
-    "(a run that is interrupted keeps none)"
+    "the run kept no whole revolution at its end; run it longer, to a speed above zero (a run that is interrupted keeps "
+    "none; in Python, save must hold LastRevolutions())"
 )
 
 

@@ -139,6 +139,6 @@ def film(
 
 def _size(text: str) -> tuple[int, int]:
     columns, cross, rows = text.lower().partition("x")
-    if not (cross and columns.strip().isdigit() and rows.strip().isdigit()):
+    if not (cross and columns.strip().isdecimal() and rows.strip().isdecimal()):
         raise ab.errors.QuestionError(f"--size: given {text!r}; write COLUMNSxROWS, such as 1280x720")
     return int(columns), int(rows)

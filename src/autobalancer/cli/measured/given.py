@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,34 +29,62 @@ Index = Annotated[str, typer.Option(help="Channel with one pulse a turn, where t
 TachoAngle = Annotated[str, typer.Option(help='Where the tacho looks at the shaft, from the x axis: "90 deg".')]
 
 
-def given_signals(
-    file: Path, channels: Path | None = None, rate: str = "", resample: str = "", start: str = "", end: str = ""
-) -> xr.Dataset:
-    """Read them."""
-    from autobalancer.cli.terminal.quantities import optional
-    from autobalancer.measurement.signals.load import load_signals
+@dataclass(frozen=True)
+class Reading:
+    """How the file of signals is read."""
 
-    return load_signals(
-        file,
-        channels,
-        rate=rate or None,
-        resample=resample or None,
-        start=optional("--start", start, "s"),
-        end=optional("--end", end, "s"),
-    )
+    channels: Channels = None
+    rate: Rate = ""
+    resample: Resample = ""
+    start: Start = ""
+    end: End = ""
+
+    def signals(self, file: Path) -> xr.Dataset:
+        """Read it."""
+        from autobalancer.cli.terminal.quantities import optional
+        from autobalancer.measurement.signals.load import load_signals
+
+        return load_signals(
+            file,
+            self.channels,
+            rate=self.rate or None,
+            resample=self.resample or None,
+            start=optional("--start", self.start, "s"),
+            end=optional("--end", self.end, "s"),
+        )
 
 
-def with_angle(
-    signals: xr.Dataset, tacho: str, pulses: int, edge: str = "rising", tacho_angle: str = "", index: str = ""
-) -> xr.Dataset:
+@dataclass(frozen=True)
+class Turning:
+    """What says how the rotor turns."""
+
+    tacho: Tacho = ""
+    pulses: PulsesOption = 1
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What says where the rotor is at an instant, so that phases have a meaning."""
+
+    edge: Edge = "rising"
+    tacho_angle: TachoAngle = ""
+    index: Index = ""
+
+
+READING, TURNING, PHASE = Reading(), Turning(), Phase()  # as they are unless something is asked
+
+
+def with_angle(signals: xr.Dataset, turning: Turning, phase: Phase = PHASE) -> xr.Dataset:
     """Signals with the angle of the rotor, from their tacho if they have none yet."""
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.measurement.orders.angle import rotor_angle
 
     if "rotor_angle" in signals:
         return signals
-    looks = optional("--tacho-angle", tacho_angle, "rad")
-    return rotor_angle(signals, tacho, pulses=pulses, edge=edge, tacho_angle=looks, index=index)
+    looks = optional("--tacho-angle", phase.tacho_angle, "rad")
+    return rotor_angle(
+        signals, turning.tacho, pulses=turning.pulses, edge=phase.edge, tacho_angle=looks, index=phase.index
+    )
 
 
 def tacho_of(signals: xr.Dataset, tacho: str) -> bool:

@@ -9,32 +9,26 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli.measured.given import (
-    Channels,
+    READING,
+    TURNING,
     Chosen,
-    End,
-    PulsesOption,
-    Rate,
-    Resample,
+    Reading,
     SignalFile,
-    Start,
-    Tacho,
-    given_signals,
+    Turning,
     tacho_of,
     with_angle,
 )
+from autobalancer.cli.terminal.blocks import in_blocks
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note
 
 
+@in_blocks
 def damping(
     file: SignalFile,
     channel: Annotated[str, typer.Option(help="Of the signals; by default the only vibration.")] = "",
     modes: Annotated[int, typer.Option(help="Number of decaying oscillations.")] = 1,
-    channels: Channels = None,
-    rate: Rate = "",
-    resample: Resample = "",
-    start: Start = "",
-    end: End = "",
+    reading: Reading = READING,
     out: Outs = None,
     plot: Plot = None,
     as_json: Json = False,
@@ -49,7 +43,7 @@ def damping(
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
-    found = ab.measure.damping(given_signals(file, channels, rate, resample, start, end), channel, modes=modes)
+    found = ab.measure.damping(reading.signals(file), channel, modes=modes)
     files.save(found, lambda: ab.plot.damping(found))
     hertz, percent = 0.5 / math.pi, 100.0
     columns = [
@@ -72,6 +66,7 @@ def damping(
         files.say()
 
 
+@in_blocks
 def orbit(
     file: SignalFile,
     x: Annotated[str, typer.Option(help="Channel along x; by default the only one with this direction.")] = "",
@@ -79,11 +74,8 @@ def orbit(
     at: Annotated[str, typer.Option(help='Instant in the middle of the orbit, such as "8 s".')] = "",
     order: Annotated[str, typer.Option("--orders", help="Orders of the speed, such as 1,2.")] = "1,2",
     revolutions: Annotated[float, typer.Option(help="That are drawn, and from which orders are fitted.")] = 4.0,
-    channels: Channels = None,
-    rate: Rate = "",
-    resample: Resample = "",
-    tacho: Tacho = "",
-    pulses: PulsesOption = 1,
+    reading: Reading = READING,
+    turning: Turning = TURNING,
     out: Outs = None,
     plot: Plot = None,
     speed_unit: Unit = SpeedUnit.RPM,
@@ -102,7 +94,7 @@ def orbit(
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
-    signals = with_angle(given_signals(file, channels, rate, resample), tacho, pulses)
+    signals = with_angle(reading.signals(file), turning)
     wanted: Any = tuple(listed("--orders", order, ""))
     found = ab.measure.orbit(signals, x, y, at=at or None, revolutions=revolutions, orders=wanted)
     files.save(found, lambda: ab.plot.measured_orbit(found, speed_unit=speed_unit))
@@ -123,18 +115,14 @@ def orbit(
         files.say()
 
 
+@in_blocks
 def envelope(
     file: SignalFile,
     revolutions: Annotated[float, typer.Option(help="Of a bin; at least one.")] = 1.0,
     bin_length: Annotated[str, typer.Option(help='In place of revolutions, such as "50 ms".')] = "",
     channel: Chosen = None,
-    channels: Channels = None,
-    rate: Rate = "",
-    resample: Resample = "",
-    start: Start = "",
-    end: End = "",
-    tacho: Tacho = "",
-    pulses: PulsesOption = 1,
+    reading: Reading = READING,
+    turning: Turning = TURNING,
     out: Outs = None,
     speed_unit: Unit = SpeedUnit.RPM,
     as_json: Json = False,
@@ -150,9 +138,9 @@ def envelope(
 
     one_form(as_json, as_csv)
     files = Files(out)
-    signals = given_signals(file, channels, rate, resample, start, end)
-    if not bin_length or tacho_of(signals, tacho):
-        signals = with_angle(signals, tacho, pulses)
+    signals = reading.signals(file)
+    if not bin_length or tacho_of(signals, turning.tacho):
+        signals = with_angle(signals, turning)
     found = ab.measure.envelope(signals, channel, revolutions=revolutions, bin_length=bin_length or None)
     files.save(found.transpose("bin", "channel").assign_coords(bin=list(range(1, found.sizes["bin"] + 1))))
     widest = (found["envelope_high"] - found["envelope_low"]).argmax("bin")

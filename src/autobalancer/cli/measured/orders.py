@@ -8,24 +8,21 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli.measured.given import (
-    Channels,
+    PHASE,
+    READING,
+    TURNING,
     Chosen,
-    Edge,
-    End,
-    Index,
-    PulsesOption,
-    Rate,
-    Resample,
+    Phase,
+    Reading,
     SignalFile,
-    Start,
-    Tacho,
-    TachoAngle,
-    given_signals,
+    Turning,
     with_angle,
 )
+from autobalancer.cli.terminal.blocks import in_blocks
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, SpeedUnit, Unit
 
 
+@in_blocks
 def orders(
     file: SignalFile,
     order: Annotated[str, typer.Option("--orders", help="Orders of the speed, such as 1,2.")] = "1",
@@ -34,16 +31,9 @@ def orders(
     revolutions: Annotated[float, typer.Option(help="Window of the fit.")] = 4.0,
     bandwidth: Annotated[str, typer.Option(help='Of the Vold-Kalman filter, such as "2 Hz".')] = "",
     slow_roll: Annotated[str, typer.Option(help='Subtract the run-out found in this time, such as "0:4 s".')] = "",
-    channels: Channels = None,
-    rate: Rate = "",
-    resample: Resample = "",
-    start: Start = "",
-    end: End = "",
-    tacho: Tacho = "",
-    pulses: PulsesOption = 1,
-    edge: Edge = "rising",
-    tacho_angle: TachoAngle = "",
-    index: Index = "",
+    reading: Reading = READING,
+    turning: Turning = TURNING,
+    phase: Phase = PHASE,
     out: Outs = None,
     plot: Plot = None,
     speed_unit: Unit = SpeedUnit.RPM,
@@ -62,9 +52,7 @@ def orders(
     one_form(as_json, as_csv)
     files = Files(out, plot)
     numbers = listed("--orders", order, "")
-    signals = with_angle(
-        given_signals(file, channels, rate, resample, start, end), tacho, pulses, edge, tacho_angle, index
-    )
+    signals = with_angle(reading.signals(file), turning, phase)
     found = ab.measure.orders(
         signals,
         numbers,

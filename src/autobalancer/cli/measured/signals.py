@@ -7,18 +7,21 @@ from typing import Annotated
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.measured.given import Channels, Chosen, End, Rate, Resample, SignalFile, Start, given_signals
+from autobalancer.cli.measured.given import (
+    READING,
+    Chosen,
+    Reading,
+    SignalFile,
+)
 from autobalancer.cli.measured.told import tell_signals
+from autobalancer.cli.terminal.blocks import in_blocks
 from autobalancer.cli.terminal.options import Csv, Json, Outs
 
 
+@in_blocks
 def signals(
     file: SignalFile,
-    channels: Channels = None,
-    rate: Rate = "",
-    resample: Resample = "",
-    start: Start = "",
-    end: End = "",
+    reading: Reading = READING,
     to: Annotated[str, typer.Option(help="Make displacement, velocity or acceleration of the vibrations.")] = "",
     corner: Annotated[str, typer.Option(help='High pass where that integrates, such as "2 Hz".')] = "",
     channel: Chosen = None,
@@ -37,7 +40,7 @@ def signals(
     if (corner or channel) and not to:
         raise QuestionError("--corner, --channel: say with --to what the vibrations are to become")
     files = Files(out, allowed=SIGNALS)
-    found = given_signals(file, channels, rate, resample, start, end)
+    found = reading.signals(file)
     if to:
         found = ab.measure.converted(found, to, corner=corner or None, channels=channel)
     files.save(found)

@@ -8,24 +8,22 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli.measured.given import (
-    Channels,
+    PHASE,
+    READING,
+    TURNING,
     Chosen,
-    Edge,
-    End,
-    PulsesOption,
-    Rate,
-    Resample,
+    Phase,
+    Reading,
     SignalFile,
-    Start,
-    Tacho,
-    TachoAngle,
-    given_signals,
+    Turning,
     tacho_of,
     with_angle,
 )
+from autobalancer.cli.terminal.blocks import in_blocks
 from autobalancer.cli.terminal.options import Csv, FrequencyUnit, Json, Outs, Plot, SpeedUnit, Unit
 
 
+@in_blocks
 def spectrum(
     file: SignalFile,
     channel: Chosen = None,
@@ -35,13 +33,8 @@ def spectrum(
         list[str] | None,
         typer.Option(help='Natural frequency by which lines are named, such as "9.6 Hz". May be repeated.'),
     ] = None,
-    channels: Channels = None,
-    rate: Rate = "",
-    resample: Resample = "",
-    start: Start = "",
-    end: End = "",
-    tacho: Tacho = "",
-    pulses: PulsesOption = 1,
+    reading: Reading = READING,
+    turning: Turning = TURNING,
     out: Outs = None,
     plot: Plot = None,
     frequency_unit: FrequencyUnit = SpeedUnit.HZ,
@@ -60,9 +53,9 @@ def spectrum(
     one_form(as_json, as_csv)
     files = Files(out, plot)
     known = [float(quantity("--natural", text, "rad/s")) for text in natural or []]
-    signals = given_signals(file, channels, rate, resample, start, end)
-    if tacho_of(signals, tacho):
-        signals = with_angle(signals, tacho, pulses)
+    signals = reading.signals(file)
+    if tacho_of(signals, turning.tacho):
+        signals = with_angle(signals, turning)
     found = ab.measure.spectrum(signals, channel, window=window, resolution=resolution or None, natural=known)
     files.save(found, lambda: ab.plot.spectrum(found, frequency_unit=frequency_unit))
     columns = found.columns(frequency_unit)
@@ -88,21 +81,16 @@ def spectrum(
         files.say()
 
 
+@in_blocks
 def order_map(
     file: SignalFile,
     channel: Annotated[str, typer.Option(help="Of the signals; by default the first vibration.")] = "",
     over: Annotated[str, typer.Option(help="order or frequency.")] = "order",
     highest: Annotated[float, typer.Option(help="With --over order: the highest order.")] = 5.0,
     revolutions: Annotated[float, typer.Option(help="In a window.")] = 16.0,
-    channels: Channels = None,
-    rate: Rate = "",
-    resample: Resample = "",
-    start: Start = "",
-    end: End = "",
-    tacho: Tacho = "",
-    pulses: PulsesOption = 1,
-    edge: Edge = "rising",
-    tacho_angle: TachoAngle = "",
+    reading: Reading = READING,
+    turning: Turning = TURNING,
+    phase: Phase = PHASE,
     out: Outs = None,
     plot: Plot = None,
     speed_unit: Unit = SpeedUnit.RPM,
@@ -117,7 +105,7 @@ def order_map(
     from autobalancer.cli.terminal.sheet import print_facts
 
     files = Files(out, plot)
-    signals = with_angle(given_signals(file, channels, rate, resample, start, end), tacho, pulses, edge, tacho_angle)
+    signals = with_angle(reading.signals(file), turning, phase)
     most = highest if over == "order" else None
     found = ab.measure.order_map(signals, channel, over=over, highest=most, revolutions=revolutions)  # type: ignore[arg-type]
     files.save(found, lambda: ab.plot.order_map(found, speed_unit=speed_unit))

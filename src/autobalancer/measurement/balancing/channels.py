@@ -19,7 +19,8 @@ from autobalancer.rotordynamics.response import response
 class Orders:
     """Complex amplitudes (S, C) with their lead over the mark, standard deviations along and across them, and channels.
 
-    Times are nan where orders are over the speed.
+    Times are nan where orders are over the speed. ``shared`` is the part of the deviations that is one and the same error of all
+    speeds of a channel, (C,): that of the run-out that was subtracted.
     """
 
     times: Floats
@@ -30,6 +31,7 @@ class Orders:
     places: tuple[Any, ...]
     directions: tuple[Any, ...]
     quantities: tuple[str, ...]
+    shared: Floats
 
     def at(self, rows: NDArray[Any]) -> Orders:
         """Some of the speeds."""

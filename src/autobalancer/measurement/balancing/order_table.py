@@ -157,6 +157,7 @@ def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
         tuple(map(_place, found["place"].values)),
         tuple(_direction(way, owner) for way in found["direction"].values),
         tuple(map(str, quantities)),
+        np.asarray(found["runout_deviation"].values if "runout_deviation" in found else np.zeros(amplitude.shape[1])),
     )
 
 

@@ -93,8 +93,10 @@ class MeasuredOrders:
 
     @cached_property
     def deviations(self) -> tuple[Floats, Floats]:
-        """Standard deviations along and across the complex amplitudes, (S, C)."""
-        along, across = self.known.deviations, self.known.across
+        """Standard deviations along and across the complex amplitudes, (S, C), without what all speeds of a channel share."""
+        known = self.known
+        along = np.sqrt(np.maximum(known.deviations**2 - known.shared**2, 0.0))
+        across = np.fmax(along, np.sqrt(np.maximum(known.across**2 - known.shared**2, 0.0)))
         if self.error is not None:
             along = across = np.where(np.isfinite(along) & (along > 0.0), along, self._error())
         if not all(np.isfinite(one).all() and (one > 0.0).all() for one in (along, across)):
@@ -143,12 +145,30 @@ class MeasuredOrders:
         return found
 
     def residual(self, predicted: Floats) -> Floats:
-        """Along and across the measured amplitudes, in standard deviations."""
+        """Along and across the measured amplitudes, in standard deviations; what a channel shares counts once."""
         along, across = (one.T.ravel() for one in self.deviations)
         size, phase = np.split(predicted, 2)
         measured = self.known.readings.T.ravel()
         away = size * np.exp(1j * (phase - np.angle(measured))) - np.abs(measured)
-        return np.concatenate([away.real / along, away.imag / across])
+        return self._shared_once(np.concatenate([away.real / along, away.imag / across]))
+
+    def _shared_once(self, rest: Floats) -> Floats:
+        """Independent deviations of variance one, of some whose covariance is that plus the one of the shared errors."""
+        count = len(self.known.speeds)
+        for c in np.flatnonzero(self.known.shared > 0.0):
+            phase = np.angle(self.known.readings[:, c])
+            along, across = (self.known.shared[c] / one[:, c] for one in self.deviations)
+            seen = np.concatenate(
+                [
+                    np.column_stack([np.cos(phase), np.sin(phase)]) * along[:, None],
+                    np.column_stack([-np.sin(phase), np.cos(phase)]) * across[:, None],
+                ]
+            )
+            ways, sizes, _ = np.linalg.svd(seen, full_matrices=False)
+            rows = np.r_[c * count : (c + 1) * count]
+            rows = np.r_[rows, rows + rest.size // 2]
+            rest[rows] += ways @ ((1.0 / np.hypot(1.0, sizes) - 1.0) * (ways.T @ rest[rows]))
+        return rest
 
     def doubts(self, trial: Trial) -> list[str]:
         """What is probably wrong with the unit of a channel."""

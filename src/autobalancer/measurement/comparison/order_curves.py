@@ -13,12 +13,12 @@ from autobalancer.machine import Machine
 from autobalancer.measurement.balancing.channels import Orders
 from autobalancer.measurement.balancing.order_table import UNITS, given_orders
 from autobalancer.measurement.comparison.measures import Row, measure_table
-from autobalancer.measurement.comparison.pairs import size_doubt
+from autobalancer.measurement.comparison.pairs import place_doubt, size_doubt
 from autobalancer.measurement.comparison.run_up import QUIET, TOLERANCE
 from autobalancer.measurement.orders.fitted import fitted_orders
 from autobalancer.measurement.orders.question import WINDOW
 from autobalancer.measurement.orders.vold_kalman import filtered_orders
-from autobalancer.measurement.sensors.motion import motion, sampled
+from autobalancer.measurement.sensors.motion import motion, place_seen, sampled
 from autobalancer.measurement.sensors.sensor import Sensor
 from autobalancer.random_numbers import generator
 from autobalancer.simulation.run import simulate_races
@@ -88,7 +88,10 @@ def order_curves(run: xr.Dataset, measured: xr.Dataset, seed: int) -> tuple[xr.D
     sizes = [(float(np.abs(one).max(axis=0)[c])) for c in range(len(names)) for one in (known.readings, simulated)]
     doubts = [size_doubt(n, u, a, b) for n, u, a, b in zip(names, units, sizes[::2], sizes[1::2], strict=True)]
     rows = [row for c in range(len(names)) for row in _peaks(known, simulated, passed, c, names[c], units[c], seed)]
+    sensors = _sensors(known)
+    places = [place_seen(run, sensor) for sensor in sensors]
     data = _arrays(known, names, units, times, simulated, passed).merge(measure_table(rows))
+    data["place"] = "channel", np.array(places, dtype=object)
     if measured.sizes.get("order", 1) > 1:
         notes.append("of several orders the first was compared")
     off = float(np.abs(passed / known.speeds - 1.0).max())
@@ -96,7 +99,7 @@ def order_curves(run: xr.Dataset, measured: xr.Dataset, seed: int) -> tuple[xr.D
         notes.append(
             f"the measured speed differs from that of the run by up to {100 * off:.3g} %; give the run its profile"
         )
-    return data, [*filter(None, doubts), *notes]
+    return data, [*filter(None, [place_doubt(run, sensors, names), *doubts]), *notes]
 
 
 def orders_of_a_run(machine: Machine, measured: xr.Dataset, known: Orders) -> NDArray[np.complex128]:
@@ -132,13 +135,16 @@ def _tracks(run: xr.Dataset, known: Orders) -> Tracks:
     fastest = float(np.abs(run["speed"].values).max())
     count = int(min(MOST, np.ceil((clock[-1] - clock[0]) * fastest / (2.0 * np.pi) * PER_TURN))) + 2
     time = np.linspace(clock[0], clock[-1], max(count, clock.size))
-    sensors = [
+    seen = np.array([motion(run, sensor, time)(time) for sensor in _sensors(known)])
+    angle, speed = (np.interp(time, run["time"].values, run[name].values) for name in ("rotor_angle", "speed"))
+    return Tracks(time, speed, angle, seen)
+
+
+def _sensors(known: Orders) -> list[Sensor]:
+    return [
         Sensor(quantity, str(place), float(np.degrees(way)))  # type: ignore[arg-type]
         for place, way, quantity in zip(known.places, known.directions, known.quantities, strict=True)
     ]
-    seen = np.array([motion(run, sensor, time)(time) for sensor in sensors])
-    angle, speed = (np.interp(time, run["time"].values, run[name].values) for name in ("rotor_angle", "speed"))
-    return Tracks(time, speed, angle, seen)
 
 
 def _passages(tracks: Tracks, speeds: Floats, how: How) -> Floats:

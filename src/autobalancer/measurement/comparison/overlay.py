@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.comparison.measures import measure_rows, measure_table
 from autobalancer.measurement.comparison.order_curves import is_orders, order_curves
-from autobalancer.measurement.comparison.pairs import Pair, at_the_end, pairs, scale_doubt, together
+from autobalancer.measurement.comparison.pairs import (
+    Pair,
+    at_the_end,
+    pairs,
+    place_doubt,
+    scale_doubt,
+    sensor_of,
+    together,
+)
+from autobalancer.measurement.comparison.stated import is_film
 from autobalancer.measurement.orders.question import orders
 from autobalancer.measurement.signals.form import Channel, signals
 from autobalancer.results.answers.overlay import Overlay
@@ -48,8 +57,9 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
     -------
     Overlay
         Over ``channel`` and ``time``: ``measured``, ``simulated``, ``deviation`` (one standard deviation of the measurement; SI);
-        over ``channel`` ``rms_away`` and ``rms_expected`` from that deviation; over ``measure`` ``measured_value``,
-        ``simulated_value`` and ``value_deviation``; of orders and with a tacho ``order_amplitude`` and ``order_phase`` of both.
+        over ``channel`` ``place`` (of the run, with which it is compared), ``rms_away`` and ``rms_expected`` from that
+        deviation; over ``measure`` ``measured_value``, ``simulated_value`` and ``value_deviation``; of orders and with a
+        tacho ``order_amplitude`` and ``order_phase`` of both.
         ``attrs["notes"]`` say which measures there cannot be, and what looks wrong.
 
     Raises
@@ -66,7 +76,9 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
     part = together(run, at_the_end(run, measured))
     found = pairs(run, part)
     rows, notes = measure_rows(run, part, found, seed)
-    notes = [*filter(None, map(scale_doubt, found)), *notes]
+    sensors = [] if is_film(part) else [sensor_of(part[pair.measured.name]) for pair in found]
+    where = place_doubt(run, sensors, [pair.measured.name for pair in found][: len(sensors)])
+    notes = [*filter(None, [where, *map(scale_doubt, found)]), *notes]
     data = _curves(run, part, found)
     ordered, more = _orders(run, part, found, tacho)
     data = data.merge(ordered).merge(measure_table(rows))
@@ -101,6 +113,7 @@ def _curves(run: xr.Dataset, part: xr.Dataset, found: list[Pair]) -> xr.Dataset:
         "rms_expected": ("channel", [_rms(pair.measured.deviation) for pair in found]),
         "speed": ("time", np.interp(time, run["time"].values, run["speed"].values), {"units": "rad/s"}),
     }
+    entries["place"] = "channel", np.array([pair.place for pair in found], dtype=object)
     names = np.array([pair.measured.name for pair in found], dtype=object)
     return xr.Dataset(entries, {"channel": names, "time": ("time", time, {"units": "s", "long_name": "time"})})
 

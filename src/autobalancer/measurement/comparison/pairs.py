@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.comparison.stated import Stated, is_film, stated
-from autobalancer.measurement.sensors.motion import ORDER, at_samples, motion
+from autobalancer.measurement.sensors.motion import ORDER, at_samples, motion, place_seen, places_of
 from autobalancer.measurement.sensors.sensor import Sensor
 from autobalancer.results.series import wrapped
 
@@ -31,11 +31,14 @@ class Pair:
         SI; angles are those within half a turn of the measured ones.
     free_offset
         Whether the zero of the sensor is not known, so that a mean deviation says nothing.
+    place
+        Of the run, with which it is compared; empty where it has one only, and of balls.
     """
 
     measured: Stated
     simulated: Floats
     free_offset: bool = False
+    place: str = ""
 
     @property
     def shifted(self) -> Floats:
@@ -120,6 +123,21 @@ def size_doubt(name: str, unit: str, measured: float, simulated: float, what: st
     )
 
 
+def place_doubt(run: xr.Dataset, sensors: list[Sensor], names: list[str]) -> str:
+    """What is said where sensors have no place and the run has several; else empty."""
+    open_ones = [
+        name for sensor, name in zip(sensors, names, strict=True) if not sensor.place and place_seen(run, sensor)
+    ]
+    if not open_ones:
+        return ""
+    many = len(open_ones) > 1
+    return (
+        f"{', '.join(open_ones)}: the measurement does not say where {'these were' if many else 'this was'} measured, so "
+        f"{'they are' if many else 'it is'} compared with {run.attrs['reference_station']!r}, the reference station of the run; "
+        f"it has {', '.join(dict.fromkeys(map(repr, places_of(run))))}"
+    )
+
+
 def _size(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -128,7 +146,7 @@ def _of_channel(run: xr.Dataset, entry: xr.DataArray, one: Stated, dense: bool) 
     sensor = sensor_of(entry)
     between = dense or ORDER[sensor.quantity] > 0
     simulated = motion(run, sensor, one.time)(one.time) if between else at_samples(run, sensor, one.time)
-    return Pair(one, simulated, free_offset=sensor.quantity != "force")
+    return Pair(one, simulated, sensor.quantity != "force", place_seen(run, sensor))
 
 
 def _of_balls(run: xr.Dataset, found: list[Stated]) -> list[Pair]:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
+from autobalancer.measurement.orders.independent import independent
 from autobalancer.results.signals.orders import Orders
 from autobalancer.units.arguments import ends_argument
 
@@ -15,6 +16,7 @@ SPREADS = (
     1.3,
     1.7,
 )  # ratios of speeds from which parts that grow with the second and the fourth power are told from the rest
+STEADY = 1.05  # a ratio below which not even the first of them can be told
 LEAST = 4  # points
 
 
@@ -23,7 +25,9 @@ def subtracted(found: Orders, slow_roll: Any) -> Orders:
 
     Within the interval the complex amplitude is R + D w² + E w⁴ of the speed w: unbalance below the resonance grows in even
     powers, and what is left at speed zero, R, is run-out. Where the speed changes less, the last terms are left out; where
-    it hardly changes, R is the mean.
+    it hardly changes, R is the mean. The deviation of R contains the noise of the points that are independent, and
+    how far R would move with one more term. All points share this error of R, ``runout_deviation``; it is part of
+    the deviation of each of them.
 
     Parameters
     ----------
@@ -48,16 +52,25 @@ def subtracted(found: Orders, slow_roll: Any) -> Orders:
         span = f"{found['time'].values[0]:.4g} s to {found['time'].values[-1]:.4g} s"
         raise QuestionError(f"slow_roll: {slow.sizes['time']} points {where}; the orders have {span}")
     speed = slow["speed"].values
-    values = slow["amplitude"].values * np.exp(1j * slow["phase"].values)
+    values = (slow["amplitude"].values * np.exp(1j * slow["phase"].values)).reshape(-1, speed.size).T
+    noise = slow["amplitude_deviation"].values.reshape(-1, speed.size).T
     grows = sum(speed.max() > ratio * speed.min() for ratio in SPREADS)
-    scaled = speed / speed.max()
-    design = np.array([np.ones(speed.size), scaled**2, scaled**4])[: 1 + grows].T
-    parts, *_ = np.linalg.lstsq(design.astype(np.complex128), values.reshape(-1, speed.size).T, rcond=None)
-    runout = parts[0].reshape(values.shape[:2])
-    rest = (values.reshape(-1, speed.size).T - design @ parts).reshape(speed.size, *values.shape[:2])
-    own = np.linalg.inv(design.T @ design)[0, 0]
-    spread = np.sqrt(own * (np.abs(rest) ** 2).sum(axis=0) / (2.0 * max(1, speed.size - design.shape[1])))
-    return _without(found, runout, spread, where)
+    runout, spread = _at_speed_zero(speed, values, noise, 1 + grows, independent(slow).sizes["time"])
+    if speed.max() > STEADY * speed.min() and speed.size > LEAST:
+        spread = np.hypot(spread, np.abs(_at_speed_zero(speed, values, noise, 2 + grows, speed.size)[0] - runout))
+    shape = slow["amplitude"].shape[:2]
+    return _without(found, runout.reshape(shape), spread.reshape(shape), where)
+
+
+def _at_speed_zero(
+    speed: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """R of each column of ``values`` (point, column), and one standard deviation of its parts if ``count`` points count."""
+    design = ((speed / speed.max()) ** 2)[:, None] ** np.arange(terms)
+    parts, *_ = np.linalg.lstsq(design.astype(np.complex128), values, rcond=None)
+    rest = (np.abs(values - design @ parts) ** 2).sum(axis=0) / (2.0 * max(1, speed.size - terms))
+    own = np.linalg.inv(design.T @ design)[0, 0] * speed.size / max(1, count)
+    return parts[0], np.sqrt(own * np.maximum(rest, (noise**2).mean(axis=0)))
 
 
 def _without(found: Orders, runout: np.ndarray, spread: np.ndarray, where: str) -> Orders:
@@ -76,6 +89,8 @@ def _without(found: Orders, runout: np.ndarray, spread: np.ndarray, where: str) 
     ):
         found[name] = (found[name].dims, values, found[name].attrs)
     found["runout_amplitude"] = (("order", "channel"), np.abs(runout), {"long_name": "run-out that was subtracted"})
+    about = {"long_name": "standard deviation of its parts, which all points share"}
+    found["runout_deviation"] = (("order", "channel"), spread, about)
     found["runout_phase"] = (
         ("order", "channel"),
         np.angle(runout),

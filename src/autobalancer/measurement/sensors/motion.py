@@ -112,10 +112,19 @@ def places_of(run: xr.Dataset) -> list[str]:
     return [str(n) for dimension in ("station", "plane") if f"{dimension}_x" in run for n in run[dimension].values]
 
 
+def place_seen(run: xr.Dataset, sensor: Sensor) -> str:
+    """The place of the run that a sensor sees: its own, without one the reference station; empty where there is one only."""
+    if sensor.place or sensor.quantity == "force" or len(places_of(run)) < 2:
+        return sensor.place
+    return str(run.attrs.get("reference_station", ""))
+
+
 def _unknown(sensor: Sensor, names: list[str], what: str) -> str:
-    known = ", ".join(map(repr, dict.fromkeys(names))) or "none with a name"
-    given = f"given {sensor.place!r}" if sensor.place else "no place given"
-    return f"record: sensor {sensor.channel!r}: {given}; the {what}s of the run are {known}"
+    known = ", ".join(map(repr, dict.fromkeys(names)))
+    given = f"its place is {sensor.place!r}" if sensor.place else "it has no place"
+    if not known:
+        return f"sensor {sensor.channel!r}: {given}, but no {what} of the run has a name; leave it out"
+    return f"sensor {sensor.channel!r}: {given}; the {what}s of the run are {known}; give it one of these"
 
 
 def _check_turns(run: xr.Dataset, times: Floats, inside: slice) -> None:

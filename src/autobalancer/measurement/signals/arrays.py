@@ -25,7 +25,7 @@ def read_arrays(path: Path) -> RawFile:
     """
     try:
         held = _held(path)
-    except (OSError, ValueError, NotImplementedError, KeyError) as reason:
+    except Exception as reason:  # the readers of NumPy and SciPy raise whatever a damaged file leads them to
         raise ResultError(f"{path.name}: cannot be read: {reason}") from None
     arrays = {name: np.squeeze(np.asarray(value)) for name, value in held.items() if not name.startswith("__")}
     numeric = {name: value for name, value in arrays.items() if value.dtype.kind in "fiub"}
@@ -66,7 +66,7 @@ def read_sound(path: Path) -> RawFile:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", wavfile.WavFileWarning)  # blocks that hold no samples
             rate, held = wavfile.read(path)
-    except (OSError, ValueError) as reason:
+    except Exception as reason:  # as above
         raise ResultError(f"{path.name}: cannot be read: {reason}") from None
     values = np.atleast_2d(held.T).astype(np.float64)
     if held.dtype == np.uint8:

@@ -26,7 +26,7 @@ class DescribedChannel:
     column
         Its name in the file; by default that of the channel.
     quantity, unit, place, direction
-        Of the channel; the unit is that of the numbers in the file.
+        Of the channel; the unit is that of the numbers in the file. The quantity ``time`` says that the column has the instants.
     sensitivity
         Of the sensor, voltage over quantity, such as "10.2 mV/(m/s^2)"; the numbers of the file are then voltages.
     full_scale

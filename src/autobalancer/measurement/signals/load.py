@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from autobalancer.results.store import load_run
 from autobalancer.units import optional_argument, to_si
 
 Floats = NDArray[np.float64]
+TIME = "time"  # the quantity of a column with the instants
 
 
 def load_signals(
@@ -48,8 +50,9 @@ def load_signals(
     channels
         What the channels are: a TOML file with a table ``channels``, or the same as a dict,
         ``{"x": {"column": "ai0", "quantity": "displacement", "unit": "um", "place": "bearing A", "direction": "x"}}``, with
-        ``sensitivity`` (``"10.2 mV/(m/s^2)"``) where the numbers are voltages. By default ``NAME.channels.toml`` beside the
-        file, if there is one, else every column with a unit.
+        ``sensitivity`` (``"10.2 mV/(m/s^2)"``) where the numbers are voltages. A column with the quantity ``time`` has the
+        instants, whatever it is called. By default ``NAME.channels.toml`` beside the file, if there is one, else every column
+        with a unit.
     rate
         Samples in a second (Hz), where the file has no column of time.
     resample
@@ -74,8 +77,7 @@ def load_signals(
     path = Path(path)
     if path.suffix.lower() == ".nc":
         return _own(load_run(path), path)
-    raw = read_raw(path)
-    described = described_channels(channels, path)
+    raw, described = _timed(read_raw(path), described_channels(channels, path))
     wanted = None if resample is None else hertz_argument("resample", resample)
     t = instants(raw, None if rate is None else hertz_argument("rate", rate))
     used = _piece(t, optional_argument("start", start, "s"), optional_argument("end", end, "s"), raw.origin)
@@ -99,6 +101,32 @@ def read_raw(path: Path) -> RawFile:
     if suffix == ".wav":
         return read_sound(path)
     return read_universal_signals(path) if is_universal(path) else read_signal_table(path)
+
+
+def _timed(raw: RawFile, described: dict[str, DescribedChannel]) -> tuple[RawFile, dict[str, DescribedChannel]]:
+    """The file with the column as its time that was described as such, and the channels that remain."""
+    clocks = {name: words for name, words in described.items() if words.quantity == TIME}
+    if not clocks:
+        return raw, described
+    if len(clocks) > 1:
+        raise QuestionError(f"{raw.origin}: channels {' and '.join(clocks)}: only one can be the time")
+    (name, words), *_ = clocks.items()
+    column = _column(raw, name, words)
+    try:
+        factor = factor_to(words.unit or column.unit, "s")
+    except UnitError as reason:
+        raise QuestionError(f"{raw.origin}: channel {name!r}: {reason}") from None
+    others = {key: one for key, one in raw.columns.items() if one is not column}
+    rest = {key: one for key, one in described.items() if key != name}
+    return replace(raw, time=factor * column.values, rate=None, columns=others, quantum=factor * column.quantum), rest
+
+
+def _column(raw: RawFile, name: str, words: DescribedChannel) -> RawColumn:
+    column = raw.columns.get(words.column or name)
+    if column is None:
+        there = ", ".join(raw.columns)
+        raise QuestionError(f"{raw.origin}: channel {name!r}: no column {words.column or name!r}; there are {there}")
+    return column
 
 
 def _own(found: xr.Dataset, path: Path) -> Signals:
@@ -132,12 +160,7 @@ def _channels(
         )
     found = {}
     for name, words in described.items():
-        column = raw.columns.get(words.column or name)
-        if column is None:
-            there = ", ".join(raw.columns)
-            raise QuestionError(
-                f"{raw.origin}: channel {name!r}: no column {words.column or name!r}; there are {there}"
-            )
+        column = _column(raw, name, words)
         channel = _channel(raw.origin, name, words, column, column.values[used])
         values = np.asarray(channel.values)
         refuse_missing(name, t[used], values)

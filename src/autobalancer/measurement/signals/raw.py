@@ -12,13 +12,14 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class RawColumn:
-    """Numbers as they stand in the file; nan where it has none."""
+    """Numbers as they stand in the file; nan where it has none. ``quantum`` is their last digit, zero if they are not rounded."""
 
     values: Floats
     unit: str = ""
     quantity: str = ""
     place: str = ""
     direction: str | float = ""
+    quantum: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

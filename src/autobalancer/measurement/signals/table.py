@@ -45,7 +45,10 @@ def read_signal_table(path: Path) -> RawFile:
     if double:
         raise ResultError(f"{path.name}: column {sorted(double)[0]!r} comes twice; give each a name of its own")
     numbers = _numbers(path.name, body[1:], separator, len(heads))
-    columns = {name: RawColumn(numbers[:, k], unit) for k, (name, unit) in enumerate(heads)}
+    columns = {
+        name: RawColumn(numbers[:, k], unit, quantum=_quantum(body, separator, k))
+        for k, (name, unit) in enumerate(heads)
+    }
     at = next((k for k, (name, _) in enumerate(heads) if name.lower() in _TIMES), None)
     if at is None:
         return RawFile(path.name, None, None, columns)
@@ -54,9 +57,8 @@ def read_signal_table(path: Path) -> RawFile:
         factor = factor_to(unit, "s")
     except UnitError as reason:
         raise ResultError(f"{path.name}: unit of column {name!r}: {reason}") from None
-    del columns[name]
-    digits = max((_digits(line.split(separator)[at]) for _, line in body[1:20]), default=0)
-    return RawFile(path.name, factor * numbers[:, at], None, columns, quantum=factor * 10.0**-digits)
+    quantum = factor * columns.pop(name).quantum
+    return RawFile(path.name, factor * numbers[:, at], None, columns, quantum=quantum)
 
 
 def _head(body: list[tuple[int, str]]) -> int:
@@ -82,6 +84,12 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _quantum(body: list[tuple[int, str]], separator: str, at: int) -> float:
+    """The last digit of a column."""
+    cells = (line.split(separator)[at] for _, line in body[1:20])
+    return float(10.0 ** -max(map(_digits, cells), default=0))
 
 
 def _digits(cell: str) -> int:

@@ -95,7 +95,11 @@ def orbit(
         found[name] = ("time", values[k, inside] - values[k, inside].mean(), own)
         found[f"filtered_{name}"] = (("order", "turned"), waves[:, k].real, {"long_name": "of one order", "units": "m"})
     speed = float(np.interp(center, angle, signals["speed"].values))
-    head = {"title": f"orbit of {x} and {y} at {float(np.interp(center, angle, time)):.4g} s", "speed": speed}
+    head = {
+        "title": f"orbit of {x} and {y} at {float(np.interp(center, angle, time)):.4g} s",
+        "speed": speed,
+        "revolutions": revolutions,
+    }
     return Labeled.of(found.assign_attrs(head | provenance()))
 
 

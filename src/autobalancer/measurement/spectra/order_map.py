@@ -56,7 +56,8 @@ def order_map(
     Returns
     -------
     xarray.Dataset
-        ``amplitude`` (SI, of a sinusoid) over (time, order) or (time, frequency), with ``speed`` over time.
+        ``amplitude`` (SI, of a sinusoid) over (time, order) or (time, frequency), with ``speed`` over time;
+        ``attrs["window"]`` and ``attrs["window_revolutions"]`` say what was asked for.
 
     Raises
     ------
@@ -96,7 +97,13 @@ def order_map(
             over: (over, axis, {"long_name": text, "units": unit}),
             "speed": ("time", np.interp(along, time, speed), {"long_name": "rotor speed", "units": "rad/s"}),
         },
-        {"title": f"map of {name} of {signals.attrs.get('origin') or 'signals'}", "channel": name, **provenance()},
+        {
+            "title": f"map of {name} of {signals.attrs.get('origin') or 'signals'}",
+            "channel": name,
+            "window": window,
+            "window_revolutions": float(revolutions),
+            **provenance(),
+        },
     )
     return Labeled.of(found)
 

@@ -115,7 +115,7 @@ def _dataset(
     found = xr.Dataset(
         {
             "amplitude": (dims, amplitude, {"long_name": "amplitude of a sinusoid"}),
-            "density": (dims, density, {"long_name": "mean square a hertz"}),
+            "density": (dims, density, {"long_name": "mean square a hertz", "units_form": "{}^2/Hz"}),
             "line_channel": ("line", np.array(of, dtype=object), {"long_name": "channel of the line"}),
             "line_frequency": ("line", every.frequency, {"long_name": "frequency of the line", "units": "rad/s"}),
             "line_frequency_deviation": (

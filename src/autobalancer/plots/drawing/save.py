@@ -8,6 +8,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.drawing.style import DRAWING
 from autobalancer.safe_file import write_safely
 
 FORMATS = ("png", "svg", "pdf")
@@ -42,5 +43,5 @@ def save_picture(figure: Figure, path: str | Path, *, dpi: float = 150.0) -> Pat
     if kind not in FORMATS:
         raise QuestionError(f"{path}: pictures are saved as .png, .svg or .pdf; end the name with one of these")
     when = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]  # equal runs, equal files
-    with matplotlib.rc_context({"svg.hashsalt": "autobalancer"}):
+    with DRAWING, matplotlib.rc_context({"svg.hashsalt": "autobalancer"}):
         return write_safely(path, lambda file: figure.savefig(file, format=kind, dpi=dpi, metadata=when))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
@@ -75,6 +76,9 @@ def as_written(text: Text) -> None:
         text.set_parse_math(False)
 
 
+DRAWING = threading.RLock()  # Matplotlib's settings, fonts and formulas are shared: one thread draws at a time
+
+
 class Picture(Figure):
     """A figure without pyplot that a notebook shows as an image."""
 
@@ -86,8 +90,15 @@ class Picture(Figure):
             as_written(text)
         engine = self.get_layout_engine()
         if engine is not None:
+            if _titles_fit(self, renderer):
+                engine.execute(self)
             engine.execute(self)  # once more than matplotlib does: panels of another size have other ticks
         super().draw(renderer)
+
+    def savefig(self, fname: Any, *, transparent: bool | None = None, **kwargs: Any) -> None:
+        """As Matplotlib does, one thread at a time."""
+        with DRAWING:
+            super().savefig(fname, transparent=transparent, **kwargs)
 
     def _repr_png_(self) -> bytes:
         buffer = io.BytesIO()
@@ -95,10 +106,25 @@ class Picture(Figure):
         return buffer.getvalue()
 
 
+def _titles_fit(figure: Figure, renderer: RendererBase) -> bool:
+    """Break the lines of the title of a figure that is wider than the figure; whether that was so."""
+    title: Text | None = figure._suptitle  # type: ignore[attr-defined]
+    if title is None or not title.get_text():
+        return False
+    box = title.get_window_extent(renderer)
+    room = figure.bbox.x1 - box.x0
+    if box.width <= room:
+        return False
+    lines = title.get_text().split("\n")
+    longest = int(max(map(len, lines)) * room / box.width)
+    title.set_text("\n".join(fill(line, max(longest, 20)) for line in lines))
+    return True
+
+
 @contextmanager
 def look() -> Iterator[None]:
-    """Draw with the look of this package; the settings of the caller come back afterwards."""
-    with matplotlib.rc_context(LOOK):
+    """Draw with the look of this package, one thread at a time; the settings of the caller come back afterwards."""
+    with DRAWING, matplotlib.rc_context(LOOK):
         yield
 
 

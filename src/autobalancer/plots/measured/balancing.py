@@ -12,6 +12,7 @@ from matplotlib.patches import Circle
 
 from autobalancer.plots.drawing.angles import wrapped
 from autobalancer.plots.drawing.labels import label_point
+from autobalancer.plots.drawing.speed_panels import panels_of_units
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, heading, legend, look, picture
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
@@ -109,6 +110,8 @@ def four_run(found: Given, channel: int = 0) -> Figure:
 def run_down(found: Given, *, speed_unit: str = "rpm") -> Figure:
     """Draw amplitude and phase of a run-down with those of the model and its unbalances, and the unbalances themselves.
 
+    Each unit has a panel of amplitudes.
+
     Parameters
     ----------
     found
@@ -128,25 +131,27 @@ def run_down(found: Given, *, speed_unit: str = "rpm") -> Figure:
     found = found.sortby("speed")
     speed = found["speed"].values * unit.factor
     kinds = {"displacement": ("µm", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0)}
-    sign, factor = kinds[str(found["quantity"].values[0])]
+    shown = [kinds[str(quantity)] for quantity in found["quantity"].values]
+    signs = [sign for sign, _ in shown]
     with look():
-        figure = picture(11.0, 5.0)
-        grid = figure.add_gridspec(2, 2, width_ratios=[1.7, 1.0], height_ratios=[1.7, 1.0])
-        above = figure.add_subplot(grid[0, 0])
-        below, right = figure.add_subplot(grid[1, 0], sharex=above), figure.add_subplot(grid[:, 1])
-        for c in range(found.sizes["channel"]):
+        figure = picture(11.0, 5.0 + 1.8 * (len(set(signs)) - 1))
+        grid = figure.add_gridspec(1, 2, width_ratios=[1.7, 1.0])
+        *panels, below = panels_of_units(figure, signs, grid[0, 0])
+        right = figure.add_subplot(grid[0, 1])
+        for c, (sign, factor) in enumerate(shown):
             one, color = found.isel(channel=c), BALLS[c % len(BALLS)]
+            above = panels[list(dict.fromkeys(signs)).index(sign)]
+            above.set(ylabel=f"amplitude ({sign})")
             name = f"{one['place'].item()}, {_way(float(one['direction']))}".strip(", ")
             above.plot(speed, factor * one["measured"].values, "o", color=color, ms=3.0, mfc="white", mew=0.8)
             above.plot(speed, factor * one["fitted"].values, "-", color=color, label=name)
             below.plot(speed, np.degrees(one["measured_phase"].values), "o", color=color, ms=2.5, mfc="white", mew=0.7)
             below.plot(*wrapped(speed, np.unwrap(one["fitted_phase"].values)), "-", color=color)
-        above.set_ylabel(f"amplitude ({sign})")
-        below.set_ylabel("phase (°)")
+        below.set_ylabel("lead over the mark (°)")
         below.set_yticks(np.arange(-180.0, 181.0, 90.0))
         below.set_xlabel(f"rotor speed ({unit.sign})")
-        above.tick_params(labelbottom=False)
-        legend(above)
+        for above in panels:
+            legend(above)
         values = 1e6 * found["unbalance"].values * np.exp(1j * found["unbalance_angle"].values)
         _vectors(
             right,

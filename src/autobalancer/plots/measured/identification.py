@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from textwrap import fill
+from textwrap import shorten
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from autobalancer.plots.drawing.angles import wrapped
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, FILL, INK, heading, legend, look, picture
-from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
+from autobalancer.results.display_units import AxisUnit, speed_axis, vibration_axis
 from autobalancer.results.given import Given, result
 
 OUTLIER = 5.0  # standard deviations
+FEW = 6  # parameters whose correlation fits beside the deviations
+LONGEST = 24  # characters of a line of a name
 
 
 def identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
@@ -40,9 +43,12 @@ def identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> 
     unit = speed_axis(speed_unit)
     curves, orders = (np.unique(fit["row_label"].values[fit["row_kind"].values == k]) for k in ("response", "orders"))
     with look():
-        figure = picture(7.6, 3.4 + 2.9 * (len(curves) + len(orders)))
+        many = fit.sizes["parameter"] > FEW
+        heights = [2.9] * (len(curves) + len(orders)) + [max(1.6 if many else 3.4, 0.8 + 0.24 * len(_single(fit)))]
+        heights += [0.9 + 0.28 * fit.sizes["parameter"]] * many
+        figure = picture(8.4, sum(heights))
         heading(figure, str(fit.attrs.get("title", "")))
-        grid = figure.add_gridspec(len(curves) + len(orders) + 1, 2, width_ratios=[1.7, 1.0])
+        grid = figure.add_gridspec(len(heights), 2, width_ratios=[1.5, 1.0], height_ratios=heights)
         for i, label in enumerate(orders, len(curves)):
             rows = np.flatnonzero((fit["row_label"].values == label) & (fit["row_kind"].values == "orders"))
             one = [figure.add_subplot(grid[i, k]) for k in range(2)]
@@ -52,18 +58,17 @@ def identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> 
             drawn = np.flatnonzero(fit["curve_label"].values == label)
             part = fit.isel(row=np.flatnonzero(wanted), point=drawn)
             _curve(figure.add_subplot(grid[i, :]), part, unit, str(label), log)
-        _deviations(figure.add_subplot(grid[-1, 0]), fit, unit)
-        _correlation(figure, figure.add_subplot(grid[-1, 1]), fit)
+        row = len(curves) + len(orders)
+        _deviations(figure.add_subplot(grid[row, :] if many else grid[row, 0]), fit, unit)
+        _correlation(figure.add_subplot(grid[row + 1, :] if many else grid[row, 1]), fit)
     return figure
 
 
 def _curve(axes: Axes, part: xr.Dataset, unit: AxisUnit, label: str, log: bool) -> None:
     order = np.argsort(part["row_speed"].values)
     part = part.isel(row=order)
-    speed, sign, factor = part["row_speed"].values * unit.factor, str(part["row_unit"].values[0]), 1.0
-    if sign == "m":
-        length = length_axis(None, float(part["measured"].max()))
-        sign, factor = length.sign, length.factor
+    shown = vibration_axis(str(part["row_unit"].values[0]), float(part["measured"].max()))
+    speed, sign, factor = part["row_speed"].values * unit.factor, shown.sign, shown.factor
     along = part["curve_speed"].values * unit.factor
     axes.plot(along, factor * part["curve_before"].values, color=FILL, lw=3.0, label="before")
     axes.plot(speed, factor * part["measured"].values, ".", ms=4, color=ALL_BALLS, zorder=3, label="measured")
@@ -81,24 +86,33 @@ def _curve(axes: Axes, part: xr.Dataset, unit: AxisUnit, label: str, log: bool) 
 
 def _orders(above: Axes, beside: Axes, part: xr.Dataset, unit: AxisUnit, label: str) -> None:
     """Amplitude and phase of every channel over the speed."""
-    sign, factor = str(part["row_unit"].values[0]).split(", ")[0], 1.0
+    *signs, _ = str(part["row_unit"].values[0]).split(", ")
     names = list(dict.fromkeys(str(name) for name in part["row_part"].values))
-    if sign == "m":
-        sizes = [name.endswith(", amplitude") for name in map(str, part["row_part"].values)]
-        length = length_axis(None, float(part["measured"].values[sizes].max()))
-        sign, factor = length.sign, length.factor
+    sizes = [name.endswith(", amplitude") for name in map(str, part["row_part"].values)]
+    common = vibration_axis(signs[0], float(part["measured"].values[sizes].max()))
     for k, name in enumerate(names):
         one = part.isel(row=np.flatnonzero(part["row_part"].values == name))
         one = one.isel(row=np.argsort(one["row_speed"].values))
         channel, _, what = name.rpartition(", ")
+        factor = common.factor if len(signs) == 1 else 1.0 / float(one["measured"].values.max())
         axes, scale = (beside, 180.0 / np.pi) if what == "phase" else (above, factor)
         color, speed = BALLS[k % (len(names) // 2) % len(BALLS)], one["row_speed"].values * unit.factor
-        for what, look_of in (("measured", {"ls": "", "marker": ".", "ms": 4}), ("before", {"lw": 3.0, "alpha": 0.3})):
-            axes.plot(speed, scale * one[what].values, color=color, label="_", **look_of)
-        axes.plot(speed, scale * one["after"].values, color=color, lw=1.0, label=channel)
-    above.set(xlabel=f"speed ({unit.sign})", ylabel=f"amplitude ({sign})", title=label, ylim=(0.0, None))
+        axes.plot(speed, scale * one["measured"].values, ".", ms=4, color=color, label="_")
+        for key, width, alpha, name_of in (("before", 3.0, 0.3, "_"), ("after", 1.0, 1.0, channel)):
+            line = wrapped(speed, np.unwrap(one[key].values)) if what == "phase" else (speed, scale * one[key].values)
+            axes.plot(*line, color=color, lw=width, alpha=alpha, label=name_of)
+    shown = common.sign if len(signs) == 1 else "each over its greatest"
+    above.set(xlabel=f"speed ({unit.sign})", ylabel=f"amplitude ({shown})", title=label, ylim=(0.0, None))
+    beside.set(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
     beside.set(xlabel=f"speed ({unit.sign})", ylabel="lead over the mark (°)", title="pale: before the fit")
     legend(above)
+
+
+def _single(fit: xr.Dataset) -> np.ndarray:
+    """Rows that are the only one of their measurement."""
+    labels = fit["row_label"].values
+    alone = np.array([(labels == label).sum() == 1 for label in labels], bool)
+    return np.flatnonzero(alone & (fit["row_kind"].values != "response"))
 
 
 def _deviations(axes: Axes, fit: xr.Dataset, unit: AxisUnit) -> None:
@@ -107,7 +121,7 @@ def _deviations(axes: Axes, fit: xr.Dataset, unit: AxisUnit) -> None:
     whole = [
         label for label in dict.fromkeys(labels[many]) if "response" not in fit["row_kind"].values[labels == label]
     ]
-    single = fit.isel(row=np.flatnonzero(~many & (fit["row_kind"].values != "response")))
+    single = fit.isel(row=_single(fit))
     if single.sizes["row"] == 0 and not whole:
         axes.axhspan(-1.0, 1.0, color="#EFF2F4", lw=0)
         axes.plot(fit["row_speed"].values * unit.factor, fit["deviation"].values, ".", ms=4, color=INK)
@@ -126,21 +140,21 @@ def _deviations(axes: Axes, fit: xr.Dataset, unit: AxisUnit) -> None:
     for at, a, b in zip(place, before, after, strict=True):
         axes.plot([a, b], [at, at], color=CRITICAL, lw=0.7, zorder=1)
     counts = [f"{label}\n{(labels == label).sum()} values" for label in whole]
-    axes.set_yticks([*place, *range(len(whole))], [*map(str, single["row_label"].values), *counts])
+    names = [shorten(str(label), LONGEST, placeholder=" ...") for label in single["row_label"].values]
+    axes.set_yticks([*place, *range(len(whole))], [*names, *counts], fontsize=7.5)
     axes.set_ylim(-0.6, place.size + len(whole) - 0.4)
     axes.set_xlabel("deviation (standard deviations)")
     legend(axes)
 
 
-def _correlation(figure: Figure, axes: Axes, fit: xr.Dataset) -> None:
-    values = fit["correlation"].values
-    names = [str(name) for name in fit["parameter"].values]
-    names = [fill(name, 18) for name in names]
-    axes.imshow(values, vmin=-1.0, vmax=1.0, cmap="PuOr")
+def _correlation(axes: Axes, fit: xr.Dataset) -> None:
+    values, count = fit["correlation"].values, fit.sizes["parameter"]
+    names = [str(name) if count > FEW else _broken(str(name)) for name in fit["parameter"].values]
+    axes.imshow(values, vmin=-1.0, vmax=1.0, cmap="PuOr", aspect="auto" if count > FEW else "equal")
     axes.grid(False)
-    ticks = np.arange(len(names))
-    axes.set_xticks(ticks, names, rotation=40, ha="right", fontsize=7.5)
-    axes.set_yticks(ticks, names, fontsize=7.5)
+    ticks = np.arange(count)
+    axes.set_xticks(ticks, [f"{k + 1}" for k in ticks], fontsize=7.5)
+    axes.set_yticks(ticks, [f"{name}  {k + 1}" for k, name in enumerate(names)], fontsize=7.5)
     for i in ticks:
         for j in ticks:
             text = "" if np.isnan(values[i, j]) else f"{values[i, j]:.2f}"
@@ -148,3 +162,13 @@ def _correlation(figure: Figure, axes: Axes, fit: xr.Dataset) -> None:
                 text, (j, i), ha="center", va="center", fontsize=7.5, color="white" if abs(values[i, j]) > 0.6 else INK
             )
     axes.set_title("correlation")
+
+
+def _broken(path: str) -> str:
+    """A path in lines of about ``LONGEST`` characters that end at its dots."""
+    lines = [""]
+    for part in path.replace(".", ".\n").split("\n"):
+        if lines[-1] and len(lines[-1] + part) > LONGEST:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, heading, legend, look, picture
-from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
+from autobalancer.results.display_units import AxisUnit, speed_axis, vibration_axis
 from autobalancer.results.given import Given, result
 
 PARTS = 300  # of the time, in each of which the least and the greatest value are drawn
@@ -62,9 +62,7 @@ def overlay(found: Given, *, speed_unit: str = "rpm") -> Figure:
 def _channel(axes: Axes, one: Any, last: bool) -> None:
     """Least and greatest value in each part of the time."""
     time, size = one["time"].values, float(np.nanmax(np.abs(one["measured"].values)))
-    unit = (
-        length_axis(None, size or 1.0) if str(one["units"].values) == "m" else AxisUnit(str(one["units"].values), 1.0)
-    )
+    unit = vibration_axis(str(one["units"].values), size)
     edges = np.unique(np.linspace(0, time.size, min(PARTS, time.size) + 1).astype(int))
     middle = np.array([0.5 * (time[a] + time[b - 1]) for a, b in pairwise(edges)])
 
@@ -92,7 +90,7 @@ def _orders(above: Axes, below: Axes, it: Any, speed: AxisUnit) -> None:
     for row, name in enumerate(it["channel"].values):
         color, one, run = BALLS[row % len(BALLS)], it.isel(channel=row), it.isel(channel=row, order_time=later)
         greatest, said = float(np.nanmax(one["order_amplitude"].values)), ""
-        unit = _amplitude_unit(units, float(np.nanmax(it["order_amplitude"].values)))
+        unit = vibration_axis(units[0], float(np.nanmax(it["order_amplitude"].values)))
         if len(units) > 1:  # each over its own greatest, which the legend says
             unit, said = AxisUnit("", 1.0 / greatest), f", greatest {greatest:.3g} {one['units'].item()}"
         one = one.isel(order_time=order)
@@ -109,10 +107,6 @@ def _orders(above: Axes, below: Axes, it: Any, speed: AxisUnit) -> None:
     above.tick_params(labelbottom=False)
     below.set(ylabel="lead over the mark (°)", xlabel=f"rotor speed ({speed.sign})", yticks=[-180, -90, 0, 90, 180])
     legend(above)
-
-
-def _amplitude_unit(units: list[str], greatest: float) -> AxisUnit:
-    return length_axis(None, greatest) if units == ["m"] else AxisUnit(units[0], 1.0)
 
 
 def _balls(axes: Axes, it: Any) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, FILL, INK, UNBALANCE, heading, legend, look, picture
-from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, FILL, INK, heading, legend, look, picture
+from autobalancer.results.display_units import length_axis, speed_axis, vibration_axis
 from autobalancer.results.given import Given, result
 
 
@@ -30,7 +30,7 @@ def damping(found: Given) -> Figure:
     time, signal, fitted = (found[name].values for name in ("time", "signal", "fitted"))
     size = float(np.abs(signal).max())
     units = str(found["signal"].attrs.get("units", ""))
-    unit = length_axis(None, size or 1.0) if units == "m" else AxisUnit(units, 1.0)
+    unit = vibration_axis(units, size)
     sign = f" ({unit.sign})" * bool(unit.sign)
     with look():
         figure = picture(6.8, 4.6)
@@ -62,8 +62,13 @@ def _modes(found: xr.Dataset) -> list[str]:
     return rows
 
 
+SEEN = 0.04  # of the size of an orbit; smaller ellipses have no arrow
+
+
 def measured_orbit(found: Given, *, speed_unit: str = "rpm") -> Figure:
-    """Draw an orbit as measured, and what each order does of it; a dot is the place at angle zero of the rotor.
+    """Draw an orbit as measured, and what each order does of it.
+
+    A ring is the place at angle zero of the rotor, an arrow the way in which it is gone around.
 
     Parameters
     ----------
@@ -84,15 +89,22 @@ def measured_orbit(found: Given, *, speed_unit: str = "rpm") -> Figure:
         figure = picture(5.2, 5.2)
         axes = figure.add_subplot()
         axes.set_aspect("equal")
-        axes.plot(
-            found["x"].values * unit.factor, found["y"].values * unit.factor, color=ALL_BALLS, lw=0.7, label="measured"
+        measured = (
+            f"measured, {found.attrs['revolutions']:g} revolutions" if "revolutions" in found.attrs else "measured"
         )
+        path = found["x"].values * unit.factor, found["y"].values * unit.factor
+        axes.plot(*path, color=ALL_BALLS, lw=0.7, label=measured)
         for k, order in enumerate(found["order"].values):
             x, y = (found[f"filtered_{name}"].values[k] * unit.factor for name in "xy")
             axes.plot(x, y, color=BALLS[k % len(BALLS)], label=f"order {order:g}")
-            axes.plot(x[0], y[0], "o", ms=6, mfc="white", mec=UNBALANCE if k == 0 else BALLS[k % len(BALLS)], mew=1.6)
+            axes.plot(x[0], y[0], "o", ms=6, mfc="white", mec=BALLS[k % len(BALLS)], mew=1.6)
+            if np.hypot(x, y).max() > SEEN * max(map(np.ptp, path)):
+                tip = len(x) // 12
+                style = {"arrowstyle": "-|>", "color": BALLS[k % len(BALLS)], "mutation_scale": 14}
+                axes.annotate("", (x[tip], y[tip]), (x[tip - 1], y[tip - 1]), arrowprops=style)
+        axes.plot([], [], "o", ms=6, mfc="white", mec=INK, mew=1.6, label="where the rotor angle is zero")
         axes.set(xlabel=f"x ({unit.sign})", ylabel=f"y ({unit.sign})")
         axes.margins(0.1)
-        figure.legend(loc="outside lower center", ncols=4)
+        figure.legend(loc="outside lower center", ncols=2)
         heading(figure, f"{found.attrs.get('title', '')}\n{found.attrs['speed'] * speed.factor:.4g} {speed.sign}")
     return figure

@@ -27,7 +27,7 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "Ensemble": "results.answers.ensemble",
     "Equilibria": "stability.states.answers",
     "FourRun": "measurement.balancing.four_run_answer",
-    "FittedReceptance": "measurement.receptance.answer",
+    "FittedReceptance": "rotordynamics.receptance.answer",
     "Labeled": "results.answers.labeled",
     "LiquidResponse": "rotordynamics.liquid.answers",
     "Measured": "results.answers.measured",

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import length_axis, measure_unit, speed_axis
+from autobalancer.results.display_units import AxisUnit, measure_unit, speed_axis, vibration_axis
 from autobalancer.shown import Column
 
 
@@ -27,13 +27,18 @@ class Overlay(Answer):
     def facts(self) -> list[tuple[str, str]]:
         """How far each channel is from the run, beside what its noise explains."""
         rows = []
-        for name, unit, size, away, noise in zip(
-            *(self[key].values for key in ("channel", "units", "rms_measured", "rms_away", "rms_expected")), strict=True
-        ):
-            shown = length_axis(None, float(size) or 1.0) if unit == "m" else None
-            factor, sign = (shown.factor, shown.sign) if shown is not None else measure_unit(str(unit))[::-1]
+        places = self["place"].values if "place" in self else [""] * self.sizes["channel"]
+        keys = ("channel", "units", "rms_measured", "rms_away", "rms_expected")
+        for name, unit, size, away, noise, place in zip(*(self[key].values for key in keys), places, strict=True):
+            shown = AxisUnit(*measure_unit("rad")) if unit == "rad" else vibration_axis(str(unit), float(size))
+            factor, sign = shown.factor, shown.sign
             beside = f", its noise {noise * factor:.3g} {sign}" if np.isfinite(noise) else ", its noise is not known"
-            rows.append((str(name), f"rms of the difference {away * factor:.3g} {sign}{beside}"))
+            rows.append(
+                (
+                    f"{name}, {place} of the run" if place else str(name),
+                    f"rms of the difference {away * factor:.3g} {sign}{beside}",
+                )
+            )
         return rows
 
     def columns(self, unit: str = "") -> list[Column]:

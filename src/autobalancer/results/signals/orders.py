@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
+from autobalancer.results.display_units import AxisUnit, speed_axis, vibration_axis
 from autobalancer.shown import Column
 
 
@@ -60,10 +60,8 @@ class Orders(Answer):
 
     def amplitude_unit(self, channel: int) -> AxisUnit:
         """In which unit amplitudes of a channel are shown."""
-        unit = str(self["units"].values[channel])
-        if unit == "m":
-            return length_axis(None, float(np.nanmax(self["amplitude"].values[:, channel])) or 1.0)
-        return AxisUnit(unit, 1.0)
+        greatest = float(np.nanmax(self["amplitude"].values[:, channel]))
+        return vibration_axis(str(self["units"].values[channel]), greatest)
 
     def complex_amplitude(self, channel: str, order: float = 1.0) -> np.ndarray:
         """The amplitude times e^(i phase), SI; (time,)."""

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
+from autobalancer.results.display_units import AxisUnit, speed_axis, vibration_axis
 from autobalancer.shown import Column
 
 
@@ -57,4 +57,4 @@ class Spectrum(Answer):
         """In which unit amplitudes of a channel are shown."""
         unit = str(self["units"].sel(channel=channel).values)
         greatest = float(np.nanmax(self["amplitude"].sel(channel=channel).values))
-        return length_axis(None, greatest or 1.0) if unit == "m" else AxisUnit(unit, 1.0)
+        return vibration_axis(unit, greatest)
