@@ -33,8 +33,7 @@ app: .venv/.app  ## open the bench in a browser
 
 app-test: .venv/.dev  ## try the bench in a real browser (Chromium)
 	@tools/find_chromium || { echo "no Chromium is here and none could be installed: the tests of the page are skipped"; exit 0; }; \
-	$(BIN)/python -m pytest tests/browser -m browser || $(BIN)/python -m pytest tests/browser -m browser --last-failed || \
-	$(BIN)/python -m pytest tests/browser -m browser --last-failed  # a browser on a busy computer can miss a moment
+	$(BIN)/python -m pytest tests/browser -m browser
 
 test: .venv/.dev  ## run the tests, in a few minutes
 	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not browser"

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ast
 import asyncio
+import gc
 import json
 import threading
 import time
 import tomllib
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,7 @@ from autobalancer.app.server.serve import rules_for
 from autobalancer.app.store.archive import Archive, differences
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.export import exported, script
-from autobalancer.app.store.jobs import QUEUED, Job, Jobs
+from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
 from autobalancer.app.store.names import new_name, run_folder, user_folder
 from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
 from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
@@ -188,6 +190,7 @@ def test_a_server_of_this_computer_answers_no_other_name_and_no_other_page() -> 
     assert asked(rules, origin="http://evil.example")[0] == 403
     assert asked(rules, content_length=str(LARGEST + 1))[0] == 413
     assert asked(rules, content_length="-1")[0] == 413
+    assert asked(rules, content_length="9" * 5000)[0] == 413
 
 
 def test_an_open_server_wants_a_token_and_knows_the_user_by_it() -> None:
@@ -289,3 +292,24 @@ def test_the_view_of_a_notebook_is_the_module_of_the_page_without_imports() -> N
     assert text.count("export ") == 1
     for function in ("createView", "createScene", "createWaves", "stateAt"):
         assert f"function {function}(" in text
+
+
+def test_what_jobs_hold_in_circles_is_freed_also_where_python_does_not_come_around_to_it() -> None:
+    class Circle:
+        def __init__(self) -> None:
+            self.itself = self
+
+    left: list[weakref.ref[Circle]] = []
+    jobs = Jobs(workers=1)
+    gc.disable()
+    try:
+        for _ in range(CLEARED):
+            job = jobs.start("one", "circle", lambda _job: left.append(weakref.ref(Circle())))
+            while not job.over:
+                time.sleep(0.001)
+        jobs._pool.shutdown(wait=True)
+        assert len(left) == CLEARED
+        assert not any(one() for one in left)
+    finally:
+        gc.enable()
+        jobs.close()

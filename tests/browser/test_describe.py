@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import signal
 from typing import Any
 
 import pytest
-from playwright.sync_api import expect
-from tests.browser.conftest import at, sample
+from tests.browser.conftest import COMPILING, WRITTEN, Server, at, sample, taken
 
 pytestmark = pytest.mark.browser
+expect = pytest.importorskip("playwright.sync_api").expect
 
 
 ORBIT = "balancers[1].races[1].orbit_radius"
@@ -24,7 +25,7 @@ def test_an_edit_of_the_form_is_in_the_text_and_in_the_drawing_and_can_be_undone
     field = at(page, ORBIT)
     expect(field).to_have_value("76.95")
     expect(at(page, "drawing").locator("svg")).to_be_visible()
-    page.wait_for_timeout(300)
+    expect(at(page, "drawing")).not_to_have_class(re.compile("old"))
     before = at(page, "drawing").inner_html()
     field.fill("50")
     expect(at(page, "toml")).to_contain_text('orbit_radius = "50 mm"')
@@ -34,10 +35,25 @@ def test_an_edit_of_the_form_is_in_the_text_and_in_the_drawing_and_can_be_undone
     expect(at(page, "toml")).to_contain_text('orbit_radius = "76.95 mm"')
 
 
+def test_what_is_typed_into_the_text_is_not_overwritten_by_an_edit_of_the_form(page: Any, server: Server) -> None:
+    sample(page, "discoidal", "Discoidal rotor, planar stand-in")
+    server.process.send_signal(signal.SIGSTOP)  # both come to the server at once
+    try:
+        page.locator(".cm-content").click()
+        page.keyboard.press("Control+End")
+        page.keyboard.type("\n# by hand")
+        at(page, ORBIT).fill("50")
+        page.wait_for_timeout(WRITTEN)
+    finally:
+        server.process.send_signal(signal.SIGCONT)
+    expect(at(page, "toml")).to_contain_text('orbit_radius = "50 mm"')
+    expect(at(page, "toml")).to_contain_text("# by hand")
+    expect(at(page, ORBIT)).to_have_value("50")
+
+
 def test_another_unit_keeps_the_quantity(page: Any) -> None:
     sample(page, "discoidal", "Discoidal rotor, planar stand-in")
-    page.get_by_label("unit of orbit_radius").click()
-    page.get_by_role("option", name="cm", exact=True).click()
+    taken(page, page.get_by_label("unit of orbit_radius").click, "cm")
     expect(at(page, "toml")).to_contain_text('orbit_radius = "7.695 cm"')
 
 
@@ -56,6 +72,42 @@ def test_the_text_and_the_form_of_an_empty_machine_say_what_is_missing(page: Any
 
 def test_capability_critical_speed_and_borders_follow_an_edit(page: Any) -> None:
     sample(page, "stall_and_release", "Stall and release")
-    expect(at(page, "check")).to_contain_text("critical speed")
+    expect(at(page, "check")).to_contain_text("critical speed", timeout=COMPILING)
     at(page, "rotor.stiffness").fill("2500")
-    expect(at(page, "check")).to_contain_text(re.compile(r"4774\.6 rpm \(500 rad/s\)"))
+    expect(at(page, "check")).to_contain_text(re.compile(r"4774\.6 rpm \(500 rad/s\)"), timeout=COMPILING)
+
+
+def test_a_sample_that_was_changed_can_be_taken_once_more(page: Any) -> None:
+    sample(page, "discoidal", "Discoidal rotor, planar stand-in")
+    box = page.get_by_label("sample machine")
+    expect(box).to_have_value("")
+    at(page, "rotor.mass").fill("20")
+    expect(at(page, "toml")).to_contain_text('mass = "20 kg"')
+    taken(page, lambda: box.fill("discoidal"), "discoidal")
+    expect(at(page, "toml")).to_contain_text('mass = "12.27 kg"')
+
+
+def test_the_first_press_of_light_or_dark_gives_the_other_shade_also_where_the_browser_is_dark(
+    chromium: Any, server: Server
+) -> None:
+    context = chromium.new_context(color_scheme="dark")
+    dark = context.new_page()
+    dark.goto(server.address)
+    expect(dark.locator("body.body--dark")).to_be_visible()
+    at(dark, "shade").click()
+    expect(dark.locator("body.body--light")).to_be_visible()
+    at(dark, "shade").click()
+    expect(dark.locator("body.body--dark")).to_be_visible()
+    context.close()
+
+
+def test_the_drawing_is_shown_larger_and_put_away_by_keyboard(page: Any) -> None:
+    sample(page, "two_plane_rotor", "Two-plane rotor")
+    expect(at(page, "drawing")).not_to_have_class(re.compile("old"))
+    small = at(page, "drawing").locator("svg").bounding_box()
+    at(page, "enlarge").click()
+    drawing = at(page, "large drawing").locator("svg")
+    expect(drawing).to_be_visible()
+    assert drawing.bounding_box()["width"] > 2.0 * small["width"]
+    page.keyboard.press("Escape")
+    expect(drawing).to_be_hidden()

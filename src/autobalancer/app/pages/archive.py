@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import hinted
 from autobalancer.app.pages.run import shown
 from autobalancer.app.store.archive import Archive, Entry, differences
 from autobalancer.errors import AutobalancerError
@@ -30,6 +31,9 @@ class ArchivePage:
                 self.search.style("width: 280px").on_value_change(lambda _event: self.refresh())
                 self.count = ui.label().classes("quiet")
             self.list = ui.column().classes("w-full gap-0 q-mt-sm")
+            self.none = ui.label("No runs yet; start one on the page Run.").classes("quiet")
+        self.lines: dict[str, tuple[Entry, Any]] = {}
+        self.boxes: dict[str, Any] = {}
         self.side = ui.element("section").classes("card").props('data-at="compared"')
         self.refresh()
 
@@ -39,32 +43,48 @@ class ArchivePage:
         there = {entry.name for entry in found}
         self.chosen = [name for name in self.chosen if name in there]
         self.count.set_text(f"{len(found)} run{'s' * (len(found) != 1)}")
-        self.list.clear()
-        with self.list:
-            for entry in found[:SHOWN]:
-                self._line(entry)
-            if not found:
-                ui.label("No runs yet; start one on the page Run.").classes("quiet")
+        self.none.set_visibility(not found)
+        self._follow(found[:SHOWN])
         self._compare()
 
-    def _line(self, entry: Entry) -> None:
-        with ui.row().classes("items-center gap-2 w-full no-wrap archive-line").props(f'data-at="{entry.name}"'):
-            box = ui.checkbox(value=entry.name in self.chosen).props(
+    def _follow(self, found: list[Entry]) -> None:
+        """Change the lines that are not right; the others stay under the hand of whoever uses them."""
+        wanted = {entry.name: entry for entry in found}
+        for name, (entry, line) in [*self.lines.items()]:
+            if wanted.get(name) != entry:
+                line.delete()
+                del self.lines[name], self.boxes[name]
+        for place, entry in enumerate(found):
+            if entry.name not in self.lines:
+                with self.list:
+                    line = self._line(entry)
+                line.move(target_index=place)
+                self.lines[entry.name] = (entry, line)
+
+    def _line(self, entry: Entry) -> Any:
+        line = ui.row().classes("items-center gap-2 w-full no-wrap archive-line").props(f'data-at="{entry.name}"')
+        with line:
+            self.boxes[entry.name] = box = ui.checkbox(value=entry.name in self.chosen).props(
                 f'dense aria-label="compare {escape(entry.machine)}"'
             )
             box.on_value_change(lambda event: self._choose(entry.name, bool(event.value)))
             with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
                 ui.label(entry.machine).classes("key ellipsis")
-                ui.label(f"{entry.made} UTC · {entry.verdict or entry.outcome}").classes("quiet ellipsis")
+                ui.label(f"{entry.made} UTC · {entry.verdict or entry.outcome}").classes("quiet")
             tags = ui.input_chips(value=entry.tags, new_value_mode="add-unique").props('dense borderless label="tags"')
-            tags.style("width: 210px").on_value_change(
-                lambda event: self.archive.tag(entry.name, list(event.value or []))
+            tags.style("width: 210px; flex: 0 0 auto").on_value_change(
+                lambda event: self._tag(entry.name, list(event.value or []))
             )
             ui.button("see", on_click=lambda: self.open(entry.name)).props("flat dense no-caps")
             load = ui.button("edit", on_click=lambda: self.bench.set_text(self.archive.text(entry.name)))
-            load.props("flat dense no-caps").tooltip("take its machine onto the page Describe")
+            hinted(load.props("flat dense no-caps"), "take its machine onto the page Describe")
             bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
             bin_.props(f'aria-label="delete the run of {escape(entry.machine)}"')
+        return line
+
+    def _tag(self, name: str, tags: list[str]) -> None:
+        self.archive.tag(name, tags)
+        self.lines[name] = (self.archive.entry(name), self.lines[name][1])
 
     def _delete(self, entry: Entry) -> None:
         with ui.dialog(value=True) as dialog, ui.card():
@@ -82,8 +102,10 @@ class ArchivePage:
     def _choose(self, name: str, wanted: bool) -> None:
         self.chosen = [one for one in self.chosen if one != name]
         if wanted:
-            self.chosen = [*self.chosen, name][-MOST:]
-        self.refresh() if len(self.chosen) == MOST else self._compare()
+            self.chosen = [*self.chosen, name]
+            if len(self.chosen) > MOST:
+                self.boxes[self.chosen[0]].set_value(False)
+        self._compare()
 
     def _compare(self) -> None:
         self.side.clear()
@@ -129,7 +151,14 @@ def _overlay(entries: list[Entry], curves: list[list[list[float]]]) -> dict[str,
         "grid": {"left": 70, "right": 20, "top": 34, "bottom": 62},
         "legend": {"top": 0, "textStyle": {"color": gray}},
         "tooltip": {"trigger": "axis"},
-        "xAxis": {**axis, **lines, "name": "time (s)", "nameGap": 24, "max": "dataMax"},
+        "xAxis": {
+            **axis,
+            **lines,
+            "axisLabel": {"color": gray, "showMaxLabel": False},  # the end is no round number
+            "name": "time (s)",
+            "nameGap": 24,
+            "max": "dataMax",
+        },
         "yAxis": {**axis, **lines, "name": "greatest deflection (µm)", "nameGap": 52},
         "dataZoom": [{"type": "inside"}, {"type": "slider", "height": 16, "bottom": 6}],
         "series": [

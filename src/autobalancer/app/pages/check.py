@@ -12,6 +12,7 @@ from typing import Any
 from nicegui import core, ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import hinted
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.jobs import Latest
 from autobalancer.either_kind import check
@@ -30,15 +31,28 @@ class Check:
         self.bench = bench
         self.latest, self.pencil = Latest(POOL), Latest(PENCIL)
         with ui.element("section").classes("card"):
-            ui.html("<h2>Drawing</h2>", sanitize=False)
+            with ui.row().classes("items-center gap-2 w-full"):
+                ui.html("<h2 class='head'>Drawing</h2>", sanitize=False)
+                button = ui.button(icon="open_in_full", on_click=self.enlarge).props("flat dense round size=sm")
+                hinted(button.props('aria-label="larger drawing" data-at="enlarge"'), "larger")
             self.drawing = ui.html("", sanitize=False).classes("w-full").props('data-at="drawing"')
         with ui.element("section").classes("card tall-rest"):
             with ui.row().classes("items-center gap-2 w-full"):
                 ui.html("<h2 class='head'>Check</h2>", sanitize=False)
                 self.busy = ui.spinner(size="1.1em")
             self.facts = ui.html("", sanitize=False).classes("w-full").props('data-at="check"')
+        with ui.dialog().props('aria-label="drawing"') as self.dialog, ui.card().classes("large"):
+            ui.button(icon="close", on_click=self.dialog.close).props('flat dense round aria-label="close"').classes(
+                "ml-auto"
+            )
+            self.large = ui.html("", sanitize=False).classes("w-full").props('data-at="large drawing"')
         bench.on_change(lambda _origin: self.follow())
         self.follow()
+
+    def enlarge(self) -> None:
+        """Show the drawing as large as the window."""
+        self.large.set_content(self.drawing.content)
+        self.dialog.open()
 
     def follow(self) -> None:
         """Show the drawing now, and ask for the facts."""

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 from nicegui import events, ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.check import Check
+from autobalancer.app.pages.editor import toml_editor
 from autobalancer.app.pages.form import Form
+from autobalancer.app.pages.inputs import empty_again
 from autobalancer.app.text.document import EMPTY
 from autobalancer.files.examples import example_text, examples
 from autobalancer.files.rigs import rig_text, rigs
 
 LARGEST = 1_000_000  # bytes of a machine file
-LIGHT: Literal["githubLight"] = "githubLight"
-DARK: Literal["githubDark"] = "githubDark"
 
 
 def describe(bench: Bench, dark: Any) -> None:
@@ -27,7 +27,7 @@ def describe(bench: Bench, dark: Any) -> None:
             Form(bench)
         with ui.element("section").classes("card text").props('aria-label="text"'):
             ui.html("<h2>Machine file (TOML)</h2>", sanitize=False)
-            _editor(bench, dark)
+            toml_editor(bench, dark).props('data-at="toml"')
         with ui.column().classes("gap-3 w-full"):
             Check(bench)
 
@@ -38,7 +38,7 @@ def _sources(bench: Bench) -> None:
     def take(event: Any, text_of: Any) -> None:
         if event.value:
             bench.set_text(text_of(event.value))
-            event.sender.value = None
+            empty_again(event.sender)
 
     async def upload(event: events.UploadEventArguments) -> None:
         content = await event.file.read()
@@ -64,33 +64,3 @@ def _sources(bench: Bench) -> None:
         ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
             "outline dense no-caps"
         )
-
-
-def _editor(bench: Bench, dark: Any) -> None:
-    def typed(event: Any) -> None:
-        bench.set_text(event.value or "", editor)
-
-    editor: Any = ui.codemirror(bench.text, language="TOML", theme=LIGHT, line_wrapping=True, indent="  ")
-    editor.props('data-at="toml"')
-    timer: dict[str, Any] = {}
-
-    def later(event: Any) -> None:
-        """Wait until the typing pauses."""
-        if event.value == bench.text:
-            return
-        if timer.get("now") is not None:
-            timer["now"].cancel()
-        timer["now"] = ui.timer(0.4, lambda: typed(event), once=True)
-
-    editor.on_value_change(later)
-
-    def follow(origin: object) -> None:
-        if origin is not editor:
-            editor.value = bench.text
-
-    bench.on_change(follow)
-
-    def shade() -> None:
-        editor.theme = DARK if dark.value else LIGHT
-
-    dark.on_value_change(lambda _event: shade())

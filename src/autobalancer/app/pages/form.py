@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import hinted
 from autobalancer.app.pages.inputs import entry_of
 from autobalancer.app.text.document import Path, data_of, spelled, with_entry, with_value, without
 from autobalancer.app.text.fields import Field, chosen, fields_of, root_of, tag_of, word_of
@@ -26,6 +28,7 @@ class Form:
         bench.on_change(self._changed)
 
     def _changed(self, origin: object) -> None:
+        """Follow at once, also behind another part of the page: nobody may write into fields that are soon replaced."""
         if origin is not self:
             self.build()
         self.mark()
@@ -79,10 +82,10 @@ class Form:
 
     def _entry(self, field: Field, path: Path, value: Any) -> None:
         def changed(new: Any) -> None:
-            self.edit(without(self.bench.text, path) if new is None else with_value(self.bench.text, path, new))
+            self.edit(lambda text: without(text, path) if new is None else with_value(text, path, new))
 
         def dropped() -> None:
-            self.edit(without(self.bench.text, path), again=True)
+            self.edit(lambda text: without(text, path), again=True)
 
         self.shown[path] = entry_of(field, path, value, changed, None if field.required else dropped)
 
@@ -100,7 +103,7 @@ class Form:
         def more() -> None:
             part = field.parts[0]
             fresh = {tag_of(part): word_of(part)} if tag_of(part) else {}
-            self.edit(with_entry(self.bench.text, path, fresh), again=True)
+            self.edit(lambda text: with_entry(text, path, fresh), again=True)
 
         if path not in self.shown and not entries:
             self.shown[path] = ui.label("").classes("wrong")
@@ -114,7 +117,7 @@ class Form:
             def other(event: Any) -> None:
                 if event.value and event.value != data.get(tag):
                     kept = {key: value for key, value in data.items() if key in _names(field.parts, event.value)}
-                    self.edit(with_value(self.bench.text, path, {tag: event.value, **kept}), again=True)
+                    self.edit(lambda text: with_value(text, path, {tag: event.value, **kept}), again=True)
 
             words = [word_of(one) for one in field.parts]
             value = data.get(tag) if data.get(tag) in words else None
@@ -133,11 +136,11 @@ class Form:
 
         box.on_value_change(moved)
         with box.add_slot("header"), ui.row().classes("items-center w-full no-wrap gap-2"):
-            ui.label(title.replace("_", " ")).classes("box-title").tooltip(meaning)
+            hinted(ui.label(title.replace("_", " ")).classes("box-title"), meaning)
             if removable is not None:
 
                 def drop(_: Any = None, path: Path = removable) -> None:
-                    self.edit(without(self.bench.text, path), again=True)
+                    self.edit(lambda text: without(text, path), again=True)
 
                 button = ui.button(icon="delete_outline").props(f'flat dense round size=sm aria-label="remove {title}"')
                 button.on("click.stop", drop).classes("ml-auto")
@@ -149,7 +152,7 @@ class Form:
         """A list of the keys that are not given yet, with their help."""
 
         def add(field: Field) -> None:
-            self.edit(_with_new(self.bench.text, path, field), again=True)
+            self.edit(lambda text: _with_new(text, path, field), again=True)
 
         label = "add a key" if path else "add a part"
         button = ui.button(label, icon="add").props("flat dense no-caps size=sm")
@@ -159,9 +162,13 @@ class Form:
                     ui.label(field.name).classes("key")
                     ui.label(field.help).classes("quiet")
 
-    def edit(self, text: str, *, again: bool = False) -> None:
-        """Take an edited text; ``again`` where other fields belong to it."""
-        self.bench.set_text(text, None if again else self)
+    def edit(self, change: Callable[[str], str], *, again: bool = False) -> None:
+        """Change the text; ``again`` where other fields belong to it."""
+        try:
+            self.bench.edit(change, None if again else self)
+        except (ValueError, LookupError, TypeError):  # what was typed into the text a moment ago
+            with self.place:
+                ui.notify("not taken: the text of the machine has just changed", type="warning")
 
 
 def _with_new(text: str, path: Path, field: Field) -> str:

@@ -10,17 +10,21 @@ from typing import Any
 import tomli_w
 from nicegui import ui
 
+from autobalancer.app.pages.hint import hinted
 from autobalancer.app.text.document import Path, spelled
 from autobalancer.app.text.fields import Field, in_unit, number_and_unit, written
 
 Changed = Callable[[Any], None]
+SHORT = 9  # letters of a name that are seen beside a unit
 LOOK = "dense outlined debounce=350"
 
 
 def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Callable[[], None] | None) -> Any:
     """Put the entry on the page; gives what shows its error."""
-    with ui.row().classes("entry no-wrap" + (" wide" if field.name == "description" else "")):
-        if field.kind == "quantity" and (value is None or number_and_unit(value, field.unit)):
+    with_unit = field.kind == "quantity" and (value is None or number_and_unit(value, field.unit) is not None)
+    long = field.name == "description" or (with_unit and len(field.name) > SHORT)
+    with ui.row().classes("entry no-wrap" + (" wide" if long else "")):
+        if with_unit:
             shown = _quantity(field, path, value, changed)
         elif field.kind == "choice":
             options = list(field.choices)
@@ -38,7 +42,7 @@ def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Ca
             shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
             shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
         shown.classes("field").without_auto_validation().props(f'data-at="{spelled(path)}"')
-        shown.tooltip(field.help).props(f"aria-description={json.dumps(field.help)}")
+        hinted(shown, field.help).props(f"aria-description={json.dumps(field.help)}")
         if dropped is not None:
             button = ui.button(icon="close", on_click=dropped).props("flat dense round size=xs color=grey tabindex=-1")
             button.props(f'aria-label="remove {field.name}"').classes("drop")
@@ -53,7 +57,9 @@ def _quantity(field: Field, path: Path, value: Any, changed: Changed) -> Any:
     if units == [""]:
         entry.on_value_change(lambda event: changed(written(event.value or "", "", "") or ""))
         return entry
-    choice = ui.select(units, value=unit).props(f'dense outlined options-dense aria-label="unit of {field.name}"')
+    choice = ui.select({one: one or "–" for one in units}, value=unit).props(
+        f'dense outlined options-dense aria-label="unit of {field.name}"'
+    )
     choice.classes("unit").props(f'data-at="unit of {spelled(path)}"')
     state = {"unit": unit}
 
@@ -74,6 +80,11 @@ def _quantity(field: Field, path: Path, value: Any, changed: Changed) -> Any:
     entry.on_value_change(say)
     choice.on_value_change(other)
     return entry
+
+
+def empty_again(box: Any) -> None:
+    """Forget what was chosen, so that it can be chosen once more; after what the browser does with the choice."""
+    ui.timer(0.05, lambda: box.set_value(None), once=True)
 
 
 def _usual(field: Field) -> str:

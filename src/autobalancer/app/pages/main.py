@@ -12,56 +12,70 @@ from autobalancer.app.pages.archive import ArchivePage
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.describe import describe
 from autobalancer.app.pages.files import serve_files, user_of
+from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.measured.files import serve_measured
+from autobalancer.app.pages.measured.page import MeasuredPage
 from autobalancer.app.pages.run import RunPage
-from autobalancer.app.pages.stability import StabilityPage
+from autobalancer.app.pages.sign import confirm, watch
+from autobalancer.app.pages.stability.page import StabilityPage
+from autobalancer.app.pages.studies.files import serve_studies
+from autobalancer.app.pages.studies.page import StudiesPage
+from autobalancer.app.pages.tabs import Tabs
 from autobalancer.app.store.jobs import Jobs, keep_warnings
 from autobalancer.app.store.names import user_folder
 
 LOOK = Path(__file__).with_name("look.css")
+LONGER = 12.0  # times as long as other jobs a study or design may take before it waits to be resumed
 
 
 def build(root: Path, limit: float) -> Any:
     """Make the page; runs are kept below ``root``, and a job may take ``limit`` seconds."""
-    jobs = Jobs(limit=limit)
+    jobs, long = Jobs(limit=limit), Jobs(workers=1, limit=LONGER * limit)
     keep_warnings()
+    confirm()
     app.on_shutdown(jobs.close)
+    app.state.jobs = jobs
+    app.on_shutdown(long.close)
 
     serve_files(root)
+    serve_measured(root)
+    serve_studies(root)
 
     @ui.page("/", title="autobalancer", dark=None)
     def page(request: Request) -> None:
         user = user_of(request)
         home = user_folder(root, user)
         home.mkdir(parents=True, exist_ok=True)
-        _page(Bench(user, home, jobs))
+        _page(Bench(user, home, jobs, long))
 
     return app
 
 
 def _page(bench: Bench) -> None:
     ui.add_css(LOOK)
+    watch()
     ui.colors(primary="#0072B2", negative="#b42318", positive="#00795a")
     dark = ui.dark_mode(None)
     with ui.header().classes("items-center q-py-xs q-px-md gap-3 no-wrap"):
         ui.label("autobalancer").classes("text-weight-bold").style("font-size: 1.05rem")
-        with ui.tabs().props("dense no-caps inline-label") as tabs:
+        with Tabs().props("dense no-caps inline-label") as tabs:
             ui.tab("describe", "Describe", icon="tune")
             ui.tab("run", "Run", icon="play_circle_outline")
             ui.tab("stability", "Stability", icon="grid_on")
+            ui.tab("studies", "Studies", icon="scatter_plot")
+            ui.tab("measured", "Measured", icon="sensors")
             ui.tab("archive", "Archive", icon="inventory_2")
         ui.space()
         name = ui.label().classes("quiet ellipsis")
         for icon, what, act in (("undo", "undo", bench.undo), ("redo", "redo", bench.redo)):
-            ui.button(icon=icon, on_click=act).props(f'flat dense round aria-label="{what}"').tooltip(what).props(
-                f'data-at="{what}"'
-            )
+            button = ui.button(icon=icon, on_click=act).props(f'flat dense round aria-label="{what}" data-at="{what}"')
+            hinted(button, what)
 
-        def shade() -> None:
-            dark.value = not dark.value
+        def shade(event: Any) -> None:
+            dark.value = not event.args
 
-        ui.button(icon="contrast", on_click=shade).props('flat dense round aria-label="light or dark"').props(
-            'data-at="shade"'
-        )
+        other = ui.button(icon="contrast").props('flat dense round aria-label="light or dark" data-at="shade"')
+        other.on("click", shade, js_handler="() => emit(document.body.classList.contains('body--dark'))")
 
     def follow(_origin: object = None) -> None:
         machine = bench.reading.machine
@@ -69,19 +83,29 @@ def _page(bench: Bench) -> None:
 
     bench.on_change(follow)
     follow()
-    with ui.column().classes("page"), ui.tab_panels(tabs, value="describe", animated=False, keep_alive=True):
+    with ui.column().classes("page"), ui.tab_panels(value="describe", animated=False, keep_alive=True) as panels:
         with ui.tab_panel("describe"):
             describe(bench, dark)
         with ui.tab_panel("run"):
-            run = RunPage(bench, dark)
+            run = RunPage(bench)
 
         with ui.tab_panel("stability"):
-            StabilityPage(bench)
+            stability = StabilityPage(bench)
+
+        with ui.tab_panel("studies"):
+            studies = StudiesPage(bench, dark)
+
+        with ui.tab_panel("measured"):
+            measured = MeasuredPage(bench)
 
         def see(name: str) -> None:
-            tabs.set_value("run")
+            tabs.go("run")
             run.show(name)
 
         with ui.tab_panel("archive"):
             archive = ArchivePage(bench, see)
+    tabs.show_in(panels)
     tabs.on_value_change(lambda event: archive.refresh() if event.value == "archive" else None)
+    tabs.on_value_change(lambda event: studies.seen(event.value == "studies"))
+    tabs.on_value_change(lambda event: measured.seen() if event.value == "measured" else None)
+    tabs.on_value_change(lambda event: stability.seen(event.value == "stability"))

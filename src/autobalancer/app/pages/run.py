@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import time
 from html import escape
-from typing import Any
 
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import hinted
 from autobalancer.app.pages.run_view import RunView
+from autobalancer.app.pages.work import Work
 from autobalancer.app.store.archive import Archive, Entry
-from autobalancer.app.store.export import film
+from autobalancer.app.store.export import film as film_of
 from autobalancer.app.store.jobs import Job
 from autobalancer.errors import AutobalancerError
 from autobalancer.results.display_units import moment_text
@@ -23,35 +25,40 @@ WORDS = {
     "picture.png": "picture (PNG)",
     "picture.svg": "picture (SVG)",
 }
+SOON = 6.0  # s without progress, after which something is probably compiled
+LEAST = 1e-12  # m; a smaller deflection is said to be smaller
 
 
 class RunPage:
     """One run at a time; what is under way goes on when the page is closed."""
 
-    def __init__(self, bench: Bench, dark: Any) -> None:
+    def __init__(self, bench: Bench) -> None:
         self.bench, self.archive = bench, Archive(bench.home)
         self.job: Job | None = None
         self.name = ""
         self.drawn = ""
         with ui.element("section").classes("card"), ui.row().classes("items-center gap-3 w-full"):
             self.start = ui.button("Run", icon="play_arrow", on_click=self.run).props(
-                'unelevated no-caps data-at="run"'
+                'unelevated no-caps data-at="start run"'
             )
-            self.duration = (
-                ui.input("duration", placeholder="as in the file").props("dense outlined").style("width: 150px")
-            )
-            self.duration.tooltip('such as "20 s"; empty for run.duration of the machine')
+            self.duration = ui.input("duration", placeholder="as in the file").style("width: 150px")
+            self.duration.props('dense outlined stack-label data-at="duration"')
+            hinted(self.duration, 'such as "20 s"; empty for run.duration of the machine')
             self.cancel = ui.button("Cancel", icon="stop", on_click=self.end).props('outline no-caps data-at="cancel"')
             self.bar = ui.linear_progress(0.0, show_value=False).style("flex: 1 1 120px; max-width: 320px")
             self.bar.props('aria-label="progress" rounded')
             self.word = ui.label().classes("quiet").props('data-at="state" role="status"')
+            self.filming = Work(bench, "film", lambda job: f"film: {job.share:.0%}")
+        self.none = ui.element("section").classes("card quiet").props('data-at="no run"')
+        with self.none:
+            ui.label("Run shows here the moving picture, the waveforms, the verdict and the measures of the machine.")
+            ui.label("Earlier runs are on the page Archive.")
         self.verdict = ui.element("section").classes("card").props('data-at="verdict"')
-        with ui.element("section").classes("card"):
+        with ui.element("section").classes("card") as self.picture:
             self.view = RunView().props('data-at="view"')
         self.more = ui.element("section").classes("card")
         self.timer = ui.timer(0.1, self.look, active=False)
         self._idle()
-        dark.on_value_change(lambda _event: self.view.shade(bool(dark.value)))
         waiting = next((job for job in bench.jobs.of(bench.user) if not job.over and job.title.startswith("run")), None)
         if waiting is not None:
             self._watch(waiting)
@@ -81,6 +88,7 @@ class RunPage:
         self.start.disable()
         for one in (self.cancel, self.bar):
             one.set_visibility(True)
+        self._pale(picture=True, words=True)
         self.timer.activate()
         self.look()
 
@@ -88,8 +96,19 @@ class RunPage:
         self.start.enable()
         for one in (self.cancel, self.bar):
             one.set_visibility(False)
-        self.verdict.set_visibility(bool(self.name))
-        self.more.set_visibility(bool(self.name))
+        self._room()
+
+    def _room(self) -> None:
+        """Show the parts that have something to show."""
+        self.none.set_visibility(not self.drawn)
+        self.picture.set_visibility(bool(self.drawn))
+        for one in (self.verdict, self.more):
+            one.set_visibility(bool(self.name))
+
+    def _pale(self, *, picture: bool, words: bool) -> None:
+        """What is of an earlier run than the one under way is pale."""
+        for one, pale in ((self.picture, picture), (self.verdict, words), (self.more, words)):
+            one.classes(add="old") if pale else one.classes(remove="old")
 
     def look(self) -> None:
         """Show how far the job is; the picture as soon as there is one."""
@@ -97,12 +116,12 @@ class RunPage:
         if job is None:
             return
         self.bar.value = job.share
-        self.word.set_text(
-            {"waiting": "waits for its turn", "running": f"{100.0 * job.share:.0f} %"}.get(job.state, "")
-        )
+        self.word.set_text(_told(job))
         if job.result and job.result != self.drawn:
             self.drawn = job.result
             self.view.show(job.result)
+            self._room()
+            self._pale(picture=False, words=True)
         if not job.over:
             return
         self.timer.deactivate()
@@ -111,6 +130,7 @@ class RunPage:
             self.show(job.result)
         words = {"failed": job.message, "cancelled": job.message or "cancelled"}
         self.word.set_text(words.get(job.state, job.message or f"done in {job.seconds:.2g} s"))
+        self._pale(picture=False, words=False)
         self._idle()
 
     def show(self, name: str) -> None:
@@ -121,7 +141,8 @@ class RunPage:
             self.view.show(name)
         entry = self.archive.entry(name)
         self._tell(entry)
-        self._idle()
+        self._pale(picture=False, words=False)
+        self._room()
 
     def _tell(self, entry: Entry) -> None:
         self.verdict.clear()
@@ -135,8 +156,8 @@ class RunPage:
                 ui.label("Save as").classes("quiet")
                 for kind, word in WORDS.items():
                     ui.link(word, f"/run/{entry.name}/{kind}").props(f'download data-at="{kind}"')
-                self.film = ui.button("make a film (GIF)", on_click=lambda: self._film(entry.name))
-                self.film.props("flat dense no-caps size=sm")
+                film = ui.button("make a film (GIF)", on_click=lambda: self._film(entry.name))
+                film.props('flat dense no-caps data-at="film.gif"')
         self.more.clear()
         with self.more:
             rows = "".join(_row(*entry.measures[key]) for key in entry.measures)
@@ -144,22 +165,26 @@ class RunPage:
 
     def _film(self, name: str) -> None:
         def work(job: Job) -> str:
-            return film(self.archive, name, job.progress)
+            return film_of(self.archive, name, job.progress)
 
-        job = self.bench.jobs.start(self.bench.user, f"film {name}", work)
-        self.film.disable()
+        def then(job: Job) -> None:
+            if job.state == "done":
+                ui.download(f"/run/{name}/film.gif")
+            elif job.message:
+                ui.notify(job.message, type="warning")
 
-        def look() -> None:
-            self.film.set_text(f"film: {100.0 * job.share:.0f} %")
-            if job.over:
-                timer.deactivate()
-                if job.state == "done":
-                    ui.download(f"/run/{name}/film.gif")
-                    self.film.set_text("film is made")
-                else:
-                    self.film.set_text(job.message or job.state)
+        self.filming.start(f"film {name}", work, then)
 
-        timer = ui.timer(0.3, look)
+
+def _told(job: Job) -> str:
+    """How far a run is."""
+    if job.state == "waiting":
+        return "waits for its turn"
+    if job.result:
+        return "the run is there; its verdict and measures are worked out"
+    if not job.share and job.begun and time.monotonic() - job.begun > SOON:
+        return "compiles: the first run of this kind waits up to a minute or two"
+    return f"{100.0 * job.share:.0f} %"
 
 
 def _row(value: float, unit: str, meaning: str) -> str:
@@ -172,11 +197,13 @@ def shown(value: float, unit: str) -> str:
         return f"{value * 9.549296585513721:.5g} rpm"
     if unit == "rad":
         return f"{value * 57.29577951308232:.5g}°"
-    if unit == "m":
+    if unit == "m" and 0.0 < abs(value) < LEAST:
+        return "< 0.001 nm"
+    if unit == "m" and value:
         scale, name = next(
             ((s, n) for s, n in ((1e9, "nm"), (1e6, "µm"), (1e3, "mm")) if abs(value) * s < 1000.0), (1.0, "m")
         )
         return f"{value * scale:.4g} {name}"
     if unit == "kg m":
         return moment_text(value)
-    return f"{value:.4g} {unit}".strip()
+    return f"{value:.4g} {'' if unit == '1' else unit}".strip()

@@ -1,38 +1,39 @@
 // The view as an element of the page; the run is fetched once, as binary.
-import { OrbitControls, THREE } from "nicegui-scene";
 import { createView } from "autobalancer-view/view.js";
+
+const three = () => import("nicegui-scene"); // large, and not needed before there is a run
 
 export default {
   template: "<div></div>",
-  props: { source: String, dark: Boolean },
+  props: { source: String },
   mounted() {
+    this.shades = new MutationObserver(() => this.view?.shade(this.dark()));
+    this.shades.observe(document.body, { attributeFilter: ["class"] });
     this.load();
+    three();
   },
   beforeUnmount() {
+    this.shades.disconnect();
     this.view?.destroy();
   },
   watch: {
     source() {
       this.load();
     },
-    dark(value) {
-      this.view?.shade(value);
-    },
   },
   methods: {
+    dark() {
+      return document.body.classList.contains("body--dark");
+    },
     async load() {
       const wanted = this.source;
+      const answer = wanted ? await fetch(wanted) : null;
+      const buffer = answer?.ok ? await answer.arrayBuffer() : null;
+      if (wanted !== this.source) return;
       this.view?.destroy();
       this.view = null;
-      if (!wanted) return;
-      const answer = await fetch(wanted);
-      if (!answer.ok) {
-        this.$el.textContent = "the run could not be read";
-        return;
-      }
-      const buffer = await answer.arrayBuffer();
-      if (wanted !== this.source) return;
-      this.view = createView(this.$el, buffer, { THREE, OrbitControls }, this.dark);
+      this.$el.textContent = wanted && !buffer ? "the run could not be read" : "";
+      if (buffer) this.view = createView(this.$el, buffer, three(), this.dark());
       this.$emit("shown");
     },
     go(t) {

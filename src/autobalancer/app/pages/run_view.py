@@ -17,15 +17,9 @@ class RunView(Element, component="run_view.js", esm={"nicegui-scene": str(SCENE)
     def __init__(self) -> None:
         super().__init__()
         self._props["source"] = ""
-        self._props["dark"] = False
         self.classes("view")
 
     def show(self, name: str) -> None:
         """Show the run of a name; empty for none."""
         self._props["source"] = f"/run/{name}/view.bin" if name else ""
-        self.update()
-
-    def shade(self, dark: bool) -> None:
-        """Light or dark."""
-        self._props["dark"] = dark
         self.update()

@@ -18,6 +18,8 @@ Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 COOKIE = "autobalancer_token"
 LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 LARGEST = 25_000_000  # bytes of a request
+DIGITS = 12  # of a length that is looked at
+TOO_LARGE = f"a request may have at most {LARGEST // 1_000_000} MB"
 HEADERS = [
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
@@ -59,7 +61,7 @@ class Guard:
             await _refuse(scope, send, 403, "this server answers on this computer only")
             return
         origin = headers.get("origin", "")
-        if origin and urlsplit(origin).netloc != host:
+        if origin and _place(origin) != host:
             await _refuse(scope, send, 403, "requests of other pages are not answered")
             return
         asked = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
@@ -71,16 +73,27 @@ class Guard:
             await _keep_token(send, asked)
             return
         length = headers.get("content-length", "0")
-        if not length.isdigit() or int(length) > LARGEST:
-            await _refuse(scope, send, 413, f"a request may have at most {LARGEST // 1_000_000} MB")
+        if not length.isdecimal() or len(length) > DIGITS or int(length) > LARGEST:
+            await _refuse(scope, send, 413, TOO_LARGE)
             return
         scope.setdefault("state", {})["user"] = user
         await self.app(scope, _limited(receive), _with_headers(send))
 
 
 def _name(host: str) -> str:
-    """The name in a Host header, without its port."""
-    return (urlsplit(f"//{host}").hostname or "") if "@" not in host and "/" not in host else ""
+    """The name in a Host header, without its port; empty if it is none."""
+    try:
+        return (urlsplit(f"//{host}").hostname or "") if "@" not in host and "/" not in host else ""
+    except ValueError:  # brackets that do not close
+        return ""
+
+
+def _place(origin: str) -> str:
+    """Host and port of an Origin header; empty if they are none."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return ""
 
 
 def _cookie(text: str) -> str:
@@ -101,7 +114,9 @@ def _limited(receive: Receive) -> Receive:
         if message["type"] == "http.request":
             seen += len(message.get("body", b""))
             if seen > LARGEST:
-                return {"type": "http.disconnect"}
+                from starlette.exceptions import HTTPException
+
+                raise HTTPException(413, TOO_LARGE)
         return message
 
     return counted

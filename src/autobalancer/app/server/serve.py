@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import secrets
 import threading
 import warnings
@@ -14,6 +15,7 @@ from autobalancer.errors import AutobalancerError, QuestionError
 
 FOLDER = Path.home() / "autobalancer-bench"
 SHORTEST = 12  # characters of a token
+GRACE = 3.0  # s that jobs have at the end of the server to keep what they computed
 
 
 def serve(
@@ -65,25 +67,29 @@ def serve(
     home.mkdir(parents=True, exist_ok=True)
     app = build(home, limit)
     app.add_middleware(Guard, rules=rules)
-    threading.Thread(target=_compile, daemon=True).start()
+    threading.Thread(target=_warm_up, daemon=True).start()
     shown = f"[{host}]" if ":" in host else host
     token = next(iter(rules.tokens), "")
     address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
     if announce is not None:
         announce(address, home)
-    ui.run(
-        host=host,
-        port=port,
-        title="autobalancer",
-        show=f"/?token={token}" if browser and token else browser,
-        reload=False,
-        tailwind=False,
-        dark=None,
-        favicon="⚖",
-        show_welcome_message=False,
-        message_history_length=200,
-        reconnect_timeout=20.0,
-    )
+    try:
+        ui.run(
+            host=host,
+            port=port,
+            title="autobalancer",
+            show=f"/?token={token}" if browser and token else browser,
+            reload=False,
+            tailwind=False,
+            dark=None,
+            favicon="⚖",
+            show_welcome_message=False,
+            message_history_length=200,
+            reconnect_timeout=20.0,
+            timeout_graceful_shutdown=2,
+        )
+    finally:
+        app.state.jobs.wait(GRACE)
 
 
 def rules_for(host: str, tokens: Sequence[str]) -> Rules:
@@ -109,8 +115,8 @@ def rules_for(host: str, tokens: Sequence[str]) -> Rules:
     return Rules(known or {secrets.token_urlsafe(18): LOCAL}, None)
 
 
-def _compile() -> None:
-    """Load or compile the equations in advance, so that the first run of a user does not wait for them."""
+def _warm_up() -> None:
+    """Load or compile the equations, so that the first run of a user does not wait for them, and set what is loaded apart."""
     from autobalancer.either_kind import check, measures, simulate, verdict
     from autobalancer.files.examples import example
 
@@ -123,4 +129,6 @@ def _compile() -> None:
             verdict(run, simulate(machine, duration=0.5, hold_balls=True, progress=False))
             measures(run)
         except AutobalancerError:  # whoever runs a machine is told
-            return
+            pass
+    gc.collect()
+    gc.freeze()  # what stays is not looked at again, so that the collector comes around to what runs leave behind

@@ -1,92 +1,276 @@
-"""Pictures of what a machine does at any speed, and its report: each asks public functions and draws what they say.
-
-What brings compiled equations is imported when it is asked for, so that the page opens at once.
-"""
+"""What may be asked of a machine at any speed, as one table: what each question needs, how it is asked, and how it is drawn."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autobalancer.assembly.quantities import value_of
-from autobalancer.either_kind import check
-from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.machine import Machine
+from autobalancer.app.store.known import Known
+from autobalancer.app.store.questions import (
+    Given,
+    ask_basin,
+    ask_borders,
+    ask_branches,
+    ask_campbell,
+    ask_map,
+    ask_response,
+    ask_stepped,
+    read_basin,
+    read_borders,
+    read_branches,
+    read_campbell,
+    read_map,
+    read_response,
+    read_stepped,
+)
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.plain_names import text_of
 from autobalancer.patience import Progress
-from autobalancer.plots.rotor.campbell import campbell as campbell_picture
-from autobalancer.plots.rotor.unbalance_response import response as response_picture
-from autobalancer.plots.stability.stability_map import map as map_picture
+from autobalancer.plots.rotor.campbell import campbell as draw_campbell
+from autobalancer.plots.rotor.unbalance_response import response as draw_response
+from autobalancer.plots.run.stepped_response import stepped_response as draw_stepped
+from autobalancer.plots.stability.basins import basin as draw_basin
+from autobalancer.plots.stability.border_curve import border_curve as draw_borders
+from autobalancer.plots.stability.branches import branches as draw_branches
+from autobalancer.plots.stability.stability_map import map as draw_map
+from autobalancer.results.number_text import length_text
+from autobalancer.shown import rpm_and_si
 
-OILS = (("viscosity", 1e6, "mm^2/s"), ("drag", 1.0, "N*m*s"))
-RPM = 30.0 / math.pi
-
-
-def speed_range(machine: Machine) -> tuple[float, float]:
-    """From half the lowest critical speed to somewhat above the highest speed of the drive, rpm.
-
-    Raises
-    ------
-    QuestionError
-        If the machine has neither.
-    """
-    found: Any = check(machine)
-    lowest = min((speed for speed in found.critical_speeds if speed > 0.0), default=0.0)
-    top = max(1.15 * (found.highest_speed or 0.0), 1.6 * lowest)
-    if not top > 0.0:
-        raise QuestionError("the machine has no critical speed and its drive no highest speed")
-    return RPM * (0.5 * lowest if lowest else 0.02 * top), RPM * top
+ANGLES = "angles of balls 1 and 2"
+STATES = ("balanced", "all", "coincident", "in line", "mixed", "spread", "stalled", "partly stalled")
 
 
-def drag_axis(machine: Machine) -> tuple[str, float, str]:
-    """The quantity that damps the balls, its value in its unit, and the unit.
+@dataclass(frozen=True)
+class Entry:
+    """One field of the form of a question; ``default`` may depend on what stands in the fields before it."""
 
-    Raises
-    ------
-    QuestionError
-        If the balls have no single viscosity or drag.
-    """
-    for name, scale, unit in OILS:
-        try:
-            value = value_of(machine, name)
-        except AutobalancerError:
-            continue
-        if value > 0.0:
-            return name, scale * value, unit
-    raise QuestionError("the balls of this machine have no single viscosity or drag that could be varied")
+    label: str
+    help: str
+    default: Callable[[Known, Given], str]
+    choices: Callable[[Known], Mapping[str, str]] | None = None
+    wide: bool = False
 
 
-def map_of(machine: Machine) -> Callable[[], Any]:
-    """The stability map over speed and viscosity, or drag."""
-    from autobalancer.stability.maps.stability_map import map as stability_map
+@dataclass(frozen=True)
+class Analysis:
+    """A question. ``read`` turns the texts of its form into arguments of ``ask``, whose answer ``draw`` shows."""
 
-    low, high = speed_range(machine)
-    name, value, unit = drag_axis(machine)
-    axes: dict[str, Any] = {
-        "speed": f"{low:.5g}:{high:.5g} rpm:61",
-        name: f"{0.1 * value:.5g}:{10.0 * value:.5g} {unit}:41:log",
-    }
-    found = stability_map(machine, axes, borders=31, progress=_silent)
-    return lambda: map_picture(found)
+    title: str
+    about: str
+    entries: Mapping[str, Entry]
+    read: Callable[[Machine, Given], dict[str, Any]]
+    ask: Callable[[Machine, dict[str, Any], Progress], Any]
+    draw: Callable[[Any], Any]
+    balls: bool = True  # whether it asks what balls do
+    steady: bool = True  # whether it asks for states in which they rest
+    varied: bool = False  # whether it needs a quantity that can be varied
+    table: bool = False  # whether the page shows the table of the answer
+    word: Callable[[float], str] = "{:.0%}".format  # how far it is
+
+    def refusal(self, known: Known) -> str:
+        """Why it is not for a machine; empty if it is."""
+        return known.refusal(balls=self.balls, steady=self.steady, varied=self.varied)
+
+    def wrong_entry(self, message: str) -> tuple[str, str]:
+        """The entry that a message is about, and the rest of it; no entry where it names none."""
+        name, colon, rest = message.partition(": ")
+        return (name, rest) if colon and name in self.entries else ("", message)
 
 
-def campbell_of(machine: Machine) -> Callable[[], Any]:
-    """Natural frequencies over the speed."""
-    from autobalancer.rotordynamics.campbell import campbell
-
-    low, high = speed_range(machine)
-    found = campbell(machine, [f"{low + (high - low) * k / 80:.6g} rpm" for k in range(81)])
-    return lambda: campbell_picture(found)
+def _span(known: Known, count: int) -> str:
+    return f"{known.low:.4g}:{known.high:.4g} rpm:{count}" if known.high == known.high else ""
 
 
-def response_of(machine: Machine) -> Callable[[], Any]:
-    """Vibration by the unbalance alone, over the speed."""
-    from autobalancer.rotordynamics.response import response
+def _speeds(count: int) -> Entry:
+    return Entry("rotor speeds", "from:to:count", _wide(count), wide=True)
 
-    low, high = speed_range(machine)
-    found = response(machine, [f"{low + (high - low) * k / 300:.6g} rpm" for k in range(301)])
-    return lambda: response_picture(found)
+
+def _quantities(known: Known) -> dict[str, str]:
+    return {name: text_of(name) for name in known.quantities}
+
+
+def _around(count: int, sides: float) -> Callable[[Known, Given], str]:
+    """A range about the value that the machine has."""
+
+    def span(known: Known, given: Given) -> str:
+        if given.get("over") not in known.quantities:
+            return ""
+        value, unit = known.quantities[given["over"]]
+        return f"{value / sides:.4g}:{value * sides:.4g} {unit}".strip() + f":{count}:log"
+
+    return span
+
+
+def _span_of_branches(known: Known, given: Given) -> str:
+    if given.get("over") == "speed":
+        return f"{known.low:.4g}:{known.high:.4g} rpm" if known.high == known.high else ""
+    if given.get("over") not in known.quantities:
+        return ""
+    value, unit = known.quantities[given["over"]]
+    return f"{value:.4g}:{3.0 * value:.4g} {unit}".strip()
+
+
+def _operating(known: Known, _given: Given) -> str:
+    speed = known.speed if known.speed == known.speed else known.high
+    return f"{speed:.5g} rpm" if speed == speed else ""
+
+
+def _is(text: str) -> Callable[[Known, Given], str]:
+    return lambda _known, _given: text
+
+
+def _same(*words: str) -> Callable[[Known], Mapping[str, str]]:
+    return lambda _known: {word: word for word in words}
+
+
+def _first(known: Known, _given: Given) -> str:
+    return next(iter(known.quantities), "")
+
+
+def _wide(count: int) -> Callable[[Known, Given], str]:
+    return lambda known, _: _span(known, count)
+
+
+def _fewer(
+    flat: int, other: int, span: Callable[[int], Callable[[Known, Given], str]]
+) -> Callable[[Known, Given], str]:
+    """More values for a planar rotor, whose eigenvalues are compiled, than for others."""
+    return lambda known, given: span(flat if isinstance(known.machine.rotor, PlanarRotor) else other)(known, given)
+
+
+OVER = Entry("over", "what is varied beside the speed", _first, _quantities, wide=True)
+VALUES = "from:to:count, and :log for equal ratios"
+NUMBER_OF_STARTS = "of random starts; of ball angles how many of each ball"
+ANALYSES: dict[str, Analysis] = {
+    "map": Analysis(
+        "Stability map",
+        "Where the balanced state is stable: green. Move the point to see what another speed or oil does.",
+        {
+            "speed": Entry("rotor speeds", "from:to:count", _fewer(61, 31, _wide), wide=True),
+            "over": OVER,
+            "values": Entry("its values", VALUES, _fewer(41, 15, lambda n: _around(n, 10.0)), wide=True),
+        },
+        read_map,
+        ask_map,
+        draw_map,
+        varied=True,
+    ),
+    "borders": Analysis(
+        "Border speeds",
+        "From which speed on the balanced state is stable, and where balls that stall are released, over any quantity.",
+        {"over": OVER, "values": Entry("its values", VALUES, _fewer(61, 15, lambda n: _around(n, 10.0)), wide=True)},
+        read_borders,
+        ask_borders,
+        draw_borders,
+        varied=True,
+    ),
+    "campbell": Analysis(
+        "Campbell diagram",
+        "Natural frequencies of the rotor over its speed, with the masses of the balls.",
+        {"speeds": _speeds(81), "modes": Entry("modes", "how many, the lowest ones", _is("10"))},
+        read_campbell,
+        ask_campbell,
+        draw_campbell,
+        balls=False,
+        steady=False,
+    ),
+    "response": Analysis(
+        "Unbalance response",
+        "Vibration by the unbalance alone: what there is without balls.",
+        {
+            "speeds": _speeds(301),
+            "quantity": Entry(
+                "quantity", "what is drawn", _is("displacement"), _same("displacement", "velocity", "acceleration")
+            ),
+        },
+        read_response,
+        ask_response,
+        draw_response,
+        balls=False,
+        steady=False,
+    ),
+    "stepped": Analysis(
+        "Stepped response",
+        "As on a test stand: hold a speed, let transients die, measure, go to the next. Balls move as in a run.",
+        {
+            "speeds": _speeds(25),
+            "dwell": Entry("dwell", "time at a speed before it is measured", _is("5 s")),
+            "window": Entry("window", "length of the measurement", _is("1 s")),
+            "direction": Entry("direction", "up, down, or up and then down", _is("up"), _same("up", "down", "both")),
+        },
+        read_stepped,
+        ask_stepped,
+        draw_stepped,
+        balls=False,
+        steady=False,
+    ),
+    "branches": Analysis(
+        "Branches",
+        "States in which balls rest, and motions that repeat, along a quantity: where they begin and lose stability.",
+        {
+            "over": Entry(
+                "along",
+                "what is varied",
+                _is("speed"),
+                lambda known: {"speed": "rotor speed", **_quantities(known)},
+                wide=True,
+            ),
+            "range": Entry("range", "from:to, also downwards", _span_of_branches, wide=True),
+            "from_state": Entry("begin with", "states where the range begins", _is("balanced"), _same(*STATES)),
+            "speed": Entry("rotor speed", "where the speed itself is not varied", _operating),
+        },
+        read_branches,
+        ask_branches,
+        draw_branches,
+        table=True,
+        word=lambda share: f"branch {int(share)}, {share % 1.0:.0%} of the range",
+    ),
+    "basin": Analysis(
+        "Basin",
+        "Runs from many starts, and in how many of them the balls balance.",
+        {
+            "speed": Entry("rotor speed", "at which the runs end", _operating),
+            "starts": Entry("starts", "how they are chosen", _is("random"), _same("random", ANGLES), wide=True),
+            "number": Entry("number", NUMBER_OF_STARTS, _fewer(200, 40, lambda n: _is(str(n)))),
+            "acceleration": Entry("run-up", 'from rest, such as "10 rad/s^2"; empty: starts at the speed', _is("")),
+            "hold": Entry("hold", 'longest time at the speed, such as "30 s"; empty: as long as balls need', _is("")),
+        },
+        read_basin,
+        ask_basin,
+        draw_basin,
+        steady=False,
+        table=True,
+    ),
+}
+
+
+def defaults(analysis: Analysis, known: Known, own: Given | None = None) -> dict[str, str]:
+    """The texts of a form, where it has none of its own."""
+    found: dict[str, str] = {}
+    for name, entry in analysis.entries.items():
+        found[name] = (own or {}).get(name, "")
+        if name not in (own or {}) or (entry.choices is not None and found[name] not in entry.choices(known)):
+            found[name] = entry.default(known, found)
+    return found
+
+
+def said(found: Any) -> Sequence[str]:
+    """What is said of an answer in words."""
+    lines = [found.stable_text()] if hasattr(found, "stable_text") else []
+    if hasattr(found, "branch_rows"):
+        lines.append(f"{len(found.branch_rows())} branches with {len(found.special_rows())} special points")
+    if "semi_major" in found:
+        lines += [_greatest(found["semi_major"].sel(station=name), str(name)) for name in found["station"].values]
+    return [*lines, *(text for text in found.remarks() if "special_rows()" not in text)]
+
+
+def _greatest(values: Any, name: str) -> str:
+    peak = int(values.values.argmax())
+    size = float(values[peak])
+    shown = length_text(size) if values.attrs["units"] == "m" else f"{size:.4g} {values.attrs['units']}"
+    return f"{name}: greatest {shown} at {rpm_and_si(float(values['speed'][peak]))}"
 
 
 def report_file(machine: Any, path: Path, progress: Progress) -> Path:
@@ -95,7 +279,3 @@ def report_file(machine: Any, path: Path, progress: Progress) -> Path:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     return report(machine, path, starts=40, progress=progress)
-
-
-def _silent(_done: float, _total: float) -> None:
-    """The job shows its own."""

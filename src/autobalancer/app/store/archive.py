@@ -41,6 +41,7 @@ class Entry:
     tags: list[str] = field(default_factory=list)
     measures: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    duration: str = ""  # that was asked for in place of the machine's
 
     def has(self, text: str) -> bool:
         """Whether every word of a search is in its machine, tags, verdict or date."""
@@ -128,7 +129,7 @@ class Archive:
         job.result = name
         entry = Entry(name, machine.name, f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}", 0.0, str(run.attrs["outcome_text"]))
         entry.measures, entry.verdict = _measured(run), _judged(run, machine)
-        entry.notes = list(job.notes)
+        entry.notes, entry.duration = list(job.notes), duration
         entry.seconds = float(run.attrs.get("end_time", run.attrs.get("duration", 0.0)))
         with FILES:
             save_run(run, folder / "run.nc")

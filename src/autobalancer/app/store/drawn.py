@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import io
 import re
-import threading
 from collections.abc import Callable
 from html import escape
 from typing import Any
 
-ONE = threading.Lock()
+from autobalancer.plots.drawing.style import DRAWING
 
 
 def svg_of(draw: Callable[[], Any], about: str) -> str:
     """A figure as SVG for a page, with ``about`` for those who do not see it."""
-    with ONE:
+    with DRAWING:
         buffer = io.StringIO()
         draw().savefig(buffer, format="svg")
     text = buffer.getvalue()
@@ -27,7 +26,7 @@ def svg_of(draw: Callable[[], Any], about: str) -> str:
 
 def file_of(draw: Callable[[], Any], kind: str) -> bytes:
     """A figure as the bytes of a PNG, SVG or PDF file."""
-    with ONE:
+    with DRAWING:
         buffer = io.BytesIO()
         draw().savefig(buffer, format=kind, dpi=150)
     return buffer.getvalue()

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from autobalancer.app.store.archive import FILES, Archive
-from autobalancer.app.store.drawn import ONE, file_of
+from autobalancer.app.store.drawn import file_of
 from autobalancer.app.store.names import run_folder
 from autobalancer.either_kind import animate
 from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber.history import chamber_run
+from autobalancer.plots.drawing.style import DRAWING
 from autobalancer.plots.run.run_up import run_up
 from autobalancer.results.chamber.shape import is_chamber_run
 
@@ -42,7 +43,7 @@ def exported(archive: Archive, name: str, kind: str) -> bytes | Path:
     if kind == "measures.csv":
         return _table(archive, name).encode()
     if kind == "script.py":
-        return script(archive.text(name)).encode()
+        return script(archive.text(name), archive.entry(name).duration).encode()
     if kind.startswith("picture."):
         run = archive.run(name)
         draw = chamber_run if is_chamber_run(run) else run_up
@@ -59,15 +60,16 @@ def film(archive: Archive, name: str, progress: Any) -> str:
     """Make the film of a run; gives the name of its file."""
     run = archive.run(name)
     path = run_folder(archive.home, name) / "film.gif"
-    with ONE:
+    with DRAWING:
         animate(run, path, width=640, fps=12, duration=8.0, progress=progress)
     return path.name
 
 
-def script(text: str) -> str:
-    """A Python script that runs the machine of a text as the page did."""
+def script(text: str, duration: str = "") -> str:
+    """A Python script that runs the machine of a text as the page did, with the ``duration`` that was given there."""
     fence = "'''"
     quoted = f"r{fence}{text}{fence}" if fence not in text and not text.endswith("\\") else json.dumps(text)
+    length = f", duration={json.dumps(duration)}" if duration else ""
     return f'''"""Runs a machine as the page did, and shows what came out."""
 
 import autobalancer as ab
@@ -76,7 +78,7 @@ MACHINE = {quoted}
 
 machine = ab.parse_machine(MACHINE)
 print(ab.check(machine))
-run = ab.simulate(machine)
+run = ab.simulate(machine{length})
 print(ab.verdict(run))
 print(ab.measures(run))
 ab.save_run(run, "run.nc")

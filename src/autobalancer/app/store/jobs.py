@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import threading
 import time
@@ -16,6 +17,7 @@ from autobalancer.errors import AutobalancerError, QuestionError
 State = Literal["waiting", "running", "done", "failed", "cancelled"]
 QUEUED = 20  # jobs of one user that wait or run
 KEPT = 200  # finished jobs that are remembered
+CLEARED = 20  # jobs after which memory that they hold in circles is freed: Python itself may wait for hundreds
 here = threading.local()  # the job of this thread
 
 
@@ -96,6 +98,12 @@ class Jobs:
             job.stop.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
+    def wait(self, seconds: float) -> None:
+        """Wait until what runs has ended and kept what it has, so long at most."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and any(one.state == "running" for one in list(self._jobs.values())):
+            time.sleep(0.05)
+
     def _run(self, job: Job, work: Callable[[Job], Any]) -> None:
         if job.stop.is_set():
             job.state = "cancelled"
@@ -112,6 +120,8 @@ class Jobs:
             job.state, job.message = "failed", f"unexpected: {type(error).__name__}: {error}"
         finally:
             job.seconds, here.job = time.monotonic() - job.begun, None
+            if job.number % CLEARED == 0:
+                gc.collect()
 
 
 def keep_warnings() -> None:

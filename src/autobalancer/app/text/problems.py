@@ -36,7 +36,7 @@ def read(text: str) -> Reading:
     if len(text) > LARGEST:
         return Reading(None, f"the text has more than {LARGEST} characters; machine files are smaller")
     folder = example_path("discoidal").parent  # samples name tables beside them; no other file of the server is read
-    for name in _files(data_of(text)):
+    for name in files_in(data_of(text)):
         if "/" in name or "\\" in name or not (folder / name).is_file():
             text = f"file {name[:80]!r}: on this page a machine names no files; give the numbers in the text"
             return Reading(None, text)
@@ -46,16 +46,16 @@ def read(text: str) -> Reading:
         return Reading(None, str(error).removeprefix(f"{SOURCE}: "), by_path(str(error)))
 
 
-def _files(data: Any) -> Iterator[str]:
+def files_in(data: Any) -> Iterator[str]:
     """Every file that a machine names."""
     if isinstance(data, dict):
         for key, value in data.items():
             if key == "file":
                 yield str(value)
-            yield from _files(value)
+            yield from files_in(value)
     elif isinstance(data, list):
         for value in data:
-            yield from _files(value)
+            yield from files_in(value)
 
 
 def by_path(message: str) -> dict[tuple[str | int, ...], str]:

@@ -23,7 +23,7 @@ export function createPolar(canvas, run, colors) {
     if (!wide) return;
     const look = colors();
     const at = stateAt(run, t);
-    const scale = (0.5 * Math.min(wide, high) - 26) / reach;
+    const scale = Math.min(0.5 * wide - 36, 0.5 * high - 26) / reach; // beside it "180°"
     const [mx, my] = [0.5 * wide, 0.5 * high + 6];
     const spot = (ball, angle, inside = 0) => [
       mx + scale * (ball.center[0] + (ball.orbit - inside) * Math.cos(angle)),
@@ -70,7 +70,7 @@ export function createPolar(canvas, run, colors) {
     c.fillStyle = look.soft;
     c.textAlign = "left";
     c.fillText("0°", mx + scale * reach + 6, my + 4);
-    c.fillText("180°", Math.max(mx - scale * reach - 30, 1), my + 4);
+    c.fillText("180°", Math.max(mx - scale * reach - 34, 1), my + 4);
     c.fillStyle = look.ink;
     c.font = "600 11.5px system-ui, sans-serif";
     c.fillText("races, in the rotor", 4, 13);

@@ -1,21 +1,53 @@
 // Rotor and balls in three dimensions. Balls are instances of one mesh, so a thousand of them are one drawing.
 import { stateAt } from "./unpack.js";
 
+let spare = null; // the renderer of a view that is gone: a browser has few, and a new one compiles everything anew
+
+function rendererOf(THREE) {
+  if (spare?.getContext().isContextLost()) spare = null;
+  const found = spare || new THREE.WebGLRenderer({ canvas: document.createElement("canvas"), antialias: true, preserveDrawingBuffer: true });
+  spare = null;
+  return found;
+}
+
+function giveBack(renderer) {
+  if (!spare) {
+    spare = renderer;
+    return;
+  }
+  renderer.dispose();
+  renderer.forceContextLoss();
+}
+
+function extentOf({ head }) {
+  const ends = head.bodies.flatMap(([from, to]) => [from, to]);
+  const reach = head.kind === "chambers" ? [head.reach] : head.balls.map((one) => one.orbit);
+  const widest = Math.max(...head.bodies.map((one) => one[2]), ...reach);
+  return { ends, widest, size: Math.max(widest, 0.5 * (Math.max(...ends) - Math.min(...ends))) };
+}
+
+// The power of ten by which deflections are magnified, so that they are seen.
+export function scaleOf(run) {
+  const { head, arrays } = run;
+  let most = 0;
+  const moves = head.kind === "chambers" ? [arrays.moved] : [arrays.re, arrays.im];
+  for (const values of moves) for (const value of values) most = Math.max(most, Math.abs(value));
+  return most > 0 ? Math.max(10 ** Math.floor(Math.log10((0.14 * extentOf(run).size) / most)), 1) : 1;
+}
+
 export function createScene(root, run, lib, colors) {
   const { THREE, OrbitControls } = lib;
   const { head, arrays } = run;
-  const canvas = document.createElement("canvas");
+  const renderer = rendererOf(THREE);
+  const canvas = renderer.domElement;
   canvas.className = "abv-scene";
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", `Rotor and balls of ${head.name} in three dimensions`);
-  root.appendChild(canvas);
-  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+  root.prepend(canvas);
   const scene = new THREE.Scene();
   const chambers = head.kind === "chambers";
-  const ends = head.bodies.flatMap(([from, to]) => [from, to]);
-  const widest = Math.max(...head.bodies.map((one) => one[2]), ...(chambers ? [head.reach] : head.balls.map((one) => one.orbit)));
+  const { ends, widest, size } = extentOf(run);
   const middle = 0.5 * (Math.min(...ends) + Math.max(...ends));
-  const size = Math.max(widest, 0.5 * (Math.max(...ends) - Math.min(...ends)));
   const unit = 1 / size; // the scene is about one unit large
   const camera = new THREE.PerspectiveCamera(32, 1, 0.05, 60);
   camera.position.set(2.1, 1.35, 3.7);
@@ -99,11 +131,7 @@ export function createScene(root, run, lib, colors) {
   arrow.position.z = middle * unit;
   if (!chambers) bent.add(arrow);
 
-  let most = 0;
-  const moves = chambers ? [arrays.moved] : [arrays.re, arrays.im];
-  for (const values of moves) for (const value of values) most = Math.max(most, Math.abs(value));
-  const auto = most > 0 ? 10 ** Math.floor(Math.log10((0.14 * size) / most)) : 1;
-  const state = { frame: "rotor", scale: Math.max(auto, 1), time: arrays.time[0] };
+  const state = { frame: "rotor", scale: scaleOf(run), time: arrays.time[0] };
   const matrix = new THREE.Matrix4();
 
   function place(k, x, y, z, radius) {
@@ -183,8 +211,10 @@ export function createScene(root, run, lib, colors) {
   }
   function destroy() {
     controls.dispose();
-    renderer.dispose();
     scene.traverse((one) => one.geometry?.dispose());
+    balls.dispose();
+    canvas.remove();
+    giveBack(renderer);
   }
   return { show, draw, look, destroy, state, set: (key, value) => ((state[key] = value), show(state.time)), canvas };
 }

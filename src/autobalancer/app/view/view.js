@@ -1,6 +1,6 @@
 // One view for the page and for notebooks: scene, polar races, orbit and waveforms, all at one time.
 import { unpack } from "./unpack.js";
-import { createScene } from "./scene.js";
+import { createScene, scaleOf } from "./scene.js";
 import { createWaves } from "./waves.js";
 import { createOrbit, createPolar } from "./flat.js";
 
@@ -17,10 +17,11 @@ const STYLE = `
 .abv-time { min-width: 130px; font-variant-numeric: tabular-nums; }
 .abv.dark { --line: #59626b; }
 @media (max-width: 820px) { .abv { grid-template-columns: 1fr; } }`;
-const LIGHT = { ink: "#222222", soft: "#5b6570", grid: "#e3e3e3", line: "#8a949c", card: "#ffffff", accent: "#D55E00", shade: (c) => c };
+export const LIGHT = { ink: "#222222", soft: "#5b6570", grid: "#e3e3e3", line: "#8a949c", card: "#ffffff", accent: "#D55E00", shade: (c) => c };
 const BRIGHT = { "#222222": "#e6e8ea", "#0072B2": "#56B4E9", "#5B6B7A": "#a3b3c2", "#8A7A1F": "#c9b84a" };
-const DARK = { ink: "#e6e8ea", soft: "#a3abb3", grid: "#343a40", line: "#8a949c", card: "#1f2327", accent: "#ff9a52", shade: (c) => BRIGHT[c] || c };
+export const DARK = { ink: "#e6e8ea", soft: "#a3abb3", grid: "#343a40", line: "#8a949c", card: "#1f2327", accent: "#ff9a52", shade: (c) => BRIGHT[c] || c };
 
+// `lib` has three.js, or promises it: the waveforms do not wait for it.
 export function createView(root, buffer, lib, dark = false) {
   const run = unpack(buffer);
   const { head, arrays } = run;
@@ -40,7 +41,8 @@ export function createView(root, buffer, lib, dark = false) {
   const tools = make("div", box, { class: "abv-tools" });
   const left = make("div", box);
   const right = make("div", box);
-  const scene = createScene(left, run, lib, colors);
+  const room = make("div", left, { class: "abv-scene" });
+  let scene = null;
   const flats = [];
   if (head.kind === "races") {
     const row = make("div", left, { class: "abv-flat" });
@@ -67,11 +69,14 @@ export function createView(root, buffer, lib, dark = false) {
   const usual = rates.map(([value]) => +value).filter((rate) => span / rate >= 8);
   const pace = choice("pace", rates, () => {});
   pace.value = String(usual.length ? Math.max(...usual) : 0.001);
-  choice("frame", [["rotor", "seen from the rotor"], ["space", "seen from the ground"]], (value) => scene.set("frame", value));
-  choice("camera", [["oblique", "oblique"], ["end", "from the end"], ["side", "from the side"]], scene.look);
-  const scales = [...new Set([1, 10, 100, 1000, scene.state.scale])].sort((a, b) => a - b);
-  const scale = choice("deflection", scales.map((s) => [String(s), `deflection × ${s}`]), (value) => scene.set("scale", +value));
-  scale.value = String(scene.state.scale);
+  const seen = [["rotor", "seen from the rotor"], ["space", "seen from the ground"]];
+  const frame = choice("frame", seen, (value) => scene?.set("frame", value));
+  const cameras = [["oblique", "oblique"], ["end", "from the end"], ["side", "from the side"]];
+  const camera = choice("camera", cameras, (value) => scene?.look(value));
+  const usualScale = scaleOf(run);
+  const scales = [...new Set([1, 10, 100, 1000, usualScale])].sort((a, b) => a - b);
+  const scale = choice("deflection", scales.map((s) => [String(s), `deflection × ${s}`]), (value) => scene?.set("scale", +value));
+  scale.value = String(usualScale);
   for (const [name, label, act] of [
     ["+", "zoom in", () => waves.zoom(0.5, state.t)],
     ["−", "zoom out", () => waves.zoom(2, state.t)],
@@ -87,7 +92,7 @@ export function createView(root, buffer, lib, dark = false) {
     slider.value = String(Math.round((2000 * (state.t - first)) / span));
     const speed = arrays.speed[Math.min(arrays.speed.length - 1, Math.round(((state.t - first) / span) * (arrays.speed.length - 1)))];
     text.textContent = `${state.t.toFixed(3)} s   ${((speed * 30) / Math.PI).toFixed(0)} rpm`;
-    scene.show(state.t);
+    scene?.show(state.t);
     flats.forEach((one) => one(state.t));
     waves.show(state.t);
   }
@@ -118,7 +123,23 @@ export function createView(root, buffer, lib, dark = false) {
   const watcher = new ResizeObserver(() => go(state.t));
   watcher.observe(box);
   go(first);
-  box.dataset.ready = "yes";
+  let gone = false;
+  const begin = (loaded) => {
+    if (gone) return;
+    try {
+      scene = createScene(left, run, loaded, colors);
+      room.remove();
+      for (const [key, value] of [["frame", frame.value], ["scale", +scale.value]]) scene.state[key] = value;
+      scene.look(camera.value);
+      scene.show(state.t);
+    } catch (reason) {
+      room.textContent = `There is no picture in three dimensions: ${reason.message}`;
+    }
+    box.dataset.ready = "yes";
+  };
+  // The second frame begins when the first one, with the waveforms, is on its way to the screen.
+  const painted = new Promise((then) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(then))));
+  painted.then(() => lib).then(begin, (reason) => (room.textContent = `three.js could not be loaded: ${reason.message}`));
   return {
     go,
     run,
@@ -128,9 +149,10 @@ export function createView(root, buffer, lib, dark = false) {
       go(state.t);
     },
     destroy: () => {
+      gone = true;
       state.playing = false;
       watcher.disconnect();
-      scene.destroy();
+      scene?.destroy();
       root.innerHTML = "";
     },
   };

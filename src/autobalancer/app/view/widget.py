@@ -25,7 +25,9 @@ async function render({ model, el }) {
   const lib = await loaded(model);
   const block = model.get("block");
   const bytes = block.buffer.slice(block.byteOffset, block.byteOffset + block.byteLength);
-  const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;
+  const { jpThemeLight, vscodeThemeKind } = document.body.dataset; // a notebook has a look of its own
+  const system = window.matchMedia("(prefers-color-scheme: dark)").matches;
+  const dark = jpThemeLight ? jpThemeLight === "false" : vscodeThemeKind ? vscodeThemeKind.includes("dark") : system;
   const place = document.createElement("div");
   el.appendChild(place);
   const view = createView(place, bytes, lib, dark);

@@ -1,0 +1,1 @@
+"""Measured data on the page: files and their columns, looks, beside runs, fits."""

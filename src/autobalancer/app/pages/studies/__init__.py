@@ -1,0 +1,1 @@
+"""Studies and designs on the page: defined, started, watched, resumed, and what came out."""

@@ -1,0 +1,83 @@
+"""A text that is being written: who asks for it gets also what was typed a moment ago, so that no change overwrites another."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from pathlib import Path
+
+from autobalancer.app.text.problems import LARGEST
+from autobalancer.safe_file import write_text_safely
+
+UNDONE = 200  # texts that can be brought back
+
+
+class Typed:
+    """The text, who wants to know of changes, and what an editor waits with until the typing pauses.
+
+    It stays in the file at ``path`` when the page is left; ``first`` is what there is before. :meth:`set_text` is the only way in
+    which it changes.
+    """
+
+    def __init__(self, path: Path, first: str) -> None:
+        self._path, self._text = path, first
+        with contextlib.suppress(OSError, ValueError):
+            self._text = path.read_text(encoding="utf-8")[:LARGEST]
+        self.typing: Callable[[], None] | None = None
+        self._listeners: list[Callable[[object], None]] = []
+        self.past: list[str] = []
+        self.future: list[str] = []
+
+    def take(self) -> None:
+        """Take what is being typed."""
+        typing, self.typing = self.typing, None
+        if typing is not None:
+            typing()
+
+    @property
+    def text(self) -> str:
+        """With all that was typed."""
+        self.take()
+        return self._text
+
+    def edit(self, change: Callable[[str], str], origin: object = None) -> None:
+        """Change the text; where something typed has to be taken first, the entries of ``origin`` are not up to date either."""
+        late = self.typing is not None
+        text = change(self.text)
+        self.set_text(text, None if late else origin)
+
+    def on_change(self, listener: Callable[[object], None]) -> None:
+        """Call ``listener`` with the origin of every change."""
+        self._listeners.append(listener)
+
+    def set_text(self, text: str, origin: object = None, *, keep: bool = True) -> None:
+        """Take another text; ``origin`` is who changed it, and ``keep`` whether it can be undone."""
+        self.take()
+        if text == self._text or len(text) > LARGEST:
+            return
+        if keep:
+            self.past = [*self.past, self._text][-UNDONE:]
+            self.future = []
+        self._text = text
+        self._understand()
+        with contextlib.suppress(OSError):
+            write_text_safely(self._path, text)
+        for listener in self._listeners:
+            listener(origin)
+
+    def undo(self) -> None:
+        """Go back to the text before."""
+        self.take()
+        if self.past:
+            self.future.append(self._text)
+            self.set_text(self.past.pop(), keep=False)
+
+    def redo(self) -> None:
+        """Bring back what was undone."""
+        self.take()
+        if self.future:
+            self.past.append(self._text)
+            self.set_text(self.future.pop(), keep=False)
+
+    def _understand(self) -> None:
+        """What is made of every text before anybody is told of it."""
