@@ -15,8 +15,10 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli import app
+from autobalancer.cli.measured import balls
+from autobalancer.cli.rotors import flow
 from autobalancer.either_kind import check as summary
-from autobalancer.errors import MachineError, UnitError
+from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, parse_machine
 from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine, Unbalance
@@ -84,6 +86,13 @@ def test_units_with_powers_brackets_and_superscripts_are_still_read() -> None:
 def test_a_number_beyond_all_bounds_is_no_quantity(number: float) -> None:
     with pytest.raises(UnitError, match=r"given .{1,80}, which is not a finite number"):
         to_si(number, "m")
+
+
+@pytest.mark.parametrize("given", ["²x3", "3x²", "x", "3x3x3"])
+def test_a_raised_digit_is_no_count(given: str) -> None:
+    for count, option in ((flow._points, "--points"), (balls._size, "--size")):
+        with pytest.raises(QuestionError, match=f"{option}: given '{given}'"):
+            count(given)
 
 
 def with_value(text: str, entry: str, value: Any) -> str:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import signal
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -73,9 +75,21 @@ def test_a_stiff_ball_is_named_before_the_run() -> None:
     with pytest.warns(
         DurationWarning, match=r"drag brakes ball . with a time constant of [\d.e-]+ s, so 0.1 s take about"
     ):
-        run = ab.simulate(stiff, duration=0.1, max_steps=100, save=[ab.LastRevolutions(2)])
+        run = ab.simulate(stiff, duration=0.1, max_steps=100, save=[ab.LastRevolutions(2)], method="dormand_prince_8")
     assert run.attrs["outcome"] == "budget spent"
     assert run.attrs["steps"] == 100
+
+
+def test_a_stiff_ball_is_no_burden_to_long_steps() -> None:
+    machine = ab.load_machine(MACHINES / "discoidal.toml")
+    stiff = ab.with_parameter(machine, "balancers[1].races[1].drag", {"law": "beta", "beta": 1e6})
+    assert isinstance(stiff, Machine)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DurationWarning)
+        run = ab.simulate(stiff, duration=0.1, max_steps=100)
+    assert run.attrs["outcome"] == "finished"
+    turned = np.ptp(run["ball_angle_in_rotor"].values, axis=0)
+    assert np.all(turned < 1e-9), "such balls are carried along by the rotor"
 
 
 def test_sigterm_keeps_what_was_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,3 +173,16 @@ def test_ctrl_c_while_the_program_loads_is_no_fault(
         signal.signal(signal.SIGINT, before)
     assert left.value.code == 130
     assert capsys.readouterr().err == ""
+
+
+def test_a_design_that_is_stopped_says_where_its_runs_are(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def stopped(_file: Path, folder: Path, **_rest: object) -> None:
+        folder.mkdir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ab, "design", stopped)
+    monkeypatch.chdir(tmp_path)
+    Path("oil.toml").write_text("machine = 'discoidal.toml'\n")
+    answer = CliRunner().invoke(app, ["design", "oil.toml"])
+    assert answer.exit_code > 128
+    assert "finished runs are kept in oil_parts, and the same command goes on" in answer.stderr

@@ -13,6 +13,8 @@ from autobalancer.files.machine_file import load_chamber_machine, load_machine
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.simulation.chamber.summary import chamber_summary
 from autobalancer.simulation.remarks.input_text import input_notes
+from autobalancer.studies.design.dataset import designs_dataset
+from autobalancer.studies.design.reading import read_spec
 
 DISCOIDAL = Path("examples/machines/discoidal.toml")
 RACE = "balancers[1].races[1]"
@@ -126,3 +128,21 @@ def test_a_mass_beside_which_the_balls_are_nothing_is_said_as_it_was_read() -> N
     assert '"8000 g" if that is meant' in found[0]
     assert input_notes(with_value_at(machine, "rotor.mass", "8000 kg"), None) == ()
     assert all(input_notes(ab.example(name), None) == () for name in ("discoidal", "rigid_rotor", "equilibrium_angle"))
+
+
+def test_a_specification_of_a_design_says_how_it_was_read_too() -> None:
+    given = {
+        "machine": DISCOIDAL,
+        "operation": {"speed": [125.0, 1200], "run_up": "60 s", "hold": "20 s"},
+        "limits": {"peak_deflection": 1.3},
+        "space": {"outer": 1.5, "wall": "200 mm"},
+        "candidates": {"orbit_radius": {"from": 0.07, "to": 77}},
+    }
+    spec = read_spec(given)
+    assert (spec.limits["peak_deflection"], spec.space.wall) == (1.3, 0.2)
+    speed, limit, size = spec.remarks
+    assert speed.startswith("operation.speed[2] = 1200 was read in rad/s, which is 11459 rpm")
+    assert limit.startswith("limits.peak_deflection = 1.3 was read in m")
+    assert '"1.3 mm" if that is meant' in limit
+    assert size.startswith("candidates.orbit_radius.to = 77 was read in m")
+    assert designs_dataset(spec, [], "so far").attrs["input_text"].splitlines() == list(spec.remarks)

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.public_names import NAMES
 
@@ -60,3 +62,20 @@ def test_a_picture_opens_the_file_of_a_run_or_a_result(tmp_path: Path, short_run
         ab.plot.run_up(tmp_path / "modes.nc")
     with pytest.raises(QuestionError, match=r"plot\.modes: given a run; this is not a result of rotor\.modes"):
         ab.plot.modes(short_run)
+
+
+def test_the_command_draws_whatever_a_file_holds(tmp_path: Path) -> None:
+    vary = {"unbalances[1].mass": {"distribution": "normal", "standard_deviation": "5 %"}}
+    asked = {"machine": ab.example("discoidal"), "members": 20, "duration": "0.2 s", "vary": vary}
+    study = ab.study(asked, progress=False)
+    kinds = {"study": "picture, distribution, rest-positions", "drives": "picture", "eigenvalues": "picture"}
+    ab.save_run(study, tmp_path / "study.nc")
+    ab.save_run(ab.sensitivity(study, "peak_deflection"), tmp_path / "drives.nc")
+    ab.save_run(ab.stability.eigenvalues(ab.example("discoidal"), "900:1200 rpm:3"), tmp_path / "eigenvalues.nc")
+    for name, there in kinds.items():
+        told = CliRunner().invoke(
+            app, ["plot", str(tmp_path / f"{name}.nc"), "--out", str(tmp_path / f"{name}.png"), "--kind", "picture"]
+        )
+        assert (tmp_path / f"{name}.png").exists(), told.output
+        told = CliRunner().invoke(app, ["plot", str(tmp_path / f"{name}.nc"), "--kind", "race"])
+        assert f"there are {there}" in " ".join(told.output.split())

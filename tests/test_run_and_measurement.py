@@ -109,6 +109,22 @@ def test_what_cannot_be_compared_is_said(run: xr.Dataset, signals: xr.Dataset) -
         ab.compare([ab.parse_machine(RIG)], signals)
 
 
+def test_a_comparison_says_which_place_of_the_run_a_sensor_without_one_is_beside() -> None:
+    machine = ab.example("two_plane_rotor")
+    one = ab.simulate(machine, duration="50 ms", save=ab.Samples(401), progress=False)
+    there = ab.compare(one, record(one, [Sensor("displacement", "upper", "x")], RATE))
+    assert there["place"].values.tolist() == ["upper"]
+    assert not any("where" in note for note in there.attrs["notes"])
+    somewhere = record(one, [Sensor("displacement", direction="x")], RATE)
+    found = ab.compare(one, somewhere)
+    reference = one.attrs["reference_station"]
+    assert found["place"].values.tolist() == [reference]
+    assert f"displacement_x, {reference} of the run" in str(found)
+    (note,) = [note for note in found.attrs["notes"] if "does not say where" in note]
+    assert f"compared with {reference!r}" in note
+    assert "'lower', 'upper'" in note
+
+
 def test_the_command_lays_a_logger_file_over_a_run(run: xr.Dataset, signals: xr.Dataset, tmp_path: Path) -> None:
     for name, data in (("run.nc", run), ("logger.csv", signals)):
         ab.save_run(data, tmp_path / name)

@@ -12,6 +12,8 @@ from html import escape
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+NUMBER = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_SPEEDS = re.compile(rf"(?<!rpm \()(?<![\d.])(?P<numbers>(?:{NUMBER}(?:, | to | and ))*{NUMBER}) rad/s(?![\^²/])")
 STEERING = ("Cc", "Zl", "Zp", "Cs")  # Unicode categories of what a terminal obeys or cannot show
 
 
@@ -83,6 +85,21 @@ def rpm_and_si(speed: float) -> str:
     if not math.isfinite(speed):
         return "none" if math.isnan(speed) else "never"
     return f"{speed * 30.0 / math.pi:.5g} rpm ({speed:.5g} rad/s)"
+
+
+def speeds_in(text: str, factor: float, sign: str) -> str:
+    """A sentence whose speeds are in rad/s, with these in another unit; those in brackets behind rpm stay as they are."""
+
+    def shown(found: re.Match[str]) -> str:
+        numbers = re.sub(NUMBER, lambda number: format(float(number[0]) * factor, ".4g"), found["numbers"])
+        return f"{numbers} {sign}"
+
+    return _SPEEDS.sub(shown, text)
+
+
+def speeds_in_rpm(text: str) -> str:
+    """The same in rpm."""
+    return speeds_in(text, 30.0 / math.pi, "rpm")
 
 
 def facts_text(rows: Sequence[tuple[str, str]], width: int = 100) -> str:

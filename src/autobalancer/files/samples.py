@@ -20,7 +20,7 @@ def sample_names(kind: str) -> tuple[str, ...]:
 
 
 def sample_files(name: str) -> tuple[Path, ...]:
-    """The files of a sample; a table that belongs to a file comes behind it, and so does the machine of a study or a design.
+    """The files of a sample; a table that belongs to a file comes behind it, and so does what a study or a design names.
 
     Raises
     ------
@@ -32,10 +32,9 @@ def sample_files(name: str) -> tuple[Path, ...]:
         known = "; ".join(f"{kind} {', '.join(sample_names(kind))}" for kind in KINDS)
         raise CatalogError(f"no sample is called {name!r}; there are {known}")
     found.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
-    machines = [
-        tomllib.loads(path.read_text(encoding="utf-8"))["machine"] for path in found if path.parent.name in NAMING
-    ]
-    return (*found, *(path for kind in KINDS[:2] for path in _files(kind) if path.name in machines))
+    asked = [tomllib.loads(path.read_text(encoding="utf-8")) for path in found if path.parent.name in NAMING]
+    named = {one["machine"] for one in asked} | {one["rotor"]["receptance"] for one in asked if "rotor" in one}
+    return (*found, *(path for kind in KINDS[:3] for path in _files(kind) if path.name in named))
 
 
 def example_path(name: str) -> Path:

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from autobalancer.catalog.resolve import Ball
-from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, RigidRotor, ShaftRotor
+from autobalancer.machine import Machine, ModalRotor, MultibodyRotor, PlanarRotor, RigidRotor, ShaftRotor
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.liquid_ring import LiquidRing
 from autobalancer.machine.rotors.body import GROUND
@@ -72,7 +72,7 @@ def layout_of(machine: Machine, balls: tuple[Ball, ...]) -> Layout:
     middle = _middle(machine)
 
     def place(station: float | str | None) -> float:
-        if isinstance(machine.rotor, PlanarRotor) or station is None:
+        if isinstance(machine.rotor, (ModalRotor, PlanarRotor)) or station is None:
             return middle
         return named.get(station, middle) if isinstance(station, str) else float(station)
 
@@ -139,11 +139,15 @@ def _middle(machine: Machine) -> float:
 
 def _rotor(machine: Machine, carried: list[float], reach: float) -> tuple[list[Block], list[Spring], str]:
     rotor = machine.rotor
-    if isinstance(rotor, PlanarRotor):
+    if isinstance(rotor, (ModalRotor, PlanarRotor)):
         radius = ROOM * reach or ALONE
         half = 0.5 * SLAB * radius
         springs = [Spring(place, radius) for place in (-half, half)]
-        return [Block(-half, half, radius)], springs, "a planar rotor has no length: disc and supports are symbols"
+        return (
+            [Block(-half, half, radius)],
+            springs,
+            f"a {rotor.kind} rotor has no length: disc and supports are symbols",
+        )
     if isinstance(rotor, RigidRotor):
         held = [float(support.position) for support in rotor.supports]
         body = _cylinder(0.0, float(rotor.mass), float(rotor.polar_inertia), float(rotor.transverse_inertia))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from autobalancer.errors import QuestionError, UnitError
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 MOST = 1_000_000  # values along one axis
+COUNT = re.compile(r"[0-9]{1,9}")
 FORM = "from:to:count"
 
 
@@ -94,7 +96,7 @@ def example(unit: str, form: str = "from:to") -> str:
 def _parts(name: str, text: str, unit: str) -> tuple[list[str], int, bool]:
     parts = [part.strip() for part in text.split(":")]
     log = len(parts) == 4 and parts[3] == "log"
-    if not (len(parts) == 3 or log) or not parts[2].isdigit() or not 1 <= int(parts[2]) <= MOST:
+    if not (len(parts) == 3 or log) or not COUNT.fullmatch(parts[2]) or not 1 <= int(parts[2]) <= MOST:
         if len(parts) == 2 and all(parts):
             raise QuestionError(
                 f'{name}: given {text!r}, without the number of values; write it as "{FORM}", such as "{text}:200"'

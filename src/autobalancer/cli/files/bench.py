@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -37,6 +39,7 @@ def app(
     Example: autobalancer app
     """
     from autobalancer.app.server.serve import FOLDER, serve
+    from autobalancer.cli.terminal.exit_codes import stop_code
     from autobalancer.cli.terminal.output import print_json
     from autobalancer.cli.terminal.words import say
 
@@ -47,7 +50,25 @@ def app(
             say(f"the bench is at {address}")
             say(f"runs are kept in {home}; Ctrl-C ends the server")
 
-    browser = not no_browser
-    serve(
-        folder or FOLDER, host=host, port=port, tokens=token or [], browser=browser, limit=time_limit, announce=announce
-    )
+    browser, code = not no_browser, 0
+    try:
+        serve(
+            folder or FOLDER,
+            host=host,
+            port=port,
+            tokens=token or [],
+            browser=browser,
+            limit=time_limit,
+            announce=announce,
+        )
+    except KeyboardInterrupt:
+        typer.echo("stopped", err=True)
+        code = stop_code()
+    _leave(code)
+
+
+def _leave(code: int) -> None:
+    """End the process now: a thread that compiles cannot be interrupted, and every file is complete at any time."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

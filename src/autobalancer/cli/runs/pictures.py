@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.studied import Studied
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,6 +25,8 @@ DESIGNS = ("designs",)
 ENSEMBLE = ("shares", "distribution")
 MACHINE = ("machine",)
 DESIGN = ("design",)
+MANY = ("picture", "distribution", "rest-positions")
+ANSWER = ("picture",)  # of any other answer
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,11 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
         return {"design": lambda: ab.plot.design(result)}
     if {"layers", "friction", "balls"} <= set(result.dims):
         return _of_study(result, wishes)
+    if isinstance(result, Studied) and "verdict" in result:
+        return _of_many(result, wishes)
+    if draw := _own_picture(result):
+        _refuse(wishes, "of this result", "log", "frame", "place", "time", "start", "end", "deflection_unit")
+        return {"picture": lambda: draw(result)}
     if "member" in result.dims:
         _refuse(wishes, "of an ensemble", "log", "frame", "place", "time", "start", "end", "deflection_unit")
         return {
@@ -61,6 +69,16 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
             "distribution": lambda: ab.plot.ensemble_distribution(result, speed_unit=wishes.speed_unit),
         }
     return _of_races(result, wishes)
+
+
+def _own_picture(result: xr.Dataset) -> Callable[[xr.Dataset], Figure] | None:
+    """The function that draws an answer which is no run and no ensemble."""
+    from autobalancer.results.answers.answer import Answer
+
+    if {"deviation", "correlation", "parameter"} <= set(result.variables):
+        return ab.plot.identification
+    name = result.drawn_by if isinstance(result, Answer) else ""
+    return getattr(ab.plot, name) if name not in ("", "run_up", "ensemble") else None
 
 
 def of_machine(machine: Path, wishes: Wishes) -> Pictures:
@@ -115,6 +133,17 @@ def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:
         "arrangement": lambda: ab.plot.chamber_arrangement(
             run if wishes.time else part, [wishes.time] if wishes.time else None
         ),
+    }
+
+
+def _of_many(study: Studied, wishes: Wishes) -> Pictures:
+    """The pictures of a study of runs."""
+    _refuse(wishes, "of a study", "log", "frame", "place", "time", "start", "end", "deflection_unit")
+    unit = wishes.speed_unit
+    return {
+        "picture": lambda: ab.plot.study(study, speed_unit=unit),
+        "distribution": lambda: ab.plot.ensemble_distribution(study, speed_unit=unit),
+        "rest-positions": lambda: ab.plot.rest_positions(study, speed_unit=unit),
     }
 
 

@@ -7,13 +7,15 @@ from typing import Annotated
 
 import typer
 
-from autobalancer.cli.runs.pictures import CHAMBER, DESIGN, DESIGNS, ENSEMBLE, MACHINE, RACES, STUDY
+from autobalancer.cli.runs.pictures import ANSWER, CHAMBER, DESIGN, DESIGNS, ENSEMBLE, MACHINE, MANY, RACES, STUDY
 from autobalancer.cli.terminal.options import SpeedUnit, Unit
 
+ALL = tuple(dict.fromkeys((*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *MANY, *DESIGN, *MACHINE, *ANSWER)))
 KINDS = (
     f"{', '.join(RACES)}; of a deep chamber {', '.join(CHAMBER)}; of its study {', '.join(STUDY)}; "
-    f"of its search for designs {', '.join(DESIGNS)}; of an ensemble {', '.join(ENSEMBLE)}; of a design {', '.join(DESIGN)}; "
-    f"of a machine file {MACHINE[0]}"
+    f"of its search for designs {', '.join(DESIGNS)}; of an ensemble {', '.join(ENSEMBLE)}; of a study of runs "
+    f"{', '.join(MANY)}; of a design {', '.join(DESIGN)}; "
+    f"of a machine file {MACHINE[0]}; of other results {ANSWER[0]}"
 )
 
 
@@ -54,7 +56,7 @@ def plot(
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
-    if kind not in (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *DESIGN, *MACHINE, "all"):
+    if kind not in (*ALL, "all"):
         raise QuestionError(f"--kind: given {kind!r}{_meant(kind)}; must be one of {KINDS}; or all")
     if single:
         check_suffix("--out", out, PICTURE)
@@ -100,6 +102,8 @@ def _meant(kind: str) -> str:
     from difflib import get_close_matches
 
     near = get_close_matches(
-        kind.lower().replace("_", "-"), (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *DESIGN, *MACHINE, "all"), 1
+        kind.lower().replace("_", "-"),
+        (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *DESIGN, *MACHINE, *ANSWER, "all"),
+        1,
     )
     return f" (did you mean {near[0]}?)" if near else ""

@@ -89,6 +89,18 @@ def check_suffix(option: str, path: Path, allowed: Sequence[str]) -> None:
         raise QuestionError(f"{option} {path}: the name says how it is written; end it with {names}")
 
 
+def file_to_read(path: Path) -> None:
+    """Refuse a folder in place of a file, from whose name those of results are made.
+
+    Raises
+    ------
+    QuestionError
+        If it is one.
+    """
+    if path.is_dir():
+        raise QuestionError(f"{path}: is a folder; give the path of a file")
+
+
 def one_form(as_json: bool, as_csv: bool) -> None:
     """Refuse two forms of one answer.
 

@@ -7,8 +7,9 @@ import re
 from contextvars import ContextVar
 from typing import Any
 
-_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-_SPEEDS = re.compile(rf"(?P<numbers>(?:{_NUMBER.pattern}(?:, | to | and ))*{_NUMBER.pattern}) rad/s(?![\^²/])")
+from autobalancer.shown import NUMBER, speeds_in
+
+_BOTH = re.compile(rf"{NUMBER} rpm \((?P<si>{NUMBER}) rad/s\)")
 _UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
 _SPEED_UNIT: ContextVar[str] = ContextVar("speed_unit", default="rpm")
 
@@ -40,14 +41,10 @@ def speed_text(speed: float, form: str = ".5g") -> str:
 
 def in_speed_unit(text: str) -> str:
     """A sentence of the package, which has its speeds in rad/s, with these in the unit of :func:`speed_sign`."""
-    if speed_sign() == "rad/s":
-        return text
+    from autobalancer.results.display_units import speed_axis
 
-    def shown(found: re.Match[str]) -> str:
-        numbers = _NUMBER.sub(lambda number: speed_number(float(number[0]), ".4g"), found["numbers"])
-        return f"{numbers} {speed_sign()}"
-
-    return _SPEEDS.sub(shown, text)
+    text = _BOTH.sub(lambda found: speed_text(float(found["si"])), text)
+    return text if speed_sign() == "rad/s" else speeds_in(text, speed_axis(speed_sign()).factor, speed_sign())
 
 
 def say(text: str, indent: str = "", first: str = "") -> None:
