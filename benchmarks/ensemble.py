@@ -12,17 +12,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import autobalancer as ab
+from autobalancer.assembly.quantities import value_of
 from autobalancer.files.machine_file import load_race_machine
+from autobalancer.files.rigs import rig
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
 from autobalancer.simulation.steppers import Method
+from autobalancer.studies.ensemble.columns import Columns, columns_of
+from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.members import Members, without_start_angles
 from benchmarks import compared, measured
 from benchmarks._run_up import END, GOAL, LADDER_BATCH, MACHINE, heyoka_equations, prepared
 
-MEMBERS, SEED = 400, 7
+MEMBERS, SEED, MADE = 400, 7, 100
 DRAG, MASS = (5e-5, 5e-4), (2e-3, 6e-3)  # ranges of drag and unbalance, the latter as its mass
 WHOLE = 100_000
 REPEATS = 3  # of every time, the least counts
+TWO_PLANES = MACHINE.parent / "two_plane_rotor.toml"
 METHODS: tuple[Method, ...] = ("dormand_prince_8", "exponential_collocation")
 
 
@@ -103,7 +109,29 @@ def bench() -> list[dict[str, Any]]:
         ab.save_run(kept, Path(folder) / "ensemble.nc")
         whole = (perf_counter() - begin) * WHOLE / part
     note = f"from the machine file to the result file on two cores; extrapolated from {part} members"
-    return [*rows, measured("ensemble_1e5_s", whole, "s", note=note)]
+    return [*rows, measured("ensemble_1e5_s", whole, "s", note=note), *made_ready()]
+
+
+def made_ready() -> list[dict[str, Any]]:
+    """Members on a rotor that tilts and on a shaft, from the columns to the words of their runs, without these."""
+    rotors = {"rigid": load_race_machine(TWO_PLANES), "shaft": rig("cfrp_rig")}
+    plan, found = Plan(10.0, 1e-6, 500, 1000), []
+    for name, machine in rotors.items():
+        around, start = np.linspace(0.98, 1.02, MADE), without_start_angles(machine)
+        varied = {
+            key: value_of(machine, key) * around for key in ("unbalances[1].moment", "unbalances[1].angle", "drag")
+        }
+        given = columns_of(start, varied)
+
+        def taken(follow: bool, start: Machine = start, given: Columns = given) -> float:
+            begin = thread_time()
+            Members(start, given, np.arange(2), 0, "member").sorted(plan, "refuse", follow=follow)
+            return (thread_time() - begin) / (2 * MADE)
+
+        ours, theirs = (min(taken(follow) for _ in range(REPEATS)) for follow in (True, False))
+        note = f"{2 * MADE} members on a {name} rotor: unbalance, its angle, drag, random starts; one core, without their runs"
+        found.append(compared(f"member_made_ready_{name}", ours, "assembled one by one", theirs, note=note))
+    return found
 
 
 def against_heyoka(machine: Machine) -> dict[str, Any]:

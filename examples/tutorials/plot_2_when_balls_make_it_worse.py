@@ -150,11 +150,11 @@ for name, growth in zip(
     print(f"{name}: growth rate {growth:.3f} 1/s")
 
 # %%
-# The least oil for a given speed follows directly; a zero means that any oil will do:
+# The least oil for a given speed follows directly:
 
 for name in ("exact border", "release speed"):
     least = 1e6 * ab.stability.minimum_viscosity(machine, "700 rpm", name)
-    print(f"{name} at 700 rpm or below: at least {least:.2f} mm²/s")
+    print(f"{name} at 700 rpm or below: {f'at least {least:.2f} mm²/s' if least else 'any oil will do'}")
 
 # %%
 # Exercises
