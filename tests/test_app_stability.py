@@ -23,6 +23,7 @@ from autobalancer.app.text.quantities import alike, machine_with, text_with
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import parse_race_machine
+from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine
 
 DISCOIDAL = example_text("discoidal")
@@ -204,6 +205,18 @@ def test_a_deep_chamber_and_a_rotor_without_balls_are_told_so() -> None:
     about = known_of(Machine(**bare))
     told = {name for name, analysis in ANALYSES.items() if analysis.refusal(about)}
     assert told == {"map", "borders", "branches", "basin"}
+
+
+def test_a_campbell_diagram_begins_with_the_modes_that_are_near_the_speeds() -> None:
+    rig = parse_race_machine(rig_text("discoidal_rig"))
+    campbell = ANALYSES["campbell"]
+    asked = campbell.read(rig, defaults(campbell, known_of(rig)))
+    found = campbell.ask(rig, asked, lambda _done, _total: None)
+    top = float(np.max(asked["speeds"]))
+    slowest = found["frequency"].values[:, [0, -1]].min(axis=1)
+    assert np.all(slowest < 2.0 * top)
+    more = ab.rotor.campbell(rig, asked["speeds"], modes=found["branch"].size + 1)["frequency"].values
+    assert np.all(more[-1, [0, -1]] > 2.0 * top), "the next mode is far above the speeds"
 
 
 @pytest.mark.parametrize(

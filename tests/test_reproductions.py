@@ -8,7 +8,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from reproductions import KINDS, Found, compared_all, said
-from reproductions.pakula2021._grid import deviation
+from reproductions.pakula2021._grid import MEASURES, deviation, kept, run
 from reproductions.rodrigues2011.balls import from_heavy_spot, with_balls
 from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown, totals
 
@@ -67,7 +67,15 @@ def test_every_kind_is_explained() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", [Cell("single", 0.7, 5, 0), Cell("deep", 0.7, 4, 0)], ids=["single", "deep"])
 def test_the_table_behind_the_amplitudes_of_deep_chambers_is_that_of_the_present_code(cell: Cell) -> None:
-    assert deviation([cell]) < 1e-9
+    # Processors round differently, by vectors of four or eight numbers; impacts over 16 s make 6e-9 of it where it was seen.
+    assert deviation([cell]) < 1e-6
+
+
+@pytest.mark.slow
+def test_the_table_behind_the_amplitudes_of_deep_chambers_tells_a_friction_that_is_a_little_greater() -> None:
+    cell = Cell("deep", 0.7, 4, 0)
+    greater, then = run(cell._replace(friction=0.7 * (1.0 + 1e-4))), kept()[cell]
+    assert max(abs(greater[name] / then[name] - 1.0) for name in MEASURES if then.get(name)) > 1e-5
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.jobs import Latest
+from autobalancer.app.text.document import EMPTY
 from autobalancer.either_kind import check
 from autobalancer.errors import AutobalancerError
 from autobalancer.shown import rpm_and_si
@@ -62,6 +63,8 @@ class Check:
             self.pencil.number += 1
             self.busy.set_visibility(False)
             self.facts.classes(remove="old")
+            if self.bench.text == EMPTY:
+                self.drawing.set_content("")  # of the machine before, with which this one begins nothing
             self.drawing.classes(add="old")
             self.facts.set_content(f'<div class="wrong">{escape(self.bench.reading.message)}</div>')
             return

@@ -142,6 +142,7 @@ def _fewer(
 
 OVER = Entry("over", "what is varied beside the speed", _first, _quantities, wide=True)
 VALUES = "from:to:count, and :log for equal ratios"
+MODES = "how many, the lowest ones; empty: those slower than twice the highest speed"
 NUMBER_OF_STARTS = "of random starts; of ball angles how many of each ball"
 ANALYSES: dict[str, Analysis] = {
     "map": Analysis(
@@ -169,7 +170,7 @@ ANALYSES: dict[str, Analysis] = {
     "campbell": Analysis(
         "Campbell diagram",
         "Natural frequencies of the rotor over its speed, with the masses of the balls.",
-        {"speeds": _speeds(81), "modes": Entry("modes", "how many, the lowest ones", _is("10"))},
+        {"speeds": _speeds(81), "modes": Entry("modes", MODES, _is(""))},
         read_campbell,
         ask_campbell,
         draw_campbell,

@@ -11,6 +11,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from autobalancer.assembly.quantities import parameter_range, parameter_unit
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
@@ -20,6 +22,7 @@ from autobalancer.units.ranges import ends, range_values
 
 Given = Mapping[str, str]
 MOST_POINTS, MOST_STARTS, MOST_SPEEDS, MOST_STEPS, MOST_MODES = 40_000, 5000, 5000, 1000, 40  # of one question here
+NEAR = 2.0  # times the highest speed: modes above it say little about the machine
 
 
 def _number(name: str, text: str, most: int) -> int:
@@ -79,8 +82,12 @@ def ask_borders(machine: Machine, asked: dict[str, Any], progress: Progress) -> 
 
 
 def read_campbell(_machine: Machine, given: Given) -> dict[str, Any]:
-    """Speeds, and how many modes."""
-    return {"speeds": _some("speeds", given["speeds"], "rad/s"), "modes": _number("modes", given["modes"], MOST_MODES)}
+    """Speeds, and how many modes; none where those near the speeds are meant."""
+    few = given["modes"].strip()
+    return {
+        "speeds": _some("speeds", given["speeds"], "rad/s"),
+        "modes": _number("modes", few, MOST_MODES) if few else None,
+    }
 
 
 def ask_campbell(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
@@ -88,7 +95,17 @@ def ask_campbell(machine: Machine, asked: dict[str, Any], progress: Progress) ->
     from autobalancer.rotordynamics.campbell import campbell
 
     progress(0.0, 1.0)
-    return campbell(machine, asked["speeds"], modes=asked["modes"])
+    count = asked["modes"] or _modes_near(machine, asked["speeds"])
+    return campbell(machine, asked["speeds"], modes=count)
+
+
+def _modes_near(machine: Machine, speeds: Any) -> int:
+    """How many modes are slower than ``NEAR`` times the highest speed, at either end of the range; two at least."""
+    from autobalancer.rotordynamics.modes import modes
+
+    top = float(np.max(speeds))
+    ends = [modes(machine, float(speed), modes=MOST_MODES)["frequency"].values for speed in (np.min(speeds), top)]
+    return max(2, *(int(np.sum(frequencies < NEAR * top)) for frequencies in ends))
 
 
 def read_response(_machine: Machine, given: Given) -> dict[str, Any]:
