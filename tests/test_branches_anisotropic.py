@@ -221,6 +221,7 @@ def test_the_curve_of_folds_on_anisotropic_supports_goes_through_the_folds_of_it
     assert float(last["parameter"]) == pytest.approx(float(specials(found, "fold")[0]["special_parameter"]), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_beyond_a_period_doubling_a_ball_repeats_after_a_whole_turn_only() -> None:
     """On a race hardly larger than the deflection it would swing once a turn by itself; what holds it varies twice a turn."""
     ball = Balls(mass=0.01, motion="point", start_angles=(-0.1,))

@@ -145,6 +145,7 @@ def test_exact_values_of_a_planar_rotor_give_the_eigenvalues_of_its_full_equatio
         same_values(loop_eigenvalues(model, OIL, angles, speed), loop_eigenvalues(exact, OIL, angles, speed), 1e-10)
 
 
+@pytest.mark.slow
 def test_noise_does_not_add_modes_and_a_mode_beyond_the_band_is_seen_by_its_tail() -> None:
     modes = [(40.0, 0.02, 0.3), (75.0, 0.01, 0.1), (130.0, 0.03, 0.15), (190.0, 0.005, 0.2), (400.0, 0.01, 0.3)]
     sigma = 1j * FREQUENCY

@@ -101,7 +101,7 @@ def test_the_border_of_a_rotor_with_two_modes_is_where_its_full_equations_become
     assert abs(border - exact) < 5.0 * found.attrs["exact_border_deviation"]
 
 
-@pytest.mark.parametrize("with_coherence", [False, True])
+@pytest.mark.parametrize("with_coherence", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_blows_in_time_with_noise_and_drift_give_one_mode(with_coherence: bool) -> None:
     """Eight blows of 4 ms, white noise and a drift on the accelerometer, noise on the force; the analyser takes means.
 

@@ -43,7 +43,7 @@ def loose(speed: float) -> Machine:
 
 
 @pytest.mark.parametrize(
-    ("speed", "tolerance"), [(0.0, 1e-13), (60.0, 1e-11)]
+    ("speed", "tolerance"), [pytest.param(0.0, 1e-13, marks=pytest.mark.slow), (60.0, 1e-11)]
 )  # the spin has 2000 times the energy of the rest
 def test_energy_is_kept_to_1e_9_if_all_that_rubber_and_balls_lose_is_counted(speed: float, tolerance: float) -> None:
     motion = RigEnergy(loose(speed))

@@ -66,6 +66,7 @@ def test_anisotropic_supports_name_the_direction_of_bending() -> None:
     assert str(found["name"].values[0]) == "bending 1 y"
 
 
+@pytest.mark.slow
 def test_branches_of_a_shaft_are_followed_over_crossings_of_all_its_modes() -> None:
     disks = [{"position": 0.4, "mass": 5.0, "transverse_inertia": 0.05, "polar_inertia": 0.09}]
     machine = shaft(1e7, disks=disks)
