@@ -73,6 +73,8 @@ def test_answers_are_datasets_that_show_themselves_as_tables() -> None:
     assert "frequency (Hz)" in head
     assert f"{float(modes['frequency'][0]) / (2.0 * np.pi):.5g}" in row
     assert "dataset in SI over mode (4)" in repr(modes)
+    assert repr(modes).startswith(modes.told())
+    assert "dataset in SI" not in modes.told()
     assert "<th>frequency (Hz)</th>" in modes._repr_html_()
     assert "xr-header" in modes._repr_html_(), "xarray's own view can be opened below the table"
     for found, text in (

@@ -95,11 +95,18 @@ class Answer(xr.Dataset):
         more = f" and {len(names) - NAMED} more" if len(names) > NAMED + 1 else ""
         return f"dataset in SI{f' over {sizes}' if sizes else ''}: {', '.join(names[:NAMED] if more else names)}{more}"
 
+    def told(self) -> str:
+        """Heading, facts, table and remarks, for a reader who has no use for the dataset."""
+        return self._told(self.remarks())
+
     def __repr__(self) -> str:
         if not self.has_table():
             return str(xr.Dataset.__repr__(self))
-        (head, rows), facts = self._table(), self.facts()
-        lines = [line for text in (*self.remarks(), self._contents()) for line in textwrap.wrap(text, WIDTH)]
+        return self._told((*self.remarks(), self._contents()))
+
+    def _told(self, sentences: Sequence[str]) -> str:
+        (head, rows), facts = self._table() if self.has_table() else ([], []), self.facts()
+        lines = [line for text in sentences for line in textwrap.wrap(text, WIDTH)]
         table = text_table(*_narrow(head, rows)) if rows else ""
         return "\n".join(line for line in (self.heading(), facts_text(facts) if facts else "", table, *lines) if line)
 

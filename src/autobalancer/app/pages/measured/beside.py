@@ -70,7 +70,7 @@ class Beside:
 
         def work(job: Job) -> tuple[str, str]:
             found, note = beside(self.archive, run, data, asked, job)
-            words = f'<pre class="said">{escape(str(found))}</pre>'
+            words = f'<pre class="said">{escape(found.told())}</pre>'
             said = f'<div class="note">{escape(note)}</div>' if note else ""
             return svg_of(
                 picture(found), f"measured beside the run of {found.attrs.get('machine_name', '')}"

@@ -54,7 +54,7 @@ class Looks:
         """Show another measurement."""
         self.name, self.asked = name, Asked()
         self.picture.set_content("")
-        self.words.set_content(f'<pre class="said">{escape(str(data))}</pre>' if isinstance(data, Signals) else "")
+        self.words.set_content(f'<pre class="said">{escape(data.told())}</pre>' if isinstance(data, Signals) else "")
         self.waves.show(name if isinstance(data, Signals) else "", version)
         self.asking.clear()
         if isinstance(data, Signals):

@@ -98,7 +98,7 @@ def tracked(signals: xr.Dataset, asked: Asked) -> xr.Dataset:
 
 def _of_orders(data: xr.Dataset, asked: Asked) -> Drawn:
     found = tracked(asked.piece(data), asked)
-    return lambda: orders_picture(found), str(found)
+    return lambda: orders_picture(found), found.told()
 
 
 def _of_map(over: str) -> Callable[[xr.Dataset, Asked], Drawn]:
@@ -116,7 +116,7 @@ def _of_spectrum(data: xr.Dataset, asked: Asked) -> Drawn:
     part = asked.piece(data)
     known = asked.turned(part) if turning(data) else part
     found = spectrum(known, _alike(data, asked.channel))
-    return lambda: spectrum_picture(found), str(found)
+    return lambda: spectrum_picture(found), found.told()
 
 
 def _of_orbit(data: xr.Dataset, asked: Asked) -> Drawn:
@@ -124,12 +124,12 @@ def _of_orbit(data: xr.Dataset, asked: Asked) -> Drawn:
     if asked.revolutions.strip():
         options["revolutions"] = _number("revolutions", asked.revolutions)
     found = orbit(asked.turned(data), at=asked.start.strip() or None, **options)
-    return lambda: measured_orbit(found), str(found)
+    return lambda: measured_orbit(found), found.told()
 
 
 def _of_decay(data: xr.Dataset, asked: Asked) -> Drawn:
     found = damping(data, asked.channel, start=asked.start.strip() or None, end=asked.end.strip() or None)
-    return lambda: damping_picture(found), str(found)
+    return lambda: damping_picture(found), found.told()
 
 
 LOOKS: dict[str, tuple[str, Callable[[xr.Dataset, Asked], Drawn]]] = {
