@@ -15,6 +15,7 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS
+from autobalancer.machine.plain_names import dimension_of
 from autobalancer.results.measure_table import PER_BALL
 from autobalancer.results.shares import wilson_interval
 from autobalancer.studies.ensemble import follow, room
@@ -23,7 +24,7 @@ from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
-STALL = MACHINES / "stall_and_release.toml"
+STALL, PINS = MACHINES / "stall_and_release.toml", MACHINES / "variant_pins.toml"
 END, TOLERANCE = 1.0, 1e-6
 DRAG = [1e-4, 2e-4, 4e-4]
 
@@ -158,7 +159,17 @@ def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
 @pytest.mark.parametrize("columns", [{"count": [2, 3, 4]}, {"rotor.stiffness": [4e4, [4e4, 5e4], 5e4]}])
 def test_members_that_differ_in_more_than_numbers_are_assembled(columns: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """The number of balls says how many numbers a run has, and the axes depend on whether the springs are alike."""
-    machine, made = ab.load_machine(DISCOIDAL), list[int]()
+    _are_assembled(DISCOIDAL, columns, monkeypatch)
+
+
+def test_members_whose_fluid_differs_are_assembled_where_forces_know_the_mass_of_balls(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    _are_assembled(PINS, {"temperature": ["20 degC", "30 degC", "40 degC"]}, monkeypatch)
+
+
+def _are_assembled(path: Path, columns: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    machine, made = ab.load_machine(path), list[int]()
     asked = Members(machine, columns_of(machine, columns), None, 0, "member")
     ready = asked.ready
     monkeypatch.setattr(asked, "ready", lambda number, plan: made.append(number) or ready(number, plan))
@@ -299,11 +310,42 @@ def test_more_members_than_memory_holds_are_refused_with_the_number_that_fits(mo
         ({"ball_angle[3]": [0.0]}, r"ball_angle\[1\] to ball_angle\[2\]"),
         ({"ball_angle[1]": [np.nan]}, "must be finite"),
         ({"seed": [1.5]}, "must be a whole number"),
+        ({"seed": [1, None]}, "member 2, 'seed': given None"),
+        ({"run.duration": [0.5, 2.0]}, "the runs have one duration"),
+        ([1.0], "must be names with their values"),
     ],
 )
 def test_columns_that_make_no_sense_are_refused(columns: dict[str, Any], told: str) -> None:
     with pytest.raises(QuestionError, match=told):
         ab.ensemble(STALL, columns, duration=END)
+
+
+@pytest.mark.parametrize(
+    "more", [{"seeds": 2.5}, {"seeds": 0}, {"workers": 0}, {"bins": 1.5}, {"max_steps": -1}], ids=str
+)
+def test_counts_are_whole_numbers_from_one(more: dict[str, Any]) -> None:
+    with pytest.raises(QuestionError, match=rf"{next(iter(more))}: given .*; must be a whole number from 1"):
+        ab.ensemble(STALL, {"drag": [1e-4]}, duration=END, **more)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "told"),
+    [
+        ("rotor.mass", ["9 kg", "-5 kg"], -5.0),
+        ("drag", ["1e-4 N*m*s", "-1e-4 N*m*s"], -1e-4),
+    ],
+)
+def test_impossible_members_in_words_are_recorded_with_their_numbers(name: str, values: list[str], told: float) -> None:
+    found = ab.ensemble(STALL, {name: values}, duration=0.05, impossible="record")
+    assert found["outcome"].values.tolist() == ["finished", "impossible"]
+    assert float(found[dimension_of(name)][1]) == told
+
+
+def test_an_oil_that_is_not_known_at_a_temperature_makes_an_impossible_member() -> None:
+    columns = {"temperature": ["25 degC", "200 degC"], "viscosity": ["1 mm^2/s", "1 mm^2/s"]}
+    found = ab.ensemble(DISCOIDAL, columns, duration=0.05, impossible="record")
+    assert found["outcome"].values.tolist() == ["finished", "impossible"]
+    assert str(found["reason"].values[1]).startswith("member 2, variation with temperature = 200 degC")
 
 
 def test_the_interval_of_a_share_is_that_of_wilson() -> None:

@@ -265,3 +265,69 @@ def test_what_counts_as_a_pull_grows_while_contacts_change_without_time_going_on
     )  # fmt: skip
     wider = [float(word) for word in done.stdout.split()]
     assert wider == [1.0] * 31 + [2.0**k for k in range(1, 10)] + [1.0]
+
+
+def _pressed(contact: dict[str, Any], shift: float) -> Machine:
+    """Two equal balls that press on one partition from both sides until the light place moves at 8 s."""
+    steel = {"diameter": "10 mm", "material": "steel"}
+    light = 1.0 + math.pi - 0.02
+    return Machine(
+        name="pressed",
+        axis="vertical",
+        rotor={"mass": 10.0, "stiffness": 1e5, "damping": 100.0},
+        unbalances=[
+            {"moment": 1.2e-3, "angle": light, "schedule": {"time": [8.0, 8.0], "factor": [1.0, 0.0]}},
+            {"moment": 1.2e-3, "angle": light + shift, "schedule": {"time": [8.0, 8.0], "factor": [0.0, 1.0]}},
+        ],
+        balancers=[
+            {
+                "races": [
+                    {
+                        "race_radius": "0.1 m",
+                        "drag": {"law": "beta", "beta": 2e-4},
+                        "partitions": {"count": 2, "angle": 1.0},
+                        "contact": contact,
+                        "balls": [steel | {"start_angles": [0.0]}, steel | {"start_angles": [2.2]}],
+                    }
+                ]
+            }
+        ],
+        drive={"kind": "speed", "profile": {"kind": "constant", "speed": 200.0}},
+    )
+
+
+@pytest.mark.parametrize("shift", [0.5, 2.5, -0.5])
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_equal_balls_do_not_hold_each_other_through_a_partition(restitution: float, shift: float) -> None:
+    hard, soft = (
+        ab.simulate(_pressed(contact, shift), duration=14.0, tolerance=1e-9, save=ab.Samples(15))
+        for contact in ({"restitution": restitution}, {"restitution": 0.2, "stiffness": 1e7})
+    )
+    before, after = (hard["ball_angle_in_rotor"].values[when] - 1.0 for when in (7, -1))
+    assert before == pytest.approx([-0.05265, 0.05265], abs=3e-3), "both are beside the partition"
+    assert after == pytest.approx(soft["ball_angle_in_rotor"].values[-1] - 1.0, abs=1e-4)
+    assert np.abs(after - before).max() > 0.1, "one has left"
+
+
+@pytest.mark.parametrize(
+    ("diameters", "rolling", "adherence", "seed"), [((8, 10, 8, 10), 1e-4, 1.5e-4, 1), ((10, 8, 10), 3e-4, 3e-4, 3)]
+)
+def test_time_goes_on_where_touching_balls_just_loosen_one_that_rests(
+    diameters: tuple[int, ...], rolling: float, adherence: float, seed: int
+) -> None:
+    race = {
+        "race_radius": "0.1 m",
+        "drag": {"law": "beta", "beta": 1e-4},
+        "friction": {"rolling_resistance": rolling, "adherence": adherence},
+        "balls": [{"diameter": f"{size} mm", "material": "steel"} for size in diameters],
+    }
+    machine = Machine(
+        name="rough",
+        axis="vertical",
+        rotor={"mass": 10.0, "stiffness": 1e5, "damping": 100.0},
+        unbalances=[{"moment": 5e-4}],
+        balancers=[{"races": [race]}],
+        drive={"kind": "speed", "profile": {"kind": "ramp", "end": 300.0, "duration": 1.5}},
+    )
+    run = ab.simulate(machine, duration=4.0, seed=seed, max_steps=3000, save=ab.Samples(3))
+    assert run.attrs["outcome"] == "finished"

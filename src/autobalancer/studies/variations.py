@@ -9,11 +9,12 @@ import numpy as np
 
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_parameter
-from autobalancer.errors import QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine.path import entry_at
 from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, parts_of
+from autobalancer.units import argument
 from autobalancer.units.ranges import is_range
 
 
@@ -34,9 +35,22 @@ def with_variation(machine: Machine, variations: Iterable[str], point: tuple[Any
 
 def listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:
     """A single value of a parameter as a list of one, a range as its values."""
+    refuse_of_all(name)
     if is_range(values):
         return [value.item() for value in parameter_range(machine, name, values)]
     return [values] if isinstance(values, str | int | float | Mapping | Part) else values
+
+
+def refuse_of_all(name: str) -> None:
+    """Refuse an entry that is the same for all runs.
+
+    Raises
+    ------
+    QuestionError
+        For the duration.
+    """
+    if any(part.split(".")[0] == "run" for part in parts_of(name)):
+        raise QuestionError(f"{name}: the runs have one duration, which is given beside what varies, as 'duration'")
 
 
 def variation_text(variations: Iterable[str], point: tuple[Any, ...]) -> str:
@@ -65,10 +79,21 @@ def _number(machine: Machine, path: str, value: Any) -> Any:
     """The SI number that a text became."""
     if not isinstance(value, str):
         return value
-    if path in QUANTITIES or len(parts_of(path)) > 1:
-        return si_value(machine, path, value)
-    entry = entry_at(with_value_at(machine, path, value), path)
+    try:
+        if path in QUANTITIES or len(parts_of(path)) > 1:
+            return si_value(machine, path, value)
+        entry = entry_at(with_value_at(machine, path, value), path)
+    except AutobalancerError:  # of a member that is impossible
+        return _as_written(machine, path, value)
     return float(entry) if isinstance(entry, float) else entry
+
+
+def _as_written(machine: Machine, path: str, value: str) -> Any:
+    """The SI number that a text would be in a machine where it is possible; else the text."""
+    try:
+        return argument(path, value, parameter_unit(machine, path))
+    except AutobalancerError:
+        return value
 
 
 def _text(value: Any) -> str:

@@ -127,6 +127,8 @@ def _set_neighbors(
     tables: Tables,
 ) -> None:
     for i, j, wrap in ring(members, angles):
+        if race.partitions is not None and _sector(race, angles[i]) != _sector(race, angles[j] + wrap):
+            continue  # a partition has no thickness, but nothing meets through it
         one, other, row = balls[i], balls[j], rows[i]
         row.next, row.wrap, rows[j].before = j, wrap, i
         row.touch = 0.5 * occupied_angle([one, other])
@@ -175,6 +177,12 @@ def _set_walls(
         angles[i] = min(max(angles[i], low + half), high - half)
 
 
+def _sector(race: Race, angle: float) -> int:
+    """Between which partitions an angle lies; over a whole turn as many more."""
+    assert race.partitions is not None
+    return math.floor((angle - float(race.partitions.angle)) / (TURN / race.partitions.count))
+
+
 def sector(race: Race, ball: Ball, angle: float, half: float) -> tuple[float, float]:
     """The angles of the partitions on both sides of a ball, which takes ``half`` an angle on each of its own.
 
@@ -192,7 +200,7 @@ def sector(race: Race, ball: Ball, angle: float, half: float) -> tuple[float, fl
             f"{math.degrees(width):.4g} deg between partitions are less than the {math.degrees(2.0 * half):.4g} deg of a ball; "
             "take fewer partitions or a smaller ball"
         )
-    part = math.floor((angle - first) / width)
+    part = _sector(race, angle)
     low, high = first + part * width, first + (part + 1) * width
     short = half - min(angle - low, high - angle)
     if ball.start_angle is not None and short > TOUCHING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from autobalancer.files.table import read_table
 from autobalancer.kernels.system import Floats, Integers
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import GREATEST
-from autobalancer.studies.variations import listed
+from autobalancer.studies.variations import listed, refuse_of_all
 from autobalancer.units import list_argument
 from autobalancer.units.ranges import is_range
 
@@ -50,6 +51,10 @@ def columns_of(machine: Machine, given: Mapping[str, Any] | str | Path | None) -
     """
     if isinstance(given, (str, Path)):
         given = _from_file(machine, Path(given))
+    if given is not None and not isinstance(given, Mapping):
+        raise QuestionError(
+            f"columns: given {type(given).__name__}; must be names with their values, or the path of a table"
+        )
     lists = {name: _listed(machine, name, values) for name, values in (given or {}).items()}
     sizes = {name: len(values) for name, values in lists.items()}
     if sizes and min(sizes.values()) == 0:
@@ -93,11 +98,15 @@ def _listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:
 
 def _seeds(values: Sequence[Any]) -> Integers:
     for number, value in enumerate(values, start=1):
-        if isinstance(value, bool) or not float(value).is_integer() or not 0 <= int(value) <= GREATEST:
+        if isinstance(value, bool) or not isinstance(value, Integral | float) or not _is_seed(value):
             raise QuestionError(
                 f"columns: member {number}, 'seed': given {value!r}; must be a whole number from 0 to {GREATEST}"
             )
     return np.array([int(value) for value in values], np.int64)
+
+
+def _is_seed(value: Any) -> bool:
+    return bool(0 <= value <= GREATEST and value == int(value))
 
 
 def _start(machine: Machine, name: str, kind: re.Match[str], values: Sequence[Any]) -> Floats:
@@ -135,6 +144,7 @@ def _from_file(machine: Machine, path: Path) -> dict[str, Any]:
 
 def unit_of_column(machine: Machine, name: str) -> str:
     """The SI unit of a column; empty for plain numbers."""
+    refuse_of_all(name)
     kind = _START.fullmatch(name)
     return STARTS[kind[1]] if kind else parameter_unit(machine, name)
 

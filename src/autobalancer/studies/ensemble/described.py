@@ -28,6 +28,7 @@ from autobalancer.studies.ensemble.numbers import LONG, Before, keeps_its_form, 
 Words = dict[int, int]
 OF_RACES = {"drag", "fluid", "friction"}  # keys of a race of which balls feel drag and friction only, see _alike
 OF_BALLS = {"eccentricity", "eccentricity_angle", "balls", "orbit_radius", "race_radius", "bearing"}
+OF_MASS = OF_BALLS | {"fluid"}  # on which the mass depends that forces on balls know
 OF_DRAG, OF_FRICTION = (
     {"drag", "fluid_viscosity", "stokes"},
     {"rolling_resistance", "adherence"},
@@ -221,7 +222,7 @@ def _alike(one: Any, other: Any) -> bool:
     changed = _changed(one, other)
     if not changed <= OF_RACES | OF_BALLS:
         return False
-    if changed & OF_BALLS and (one.partitions is not None or one.forces):
+    if (changed & OF_BALLS and one.partitions is not None) or (changed & OF_MASS and one.forces):
         return False
     if "friction" in changed and (one.friction is None or other.friction is None):
         return False

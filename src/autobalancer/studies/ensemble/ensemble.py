@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -92,18 +93,21 @@ def ensemble(
         If a member is impossible; the message names it. Nothing has run by then.
     """
     machine = balls_in_races(machine)
+    for name, number in {"seeds": seeds, "bins": bins, "workers": workers, "max_steps": max_steps}.items():
+        if number is not None and (isinstance(number, bool) or not isinstance(number, Integral) or number < 1):
+            raise QuestionError(f"{name}: given {number!r}; must be a whole number from 1")
     given = columns_of(machine, columns)
     if columns is None and seeds is None:
         raise QuestionError("ensemble: give columns of numbers, or a number of random starts, such as seeds=1000")
-    if seeds is not None and (seeds < 1 or given.seeds is not None):
-        raise QuestionError(f"seeds: given {seeds}; must be at least 1, and stands in place of a column 'seed'")
+    if seeds is not None and given.seeds is not None:
+        raise QuestionError(f"seeds: given {seeds}; stands in place of a column 'seed'")
     if impossible not in ("refuse", "record"):
         raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
     end = _duration(machine, duration)
-    drawn = None if seeds is None else np.arange(seed, seed + seeds, dtype=np.int64)
     refuse_what_does_not_fit(machine, given.count * (seeds or 1), keep_states)
+    drawn = None if seeds is None else np.arange(seed, seed + seeds, dtype=np.int64)
     if drawn is not None or given.seeds is not None:
         machine = without_start_angles(machine)
     members, plan = Members(machine, given, drawn, seed, "member"), Plan(end, tolerance, bins, max_steps, method)

@@ -12,7 +12,7 @@ from autobalancer.assembly.mass_spread import MASS_SPREAD
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.places import Places, places_of
 from autobalancer.assembly.system import Assembly
-from autobalancer.errors import MachineError, QuestionError, UnitError
+from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitError
 from autobalancer.kernels.system import Integers
 from autobalancer.machine import Machine
 from autobalancer.simulation.prepare import prepare
@@ -23,6 +23,7 @@ from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.variations import variation_text, with_variation
 
 Impossible = Literal["refuse", "record"]
+REFUSED = (UnitError, QuestionError, MachineError, CatalogError)  # what says that a member is impossible
 KEPT = 64  # machines between two looks at their members
 
 
@@ -74,7 +75,7 @@ class Members:
 
         Raises
         ------
-        MachineError, UnitError, QuestionError
+        MachineError, UnitError, QuestionError, CatalogError
             For the first that cannot run, unless those are to be recorded.
         """
         try:
@@ -96,11 +97,10 @@ class Members:
                     if key not in classes:
                         classes[key] = Class(self, groups, names or [])
                     classes[key].take(number)
-            except (MachineError, UnitError, QuestionError) as error:
+            except REFUSED as error:
                 text = f"{self._named(number)}{error}"
                 if how == "refuse":
-                    kinds = (UnitError, QuestionError, MachineError)
-                    raise next(kind for kind in kinds if isinstance(error, kind))(text) from None
+                    raise next(kind for kind in REFUSED if isinstance(error, kind))(text) from None
                 reasons[number] = text
         for one in classes.values():
             one.finish()

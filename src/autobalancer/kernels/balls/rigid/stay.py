@@ -78,7 +78,18 @@ def _stay(time, y, rates, system, size, count, still):  # type: ignore[no-untype
     equalize(y, system)
     _set_modes(y, p)
     done += _rest(time, y, rates, system, count, still)
-    some = False
+    again = True
+    while again and done <= 9 * p.ball_count + 9:
+        done += _press(time, y, rates, system, size, count, still)
+        again = _loosen(system)  # what balls that touch do to the rotor may be just too much for one that rests
+    return done
+
+
+@njit(**APART)
+def _press(time, y, rates, system, size, count, still):  # type: ignore[no-untyped-def]
+    """Close those contacts listed of rolling balls that press, and open the others."""
+    p = behind(system_at(system))
+    r, done, some = p.rigid, 0, False
     for q in range(count):
         kind, k = r.kinds[q], r.balls[q]
         r.chosen[q] = 1 if not is_closed(p, kind, k) and _may_press(y, p, kind, k, still) else 0
@@ -142,16 +153,24 @@ def _rest(time, y, rates, system, count, still):  # type: ignore[no-untyped-def]
     while resting and done <= p.ball_count:
         rates(time, y, data(r.base), system)
         done += 1
-        resting = False
-        for k in range(p.ball_count):
-            if p.guided[k].bound == 0 and _at_rest(p, k):
-                if is_loose(p, k):
-                    p.guided[k].mode, resting = math.copysign(1.0, p.guided[k].need), True
-            elif leads(p, k) and _at_rest(p, k):
-                resting = _break(p, k) or resting
-        if resting:
-            count_bound(system)
+        resting = _loosen(system)
     return done
+
+
+@njit(**APART)
+def _loosen(system: Any) -> bool:
+    """Let those balls roll that adherence cannot hold, by the last evaluation; whether there were any."""
+    p = behind(system_at(system))
+    some = False
+    for k in range(p.ball_count):
+        if p.guided[k].bound == 0 and _at_rest(p, k):
+            if is_loose(p, k):
+                p.guided[k].mode, some = math.copysign(1.0, p.guided[k].need), True
+        elif leads(p, k) and _at_rest(p, k):
+            some = _break(p, k) or some
+    if some:
+        count_bound(system)
+    return some
 
 
 @njit(**INLINE)
