@@ -111,3 +111,14 @@ def test_the_drawing_is_shown_larger_and_put_away_by_keyboard(page: Any) -> None
     assert drawing.bounding_box()["width"] > 2.0 * small["width"]
     page.keyboard.press("Escape")
     expect(drawing).to_be_hidden()
+
+
+def test_an_empty_machine_has_no_drawing_and_an_impossible_one_the_last_that_was_possible(page: Any) -> None:
+    drawing = at(page, "drawing").locator("svg")
+    sample(page, "two_plane_rotor", "Two-plane rotor")
+    at(page, "rotor.mass").fill("1e30")
+    expect(at(page, "check")).to_contain_text("must not be larger")
+    expect(at(page, "drawing")).to_have_class(re.compile("old"))
+    expect(drawing).to_have_attribute("aria-label", re.compile("Two-plane rotor"))
+    page.get_by_role("button", name="Empty machine").click()
+    expect(drawing).to_have_count(0)

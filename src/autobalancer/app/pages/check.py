@@ -59,11 +59,13 @@ class Check:
         """Show the drawing now, and ask for the facts."""
         machine = self.bench.reading.machine
         if machine is None:
-            self.latest.number += 1  # what is under way is outdated
-            self.pencil.number += 1
+            self.latest.number += (
+                1  # what is under way is outdated; a drawing on its way is that of the last possible machine
+            )
             self.busy.set_visibility(False)
             self.facts.classes(remove="old")
             if self.bench.text == EMPTY:
+                self.pencil.number += 1
                 self.drawing.set_content("")  # of the machine before, with which this one begins nothing
             self.drawing.classes(add="old")
             self.facts.set_content(f'<div class="wrong">{escape(self.bench.reading.message)}</div>')
@@ -80,11 +82,13 @@ class Check:
             core.loop.call_soon_threadsafe(self._put, target, content)
 
     def _put(self, target: Any, content: str) -> None:
-        if target.is_deleted:
+        possible = self.bench.reading.machine is not None
+        if target.is_deleted or (target is self.facts and not possible):
             return
         with target:
             target.set_content(content)
-            target.classes(remove="old")
+            if possible:
+                target.classes(remove="old")
             if target is self.facts:
                 self.busy.set_visibility(False)
 
