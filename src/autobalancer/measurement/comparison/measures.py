@@ -34,9 +34,14 @@ class Row(NamedTuple):
     deviation: float
 
 
-def measure_rows(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int) -> tuple[list[Row], list[str]]:
-    """The measures that can be computed from the pairs, and why the others cannot."""
-    speed = np.interp(found[0].measured.time, run["time"].values, run["speed"].values)
+def measure_rows(
+    run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int, turned: xr.Dataset | None
+) -> tuple[list[Row], list[str]]:
+    """The measures that can be computed from the pairs, and why the others cannot.
+
+    ``turned`` has the measured speed over its time, held before the first pulse and after the last; without a tacho it is taken
+    to be that of the run.
+    """
     if found[0].measured.unit == "rad":
         return _of_film(run, measured, found, seed)
     place = str(run.attrs.get("reference_station", ""))
@@ -49,9 +54,12 @@ def measure_rows(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed:
         ]
     across = np.linalg.pinv(np.column_stack([np.cos(angles), np.sin(angles)]))
     time = found[here[0]].measured.time
+    of_run = np.interp(time, run["time"].values, run["speed"].values)
+    own = of_run if turned is None else np.interp(time, turned["time"].values, turned["speed"].values)
 
-    def recorded(values: list[Floats]) -> Recorded:
+    def recorded(values: list[Floats], seen: bool) -> Recorded:
         x, y = across @ np.array(values)
+        speed = own if seen else of_run
         data = xr.Dataset({"deflection": ("time", np.hypot(x, y)), "speed": ("time", speed)}, {"time": time})
         return Recorded(float(time[-1]), True, critical_speed_of(run), bins_of(data))
 
@@ -66,7 +74,7 @@ def _of_film(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int
         return [], ["no measures: one picture says where balls are, and not how they move"]
     speed = np.interp(time, run["time"].values, run["speed"].values)
 
-    def recorded(values: list[Floats]) -> Recorded:
+    def recorded(values: list[Floats], _seen: bool) -> Recorded:
         angle = np.array(
             [np.interp(time, pair.measured.time, np.unwrap(one)) for pair, one in zip(found, values, strict=True)]
         ).T
@@ -78,15 +86,18 @@ def _of_film(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int
     return _rows(found, recorded, "balls", seed), ["no measures of the deflection: a film of balls does not show it"]
 
 
-def _rows(found: list[Pair], recorded: Callable[[list[Floats]], Recorded], known: str, seed: int) -> list[Row]:
-    """Of the measures that need nothing else than what is ``known``; without deviation where a sensor states none."""
+def _rows(found: list[Pair], recorded: Callable[[list[Floats], bool], Recorded], known: str, seed: int) -> list[Row]:
+    """Of the measures that need nothing else than what is ``known``; without deviation where a sensor states none.
+
+    ``recorded`` is told whether the values are the measured ones.
+    """
     random = generator(seed)
     stated = all(np.isfinite(pair.measured.deviation).any() for pair in found)
-    true = recorded([pair.measured.values - (pair.shifted - pair.simulated) for pair in found])
+    true = recorded([pair.measured.values - (pair.shifted - pair.simulated) for pair in found], True)
     draws = []
     for _ in range(DRAWS):
         noise = [np.nan_to_num(pair.measured.deviation) * random.standard_normal(pair.simulated.size) for pair in found]
-        draws.append(recorded([pair.simulated + part for pair, part in zip(found, noise, strict=True)]))
+        draws.append(recorded([pair.simulated + part for pair, part in zip(found, noise, strict=True)], False))
     rows = []
     for measure in MEASURES:
         if set(needed(measure)) != {known} or measure.name in OF_REST:

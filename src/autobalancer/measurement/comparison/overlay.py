@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, RangeWarning
 from autobalancer.measurement.comparison.measures import measure_rows, measure_table
 from autobalancer.measurement.comparison.order_curves import is_orders, order_curves
 from autobalancer.measurement.comparison.pairs import (
@@ -21,6 +22,7 @@ from autobalancer.measurement.comparison.pairs import (
     together,
 )
 from autobalancer.measurement.comparison.stated import is_film
+from autobalancer.measurement.orders.angle import rotor_angle
 from autobalancer.measurement.orders.question import orders
 from autobalancer.measurement.signals.form import Channel, signals
 from autobalancer.results.answers.overlay import Overlay
@@ -75,13 +77,12 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
         return _titled(run, *order_curves(run, measured, seed))
     part = together(run, at_the_end(run, measured))
     found = pairs(run, part)
-    rows, notes = measure_rows(run, part, found, seed)
+    rows, notes = measure_rows(run, part, found, seed, _turned(part, tacho))
     sensors = [] if is_film(part) else [sensor_of(part[pair.measured.name]) for pair in found]
     where = place_doubt(run, sensors, [pair.measured.name for pair in found][: len(sensors)])
     notes = [*filter(None, [where, *map(scale_doubt, found)]), *notes]
-    data = _curves(run, part, found)
     ordered, more = _orders(run, part, found, tacho)
-    data = data.merge(ordered).merge(measure_table(rows))
+    data = _curves(run, part, found).merge(ordered).merge(measure_table(rows))
     return _titled(run, data, [*notes, *more])
 
 
@@ -118,11 +119,27 @@ def _curves(run: xr.Dataset, part: xr.Dataset, found: list[Pair]) -> xr.Dataset:
     return xr.Dataset(entries, {"channel": names, "time": ("time", time, {"units": "s", "long_name": "time"})})
 
 
+def _has_tacho(part: xr.Dataset) -> bool:
+    return any(one.attrs.get("quantity") in ("tacho", "angle") for one in part.data_vars.values())
+
+
+def _turned(part: xr.Dataset, tacho: dict[str, Any]) -> xr.Dataset | None:
+    """The measured speed, if it was measured."""
+    if is_film(part) or not _has_tacho(part):
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RangeWarning)  # it is said where orders are tracked
+            return rotor_angle(part, **tacho)
+    except QuestionError:
+        return None
+
+
 def _orders(
     run: xr.Dataset, part: xr.Dataset, found: list[Pair], tacho: dict[str, Any]
 ) -> tuple[xr.Dataset, list[str]]:
     """The first order of both; nothing without a tacho."""
-    if not any(v.attrs.get("quantity") in ("tacho", "angle") for v in part.data_vars.values()):
+    if not _has_tacho(part):
         return xr.Dataset(), [] if found[0].measured.unit == "rad" else ["no orders: the measurement has no tacho"]
     names = [pair.measured.name for pair in found]
     try:
