@@ -18,6 +18,7 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
+from autobalancer.app.pages.typed import Typed
 from autobalancer.app.server.guard import LARGEST, Guard, Rules
 from autobalancer.app.server.serve import rules_for
 from autobalancer.app.store.archive import Archive, differences
@@ -313,3 +314,20 @@ def test_what_jobs_hold_in_circles_is_freed_also_where_python_does_not_come_arou
     finally:
         gc.enable()
         jobs.close()
+
+
+def test_a_page_says_that_another_one_changed_the_machine_and_brings_its_text_back(tmp_path: Path) -> None:
+    one, other = (Typed(tmp_path / "draft.toml", "mass = 10") for _ in range(2))
+    told: list[str] = []
+    one.on_other_page = lambda: told.append("one")
+    other.on_other_page = lambda: told.append("other")
+    one.set_text("mass = 11")
+    one.set_text("mass = 12")
+    assert told == []
+    other.set_text("stiffness = 7")
+    assert told == ["other"]
+    other.undo()
+    other.undo()
+    assert other.text == "mass = 12"
+    one.set_text("mass = 12 # again the same text as on the other page")
+    assert told == ["other"]

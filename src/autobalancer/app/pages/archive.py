@@ -70,7 +70,9 @@ class ArchivePage:
             box.on_value_change(lambda event: self._choose(entry.name, bool(event.value)))
             with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
                 ui.label(entry.machine).classes("key ellipsis")
-                ui.label(f"{entry.made} UTC · {entry.verdict or entry.outcome}").classes("quiet")
+                ui.label(f"{entry.made} UTC · {entry.seconds:.6g} s · {entry.verdict or entry.outcome}").classes(
+                    "quiet"
+                )
             tags = ui.input_chips(value=entry.tags, new_value_mode="add-unique").props('dense borderless label="tags"')
             tags.style("width: 210px; flex: 0 0 auto").on_value_change(
                 lambda event: self._tag(entry.name, list(event.value or []))
@@ -182,6 +184,8 @@ def _table(entries: list[Entry], texts: list[str]) -> str:
     rows = [
         f"<tr><td>verdict</td>{''.join(f'<td>{escape(entry.verdict or entry.outcome)}</td>' for entry in entries)}</tr>"
     ]
+    lengths = "".join(f"<td class='number'>{entry.seconds:.6g} s</td>" for entry in entries)
+    rows.append(f"<tr><td>length of the run</td>{lengths}</tr>")
     for name in names:
         cells = "".join(f"<td class='number'>{escape(shown(*entry.measures[name][:2]))}</td>" for entry in entries)
         rows.append(f"<tr><td>{escape(entries[0].measures[name][2])}</td>{cells}</tr>")

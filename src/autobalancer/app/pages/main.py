@@ -27,6 +27,8 @@ from autobalancer.app.store.names import user_folder
 LOOK = Path(__file__).with_name("look.css")
 LONGER = 12.0  # times as long as other jobs a study or design may take before it waits to be resumed
 
+OTHER_PAGE = "Another page had changed the machine meanwhile. Undo twice brings its text."
+
 
 def build(root: Path, limit: float) -> Any:
     """Make the page; runs are kept below ``root``, and a job may take ``limit`` seconds."""
@@ -82,6 +84,7 @@ def _page(bench: Bench) -> None:
         name.set_text(machine.name if machine is not None else "not possible yet")
 
     bench.on_change(follow)
+    bench.on_other_page = lambda: ui.notify(OTHER_PAGE, type="warning", timeout=15_000)
     follow()
     with ui.column().classes("page"), ui.tab_panels(value="describe", animated=False, keep_alive=True) as panels:
         with ui.tab_panel("describe"):

@@ -16,13 +16,16 @@ class Typed:
     """The text, who wants to know of changes, and what an editor waits with until the typing pauses.
 
     It stays in the file at ``path`` when the page is left; ``first`` is what there is before. :meth:`set_text` is the only way in
-    which it changes.
+    which it changes. Where another page has changed the file meanwhile, ``on_other_page`` is called, and its text can be brought
+    back by undoing twice.
     """
 
     def __init__(self, path: Path, first: str) -> None:
         self._path, self._text = path, first
         with contextlib.suppress(OSError, ValueError):
             self._text = path.read_text(encoding="utf-8")[:LARGEST]
+        self._written = self._text  # as this page knows the file
+        self.on_other_page: Callable[[], None] = lambda: None
         self.typing: Callable[[], None] | None = None
         self._listeners: list[Callable[[object], None]] = []
         self.past: list[str] = []
@@ -55,15 +58,26 @@ class Typed:
         self.take()
         if text == self._text or len(text) > LARGEST:
             return
+        other = self._of_other_page()
         if keep:
-            self.past = [*self.past, self._text][-UNDONE:]
+            self.past = [*self.past, *([] if other is None else [other]), self._text][-UNDONE:]
             self.future = []
-        self._text = text
+        self._text = self._written = text
         self._understand()
         with contextlib.suppress(OSError):
             write_text_safely(self._path, text)
         for listener in self._listeners:
             listener(origin)
+        if other is not None:
+            self.on_other_page()
+
+    def _of_other_page(self) -> str | None:
+        """What another page has written into the file since this one read or wrote it."""
+        try:
+            there = self._path.read_text(encoding="utf-8")[:LARGEST]
+        except (OSError, ValueError):
+            return None
+        return there if there.splitlines() != self._written.splitlines() else None
 
     def undo(self) -> None:
         """Go back to the text before."""

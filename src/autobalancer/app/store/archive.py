@@ -120,6 +120,8 @@ class Archive:
             raise QuestionError(f"the archive has {MOST} runs; delete some of them first")
         machine = parse_machine(text, "machine")
         run = simulate(machine, duration=duration or None, seed=seed, progress=job.progress, keep_on_interrupt=True)
+        if job.stop.is_set() and run.sizes.get("time", 0) < 2:
+            raise QuestionError("cancelled before there was anything to show; nothing was kept")
         name = new_name()
         folder = run_folder(self.home, name)
         folder.mkdir(parents=True)

@@ -41,7 +41,8 @@ def rest_positions(found: Given, *, speed_unit: str = "rpm") -> Figure:
     points, texts = given.at_points(), given.point_texts(speed_unit)
     if len(points) > MOST_PANELS:
         raise QuestionError(
-            f"plot.rest_positions: the grid has {len(points)} points, at most {MOST_PANELS} are drawn; select some with .where"
+            f"plot.rest_positions: the grid has {len(points)} points, at most {MOST_PANELS} are drawn; vary less, "
+            "or select some in Python with .where"
         )
     rows = -(-len(points) // COLUMNS)
     columns = -(-len(points) // rows)

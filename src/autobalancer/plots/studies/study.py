@@ -59,7 +59,8 @@ def study(found: Given, quantity: str = "balanced", *, speed_unit: str = "rpm") 
         raise QuestionError(f"plot.study: quantity: no member has {quantity!r}")
     if len(grid) > 2:
         raise QuestionError(
-            f"plot.study: the grid has {len(grid)} parameters; select values of all but two with .where"
+            f"plot.study: the grid has {len(grid)} parameters, and two can be drawn; select values of the "
+            "others, in Python with .where"
         )
     with look():
         figure = picture(6.6, 3.8 if len(grid) < 2 else 4.4)

@@ -57,6 +57,8 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     low, high = min(found, key=_rank), max(found, key=_rank)
     if len(members) == 1:
         return [Border("exact border", *found[0])]
+    if math.isnan(high[0]):  # nowhere is there any of them
+        return [Border("exact border", *high), Border("exact border, best case", *high)]
     which = f"worst of {len(found)} positions of the balls, {_range(members)}best {_say(low[0])}"
     return [
         Border("exact border", high[0], "; ".join(filter(None, (which, high[1])))),

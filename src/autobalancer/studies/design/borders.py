@@ -6,6 +6,7 @@ import math
 
 from autobalancer.errors import AutobalancerError
 from autobalancer.results.number_text import moment_text
+from autobalancer.shown import rpm_and_si
 from autobalancer.stability.maps.minimum import minimum_viscosity
 from autobalancer.stability.maps.speeds import borders
 from autobalancer.studies.design.building import machine_of, without_gravity
@@ -36,10 +37,10 @@ def judge_borders(spec: Spec, found: Design) -> None:
     for name in (RELEASE, EXACT):
         speed, temperature, size = worst.get(name, (0.0, 0.0, 0.0))
         if speed > allowed:
-            said = f"{SAYS[name]} {speed:.5g} rad/s only" if math.isfinite(speed) else _never(name)
+            said = f"{SAYS[name]} {rpm_and_si(speed)} only" if math.isfinite(speed) else _never(name)
             at = f" at {temperature - 273.15:.4g} °C" if spec.temperature[0] != spec.temperature[1] else ""
             at += f" and {moment_text(size)}" if spec.unbalance[0] != spec.unbalance[1] else ""
-            reason = f"{said}{at}; needed is {allowed:.5g} rad/s or less"
+            reason = f"{said}{at}; needed is {rpm_and_si(allowed)} or less"
             found.rule_out(
                 "border", reason + _least(spec, found, name, allowed, (temperature, size)), speed / allowed - 1.0
             )

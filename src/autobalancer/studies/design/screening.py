@@ -10,6 +10,7 @@ from autobalancer.laws.ball_capability import ball_mass, largest_count
 from autobalancer.laws.hertz import STEEL, greatest_pressure
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.number_text import moment_text
+from autobalancer.shown import rpm_and_si
 from autobalancer.stability.summary.rotor import frame_of
 from autobalancer.studies.design.building import machine_of
 from autobalancer.studies.design.candidate import Candidate, capability_of_races, densities, density_of_balls, planes_of
@@ -116,7 +117,7 @@ def _pressure(spec: Spec, found: Design) -> None:
     if found.pressure > allowed:
         found.rule_out(
             "pressure",
-            f"a ball presses with {1e-6 * found.pressure:.0f} MPa on its race at {speed:.5g} rad/s, allowed are "
+            f"a ball presses with {1e-6 * found.pressure:.0f} MPa on its race at {rpm_and_si(speed)}, allowed are "
             f"{1e-6 * allowed:.0f} MPa",
             found.pressure / allowed - 1.0,
         )

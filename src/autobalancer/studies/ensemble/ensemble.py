@@ -93,7 +93,8 @@ def ensemble(
         If a member is impossible; the message names it. Nothing has run by then.
     """
     machine = balls_in_races(machine)
-    for name, number in {"seeds": seeds, "bins": bins, "workers": workers, "max_steps": max_steps}.items():
+    counts: dict[str, Any] = {"seeds": seeds, "bins": bins, "workers": workers, "max_steps": max_steps}
+    for name, number in counts.items():
         if number is not None and (isinstance(number, bool) or not isinstance(number, Integral) or number < 1):
             raise QuestionError(f"{name}: given {number!r}; must be a whole number from 1")
     given = columns_of(machine, columns)
