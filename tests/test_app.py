@@ -331,3 +331,8 @@ def test_a_page_says_that_another_one_changed_the_machine_and_brings_its_text_ba
     assert other.text == "mass = 12"
     one.set_text("mass = 12 # again the same text as on the other page")
     assert told == ["other"]
+
+
+def test_an_emptied_number_leaves_no_unit_behind() -> None:
+    assert written(" ", "kg", "kg") == ""
+    assert number_and_unit("", "kg") is None

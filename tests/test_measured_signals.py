@@ -96,6 +96,7 @@ def holed(values: np.ndarray) -> np.ndarray:
         ("0.1,0.2", (TIME, WAVE), "the first line must name the columns"),
         ("x [um],x [um]", (TIME, WAVE), "column 'x' comes twice"),
         ("time [m],x [um]", (TIME, WAVE), "unit of column 'time'"),
+        ("t,x [um]", (TIME, WAVE), r"column 't' has no unit; write it in the first line, such as t \[s\]"),
     ],
 )
 def test_bad_input_is_refused_with_its_time(

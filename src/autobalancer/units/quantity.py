@@ -123,7 +123,7 @@ def read_text(value: str, unit: str) -> Given:
         raise UnitError(f"given {value!r}; one quantity is wanted here, such as {sample(unit)}")
     if not written and unit not in ("", "rad"):
         raise UnitError(
-            f"given {value!r} without a unit; give one, such as {sample(unit)}, or as a plain number in {unit}"
+            f"given {value!r} without a unit; give one, such as {sample(unit)} (a number without quotes is in {unit})"
         )
     known = common(number, written, unit)
     si = _converted(value, number, written, unit) if known is None else known

@@ -92,8 +92,10 @@ def in_unit(number: str, written: str, wanted: str, unit: str) -> str:
 
 
 def written(number: str, chosen_unit: str, unit: str) -> Any:
-    """What stands in the file for a number in a unit: a text; a plain number where the quantity has no unit."""
+    """What stands in the file for a number in a unit: a text; a plain number where the quantity has no unit, nothing where none is written."""
     number = number.strip()
+    if not number:
+        return ""
     if not unit and not chosen_unit and PLAIN.fullmatch(number):
         return int(number) if re.fullmatch(r"[-+]?\d+", number) else float(number)
     return f"{number} {chosen_unit}".strip()

@@ -53,6 +53,8 @@ def read_signal_table(path: Path) -> RawFile:
     if at is None:
         return RawFile(path.name, None, None, columns)
     name, unit = heads[at]
+    if not unit:
+        raise ResultError(f"{path.name}: column {name!r} has no unit; write it in the first line, such as {name} [s]")
     try:
         factor = factor_to(unit, "s")
     except UnitError as reason:
