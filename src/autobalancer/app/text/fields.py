@@ -92,7 +92,7 @@ def in_unit(number: str, written: str, wanted: str, unit: str) -> str:
 
 
 def written(number: str, chosen_unit: str, unit: str) -> Any:
-    """What stands in the file for a number in a unit: a text; a plain number where the quantity has no unit, nothing where none is written."""
+    """What stands in the file for a number in a unit: a text, a plain number where the quantity has no unit, else nothing."""
     number = number.strip()
     if not number:
         return ""
