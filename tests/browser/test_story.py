@@ -114,6 +114,7 @@ def test_all_that_is_saved_is_what_was_run(page: Any, tmp_path: Path) -> None:
     run(page)
     text = saved(page, "machine.toml", tmp_path).read_text()
     assert tomllib.loads(text)["rotor"]["kind"] == "planar"
+    assert tomllib.loads(text)["run"]["duration"] == DURATION
     kept = ab.load_run(saved(page, "run.nc", tmp_path))
     assert kept.attrs["end_time"] == pytest.approx(6.0)
     with saved(page, "measures.csv", tmp_path).open() as table:

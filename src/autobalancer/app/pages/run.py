@@ -14,6 +14,7 @@ from autobalancer.app.pages.work import Work
 from autobalancer.app.store.archive import Archive, Entry
 from autobalancer.app.store.export import film as film_of
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.text.document import with_value
 from autobalancer.errors import AutobalancerError
 from autobalancer.results.display_units import moment_text
 
@@ -69,9 +70,11 @@ class RunPage:
             ui.notify("the machine is not possible yet; see its form", type="warning")
             return
         text, length = self.bench.text, (self.duration.value or "").strip()
+        if length:
+            text = with_value(text, ("run", "duration"), length)
 
         def work(job: Job) -> str:
-            return self.archive.simulate(text, job, duration=length)
+            return self.archive.simulate(text, job)
 
         try:
             self._watch(self.bench.jobs.start(self.bench.user, f"run {self.bench.reading.machine.name}", work))
