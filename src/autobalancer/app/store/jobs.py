@@ -6,6 +6,7 @@ import gc
 import itertools
 import threading
 import time
+import traceback
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -117,6 +118,7 @@ class Jobs:
         except AutobalancerError as error:
             job.state, job.message = "failed", str(error)
         except Exception as error:
+            traceback.print_exc()  # for whoever looks at the server; nothing of this is the user's fault
             job.state, job.message = "failed", f"unexpected: {type(error).__name__}: {error}"
         finally:
             job.seconds, here.job = time.monotonic() - job.begun, None
