@@ -11,7 +11,7 @@ import pytest
 from tools.browser import ARGUMENTS, CHROMIUM, Server
 
 WRITTEN = 700  # ms, after which the page has sent what was written
-COMPILING = 900_000  # ms; a fresh checkout compiles the equations first, and another program may have the machine
+COMPILING = 400_000  # ms; a fresh checkout compiles the equations first, and another program may have the machine
 PATIENCE = 60_000  # ms, of all that is expected of the page: another program may have the machine for a while
 
 with contextlib.suppress(ImportError):  # without Playwright the tests are skipped
