@@ -6,6 +6,8 @@ import ast
 import asyncio
 import gc
 import json
+import subprocess
+import sys
 import threading
 import time
 import tomllib
@@ -336,3 +338,36 @@ def test_a_page_says_that_another_one_changed_the_machine_and_brings_its_text_ba
 def test_an_emptied_number_leaves_no_unit_behind() -> None:
     assert written(" ", "kg", "kg") == ""
     assert number_and_unit("", "kg") is None
+
+
+LOADS = """
+import sys
+from pathlib import Path
+import autobalancer.app.pages.main
+from autobalancer.app.server.loading import load_packages
+load_packages()
+before = set(sys.modules)
+import autobalancer as ab
+from autobalancer.app.store.drawn import svg_of
+from autobalancer.files.examples import example
+root = Path(ab.__file__).parent
+for path in root.rglob("__init__.py"):
+    name = ".".join(("autobalancer", *path.parent.relative_to(root).parts))
+    if "import" in path.read_text() and name not in before and not name.startswith("autobalancer.cli"):
+        print(name)
+machine = example("stall_and_release")
+run = ab.simulate(machine, duration=0.1, progress=False)
+ab.measures(run)
+ab.save_run(run, sys.argv[1])
+ab.load_run(sys.argv[1])
+svg_of(lambda: ab.plot.machine(machine), "drawing")
+print(*sorted({name.partition(".")[0] for name in set(sys.modules) - before if name not in ALONE} - {"autobalancer"}))
+"""
+
+
+def test_threads_of_the_server_load_no_package_for_the_first_time(tmp_path: Path) -> None:
+    """Two that do at the same time can leave one of which half is missing, for good."""
+    alone = {"dask.distributed"}  # one line that hands on another package
+    words = [sys.executable, "-c", LOADS.replace("ALONE", str(alone)), str(tmp_path / "run.nc")]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.split()) == (0, []), done.stderr

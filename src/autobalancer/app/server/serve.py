@@ -62,11 +62,13 @@ def serve(
     from nicegui import ui
 
     from autobalancer.app.server.guard import Guard
+    from autobalancer.app.server.loading import load_packages
 
     home = Path(folder).expanduser().resolve()
     home.mkdir(parents=True, exist_ok=True)
     app = build(home, limit)
     app.add_middleware(Guard, rules=rules)
+    load_packages()
     threading.Thread(target=_warm_up, daemon=True).start()
     shown = f"[{host}]" if ":" in host else host
     token = next(iter(rules.tokens), "")
