@@ -18,13 +18,14 @@ from autobalancer.kernels.balls.rigid.closed import (
 )
 from autobalancer.kernels.balls.rigid.stay import NEAR, Limits, is_loose, settle
 from autobalancer.kernels.balls.rigid.torques import FAR, LEAST, NOW, OWN_PULL, PULL, WHEN
-from autobalancer.kernels.balls.switches import SHORT, crossing, rubs
+from autobalancer.kernels.balls.switches import SHORT, crossing, lowest, rubs, stopped
 from autobalancer.kernels.balls.switches import forget as forget_modes
 from autobalancer.kernels.balls.switches import take as take_modes
 from autobalancer.kernels.flags import ADDRESSED, INLINE, PART
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, TAKEN, Memory
 from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, pair_at
+from autobalancer.kernels.integrators.tableau import Tableau
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.impacts import AHEAD, BEHIND, NEXT
 from autobalancer.kernels.system import BALLS, SPEED, System, system_at
@@ -36,7 +37,7 @@ PIECES = 16  # into which a step is cut in search of contacts that close
 def rigid_contact(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> float:
     """The switch; see :mod:`autobalancer.kernels.integrators.switching`."""
     pair = pair_at(pair)
-    p, (_, m) = behind(system_at(parameters)), behind(pair)
+    p, (t, m) = behind(system_at(parameters)), behind(pair)
     if ask == TAKE:
         _take(time, rates, parameters, pair)
     elif ask == FORGET:
@@ -44,7 +45,7 @@ def rigid_contact(ask: int, time: float, rates: Any, parameters: Any, pair: Any)
     elif ask == DUE:
         if p.touches.size > 0:
             note(time, parameters, pair, False)
-        return 1.0 if _due(p, m) else 0.0
+        return 1.0 if _due(p, t, m) else 0.0
     elif ask == CUT:
         return _cut(time, rates, parameters, pair)
     elif ask == PASS:
@@ -89,23 +90,19 @@ def _take(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
 @njit(**INLINE)
 def _dips(start: Any, end: Any, p: System, kind: int, k: int, step: float) -> bool:
     """Whether a gap that is open at both ends of a step may have closed in between: where its tangents say so."""
-    falling, rising = opening(start, p, kind, k), opening(end, p, kind, k)
-    if falling >= 0.0 or rising <= 0.0:
-        return False
     first, last = gap(start, p, kind, k), gap(end, p, kind, k)
-    bottom = min(max((last - first - rising * step) / (falling - rising), 0.0), step)
-    return bool(first + falling * bottom < 0.0)
+    return bool(lowest(first, last, opening(start, p, kind, k), opening(end, p, kind, k), step) < 0.0)
 
 
 @njit(**INLINE)
-def _due(p: System, m: Memory) -> bool:
+def _due(p: System, t: Tableau, m: Memory) -> bool:
     """Whether something closed, opened, stopped or broke loose in the step just taken, whose end was evaluated last."""
     due, state, start = p.rigid.margin[LEAST] < -2.0 * p.rigid.margin[PULL], data(m.state), data(m.start)
     for k in range(p.ball_count):
         ball, moving = p.balls[k], p.guided[k]
         if rubs(ball):
             if moving.mode != 0.0:
-                due = due or moving.mode * state[BALLS + p.ball_count + k] < 0.0
+                due = due or stopped(BALLS + p.ball_count + k, moving.mode, t, m)
             elif moving.bound == 0:
                 due = due or is_loose(p, k)
         for kind in (NEXT, BEHIND, AHEAD):
@@ -203,15 +200,14 @@ def _cut(time, rates, parameters, pair):  # type: ignore[no-untyped-def]
                 first = min(first, _closing(kind, k, parameters, pair))
     for k in range(p.ball_count):
         mode, place = p.guided[k].mode, BALLS + p.ball_count + k
-        if rubs(p.balls[k]) and mode != 0.0 and mode * m.state[place] < 0.0:
+        if rubs(p.balls[k]):
             first = min(first, crossing(place, mode, pair))
     if first == 0.0:
         return first
     first = _opening_place(first, time, rates, parameters, pair)
     for k in range(p.ball_count):
         mode, place = p.guided[k].mode, BALLS + p.ball_count + k
-        passed = rubs(p.balls[k]) and mode * m.state[place] < 0.0
-        if passed and crossing(place, mode, pair) <= first:
+        if rubs(p.balls[k]) and crossing(place, mode, pair) <= first:
             p.guided[k].mode = 0.0
     return first
 
