@@ -287,6 +287,8 @@ def test_the_script_of_a_run_is_python_with_the_same_machine() -> None:
 def test_machines_side_by_side_name_the_entries_in_which_they_differ() -> None:
     other = with_value(DISCOIDAL, ORBIT, "50 mm")
     assert differences(DISCOIDAL, other) == [("balancers[1].races[1].orbit_radius", "76.95 mm", "50 mm")]
+    lists = with_value(DISCOIDAL, ("rotor", "stiffness"), ["1 N/mm", "2 N/mm"])
+    assert [entry[2] for entry in differences(DISCOIDAL, lists)] == ["1 N/mm, 2 N/mm"]
 
 
 def test_the_view_of_a_notebook_is_the_module_of_the_page_without_imports() -> None:

@@ -15,8 +15,9 @@ from autobalancer.app.store.archive import Archive, Entry
 from autobalancer.app.store.export import film as film_of
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.text.document import with_value
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, UnitError
 from autobalancer.results.display_units import moment_text
+from autobalancer.units import to_si
 
 WORDS = {
     "machine.toml": "machine (TOML)",
@@ -42,8 +43,8 @@ class RunPage:
             self.start = ui.button("Run", icon="play_arrow", on_click=self.run).props(
                 'unelevated no-caps data-at="start run"'
             )
-            self.duration = ui.input("duration", placeholder="as in the file").style("width: 150px")
-            self.duration.props('dense outlined stack-label data-at="duration"')
+            self.duration = ui.input("duration", placeholder="as in the file", validation=_wrong).style("width: 150px")
+            self.duration.props('dense outlined stack-label hide-bottom-space data-at="duration"')
             hinted(self.duration, 'such as "20 s"; empty for run.duration of the machine')
             self.cancel = ui.button("Cancel", icon="stop", on_click=self.end).props('outline no-caps data-at="cancel"')
             self.bar = ui.linear_progress(0.0, show_value=False).style("flex: 1 1 120px; max-width: 320px")
@@ -66,6 +67,8 @@ class RunPage:
 
     def run(self) -> None:
         """Put the machine of the page into the queue."""
+        if not self.duration.validate():
+            return
         if self.bench.reading.machine is None:
             ui.notify("the machine is not possible yet; see its form", type="warning")
             return
@@ -177,6 +180,16 @@ class RunPage:
                 ui.notify(job.message, type="warning")
 
         self.filming.start(f"film {name}", work, then)
+
+
+def _wrong(duration: str | None) -> str | None:
+    """What is wrong with a duration, in few words; nothing if none is given."""
+    if not (duration or "").strip():
+        return None
+    try:
+        return None if to_si(str(duration).strip(), "s") > 0.0 else "must be above 0 s"
+    except UnitError:
+        return 'write it as "20 s"'
 
 
 def _told(job: Job) -> str:

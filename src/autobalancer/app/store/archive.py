@@ -158,7 +158,14 @@ def _flat(data: Any, path: str = "") -> Any:
         for number, value in enumerate(data, 1):
             yield from _flat(value, f"{path}[{number}]")
     else:
-        yield path, str(data)
+        yield path, _text(data)
+
+
+def _text(data: Any) -> str:
+    """One entry as it reads in a machine file, but for quotation marks."""
+    if isinstance(data, bool):
+        return "true" if data else "false"
+    return ", ".join(map(_text, data)) if isinstance(data, list) else str(data)
 
 
 def _measured(run: xr.Dataset) -> dict[str, Any]:
