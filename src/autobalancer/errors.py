@@ -17,7 +17,10 @@ How a run ended is not an error but a value: see ``run.attrs["outcome"]``.
 from __future__ import annotations
 
 import sys
+import threading
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 
@@ -61,8 +64,24 @@ class CacheWarning(UserWarning):
     """Compiled equations cannot be kept where they belong; results are the same."""
 
 
+_unwarned = threading.local()
+
+
+@contextmanager
+def unwarned() -> Iterator[None]:
+    """Give no warnings of this package meanwhile, in this thread: what Python has for that can silence all threads for good."""
+    before = getattr(_unwarned, "now", False)
+    _unwarned.now = True
+    try:
+        yield
+    finally:
+        _unwarned.now = before
+
+
 def warn(text: str, category: type[UserWarning]) -> None:
     """Warn at the line outside of this package that asked."""
+    if getattr(_unwarned, "now", False):
+        return
     frame: FrameType | None = sys._getframe()
     level = 1
     while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "autobalancer":

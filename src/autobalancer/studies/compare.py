@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.errors import QuestionError, RangeWarning, unwarned, warn
 from autobalancer.files.given import any_machine, balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
@@ -84,21 +83,20 @@ def compare(
         raise QuestionError(f"at: given {', '.join(f'{speed:g}' for speed in speeds)} rad/s; must be finite speeds")
 
     def one(machine: AnyMachine) -> dict[str, Any]:
-        if isinstance(machine, ChamberMachine):
-            return chamber_row(simulate_chamber(machine, duration=duration, seed=seed), speeds, bins)
-        run = simulate_races(
-            machine,
-            duration=duration,
-            tolerance=tolerance,
-            seed=seed,
-            save=[Envelope(bins), LastRevolutions()],
-            progress=False,  # type: ignore[arg-type]
-        )
-        return race_row(machine, run, speeds)
+        with unwarned():  # which does not say of which machine
+            if isinstance(machine, ChamberMachine):
+                return chamber_row(simulate_chamber(machine, duration=duration, seed=seed), speeds, bins)
+            run = simulate_races(
+                machine,
+                duration=duration,
+                tolerance=tolerance,
+                seed=seed,
+                save=[Envelope(bins), LastRevolutions()],
+                progress=False,  # type: ignore[arg-type]
+            )
+            return race_row(machine, run, speeds)
 
-    with warnings.catch_warnings():  # which does not say of which machine
-        warnings.simplefilter("ignore", RangeWarning)
-        rows = in_threads(one, list(named.values()), workers, progress)
+    rows = in_threads(one, list(named.values()), workers, progress)
     for name, row in zip(named, rows, strict=True):
         for text in row["beyond"]:
             warn(f"{name}: {text}", RangeWarning)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -17,7 +16,7 @@ from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.jobs import Latest
 from autobalancer.app.text.document import EMPTY
 from autobalancer.either_kind import check
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, unwarned
 from autobalancer.shown import rpm_and_si
 from autobalancer.sketch.machine import machine as machine_picture
 
@@ -95,12 +94,11 @@ class Check:
 
 def _said(ask: Callable[[Any], str], machine: Any) -> str:
     """An answer, or what is wrong."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the facts have them as notes
-        try:
+    try:
+        with unwarned():  # the facts have them as notes
             return ask(machine)
-        except AutobalancerError as error:
-            return f'<div class="wrong">{escape(str(error))}</div>'
+    except AutobalancerError as error:
+        return f'<div class="wrong">{escape(str(error))}</div>'
 
 
 def _drawing(machine: Any) -> str:

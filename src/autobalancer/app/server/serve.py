@@ -5,13 +5,12 @@ from __future__ import annotations
 import gc
 import secrets
 import threading
-import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from autobalancer.app.server.guard import LOOPBACK, Rules
 from autobalancer.app.store.names import LOCAL, user_folder
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, unwarned
 
 FOLDER = Path.home() / "autobalancer-bench"
 SHORTEST = 12  # characters of a token
@@ -122,8 +121,7 @@ def _warm_up() -> None:
     from autobalancer.either_kind import check, measures, simulate, verdict
     from autobalancer.files.examples import example
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with unwarned():
         try:
             machine = example("stall_and_release")
             check(machine)

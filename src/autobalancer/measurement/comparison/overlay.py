@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError, RangeWarning
+from autobalancer.errors import QuestionError, unwarned
 from autobalancer.measurement.comparison.measures import measure_rows, measure_table
 from autobalancer.measurement.comparison.order_curves import is_orders, order_curves
 from autobalancer.measurement.comparison.pairs import (
@@ -128,8 +127,7 @@ def _turned(part: xr.Dataset, tacho: dict[str, Any]) -> xr.Dataset | None:
     if is_film(part) or not _has_tacho(part):
         return None
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RangeWarning)  # it is said where orders are tracked
+        with unwarned():  # it is said where orders are tracked
             return rotor_angle(part, **tacho)
     except QuestionError:
         return None

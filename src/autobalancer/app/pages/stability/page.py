@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from functools import partial
@@ -20,7 +19,7 @@ from autobalancer.app.store.analyses import ANALYSES, report_file
 from autobalancer.app.store.jobs import Job, Latest
 from autobalancer.app.store.known import Known, known_of, why_not_at_all
 from autobalancer.app.store.latest import LatestAnswers
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, unwarned
 from autobalancer.machine import Machine
 
 FACTS = ThreadPoolExecutor(1, thread_name_prefix="facts")
@@ -82,14 +81,13 @@ class StabilityPage:
             return
 
         def work() -> Known | str:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                try:
+            try:
+                with unwarned():
                     return known_of(machine)
-                except AutobalancerError as error:
-                    return f"is not possible: {error}"
-                except Exception as error:  # the panels must not wait for ever
-                    return f"is not possible: unexpected: {type(error).__name__}: {error}"
+            except AutobalancerError as error:
+                return f"is not possible: {error}"
+            except Exception as error:  # the panels must not wait for ever
+                return f"is not possible: unexpected: {type(error).__name__}: {error}"
 
         def then(found: Known | str) -> None:
             if core.loop is not None:

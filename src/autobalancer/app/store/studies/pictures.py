@@ -101,7 +101,7 @@ def _rests(found: Studied) -> str:
     texts = found.point_texts("rpm")
     parts = []
     for where, text in zip(found.at_points(), texts, strict=True):
-        angles = np.degrees(found["ball_angle_to_unbalance"].values[where & found.ran()])
+        angles = np.degrees(found["ball_angle_to_unbalance"].values[where & found.counted()])
         known = angles[np.isfinite(angles)] % 360.0
         if known.size:
             counts = np.bincount(((known + 15.0) // 30.0).astype(int) % 12, minlength=12)

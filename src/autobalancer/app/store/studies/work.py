@@ -185,7 +185,7 @@ def columns_of(found: Studied, quantity: str) -> list[Column]:
     if "stalled" not in found:
         return columns
     at = next(k for k, column in enumerate(columns) if column.head == "members") + 1
-    here = [where & found.ran() for where in found.at_points()]
+    here = [where & found.counted() for where in found.at_points()]
     totals = np.array([max(int(where.sum()), 1) for where in here])
     counts = np.array([int((found["stalled"].values.astype(bool) & where).sum()) for where in here])
     parts = (("stall", counts / totals), *zip(ENDS, wilson_interval(counts, totals), strict=True))
