@@ -296,3 +296,34 @@ def test_design_and_report_state_the_same_pressure_of_a_ball(found: Designed) ->
     page = balls_page(machine, ab.check(machine), xr.Dataset(), "")
     told = next(cell for block in page.blocks for row in getattr(block, "rows", ()) for cell in row if "MPa" in cell)
     assert float(found.best()["pressure"][0]) == pytest.approx(1e6 * float(told.split()[0]), rel=0.01)
+
+
+def test_where_no_number_of_balls_is_enough_the_best_one_is_named() -> None:
+    from autobalancer.studies.design.screening import screened
+
+    spec = read_spec(changed(unbalance="1 kg*m", candidates={"fluids": ["silicone oil 20"]}))
+    (one,) = candidates(spec)
+    able = [
+        ab.check(ab.with_parameter(ab.example("discoidal"), "count", count)).capability
+        for count in (one.count - 1, one.count, one.count + 1)
+    ]
+    assert max(able) == able[1]
+    assert "balls can balance" in screened(spec, one).reason
+
+
+def test_a_refusal_says_how_a_number_without_a_unit_was_read() -> None:
+    limits = {**SPEC["limits"], "contact_pressure": 2500}
+    with pytest.raises(QuestionError, match=r'contact_pressure = 2500 was read in Pa.*"2500 MPa" if that is meant'):
+        ab.design(changed(limits=limits))
+
+
+def test_a_design_says_which_limits_are_missed_and_by_whom(found: Designed) -> None:
+    best = found.best()
+    said = " ".join(found.meanings())
+    for place, text in enumerate(best["missed"].values.astype(str), start=1):
+        for name in filter(None, text.split(", ")):
+            word = "open" if name.endswith(" open") else "missed"
+            assert word in said
+            assert name.removesuffix(" open") in said
+            assert str(place) in said
+    assert found.attrs.get("specification_file") is None  # it was given as a dict

@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 import scipy.stats
 import xarray as xr
+from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.errors import QuestionError
+from autobalancer.cli import app
+from autobalancer.errors import QuestionError, RangeWarning, unwarned, warn
+from autobalancer.results.shares import wilson_interval
 from autobalancer.stability.averaged.formulas import averaged_plane, damping_share
 from autobalancer.studies.study.distributions import Discrete, LogNormal, Normal, Tolerance, Triangular, Uniform
 from autobalancer.studies.study.reading import read_study
@@ -226,3 +229,75 @@ def test_the_balanced_share_of_a_monte_carlo_is_that_of_the_basin_map() -> None:
     # a cell of the map that the border crosses may be wrong by half of it, at random
     doubt = np.sqrt(neighbors.sum()) * 0.5 / stalled.size
     assert low - doubt <= exact <= high + doubt, (share, exact)
+
+
+def test_only_members_that_share_no_number_tell_how_sure_a_share_is() -> None:
+    vary = {"unbalances[1].mass": MASS, "rotor.mass": MASS}
+    found = ab.study({**SHORT, "plan": "sensitivity", "members": 8, "vary": vary})
+    counted = found.counted()
+    of_one = len(found.attrs["inputs"]) + 2
+    assert (found.sizes["member"], counted.sum()) == (8 * of_one, 16)
+    for name in ("unbalances_1_mass", "rotor_mass"):
+        assert np.unique(found[name].values[counted]).size == 16  # the two of a base sample, and no other
+        assert np.unique(found[name].values).size == 16
+    row = {column.head: column.values[0] for column in found.columns()}
+    low, high = wilson_interval(np.array([found["balanced"].values[counted].sum()]), 16)
+    assert row["members"] == 16
+    assert (row["95 % from"], row["95 % to"]) == pytest.approx((100.0 * low[0], 100.0 * high[0]))
+    assert any("16 members" in text for text in found.remarks())
+
+
+def test_a_study_says_that_its_balls_leave_the_range_of_their_drag_law_as_a_run_does() -> None:
+    found = ab.study(SHORT)
+    with pytest.warns(RangeWarning):
+        run = ab.simulate(MACHINE, duration="0.5 s", seed=1)
+    assert found.attrs["drag_warning"].split("reaches")[0] == run.attrs["drag_warning"].split("reaches")[0] != ""
+    assert any(text.startswith("range of the drag law") for text in found.remarks())
+    given = ab.example("stall_and_release")  # its drag is a number
+    none = ab.study({"machine": given, "duration": "0.5 s", "members": 4, "vary": {"rotor.mass": MASS}})
+    assert none.attrs["drag_warning"] == ""
+
+
+def test_the_sensitivity_to_a_single_input_is_found_in_a_file_too_and_says_what_it_leaves_out(tmp_path: Path) -> None:
+    ab.save_run(ab.study(SHORT), tmp_path / "study.nc")
+    driven = ab.sensitivity(ab.load_run(tmp_path / "study.nc"), "peak_deflection")
+    assert driven["input"].values.tolist() == ["unbalances_1_mass"]
+    assert "random starts" in driven.remarks()[0]
+
+
+def test_what_is_unwarned_in_one_thread_is_warned_of_in_another() -> None:
+    import threading
+
+    inside, left = threading.Event(), threading.Event()
+
+    def quiet() -> None:
+        with unwarned():
+            warn("silenced", RangeWarning)
+            inside.set()
+            left.wait(60.0)
+
+    def both() -> None:
+        thread = threading.Thread(target=quiet)
+        thread.start()
+        inside.wait(60.0)
+        warn("heard", RangeWarning)
+        left.set()
+        thread.join()
+        warn("heard after", RangeWarning)
+
+    with pytest.warns(RangeWarning) as seen:
+        both()
+    assert [str(one.message) for one in seen] == ["heard", "heard after"]
+
+
+@pytest.mark.parametrize("option", ["--sensitivity", "--quantity"])
+def test_a_quantity_that_the_study_will_not_have_is_refused_before_it_runs(option: str, tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(
+        f'machine = "{MACHINE}"\nduration = "0.5 s"\n[vary.viscosity]\ndistribution = "uniform"\nlow = "1 mm^2/s"\nhigh = "2 mm^2/s"\n'
+    )
+    words = ["study", str(file), option, "peak_deflexion", "--folder", str(tmp_path / "parts"), "--plot", "x.png"]
+    answer = CliRunner().invoke(app, words)
+    assert answer.exit_code == 2
+    assert not (tmp_path / "parts").exists()
+    assert f"{option}: given 'peak_deflexion'; did you mean 'peak_deflection'?" in " ".join(answer.stderr.split())

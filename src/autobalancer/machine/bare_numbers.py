@@ -39,7 +39,7 @@ OF_KEYS = {  # the same of single keys, in place of those above; a gas may have 
     ("Fluid", "density"): (0.01, math.inf, "g/cm^3"),
     ("limits", "peak_deflection"): (0.0, 0.1, "mm"),  # of specifications of designs
     ("limits", "residual_vibration"): (0.0, 0.1, "mm"),
-    ("limits", "contact_pressure"): (1e6, math.inf, "GPa"),
+    ("limits", "contact_pressure"): (1e6, math.inf, "MPa"),
     ("space", "wall"): (0.0, 0.1, "mm"),
     ("candidates", "orbit_radius"): (0.0, 1.0, "mm"),
     ("candidates", "ball_diameter"): (0.0, 0.1, "mm"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from shlex import quote
 
 import numpy as np
 import xarray as xr
@@ -45,7 +46,7 @@ def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
     QuestionError
         If the machine is none of its designs.
     """
-    command = f"autobalancer design {found.attrs['design_name']}.toml"
+    command = f"autobalancer design {quote(str(found.attrs.get('specification_file', 'design.toml')))}"
     place = _place(found, machine)
     page = Section(f"Design {found.attrs['design_name']}", replay=f"{command}  # written to {file}")
     best = found.best()
@@ -57,7 +58,7 @@ def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
     if count > 1:
         page.decisive.append(Decisive(f"instead of place {other + 1}", _beside(best, place - 1, other)))
     page.blocks += [facts(found.facts()), columns_table(found.isel(design=found.order()[:WIDTH]).columns("rpm"))]
-    page.blocks.append(Paragraph(f"{found.remarks()[0]}."))
+    page.blocks += [Paragraph(f"{text}.") for text in found.meanings()]
     page.blocks.append(
         drawing(
             design_picture(found, title=""), "Candidates that each question ruled out; objectives of those that ran."

@@ -208,7 +208,9 @@ def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], Non
     if isinstance(wanted.study, Studied):
         add(*study_pages(wanted.study, wanted.study_file))
     add(balls_page(machine, summary, run, command))
-    add(Section("Limits", [Paragraph(text) for text in LIMITS]))
+    left = str(run.attrs.get("drag_warning", ""))
+    own = [Paragraph(f"This machine leaves the range of its drag law: {left}.", strong=True)] if left else []
+    add(Section("Limits", [*own, *(Paragraph(text) for text in LIMITS)]))
     add(
         Section(
             "Sources",

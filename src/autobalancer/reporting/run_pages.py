@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -146,7 +147,7 @@ def measured_page(run: xr.Dataset, measured: xr.Dataset, command: str) -> Sectio
 
 def study_pages(found: Studied, file: str) -> list[Section]:
     """A study with its pictures, and which scatter drives it."""
-    command = f"autobalancer study {found.attrs.get('study_name', 'study')}.toml --out {file}"
+    command = f"autobalancer study {quote(str(found.attrs.get('study_file', 'study.toml')))} --out {quote(file)}"
     page = Section(f"Study {found.attrs.get('study_name', '')}".strip(), replay=command)
     page.blocks.append(facts(_asked(found)))
     page.blocks.append(columns_table(found.columns("rpm")))

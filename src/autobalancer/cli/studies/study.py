@@ -10,6 +10,8 @@ import typer
 from autobalancer.cli.terminal.options import Csv, Json, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say, speed_sign
 
+NEEDS_NO_RUN = ("balanced", "steps", "drawn_again")  # of any study, or what is shown where nothing was asked for
+
 
 def study(
     file: Annotated[Path, typer.Argument(help="Study file (TOML).", metavar="STUDY")],
@@ -18,7 +20,10 @@ def study(
         typer.Option(help="Where finished parts are kept; by default the name of the file with _parts here."),
     ] = None,
     sensitivity: Annotated[
-        str, typer.Option(help="Also say which scatter drives that of this quantity, such as peak_deflection.")
+        str,
+        typer.Option(
+            help="Also say which scatter drives that of this quantity, such as peak_deflection. --plot shows that then."
+        ),
     ] = "",
     quantity: Annotated[
         str,
@@ -59,6 +64,7 @@ def study(
 
     one_form(as_json, as_csv)
     file_to_read(file)
+    _refuse_unknown(file, {"sensitivity": sensitivity, "quantity": quantity if plot is not None else ""})
     files = Files(out if out is not None else Path(f"{file.stem}.nc"), plot)
     with progress_bar("members") as update:
         found = ab.study(
@@ -81,11 +87,29 @@ def study(
     else:
         print_sheet(found.columns(speed_sign()))
         for line in found.remarks():
-            say(line, indent="  ")
+            if not line.startswith("interrupted"):  # said below, with what to do here
+                say(line, indent="  ")
         if driven is not None:
             say(driven.heading())
             print_sheet(driven.columns())
+            for line in driven.remarks():
+                say(line, indent="  ")
         files.say()
     if found.attrs["stopped_by"] == "interrupted":
         typer.echo("interrupted; the same command goes on", err=True)
         raise typer.Exit(stop_code())
+
+
+def _refuse_unknown(file: Path, asked: dict[str, str]) -> None:
+    """Refuse quantities that the study will not have, before it runs."""
+    from autobalancer.errors import QuestionError
+    from autobalancer.studies.study.outputs import quantity_kind
+    from autobalancer.studies.study.reading import read_study
+
+    results = read_study(file).results
+    for option, name in asked.items():
+        if name and name not in NEEDS_NO_RUN:
+            try:
+                quantity_kind(name, results)
+            except QuestionError as reason:
+                raise QuestionError(f"--{option}: {reason}") from None

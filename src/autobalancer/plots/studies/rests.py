@@ -51,7 +51,7 @@ def rest_positions(found: Given, *, speed_unit: str = "rpm") -> Figure:
         heading(figure, f"{given.heading()}\nballs at the end, from the unbalance (line)")
         for number, (where, text) in enumerate(zip(points, texts, strict=True)):
             axes: Any = figure.add_subplot(rows, columns, number + 1, projection="polar")
-            _panel(axes, given["ball_angle_to_unbalance"].values[where & given.ran()])
+            _panel(axes, given["ball_angle_to_unbalance"].values[where & given.counted()])
             axes.set_title(text, fontsize=8.5, loc="center", weight="normal")
         handles, labels = axes.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8.5)

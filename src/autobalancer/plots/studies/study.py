@@ -76,7 +76,7 @@ def study(found: Given, quantity: str = "balanced", *, speed_unit: str = "rpm") 
 
 
 def _over(axes: Axes, given: Studied, name: str, quantity: str, speed_unit: str) -> None:
-    points, ran = given.at_points(), given.ran()
+    points, ran = given.at_points(), given.counted()
     first = [int(np.flatnonzero(where)[0]) for where in points]
     shown = quantity_axis(given[name].isel(member=first), speed_unit)
     values = np.asarray(shown.values)
@@ -108,7 +108,7 @@ def _over(axes: Axes, given: Studied, name: str, quantity: str, speed_unit: str)
 
 
 def _map(figure: Figure, axes: Axes, given: Studied, grid: list[str], quantity: str, speed_unit: str) -> None:
-    points, ran = given.at_points(), given.ran()
+    points, ran = given.at_points(), given.counted()
     first = [int(np.flatnonzero(where)[0]) for where in points]
     shown = [quantity_axis(given[name].isel(member=first), speed_unit) for name in grid]
     across, up = (np.unique(one.values) for one in shown)
@@ -151,7 +151,7 @@ def _ticks(values: Any) -> tuple[range, list[str]]:
 
 def _histogram(axes: Axes, given: Studied, quantity: str, speed_unit: str) -> None:
     unit = _unit(given, quantity, speed_unit)
-    values = given[quantity].values[given.ran()].astype(float)
+    values = given[quantity].values[given.counted()].astype(float)
     known = unit.shown(values[np.isfinite(values)])
     axes.hist(
         known, bins="auto" if known.size < 2000 else 60, color=BALLS[0], alpha=0.75, edgecolor="white", linewidth=0.4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -41,6 +42,10 @@ class Sensitivity(Answer):
                 columns.append(Column("95 % from", flat[f"{name}_low"].values, "", ".3f"))
                 columns.append(Column("to", flat[f"{name}_high"].values, "", ".3f"))
         return columns
+
+    def remarks(self) -> Sequence[str]:
+        """What the numbers leave out."""
+        return [str(text) for text in np.atleast_1d(self.attrs.get("remarks", []))]
 
     def has_table(self) -> bool:
         """All parts must be there."""

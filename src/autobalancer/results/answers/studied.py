@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from autobalancer.results.answers.ensemble import Ensemble
+from autobalancer.results.answers.ensemble import QUANTILES, Ensemble
 from autobalancer.results.display_units import axis_unit
 from autobalancer.results.shares import wilson_interval
 from autobalancer.shown import Column
@@ -59,9 +59,19 @@ class Studied(Ensemble):
         """Which members belong to each point of the grid, (member,) each."""
         return [self["point"].values == point for point in np.unique(self["point"].values)]
 
+    def counted(self) -> Any:
+        """Which members ran and are independent of each other, (member,): only these tell how sure a share is.
+
+        For Sobol' indices each two of them have others, which share numbers with them.
+        """
+        if self.attrs.get("plan") != "sensitivity":
+            return self.ran()
+        of_one = np.atleast_1d(self.attrs["inputs"]).size + 2
+        return self.ran() & ((self["draw"].values - 1) % of_one < 2)
+
     def columns(self, unit: str = "") -> list[Column]:
         """A row for each point of the grid: its values, share of balanced runs, medians and 95 % quantiles of numbers."""
-        points, ran = self.at_points(), self.ran()
+        points, ran = self.at_points(), self.counted()
         first = [int(np.flatnonzero(where)[0]) for where in points]
         columns = [self._of_grid(name, first, unit) for name in self.grid_names()]
         columns.append(Column("members", [int((where & ran).sum()) for where in points]))
@@ -106,6 +116,8 @@ class Studied(Ensemble):
         return [
             *self._stopped(),
             *self._sudden(),
+            *self._dependent(),
+            *self._drag(),
             *(self.spread() if len(self.at_points()) == 1 else ()),
             *self.without(),
             *self._cost(),
@@ -122,6 +134,20 @@ class Studied(Ensemble):
         if "drawn_again" in self and (again := int((self["drawn_again"].values > 0).sum())):
             share = 100.0 * again / self.sizes["member"]
             yield f"{share:.3g} % of the draws were taken again, since they made no possible machine"
+
+    def _drag(self) -> Iterator[str]:
+        if text := self.attrs.get("drag_warning"):
+            yield f"range of the drag law: {text}"
+
+    def _dependent(self) -> Iterator[str]:
+        counted, ran = int(self.counted().sum()), int(self.ran().sum())
+        if counted < ran:
+            others = f"the other {ran - counted}, for Sobol' indices, share numbers with them"
+            yield f"shares and quantiles are those of {counted} members; {others}"
+
+    def quantiles(self, name: str, at: Sequence[float] = QUANTILES) -> Any:
+        """Quantiles of a measure over the members that count and have it; nan without any."""
+        return Ensemble.of(self.isel(member=np.flatnonzero(self.counted()))).quantiles(name, at)
 
     def _sudden(self) -> Iterator[str]:
         if not self.sudden:

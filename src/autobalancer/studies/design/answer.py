@@ -18,6 +18,8 @@ from autobalancer.shown import Column, rpm_and_si
 SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
 MEETS = {1: "yes", 0: "open", -1: "no"}
 NEAREST = 3  # reasons of a question that are listed
+MOST_PLACES = 8  # that are listed one by one
+OPEN = " open"  # how a limit ends of which too few runs tell
 STAGES = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
 
 
@@ -84,14 +86,54 @@ class Designed(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What the numbers mean, and examples of what was ruled out."""
+        return [*self.meanings(), *(f"ruled out: {text}" for text in self.reasons())]
+
+    def meanings(self) -> list[str]:
+        """What the numbers mean."""
         share = 100.0 * float(self.attrs["share"])
+        low, high = self.attrs["unbalance_range"]
         texts = [
             f"of each measure the value that {share:g} % of the runs stay below; stall: runs that end with a stalled ball or "
             "rotor, with 95 % interval"
         ]
+        if low < high:
+            texts += [
+                f"the runs have unbalances of all sizes from {moment_text(low)} to {moment_text(high)}: rotors at one end can do "
+                "worse than the shares say; for these alone, make the range narrower"
+            ]
+        texts += self._missed()
         texts = [*str(self.attrs.get("input_text", "")).splitlines(), *texts]
         texts += [f"measured rotor: {text}" for text in str(self.attrs.get("rotor_warnings", "")).split("\n") if text]
-        return texts + [f"ruled out: {text}" for text in self.reasons()]
+        return [*texts, *self._drag()]
+
+    def _drag(self) -> list[str]:
+        """How many of those that ran leave the range of their drag law, and what one of them says of it."""
+        if "drag_warning" not in self:
+            return []
+        found = self.best()["drag_warning"].values.astype(str)
+        there = np.flatnonzero(found != "")
+        if not there.size:
+            return []
+        who = f"left by {there.size} of {found.size} designs; of place {there[0] + 1}"
+        return [f"range of the drag law, {who}: {found[there[0]]}"]
+
+    def _missed(self) -> list[str]:
+        """Which limits are missed, and of which too few runs tell; each with the places."""
+        if "missed" not in self:
+            return []
+        places: dict[str, list[str]] = {}
+        for place, text in enumerate(self.best()["missed"].values.astype(str), start=1):
+            for name in filter(None, text.split(", ")):
+                places.setdefault(name, []).append(str(place))
+        lines = []
+        for word, end in (("missed", False), ("open, since so few runs cannot tell", True)):
+            said = [
+                f"{name.removesuffix(OPEN)} by {_listed(where)}"
+                for name, where in places.items()
+                if name.endswith(OPEN) == end
+            ]
+            lines += [f"{word}: {'; '.join(said)}"] if said else []
+        return lines
 
     def reasons(self) -> list[str]:
         """Why candidates were ruled out: alike ones together, for each question the nearest misses first."""
@@ -142,3 +184,10 @@ class Designed(Answer):
             sign, factor = SHOWN[unit]
             return f"{words} {significant(factor * value)} {sign}"
         return f"{words} {1e-6 * value:.4g} MPa" if name == "contact_pressure" else f"{words} {100.0 * value:.3g} %"
+
+
+def _listed(places: Sequence[str]) -> str:
+    """Places as people list them; many as their number."""
+    if len(places) > MOST_PLACES:
+        return f"{len(places)} designs"
+    return f"place{'s' * (len(places) > 1)} {', '.join(places)}"

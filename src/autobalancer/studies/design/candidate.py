@@ -12,7 +12,7 @@ from autobalancer.catalog.fluid_table import fluid
 from autobalancer.catalog.material_table import material
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.laws.ball_capability import capability, needed_count
+from autobalancer.laws.ball_capability import capability, largest_count, needed_count
 from autobalancer.machine import PlanarRotor
 from autobalancer.studies.design.fluids import Filling
 from autobalancer.studies.design.spec import Spec
@@ -123,14 +123,20 @@ def densities(spec: Spec, fillings: tuple[Filling, ...]) -> tuple[float, ...]:
 
 
 def fewest(spec: Spec, ring: Ring, races: int, planes: int, fillings: tuple[Filling, ...]) -> int:
-    """The fewest balls, two at least, with which all races balance the largest unbalance; 2 if no number does."""
+    """The fewest balls, two at least, with which all races balance the largest unbalance; if no number does, the best one."""
     share = spec.unbalance[1] / (races * planes)
     try:
-        dense = max(densities(spec, fillings))
-        return max(
-            2, needed_count(share, ring.orbit_radius, ring.ball_diameter, density_of_balls(spec), fluid_density=dense)
-        )
-    except AutobalancerError:
+        dense, ball = max(densities(spec, fillings)), density_of_balls(spec)
+        try:
+            return max(2, needed_count(share, ring.orbit_radius, ring.ball_diameter, ball, fluid_density=dense))
+        except AutobalancerError:
+            room = largest_count(ring.orbit_radius, ring.ball_diameter)
+            able = [
+                capability(ring.orbit_radius, ring.ball_diameter, ball, count, fluid_density=dense)
+                for count in range(2, room + 1)
+            ]
+            return 2 + able.index(max(able))
+    except (AutobalancerError, ValueError):  # balls that float, or a race without room for two, are told of later
         return 2
 
 

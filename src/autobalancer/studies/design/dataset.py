@@ -125,6 +125,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
             for end, said in ENDS.items():
                 key = f"{name}_{end}"
                 add(key, [one.numbers.get(key, np.nan) for one in designs], f"{text}; {said}", "1")
+    add("drag_warning", [one.drag_warning for one in designs], "where its balls leave the range of their drag law")
     add(
         "used",
         [used(spec, one) if one.numbers else np.nan for one in designs],

@@ -67,9 +67,11 @@ def design(
         If the machine is impossible.
     """
     spec = read_spec(given)
+    named = {"specification_file": Path(given).name} if isinstance(given, (str, Path)) else {}
     store = Store(folder, spec.identity(), "design") if folder is not None else None
     try:
-        return _designed(_Way(spec, Path(folder) / RUNS if folder is not None else None, workers, progress, seen))
+        way = _Way(spec, Path(folder) / RUNS if folder is not None else None, workers, progress, seen)
+        return _designed(way).assign_attrs(named)
     finally:
         if store is not None:
             store.close()
@@ -101,7 +103,7 @@ def _designed(way: _Way) -> Designed:
     searched = bool(spec.options.free)
     found = [] if searched else [screened(spec, one) for one in candidates(spec)]
     if not searched:
-        refuse_none(found)
+        refuse_none(spec, found)
         alive = [one for one in found if not one.reason]
         searched = len(alive) > spec.search.budget
     if not searched:
@@ -109,9 +111,9 @@ def _designed(way: _Way) -> Designed:
         for one in alive:
             way.look(alive)
             judge_borders(spec, one)
-        refuse_none(found)
+        refuse_none(spec, found)
         run_all(way, [one for one in alive if not one.reason], lambda: way.tell(found))
-        refuse_none(found)
+        refuse_none(spec, found)
         return Designed.of(designs_dataset(spec, found, "every candidate that was left"))
     return _searched(way, found)
 
@@ -137,7 +139,7 @@ def _searched(way: _Way, known: list[Design]) -> Designed:
         if not one.reason and not one.numbers:
             one.rule_out("budget", f"not run: the budget of {spec.search.budget} designs was used up")
     if not any(one.numbers for one in found):
-        refuse_none(found)
+        refuse_none(spec, found)
     how = f"NSGA-II over {len(looked)} candidates, {spec.search.generations} generations, seed {spec.search.seed}"
     return Designed.of(designs_dataset(spec, found, how))
 
@@ -175,7 +177,7 @@ def run_all(way: _Way, alive: Sequence[Design], tell: Callable[[], None]) -> Non
         tell()
 
 
-def refuse_none(found: Sequence[Design]) -> None:
+def refuse_none(spec: Spec, found: Sequence[Design]) -> None:
     """Refuse a specification that leaves no candidate.
 
     Raises
@@ -193,5 +195,5 @@ def refuse_none(found: Sequence[Design]) -> None:
     nearest = min((one for one in found if one.stage == last), key=lambda one: one.excess)
     raise QuestionError(
         f"candidates: none of {len(found)} is left; ruled out by {said}. The last ones were ruled out by {last}, the nearest: "
-        f"{nearest.candidate.label}: {nearest.reason}"
+        f"{'. '.join([f'{nearest.candidate.label}: {nearest.reason}', *spec.remarks])}"
     )

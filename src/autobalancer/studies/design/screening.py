@@ -35,6 +35,7 @@ class Design:
     border: float = math.nan
     machine: Machine | None = None  # at the middle of the temperatures, with the largest unbalance
     numbers: dict[str, float] = field(default_factory=dict)  # of the runs
+    drag_warning: str = ""  # where its balls leave the range of their drag law
 
     def rule_out(self, stage: str, reason: str, excess: float = math.inf) -> None:
         """Say where and why it stops."""
@@ -118,7 +119,7 @@ def _pressure(spec: Spec, found: Design) -> None:
         found.rule_out(
             "pressure",
             f"a ball presses with {1e-6 * found.pressure:.0f} MPa on its race at {rpm_and_si(speed)}, allowed are "
-            f"{1e-6 * allowed:.0f} MPa",
+            f"{1e-6 * allowed:.4g} MPa",
             found.pressure / allowed - 1.0,
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -13,7 +12,7 @@ import xarray as xr
 
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import corners
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, unwarned
 from autobalancer.machine import Hill, Machine, PrescribedSpeed
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.labeled import Labeled
@@ -82,9 +81,7 @@ def envelopes(
     if count < 2:
         raise QuestionError(f"envelopes: members: given {members}; give at least 2")
     jobs, duration = _members(study, count, point - 1, coast_down)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of each run the same
-        runs = in_threads(lambda job: _envelope(*job, duration, study.tolerance, bins), jobs, workers, progress)
+    runs = in_threads(lambda job: _envelope(*job, duration, study.tolerance, bins), jobs, workers, progress)
     high = np.array([run[0] for run in runs if run is not None])
     if high.shape[0] < 2:
         raise QuestionError("envelopes: fewer than two of the members can run")
@@ -157,7 +154,8 @@ def _there_and_back(machine: Machine, duration: float) -> tuple[Machine, float]:
 
 def _envelope(machine: Machine, seed: int, duration: float, tolerance: float, bins: int) -> tuple[Any, Any, Any] | None:
     try:
-        run = simulate_races(machine, duration=duration, seed=seed, tolerance=tolerance, save=[Envelope(bins)])
+        with unwarned():  # of each run the same
+            run = simulate_races(machine, duration=duration, seed=seed, tolerance=tolerance, save=[Envelope(bins)])
     except AutobalancerError:
         return None
     high = np.full(bins, np.nan)

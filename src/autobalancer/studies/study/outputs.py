@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,7 +69,9 @@ def quantity_kind(name: str, results: Iterable[str]) -> tuple[str, str]:
         known |= {one.name: one.unit for one in SWEPT if not one.per_ball}
     if name not in known:
         named = ", ".join([*([BALANCED, STALLED] if RUN in results else []), *known])
-        raise QuestionError(f"given {name!r}; this study has {named}")
+        near = get_close_matches(name, known, 1, 0.8)
+        meant = f"; did you mean {near[0]!r}?" if near else ";"
+        raise QuestionError(f"given {name!r}{meant} this study has {named}")
     return "number", known[name].replace(" ", "*") if known[name] != "1" else ""
 
 

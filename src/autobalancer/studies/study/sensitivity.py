@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,9 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
     ]
     if quantity not in known:
         raise QuestionError(f"quantity: given {quantity!r}; this study has {', '.join(known)}")
-    inputs = [str(name) for name in study.attrs.get("inputs", [])]
+    inputs = [
+        str(name) for name in np.atleast_1d(study.attrs.get("inputs", []))
+    ]  # a file keeps a list of one as a text
     if not inputs:
         raise QuestionError("sensitivity: nothing scatters in this study; give distributions under 'vary'")
     sobol = study.attrs.get("plan") == "sensitivity"
@@ -76,6 +79,7 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
             "quantity_text": str(study[quantity].attrs.get("long_name", quantity)),
             "study_name": study.attrs.get("study_name", "study"),
             "draws": [int(one.pop("draws")) for one in found],
+            "remarks": [] if sobol else _remarks(study),
         },
     )
     for name in found[0]:
@@ -89,6 +93,16 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
     if points.size == 1:
         result = result.isel(point=0, drop=True)
     return Sensitivity.of(result)
+
+
+def _remarks(study: xr.Dataset) -> list[str]:
+    """What rank correlations leave out."""
+    found = []
+    if START in np.atleast_1d(study.attrs.get("inputs", [])):
+        found.append("random starts of the balls are not among the inputs; with plan = 'sensitivity' they are")
+    if json.loads(study.attrs.get("study", "{}")).get("correlation"):
+        found.append("inputs that were drawn together borrow rank correlation from one another")
+    return found
 
 
 TEXTS = {

@@ -14,6 +14,7 @@ from autobalancer.patience import shows_progress
 from autobalancer.results.answers.studied import Studied
 from autobalancer.studies.study.chunk import WALL, Arrays, refuse_impossible
 from autobalancer.studies.study.dataset import study_dataset
+from autobalancer.studies.study.drag_note import drag_note
 from autobalancer.studies.study.execute import FIRST, here, in_cluster, next_size
 from autobalancer.studies.study.outputs import RUN
 from autobalancer.studies.study.reading import read_study
@@ -82,7 +83,9 @@ def study(
         raise KeyboardInterrupt
     found = study_dataset(asked, work.chunks, work.end)
     stopped = "interrupted" if interrupted else "confidence" if work.enough else "members"
-    return Studied.of(found.assign_attrs(stopped_by=stopped))
+    named = {"study_file": Path(given).name} if isinstance(given, (str, Path)) else {}
+    left = "" if interrupted else drag_note(asked)
+    return Studied.of(found.assign_attrs(stopped_by=stopped, drag_warning=left, **named))
 
 
 class _Work:
