@@ -293,9 +293,8 @@ def test_what_is_unwarned_in_one_thread_is_warned_of_in_another() -> None:
 @pytest.mark.parametrize("option", ["--sensitivity", "--quantity"])
 def test_a_quantity_that_the_study_will_not_have_is_refused_before_it_runs(option: str, tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
-    file.write_text(
-        f'machine = "{MACHINE}"\nduration = "0.5 s"\n[vary.viscosity]\ndistribution = "uniform"\nlow = "1 mm^2/s"\nhigh = "2 mm^2/s"\n'
-    )
+    varied = '[vary.viscosity]\ndistribution = "uniform"\nlow = "1 mm^2/s"\nhigh = "2 mm^2/s"\n'
+    file.write_text(f'machine = "{MACHINE}"\nduration = "0.5 s"\n{varied}')
     words = ["study", str(file), option, "peak_deflexion", "--folder", str(tmp_path / "parts"), "--plot", "x.png"]
     answer = CliRunner().invoke(app, words)
     assert answer.exit_code == 2
