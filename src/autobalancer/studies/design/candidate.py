@@ -106,7 +106,9 @@ def density_of_balls(spec: Spec) -> float:
     if "material" in given:
         return material(str(given["material"])).density
     balls = resolve(spec.machine) if spec.machine.balancers else ()
-    return float(balls[0].mass / balls[0].volume) if balls and balls[0].volume else material("steel").density
+    if balls and balls[0].volume:
+        return float(f"{balls[0].mass / balls[0].volume:.12g}")  # without what rounding left
+    return material("steel").density
 
 
 def densities(spec: Spec, fillings: tuple[Filling, ...]) -> tuple[float, ...]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-
 import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import moment_text
+from autobalancer.studies.design.answer import OPEN, Designed
 
 
 def designed_machine(designs: xr.Dataset, place: int = 1) -> Machine:
@@ -42,18 +41,22 @@ def designed_machine(designs: xr.Dataset, place: int = 1) -> Machine:
 def _said(designs: xr.Dataset, one: xr.Dataset, machine: Machine) -> str:
     fluid = str(one["fluid"].values)
     filled = f" Its races are filled with {fluid}{' (shares by mass)' if '%' in fluid else ''}." if fluid else ""
-    limits = ", ".join(f"{name} {value:.6g}" for name, value in json.loads(designs.attrs["limits"]).items()) or "none"
+    limits = dict(Designed.of(designs).facts())["limits"]
     low, high = designs.attrs["unbalance_range"]
     cold, warm = (value - 273.15 for value in designs.attrs["temperature_range"])
     keeps = {
         1: "It keeps them",
         0: "Too few runs to say whether it keeps them",
-        -1: f"It misses {one['missed'].values}",
+        -1: f"It misses {_missed(one)}",
     }
     began = f" The machine that was given: {machine.description}" if machine.description else ""
     return (
         f"Place {int(one['place'])} of design {designs.attrs['design_name']!r} for unbalances of {moment_text(low)} to "
         f"{moment_text(high)}, {cold:.4g} to {warm:.4g} °C.{filled} Its numbers here are those at "
-        f"{0.5 * (cold + warm):.4g} °C. Limits (SI): {limits}. {keeps[int(one['meets'])]} in "
+        f"{0.5 * (cold + warm):.4g} °C. Limits: {limits}. {keeps[int(one['meets'])]} in "
         f"{designs.attrs['members']} runs with the seed {designs.attrs['seed']}.{began}"
     )
+
+
+def _missed(one: xr.Dataset) -> str:
+    return ", ".join(name for name in str(one["missed"].values).split(", ") if not name.endswith(OPEN))
