@@ -28,7 +28,8 @@ def design(designs: Given, *, title: str | None = None) -> Figure:
     """What ruled candidates out, and the two objectives of those that ran, with their places and the Pareto front.
 
     A point is the value that the wanted share of the runs stays below, the bars reach from the median to it. The line joins the
-    designs that no other one beats among those that keep the limits as well. Dashed lines are limits.
+    designs that no other one beats among those that keep the limits as well. Dashed lines are limits. Where nothing was ruled
+    out, only the objectives are drawn.
 
     Parameters
     ----------
@@ -44,10 +45,14 @@ def design(designs: Given, *, title: str | None = None) -> Figure:
     found = result(designs, "plot.design", "design", lambda one: {"place", "stage", "front"} <= set(one.data_vars))
     ran = found.isel(design=np.argsort(found["place"].values)[: int(np.isfinite(found["place"].values).sum())])
     with look():
-        figure = picture(10.0, 4.4)
-        left, right = figure.subplots(1, 2, width_ratios=(1.0, 2.4))
-        _counts(left, found)
-        _front(right, found, ran)
+        if set(map(str, found["stage"].values)) == {"runs"}:  # nothing was ruled out
+            figure = picture(7.4, 4.4)
+            _front(figure.add_subplot(), found, ran)
+        else:
+            figure = picture(10.0, 4.4)
+            left, right = figure.subplots(1, 2, width_ratios=(1.0, 2.4))
+            _counts(left, found)
+            _front(right, found, ran)
         _legend(figure, ran)
         heading(figure, title if title is not None else str(found.attrs.get("title", "")))
     return figure
