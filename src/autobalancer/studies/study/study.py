@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +85,9 @@ def study(
     found = study_dataset(asked, work.chunks, work.end)
     stopped = "interrupted" if interrupted else "confidence" if work.enough else "members"
     named = {"study_file": Path(given).name} if isinstance(given, (str, Path)) else {}
-    left = "" if interrupted else drag_note(asked)
+    left = ""
+    with suppress(KeyboardInterrupt):  # the members are not lost for that
+        left = "" if interrupted else drag_note(asked)
     return Studied.of(found.assign_attrs(stopped_by=stopped, drag_warning=left, **named))
 
 
