@@ -248,7 +248,10 @@ def test_rolling_resistance_never_feeds_energy_in(seed: int) -> None:
 
 @pytest.mark.parametrize("method", ["dormand_prince_8", "exponential_collocation"])
 def test_a_ball_that_turns_round_and_back_within_a_step_is_seen_to_stop(method: str) -> None:
-    """A machine of a random search; where the turn was not seen, 18 of 40 tolerances gave angles that were off by 1e-3."""
+    """A machine of a random search: where the turn was not seen, 23 of 62 runs at 1e-6 to 1e-9 were off by 7e-4 to 2e-3 rad.
+
+    Errors are up to the tolerance, so three times that leaves room for the rounding of another processor.
+    """
     race = {
         "race_radius": 0.1,
         "drag": {"law": "beta", "beta": 3.766e-4},

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli import app
-from autobalancer.errors import QuestionError, RangeWarning, unwarned, warn
+from autobalancer.errors import DurationWarning, QuestionError, RangeWarning, unwarned, warn
 from autobalancer.results.shares import wilson_interval
 from autobalancer.stability.averaged.formulas import averaged_plane, damping_share
 from autobalancer.studies.study.distributions import Discrete, LogNormal, Normal, Tolerance, Triangular, Uniform
@@ -247,6 +247,17 @@ def test_only_members_that_share_no_number_tell_how_sure_a_share_is() -> None:
     assert any("16 members" in text for text in found.remarks())
 
 
+def test_runs_for_indices_that_pass_for_independent_make_intervals_too_narrow_as_the_page_says() -> None:
+    inputs, bases = 4, 20_000
+    share = np.random.default_rng(1).normal(size=(bases, 2, inputs))
+    both = [share[:, 0], share[:, 1]]
+    hybrids = [np.where(np.arange(inputs) == one, both[1], both[0]) for one in range(inputs)]
+    sums = np.stack([run.sum(axis=1) for run in (*both, *hybrids)], axis=1)
+    true = sums.mean(axis=1).std()
+    said = sums.std() / np.sqrt(inputs + 2)
+    assert true / said == pytest.approx(np.sqrt((inputs**2 + 4) / (inputs + 2)), rel=0.02)
+
+
 def test_a_study_says_that_its_balls_leave_the_range_of_their_drag_law_as_a_run_does() -> None:
     found = ab.study(SHORT)
     with pytest.warns(RangeWarning):
@@ -288,6 +299,8 @@ def test_what_is_unwarned_in_one_thread_is_warned_of_in_another() -> None:
     with pytest.warns(RangeWarning) as seen:
         both()
     assert [str(one.message) for one in seen] == ["heard", "heard after"]
+    with pytest.warns(RangeWarning, match="another class"), unwarned(DurationWarning):
+        warn("of another class", RangeWarning)
 
 
 @pytest.mark.parametrize("option", ["--sensitivity", "--quantity"])

@@ -68,10 +68,13 @@ _unwarned = threading.local()
 
 
 @contextmanager
-def unwarned() -> Iterator[None]:
-    """Give no warnings of this package meanwhile, in this thread: what Python has for that can silence all threads for good."""
-    before = getattr(_unwarned, "now", False)
-    _unwarned.now = True
+def unwarned(*categories: type[UserWarning]) -> Iterator[None]:
+    """Give no warnings of this package, or none of these classes, meanwhile and in this thread.
+
+    What Python has for that changes all threads, and can silence them for good.
+    """
+    before = getattr(_unwarned, "now", ())
+    _unwarned.now = (*before, *(categories or (UserWarning,)))
     try:
         yield
     finally:
@@ -80,7 +83,7 @@ def unwarned() -> Iterator[None]:
 
 def warn(text: str, category: type[UserWarning]) -> None:
     """Warn at the line outside of this package that asked."""
-    if getattr(_unwarned, "now", False):
+    if issubclass(category, getattr(_unwarned, "now", ())):
         return
     frame: FrameType | None = sys._getframe()
     level = 1

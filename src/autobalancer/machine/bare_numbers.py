@@ -23,6 +23,7 @@ USUAL = {  # SI unit: smallest and largest number that passes without a note, an
     "K": (150.0, 1000.0, "degC"),
     "N/m": (100.0, math.inf, "kN/m"),
 }
+PRESSURE = "GPa or MPa"  # of steel on steel: 2.5 GPa, 2500 MPa
 OF_KEYS = {  # the same of single keys, in place of those above; a gas may have a low density
     ("PlanarRotor", "damping_ratio"): (0.0, 1.0, "%"),
     ("Balls", "mass"): (0.0, 1.0, "g"),
@@ -39,7 +40,7 @@ OF_KEYS = {  # the same of single keys, in place of those above; a gas may have 
     ("Fluid", "density"): (0.01, math.inf, "g/cm^3"),
     ("limits", "peak_deflection"): (0.0, 0.1, "mm"),  # of specifications of designs
     ("limits", "residual_vibration"): (0.0, 0.1, "mm"),
-    ("limits", "contact_pressure"): (1e6, math.inf, "MPa"),
+    ("limits", "contact_pressure"): (1e6, math.inf, PRESSURE),
     ("space", "wall"): (0.0, 0.1, "mm"),
     ("candidates", "orbit_radius"): (0.0, 1.0, "mm"),
     ("candidates", "ball_diameter"): (0.0, 0.1, "mm"),
@@ -109,6 +110,8 @@ def _outside(value: Any, low: float, high: float) -> bool:
 
 def _read_as(place: str, number: float, unit: str, meant: str) -> str:
     shown = f"{number:.10g}"
+    if meant == PRESSURE:
+        meant = "GPa" if abs(number) < 100.0 else "MPa"
     if not unit:
         return f'{place} = {shown} was read as {100.0 * number:.5g} %; write it with its unit, "{shown} {meant}" if that is meant'
     also = f", which is {from_si(number, unit, ECHOED[unit]):.5g} {ECHOED[unit]}" if unit in ECHOED else ""

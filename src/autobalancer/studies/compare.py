@@ -83,7 +83,7 @@ def compare(
         raise QuestionError(f"at: given {', '.join(f'{speed:g}' for speed in speeds)} rad/s; must be finite speeds")
 
     def one(machine: AnyMachine) -> dict[str, Any]:
-        with unwarned():  # which does not say of which machine
+        with unwarned(RangeWarning):  # which does not say of which machine
             if isinstance(machine, ChamberMachine):
                 return chamber_row(simulate_chamber(machine, duration=duration, seed=seed), speeds, bins)
             run = simulate_races(

@@ -10,7 +10,7 @@ import typer
 from autobalancer.cli.terminal.options import Csv, Json, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say, speed_sign
 
-NEEDS_NO_RUN = ("balanced", "steps", "drawn_again")  # of any study, or what is shown where nothing was asked for
+ALSO = ("balanced", "balanced_before", "steps", "drawn_again")  # are drawn, too, where a study has them
 
 
 def study(
@@ -108,7 +108,7 @@ def _refuse_unknown(file: Path, asked: dict[str, str]) -> None:
 
     results = read_study(file).results
     for option, name in asked.items():
-        if name and name not in NEEDS_NO_RUN:
+        if name and name not in ALSO:
             try:
                 quantity_kind(name, results)
             except QuestionError as reason:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError, unwarned
+from autobalancer.errors import QuestionError, RangeWarning, unwarned
 from autobalancer.measurement.comparison.measures import measure_rows, measure_table
 from autobalancer.measurement.comparison.order_curves import is_orders, order_curves
 from autobalancer.measurement.comparison.pairs import (
@@ -127,7 +127,7 @@ def _turned(part: xr.Dataset, tacho: dict[str, Any]) -> xr.Dataset | None:
     if is_film(part) or not _has_tacho(part):
         return None
     try:
-        with unwarned():  # it is said where orders are tracked
+        with unwarned(RangeWarning):  # it is said where orders are tracked
             return rotor_angle(part, **tacho)
     except QuestionError:
         return None

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from autobalancer.results.answers.ensemble import QUANTILES, Ensemble
+from autobalancer.results.answers.ensemble import Ensemble
 from autobalancer.results.display_units import axis_unit
 from autobalancer.results.shares import wilson_interval
 from autobalancer.shown import Column
@@ -145,9 +145,9 @@ class Studied(Ensemble):
             others = f"the other {ran - counted}, for Sobol' indices, share numbers with them"
             yield f"shares and quantiles are those of {counted} members; {others}"
 
-    def quantiles(self, name: str, at: Sequence[float] = QUANTILES) -> Any:
-        """Quantiles of a measure over the members that count and have it; nan without any."""
-        return Ensemble.of(self.isel(member=np.flatnonzero(self.counted()))).quantiles(name, at)
+    def spread(self) -> Iterator[str]:
+        """Quantiles of the main measures over the members that count, a sentence each."""
+        return Ensemble.of(self.isel(member=np.flatnonzero(self.counted()))).spread()
 
     def _sudden(self) -> Iterator[str]:
         if not self.sudden:

@@ -114,8 +114,8 @@ class Designed(Answer):
         there = np.flatnonzero(found != "")
         if not there.size:
             return []
-        who = f"left by {there.size} of {found.size} designs; of place {there[0] + 1}"
-        return [f"range of the drag law, {who}: {found[there[0]]}"]
+        who = f"{there.size} of {found.size} designs leave the range of their drag law"
+        return [f"{who}; of place {there[0] + 1}: {found[there[0]]}"]
 
     def _missed(self) -> list[str]:
         """Which limits are missed, and of which too few runs tell; each with the places."""

@@ -193,7 +193,8 @@ def refuse_none(spec: Spec, found: Sequence[Design]) -> None:
     said = ", ".join(f"{stage} {count}" for stage, count in counts.items() if count)
     last = max((one.stage for one in found), key=STAGES.index)
     nearest = min((one for one in found if one.stage == last), key=lambda one: one.excess)
-    raise QuestionError(
+    text = (
         f"candidates: none of {len(found)} is left; ruled out by {said}. The last ones were ruled out by {last}, the nearest: "
-        f"{'. '.join([f'{nearest.candidate.label}: {nearest.reason}', *spec.remarks])}"
+        f"{nearest.candidate.label}: {nearest.reason}"
     )
+    raise QuestionError(". ".join([text, *spec.remarks]))

@@ -56,9 +56,7 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
     ]
     if quantity not in known:
         raise QuestionError(f"quantity: given {quantity!r}; this study has {', '.join(known)}")
-    inputs = [
-        str(name) for name in np.atleast_1d(study.attrs.get("inputs", []))
-    ]  # a file keeps a list of one as a text
+    inputs = list(map(str, np.atleast_1d(study.attrs.get("inputs", []))))  # a file keeps a list of one as a text
     if not inputs:
         raise QuestionError("sensitivity: nothing scatters in this study; give distributions under 'vary'")
     sobol = study.attrs.get("plan") == "sensitivity"
