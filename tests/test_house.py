@@ -1,5 +1,6 @@
-"""The house: sizes of files, functions and folders, one tree of errors, documented names. Read from the source alone.
+"""The house: how splintered it is, one tree of errors, documented names. Read from the source alone.
 
+One subject is one file, cut at about 800 lines. The ceilings stand at today's values: none may rise, lower them as you go.
 Each list of exceptions is exact: what no longer needs its place there has to leave it, so a list can only shrink.
 """
 
@@ -7,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -16,9 +18,16 @@ from autobalancer.public_names import NAMES
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
-LINES, ARGUMENTS, MODULES = 300, 12, 20
-
-LONG = {"public_names.py": "the only table of all public names"}
+LINES, ARGUMENTS, BODY = 800, 12, 80
+CEILINGS = {
+    "files": 1161,
+    "modules with one importer, beside them": 0.179,
+    "public functions named once elsewhere": 0.308,
+    "import lines": 0.096,
+    "import cycles": 8,
+    "bodies over 80 lines": 9,
+    "doubled file names": 194,
+}
 MANY = {
     "kernels/dwell/hold.py hold": "a compiled loop gets all that it needs and all that it writes",
     "kernels/ensemble/long_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
@@ -29,7 +38,6 @@ MANY = {
     "studies/ensemble/ensemble.py ensemble": "everything one may ask of thousands of runs",
     "studies/stepped_response.py stepped_response": "everything one may ask of a stepped measurement",
 }
-FULL: dict[str, str] = {}
 INNER = {
     "studies/ensemble/classes.py Differs": "ends an attempt to follow; all members are assembled then",
     "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",
@@ -71,8 +79,116 @@ def words(node: ast.AST) -> str:
 # sizes -------------------------------------------------------------------------------------------------------------------
 
 
-def test_no_file_of_the_package_has_more_than_300_lines_but_those_listed() -> None:
-    assert names([path for path in FILES if len(path.read_text(encoding="utf-8").splitlines()) > LINES]) == set(LONG)
+def module_of(path: Path) -> str:
+    return ".".join(("autobalancer", *path.relative_to(SOURCE).with_suffix("").parts)).removesuffix(".__init__")
+
+
+@cache
+def links() -> tuple[dict[str, set[str]], dict[tuple[str, str], set[str]]]:
+    """Which modules import a module of the package, and which import a name from it."""
+    modules = {module_of(path) for path in FILES}
+    importers: dict[str, set[str]] = {}
+    users: dict[tuple[str, str], set[str]] = {}
+    for path in FILES:
+        for node in ast.walk(tree(path)):
+            for alias in node.names if isinstance(node, ast.ImportFrom) else ():
+                assert isinstance(node, ast.ImportFrom)
+                whole = f"{node.module}.{alias.name}"
+                target = whole if whole in modules else str(node.module)
+                if target in modules and target != module_of(path):
+                    importers.setdefault(target, set()).add(module_of(path))
+                    if target == node.module:
+                        users.setdefault((target, alias.name), set()).add(module_of(path))
+    return importers, users
+
+
+def calls(module: str, name: str) -> int:
+    path = SOURCE.joinpath(*module.split(".")[1:])
+    code = tree(path.with_suffix(".py") if path.with_suffix(".py").exists() else path / "__init__.py")
+    return sum(isinstance(node, ast.Name) and node.id == name for node in ast.walk(code))
+
+
+def share_with_one_importer_beside() -> float:
+    importers, _ = links()
+    modules = [module_of(path) for path in FILES if path.name != "__init__.py"]
+    beside = [
+        module
+        for module in modules
+        if len(found := importers.get(module, set())) == 1
+        and next(iter(found)).rpartition(".")[0] == module.rpartition(".")[0]
+    ]
+    return len(beside) / len(modules)
+
+
+def share_named_once_elsewhere() -> float:
+    _, users = links()
+    public = [
+        (module_of(path), node.name)
+        for path in FILES
+        if path.name != "__init__.py"
+        for node in tree(path).body
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
+    ]
+    once = [
+        (module, name)
+        for module, name in public
+        if len(elsewhere := users.get((module, name), set())) == 1
+        and not calls(module, name)
+        and calls(next(iter(elsewhere)), name) == 1
+    ]
+    return len(once) / len(public)
+
+
+def cycles() -> int:
+    """How many knots of modules import each other, in a circle."""
+    importers, _ = links()
+    reach: dict[str, set[str]] = {}
+    for start in importers:
+        seen, ahead = set(), list(importers[start])
+        while ahead:
+            module = ahead.pop()
+            if module not in seen:
+                seen.add(module)
+                ahead.extend(importers.get(module, ()))
+        reach[start] = seen
+    knots = {
+        frozenset(other for other in seen if start in reach.get(other, ()))
+        for start, seen in reach.items()
+        if start in seen
+    }
+    return len(knots)
+
+
+def length_of_body(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines of a function below its head and docstring."""
+    documented = len(node.body) > 1 and ast.get_docstring(node) is not None
+    return (node.end_lineno or 0) - node.body[1 if documented else 0].lineno + 1
+
+
+def measured() -> dict[str, float]:
+    functions = (ast.FunctionDef, ast.AsyncFunctionDef)
+    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in FILES)
+    heads = sum((n.end_lineno or 0) - n.lineno + 1 for _, n in everything((ast.Import, ast.ImportFrom)))  # type: ignore[attr-defined]
+    bodies = [length_of_body(node) for _, node in everything(functions) if isinstance(node, functions)]
+    stems = [path.stem for path in FILES if path.name != "__init__.py"]
+    return {
+        "files": len(FILES),
+        "modules with one importer, beside them": share_with_one_importer_beside(),
+        "public functions named once elsewhere": share_named_once_elsewhere(),
+        "import lines": heads / lines,
+        "import cycles": cycles(),
+        "bodies over 80 lines": sum(body > BODY for body in bodies),
+        "doubled file names": sum(count > 1 for count in Counter(stems).values()),
+    }
+
+
+def test_the_house_is_no_more_splintered_than_its_ceilings_say() -> None:
+    beyond = {name: value for name, value in measured().items() if value > CEILINGS[name]}
+    assert not beyond
+
+
+def test_no_file_of_the_package_is_longer_than_a_subject_needs() -> None:
+    assert names([path for path in FILES if len(path.read_text(encoding="utf-8").splitlines()) > LINES]) == set()
 
 
 def test_no_function_has_more_than_12_arguments_but_commands_whose_options_they_are_and_those_listed() -> None:
@@ -82,11 +198,6 @@ def test_no_function_has_more_than_12_arguments_but_commands_whose_options_they_
         if isinstance(node, ast.FunctionDef) and len(arguments(node)) > ARGUMENTS and not file.startswith("cli/")
     }
     assert found == set(MANY)
-
-
-def test_no_folder_has_more_than_20_modules_but_those_listed() -> None:
-    folders = {path.parent for path in FILES}
-    assert names([folder for folder in folders if len([*folder.glob("[!_]*.py")]) > MODULES]) == set(FULL)
 
 
 # errors and warnings -----------------------------------------------------------------------------------------------------
