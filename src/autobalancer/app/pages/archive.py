@@ -9,10 +9,10 @@ from typing import Any
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.run import shown
-from autobalancer.app.store.archive import Archive, Entry, differences
-from autobalancer.errors import AutobalancerError
+from autobalancer.app.store.archive import UNREADABLE, Archive, Entry, differences
+from autobalancer.errors import AutobalancerError, QuestionError
 
 SHOWN = 60  # runs of a list
 COLORS = ("#0072B2", "#D55E00", "#009E73")
@@ -32,6 +32,7 @@ class ArchivePage:
                 self.count = ui.label().classes("quiet")
             self.list = ui.column().classes("w-full gap-0 q-mt-sm")
             self.none = ui.label("No runs yet; start one on the page Run.").classes("quiet")
+        self.archive.tidy()
         self.lines: dict[str, tuple[Entry, Any]] = {}
         self.boxes: dict[str, Any] = {}
         self.side = ui.element("section").classes("card").props('data-at="compared"')
@@ -53,36 +54,52 @@ class ArchivePage:
         for name, (entry, line) in [*self.lines.items()]:
             if wanted.get(name) != entry:
                 line.delete()
-                del self.lines[name], self.boxes[name]
+                del self.lines[name]
+                self.boxes.pop(name, None)
         for place, entry in enumerate(found):
             if entry.name not in self.lines:
                 with self.list:
-                    line = self._line(entry)
+                    line = marked(ui.row().classes("items-center gap-2 w-full no-wrap archive-line"), at=entry.name)
+                with line:
+                    self._line(entry, line)
                 line.move(target_index=place)
                 self.lines[entry.name] = (entry, line)
 
-    def _line(self, entry: Entry) -> Any:
-        line = ui.row().classes("items-center gap-2 w-full no-wrap archive-line").props(f'data-at="{entry.name}"')
-        with line:
-            self.boxes[entry.name] = box = ui.checkbox(value=entry.name in self.chosen).props(
-                f'dense aria-label="compare {escape(entry.machine)}"'
-            )
-            box.on_value_change(lambda event: self._choose(entry.name, bool(event.value)))
-            with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
-                ui.label(entry.machine).classes("key ellipsis")
-                ui.label(f"{entry.made} UTC · {entry.seconds:.6g} s · {entry.verdict or entry.outcome}").classes(
-                    "quiet"
-                )
-            tags = ui.input_chips(value=entry.tags, new_value_mode="add-unique").props('dense borderless label="tags"')
-            tags.style("width: 210px; flex: 0 0 auto").on_value_change(
-                lambda event: self._tag(entry.name, list(event.value or []))
-            )
-            ui.button("see", on_click=lambda: self.open(entry.name)).props("flat dense no-caps")
-            load = ui.button("edit", on_click=lambda: self.bench.set_text(self.archive.text(entry.name)))
-            hinted(load.props("flat dense no-caps"), "take its machine onto the page Describe")
-            bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
-            bin_.props(f'aria-label="delete the run of {escape(entry.machine)}"')
-        return line
+    def _line(self, entry: Entry, line: Any) -> None:
+        """One run; whatever is wrong with it, the others are shown, and it can be deleted."""
+        try:
+            if entry.machine == UNREADABLE:
+                raise QuestionError(UNREADABLE)
+            self._run(entry)
+        except Exception:
+            line.clear()
+            ui.label(f"the run {entry.name} {UNREADABLE}").classes("wrong").style("flex: 1 1 auto")
+        bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
+        marked(bin_, label=f"delete the run of {entry.machine}")
+
+    def _run(self, entry: Entry) -> None:
+        box = ui.checkbox(value=entry.name in self.chosen).props("dense")
+        self.boxes[entry.name] = marked(box, label=f"compare {entry.machine}")
+        box.on_value_change(lambda event: self._choose(entry.name, bool(event.value)))
+        with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
+            ui.label(entry.machine).classes("key ellipsis")
+            ui.label(f"{entry.made} UTC · {entry.seconds:.6g} s · {entry.verdict or entry.outcome}").classes("quiet")
+        tags = ui.input_chips(value=entry.tags, new_value_mode="add-unique").props('dense borderless label="tags"')
+        tags.style("width: 210px; flex: 0 0 auto").on_value_change(
+            lambda event: self._tag(entry.name, list(event.value or []))
+        )
+        ui.button("see", on_click=lambda: self._try(self.open, entry.name)).props("flat dense no-caps")
+        load = ui.button("edit", on_click=lambda: self._try(self._edit, entry.name))
+        hinted(load.props("flat dense no-caps"), "take its machine onto the page Describe")
+
+    def _edit(self, name: str) -> None:
+        self.bench.set_text(self.archive.text(name))
+
+    def _try(self, act: Callable[[str], None], name: str) -> None:
+        try:
+            act(name)
+        except (AutobalancerError, OSError, ValueError) as error:
+            ui.notify(str(error), type="warning")
 
     def _tag(self, name: str, tags: list[str]) -> None:
         self.archive.tag(name, tags)
@@ -118,7 +135,7 @@ class ArchivePage:
             entries = [self.archive.entry(name) for name in self.chosen]
             texts = [self.archive.text(name) for name in self.chosen]
             curves = [_curves(self.archive, name) for name in self.chosen]
-        except AutobalancerError as error:
+        except (AutobalancerError, OSError, ValueError) as error:
             with self.side:
                 ui.label(str(error)).classes("wrong")
             return

@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.inputs import entry_of
 from autobalancer.app.text.document import Path, data_of, spelled, with_entry, with_value, without
 from autobalancer.app.text.fields import Field, chosen, fields_of, root_of, tag_of, word_of
@@ -122,14 +122,14 @@ class Form:
             words = [word_of(one) for one in field.parts]
             value = data.get(tag) if data.get(tag) in words else None
             choice = ui.select(words, value=value, label=tag, on_change=other).props("dense outlined options-dense")
-            self.shown[(*path, tag)] = choice.classes("field").props(f'data-at="{spelled((*path, tag))}"')
+            self.shown[(*path, tag)] = marked(choice.classes("field"), at=spelled((*path, tag)))
         if part is not None:
             self._fields(part, path, data)
 
     def _box(self, path: Path, title: str, meaning: str, removable: Path | None) -> Any:
         """A part that opens and shuts, with a bin where it may be removed."""
         box = ui.expansion(value=path not in self.shut).classes("box").props("dense dense-toggle expand-separator")
-        box.props(f'data-at="{spelled(path)}"')
+        marked(box, at=spelled(path))
 
         def moved(event: Any) -> None:
             (self.shut.discard if event.value else self.shut.add)(path)
@@ -142,8 +142,8 @@ class Form:
                 def drop(_: Any = None, path: Path = removable) -> None:
                     self.edit(lambda text: without(text, path), again=True)
 
-                button = ui.button(icon="delete_outline").props(f'flat dense round size=sm aria-label="remove {title}"')
-                button.on("click.stop", drop).classes("ml-auto")
+                button = marked(ui.button(icon="delete_outline"), label=f"remove {title}")
+                button.props("flat dense round size=sm").on("click.stop", drop).classes("ml-auto")
         with box:
             self.shown[path] = ui.label("").classes("wrong")
         return box
@@ -152,13 +152,17 @@ class Form:
         """A list of the keys that are not given yet, with their help."""
 
         def add(field: Field) -> None:
+            menu.close()  # before the form is made anew: what shuts it must be there still
             self.edit(lambda text: _with_new(text, path, field), again=True)
 
         label = "add a key" if path else "add a part"
         button = ui.button(label, icon="add").props("flat dense no-caps size=sm")
-        with button.props(f'data-at="add to {spelled(path)}"'), ui.menu().props("max-height=60vh"):
+        with marked(button, at=f"add to {spelled(path)}"), ui.menu().props("max-height=60vh") as menu:
             for field in missing:
-                with ui.menu_item(on_click=lambda field=field: add(field)), ui.column().classes("gap-0 adder"):
+                with (
+                    ui.menu_item(on_click=lambda field=field: add(field), auto_close=False),
+                    ui.column().classes("gap-0 adder"),
+                ):
                     ui.label(field.name).classes("key")
                     ui.label(field.help).classes("quiet")
 

@@ -1,4 +1,4 @@
-"""The help that comes when the mouse rests on something."""
+"""The help that comes when the mouse rests on something, and the names of elements."""
 
 from __future__ import annotations
 
@@ -15,4 +15,15 @@ def hinted(element: Any, text: str) -> Any:
     """
     with element:
         ui.tooltip(text)
+    return element
+
+
+def marked(element: Any, *, at: str = "", label: str = "", about: str = "") -> Any:
+    """Give an element of the page the mark by which tests find it, its name and its description for those who do not see it.
+
+    They are set as data. NiceGUI's own ``props`` reads a text as code: what a user has named must never come into it.
+    """
+    for key, text in (("data-at", at), ("aria-label", label), ("aria-description", about)):
+        if text:
+            element.props[key] = text
     return element

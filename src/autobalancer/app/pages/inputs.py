@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import tomli_w
 from nicegui import ui
 
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.text.document import Path, spelled
 from autobalancer.app.text.fields import Field, in_unit, number_and_unit, written
 
@@ -41,11 +40,11 @@ def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Ca
         else:
             shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
             shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
-        shown.classes("field").without_auto_validation().props(f'data-at="{spelled(path)}"')
-        hinted(shown, field.help).props(f"aria-description={json.dumps(field.help)}")
+        marked(shown.classes("field").without_auto_validation(), at=spelled(path), about=field.help)
+        hinted(shown, field.help)
         if dropped is not None:
             button = ui.button(icon="close", on_click=dropped).props("flat dense round size=xs color=grey tabindex=-1")
-            button.props(f'aria-label="remove {field.name}"').classes("drop")
+            marked(button.classes("drop"), label=f"remove {field.name}")
     return shown
 
 
@@ -57,10 +56,8 @@ def _quantity(field: Field, path: Path, value: Any, changed: Changed) -> Any:
     if units == [""]:
         entry.on_value_change(lambda event: changed(written(event.value or "", "", "") or ""))
         return entry
-    choice = ui.select({one: one or "–" for one in units}, value=unit).props(
-        f'dense outlined options-dense aria-label="unit of {field.name}"'
-    )
-    choice.classes("unit").props(f'data-at="unit of {spelled(path)}"')
+    choice = ui.select({one: one or "–" for one in units}, value=unit).props("dense outlined options-dense")
+    marked(choice.classes("unit"), at=f"unit of {spelled(path)}", label=f"unit of {field.name}")
     state = {"unit": unit}
 
     def say(_: Any = None) -> None:

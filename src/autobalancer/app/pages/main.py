@@ -12,7 +12,7 @@ from autobalancer.app.pages.archive import ArchivePage
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.describe import describe
 from autobalancer.app.pages.files import serve_files, user_of
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.measured.files import serve_measured
 from autobalancer.app.pages.measured.page import MeasuredPage
 from autobalancer.app.pages.run import RunPage
@@ -70,8 +70,8 @@ def _page(bench: Bench) -> None:
         ui.space()
         name = ui.label().classes("quiet ellipsis")
         for icon, what, act in (("undo", "undo", bench.undo), ("redo", "redo", bench.redo)):
-            button = ui.button(icon=icon, on_click=act).props(f'flat dense round aria-label="{what}" data-at="{what}"')
-            hinted(button, what)
+            button = ui.button(icon=icon, on_click=act).props("flat dense round")
+            hinted(marked(button, at=what, label=what), what)
 
         def shade(event: Any) -> None:
             dark.value = not event.args

@@ -8,7 +8,7 @@ from html import escape
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.run_view import RunView
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.archive import Archive, Entry
@@ -161,7 +161,7 @@ class RunPage:
             with ui.row().classes("gap-2 q-mt-sm items-center"):
                 ui.label("Save as").classes("quiet")
                 for kind, word in WORDS.items():
-                    ui.link(word, f"/run/{entry.name}/{kind}").props(f'download data-at="{kind}"')
+                    marked(ui.link(word, f"/run/{entry.name}/{kind}").props("download"), at=kind)
                 film = ui.button("make a film (GIF)", on_click=lambda: self._film(entry.name))
                 film.props('flat dense no-caps data-at="film.gif"')
         self.more.clear()

@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import marked
 from autobalancer.app.store.jobs import Job
 from autobalancer.errors import AutobalancerError
 
@@ -21,9 +22,9 @@ class Work:
         self.then: Callable[[Job], None] = lambda _job: None
         with ui.row().classes("items-center gap-2") as self.line:
             self.spinner = ui.spinner(size="1.1em")
-            self.said = ui.label().classes("quiet").props(f'role="status" data-at="{at} state"')
+            self.said = marked(ui.label().classes("quiet").props('role="status"'), at=f"{at} state")
             self.cancel = ui.button("Cancel", icon="stop", on_click=self.end).props("flat dense no-caps")
-            self.cancel.props(f'data-at="{at} cancel"')
+            marked(self.cancel, at=f"{at} cancel")
         self.timer = ui.timer(0.15, self.look, active=False)
         self._rest()
 

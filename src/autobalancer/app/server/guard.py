@@ -20,7 +20,13 @@ LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 LARGEST = 25_000_000  # bytes of a request
 DIGITS = 12  # of a length that is looked at
 TOO_LARGE = f"a request may have at most {LARGEST // 1_000_000} MB"
+POLICY = (  # NiceGUI puts code into its pages and evaluates texts; what it runs can send nothing to another host
+    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; worker-src 'self' blob:; object-src 'none'; "
+    "base-uri 'self'; form-action 'self'; frame-ancestors 'self'"
+)
 HEADERS = [
+    (b"content-security-policy", POLICY.encode()),
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
     (b"x-frame-options", b"SAMEORIGIN"),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import threading
+import time
 import tomllib
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
@@ -17,13 +19,16 @@ from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.names import RUN, new_name, run_folder
 from autobalancer.app.view.packed import packed
 from autobalancer.either_kind import measures, simulate, verdict
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import write_safely, write_text_safely
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
 
 MOST = 2000  # runs of one user
+UNREADABLE = "cannot be shown"
+STARTED = time.time()
+LONGEST = 3600.0  # s, in which a run that has its folder has its note, too
 FILES = threading.Lock()  # the netCDF library is not made for several threads
 TAG = 40  # characters of a tag
 
@@ -56,17 +61,25 @@ class Archive:
         self.home = home
 
     def entries(self, text: str = "") -> list[Entry]:
-        """The runs that a search finds, the latest first."""
+        """The runs that a search finds, the latest first; one that cannot be read says so in place of its machine."""
         found = []
         for path in sorted((self.home / "runs").glob("*/about.json"), reverse=True):
             if RUN.fullmatch(path.parent.name):
                 try:
-                    entry = Entry(**json.loads(path.read_text(encoding="utf-8")))
-                except (OSError, ValueError, TypeError):
-                    continue  # half deleted, or not ours
+                    entry = self.entry(path.parent.name)
+                except QuestionError:
+                    entry = Entry(path.parent.name, UNREADABLE, "", 0.0, "")
                 if entry.has(text):
                     found.append(entry)
         return found
+
+    def tidy(self) -> None:
+        """Remove what a server that was killed left half: a folder without a note that nobody is writing any more."""
+        for folder in (self.home / "runs").glob("*"):
+            with contextlib.suppress(OSError):
+                old = folder.stat().st_mtime < STARTED - LONGEST
+                if RUN.fullmatch(folder.name) and old and not (folder / "about.json").exists():
+                    self.delete(folder.name)
 
     def file(self, name: str, kind: str) -> Path:
         """A file of a run: ``view.bin``, ``run.nc``, ``machine.toml`` or ``about.json``.
@@ -82,8 +95,22 @@ class Archive:
         return path
 
     def entry(self, name: str) -> Entry:
-        """What is known of a run."""
-        return Entry(**json.loads(self.file(name, "about.json").read_text(encoding="utf-8")))
+        """What is known of a run.
+
+        Raises
+        ------
+        QuestionError
+            If there is no such run, or its note cannot be read.
+        """
+        try:
+            entry = Entry(**json.loads(self.file(name, "about.json").read_text(encoding="utf-8")))
+            words = (entry.name, entry.machine, entry.made, entry.outcome, entry.verdict, *entry.tags, *entry.notes)
+            if entry.name != name or not all(isinstance(word, str) for word in words):
+                raise TypeError("a text is wanted")
+            entry.seconds = float(entry.seconds)
+        except (OSError, ValueError, TypeError) as reason:
+            raise QuestionError(f"run {name}: its note cannot be read: {reason}") from None
+        return entry
 
     def text(self, name: str) -> str:
         """The machine of a run."""
@@ -125,17 +152,24 @@ class Archive:
         name = new_name()
         folder = run_folder(self.home, name)
         folder.mkdir(parents=True)
-        view = packed(run)
-        write_safely(folder / "view.bin", lambda path: path.write_bytes(view))
-        write_text_safely(folder / "machine.toml", text)
-        job.result = name
         entry = Entry(name, machine.name, f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}", 0.0, str(run.attrs["outcome_text"]))
-        entry.measures, entry.verdict = _measured(run), _judged(run, machine)
-        entry.notes, entry.duration = list(job.notes), duration
-        entry.seconds = float(run.attrs.get("end_time", run.attrs.get("duration", 0.0)))
-        with FILES:
-            save_run(run, folder / "run.nc")
-        self._note(entry)
+        try:
+            view = packed(run)
+            write_safely(folder / "view.bin", lambda path: path.write_bytes(view))
+            write_text_safely(folder / "machine.toml", text)
+            job.result = name
+            entry.measures, entry.verdict = _measured(run), _judged(run, machine)
+            entry.notes, entry.duration = list(job.notes), duration
+            entry.seconds = float(run.attrs.get("end_time", run.attrs.get("duration", 0.0)))
+            with FILES:
+                save_run(run, folder / "run.nc")
+            self._note(entry)
+        except BaseException as error:  # half a run is none
+            job.result = None
+            shutil.rmtree(folder, ignore_errors=True)
+            if isinstance(error, ResultError):  # says which file; that folder is none of the user's business
+                raise ResultError(f"the run was not kept: {str(error).removeprefix(f'{folder}/')}") from None
+            raise
         return name
 
     def _note(self, entry: Entry) -> None:

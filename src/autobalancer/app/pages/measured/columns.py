@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.store.measured.columns import QUANTITIES, Column, Reading
 from autobalancer.app.store.measured.shelf import Measured
 
@@ -40,7 +40,7 @@ class Columns:
                 self._row(column, places)
         with ui.row().classes("items-center gap-2 q-mt-sm"):
             for key, label, help_ in MORE:
-                box = ui.input(label, value=getattr(self.reading, key)).props(f'{FIELD} data-at="reading {key}"')
+                box = marked(ui.input(label, value=getattr(self.reading, key)).props(FIELD), at=f"reading {key}")
                 hinted(box.style("width: 170px"), help_).bind_value_to(self.reading, key, lambda text: text or "")
             large = ui.checkbox("large values are right", value=self.reading.implausible).props("dense")
             hinted(large, "takes vibrations so large that their unit is probably wrong")
@@ -51,7 +51,7 @@ class Columns:
 
     def _row(self, column: Column, places: list[str]) -> None:
         hinted(ui.label(column.column).classes("key ellipsis"), column.column)
-        kind = ui.select(QUANTITIES, value=column.quantity, label="is").props(f"{FIELD} options-dense")
+        kind = ui.select(QUANTITIES, value=column.quantity, label="is").props(FIELD).props("options-dense")
         kind.bind_value_to(column, "quantity")
         _named(kind, "quantity", column)
         self._text(column, "unit", "of its numbers, such as um; of voltages V, with a sensitivity")
@@ -69,5 +69,5 @@ class Columns:
 
 
 def _named(element: Any, what: str, column: Column) -> None:
-    """Its name for those who do not see it, and for tests; heads of columns may have any sign."""
-    element.props["aria-label"] = element.props["data-at"] = f"{what} of {column.column}"
+    """Its name for those who do not see it, and for tests."""
+    marked(element, at=f"{what} of {column.column}", label=f"{what} of {column.column}")

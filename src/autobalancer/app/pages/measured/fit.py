@@ -10,7 +10,7 @@ import xarray as xr
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.inputs import empty_again
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.drawn import svg_of
@@ -104,7 +104,7 @@ class Fit:
         ui.label("Slow roll, tacho and piece are taken as they stand under Look.").classes("quiet")
 
     def _text(self, key: str, label: str, help_: str) -> None:
-        box = hinted(ui.input(label).props(f'{FIELD} data-at="fit {key}"').style("width: 176px"), help_)
+        box = marked(hinted(ui.input(label).props(FIELD).style("width: 176px"), help_), at=f"fit {key}")
         box.bind_value_to(self.question, key, lambda text: text or "")
 
     def _offer(self) -> None:
@@ -127,7 +127,7 @@ class Fit:
         self.rows.clear()
         with self.rows:
             for one in self.question.free:
-                with ui.row().classes("items-center gap-2 no-wrap").props(f'data-at="free {one.path}"'):
+                with marked(ui.row().classes("items-center gap-2 no-wrap"), at=f"free {one.path}"):
                     hinted(ui.label(label_of_path(one.path)).classes("key").style("min-width: 200px"), one.path)
                     for key, label in (("lower", "from"), ("upper", "to")):
                         box = ui.input(label, value=getattr(one, key)).props(FIELD).style("width: 150px")
@@ -135,7 +135,7 @@ class Fit:
                     bin_ = ui.button(icon="close", on_click=lambda one=one: self._fix(one)).props(
                         "flat dense round size=sm"
                     )
-                    bin_.props(f'aria-label="hold {label_of_path(one.path)}"')
+                    marked(bin_, label=f"hold {label_of_path(one.path)}")
 
     def _fix(self, one: Free) -> None:
         self.question.free.remove(one)
@@ -171,7 +171,7 @@ class Fit:
                 self._entry(entry)
 
     def _entry(self, entry: FitEntry) -> None:
-        with ui.column().classes("w-full gap-0 fit").props(f'data-at="{entry.name}"'):
+        with marked(ui.column().classes("w-full gap-0 fit"), at=entry.name):
             ui.html(_table(entry, self._units()), sanitize=False).classes("w-full")
             with ui.row().classes("items-center gap-2"):
                 load = ui.button("load into Describe", icon="input", on_click=lambda: self._load(entry))
@@ -182,9 +182,8 @@ class Fit:
                     )
                 for kind, word in (("fitted.toml", "machine (TOML)"), ("fit.nc", "numbers (netCDF)")):
                     if entry.finished or kind == "fitted.toml":
-                        ui.link(word, f"/measured/{self.name}/fit/{entry.name}/{kind}").props(
-                            f'download data-at="{kind}"'
-                        )
+                        link = ui.link(word, f"/measured/{self.name}/fit/{entry.name}/{kind}")
+                        marked(link.props("download"), at=kind)
                 bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
                 bin_.props('aria-label="delete this fit"')
 

@@ -10,7 +10,7 @@ import xarray as xr
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.measured.wave_view import WaveView
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.drawn import svg_of
@@ -75,16 +75,16 @@ class Looks:
             choice = ui.select(
                 {"": "all channels of one unit", **{name: name for name in names}}, value="", label="channel"
             )
-            choice.props(f"{FIELD} options-dense").style("width: 190px").bind_value_to(self.asked, "channel")
+            choice.props(FIELD).props("options-dense").style("width: 190px").bind_value_to(self.asked, "channel")
             for key, (label, help_) in WORDS.items():
                 if turns or key in ("start", "end"):
-                    box = ui.input(label, value=getattr(self.asked, key)).props(f'{FIELD} data-at="ask {key}"')
+                    box = marked(ui.input(label, value=getattr(self.asked, key)).props(FIELD), at=f"ask {key}")
                     hinted(box.style("width: 130px"), help_)
                     box.bind_value_to(self.asked, key, lambda text: text or "")
         with ui.row().classes("items-center gap-2"):
             for key, (title, _) in LOOKS.items():
                 if turns or key not in NEEDS_TURNING:
-                    button = ui.button(title).props(f'outline no-caps data-at="look {key}"')
+                    button = marked(ui.button(title).props("outline no-caps"), at=f"look {key}")
                     button.on_click(partial(self._look, key, data))
 
     def _look(self, key: str, data: xr.Dataset) -> None:

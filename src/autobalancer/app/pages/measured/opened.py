@@ -8,6 +8,7 @@ import xarray as xr
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import marked
 from autobalancer.app.pages.measured.beside import Beside
 from autobalancer.app.pages.measured.fit import Fit
 from autobalancer.app.pages.measured.looks import Looks
@@ -33,4 +34,4 @@ class Opened:
 
 
 def _card(label: str) -> Any:
-    return ui.element("section").classes("card").props(f'aria-label="{label}"')
+    return marked(ui.element("section").classes("card"), label=label)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from html import escape
 from typing import Any
 
 from nicegui import events, run, ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.inputs import empty_again
 from autobalancer.app.pages.measured.columns import Columns
 from autobalancer.app.pages.work import Work
@@ -59,7 +58,7 @@ class MeasuredPage:
         with ui.row().classes("items-center gap-2 w-full"):
             box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
             box.on("rejected", lambda: ui.notify(f"a file has at most {LARGEST // 1_000_000} MB", type="negative"))
-            box.props(f'accept="{",".join(SUFFIXES)}"').classes("hidden").props('data-at="measured upload"')
+            box.classes("hidden").props('data-at="measured upload"').props["accept"] = ",".join(SUFFIXES)
             button = ui.button("Open a file", icon="upload_file", on_click=lambda: box.run_method("pickFiles"))
             button.props('unelevated no-caps data-at="open measured"')
             hinted(button, "a table (CSV, TSV), universal file, MATLAB, NumPy, sound, netCDF of this package")
@@ -92,18 +91,16 @@ class MeasuredPage:
             self.opened.beside.refresh()
 
     def _line(self, entry: Measured) -> None:
-        with ui.row().classes("items-center gap-2 w-full no-wrap archive-line").props(f'data-at="{entry.name}"'):
+        with marked(ui.row().classes("items-center gap-2 w-full no-wrap archive-line"), at=entry.name):
             with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
                 ui.label(entry.file).classes("key ellipsis")
                 ui.label(f"{entry.made} UTC · {entry.kind} · {entry.bytes / 1e3:.0f} kB").classes("quiet ellipsis")
-            ui.button("open", on_click=lambda: self.open(entry.name)).props(
-                f'flat dense no-caps aria-label="open {escape(entry.file)}"'
-            )
-            ui.link("file", f"/measured/{entry.name}/file").props(
-                f'download aria-label="download {escape(entry.file)}"'
-            )
+            opens = ui.button("open", on_click=lambda: self.open(entry.name)).props("flat dense no-caps")
+            marked(opens, label=f"open {entry.file}")
+            link = ui.link("file", f"/measured/{entry.name}/file").props("download")
+            marked(link, label=f"download {entry.file}")
             bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
-            bin_.props(f'aria-label="delete {escape(entry.file)}"')
+            marked(bin_, label=f"delete {entry.file}")
 
     def _delete(self, entry: Measured) -> None:
         with ui.dialog(value=True) as dialog, ui.card():

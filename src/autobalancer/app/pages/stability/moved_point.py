@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import core, ui
 
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.stability.map_point import MapPoint
 from autobalancer.app.pages.stability.panel import Panel
 from autobalancer.app.store.analyses import said
@@ -22,6 +22,7 @@ from autobalancer.machine import Machine
 
 HOW = "Drag the point, click, or use the arrow keys: with shift in larger steps, with alt in smaller."
 POINT = ThreadPoolExecutor(1, thread_name_prefix="point")
+VERDICTS = {"stable": "verdict good", "unstable": "verdict bad"}  # classes
 
 
 class MapPanel(Panel):
@@ -42,7 +43,7 @@ class MapPanel(Panel):
                 ui.html("<h2 class='head'>The point</h2>", sanitize=False)
                 with ui.row().classes("gap-2 w-full no-wrap"):
                     self.boxes = [
-                        ui.input("").props(f'dense outlined hide-bottom-space data-at="point {k}"') for k in "xy"
+                        marked(ui.input("").props("dense outlined hide-bottom-space"), at=f"point {k}") for k in "xy"
                     ]
                 for number, box in enumerate(self.boxes):
                     box.on("change", lambda _event, number=number: self._typed(number)).without_auto_validation()
@@ -173,7 +174,7 @@ class MapPanel(Panel):
             seen.borders = seen_on(self.found, self.values).borders
         assert self.map is not None
         self.verdict.set_text(seen.words())
-        self.verdict.classes(replace={"stable": "verdict good", "unstable": "verdict bad"}.get(seen.verdict, "verdict"))
+        self.verdict.classes(replace=VERDICTS.get(seen.verdict, "verdict"))
         cells = ((name, at, side, near) for name, at, side, near in seen.rows(self.values["speed"]))
         rows = "".join(
             f"<tr{' class=nearest' if near else ''}><td>{escape(name)}</td><td>{escape(at)}</td><td>{escape(side)}</td></tr>"

@@ -11,7 +11,7 @@ from typing import Any
 from nicegui import core, ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.stability.moved_point import MapPanel
 from autobalancer.app.pages.stability.panel import Panel
 from autobalancer.app.pages.work import Work
@@ -42,7 +42,7 @@ class StabilityPage:
         with ui.element("section").classes("card bar"), ui.row().classes("items-center gap-2 w-full"):
             with ui.tabs(on_change=lambda event: self._open(event.value)).props("dense no-caps") as self.tabs:
                 for name, analysis in ANALYSES.items():
-                    ui.tab(name, analysis.title).props(f'data-at="analysis {name}"')
+                    marked(ui.tab(name, analysis.title), at=f"analysis {name}")
             ui.space()
             self._reports()
         self.rooms = ui.tab_panels(self.tabs, value="map", animated=False, keep_alive=True).classes("w-full")
@@ -113,7 +113,7 @@ class StabilityPage:
         ui.label("Report").classes("quiet")
         for form in FORMS:
             button = ui.button(form.upper(), on_click=partial(self._report, form))
-            button.props(f'outline dense no-caps data-at="report.{form}" aria-label="report as {form.upper()}"')
+            marked(button.props("outline dense no-caps"), at=f"report.{form}", label=f"report as {form.upper()}")
             hinted(button, "drawing, facts, borders, run-up, basin and 40 random starts of this machine in one file")
         self.made = ui.row().classes("items-center gap-2")
         going = [job for job in self.bench.jobs.of(self.bench.user) if not job.over and job.title.startswith(REPORT)]
@@ -130,7 +130,8 @@ class StabilityPage:
                 if path.is_file():
                     made = datetime.fromtimestamp(path.stat().st_mtime, UTC)
                     link = ui.button(f"{form.upper()} of {made:%H:%M} UTC", on_click=partial(ui.download, path))
-                    hinted(link.props(f'flat dense no-caps size=sm data-at="made.{form}"'), f"made on {made:%Y-%m-%d}")
+                    hinted(link.props("flat dense no-caps size=sm"), f"made on {made:%Y-%m-%d}")
+                    marked(link, at=f"made.{form}")
 
     def _report(self, form: str) -> None:
         machine = self.bench.reading.machine

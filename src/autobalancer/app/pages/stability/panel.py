@@ -11,7 +11,7 @@ from nicegui import core, run, ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.check import PENCIL
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.analyses import ANALYSES, Entry, defaults, said
 from autobalancer.app.store.drawn import file_of, svg_of
@@ -50,19 +50,19 @@ class Panel:
                 for key, entry in self.analysis.entries.items():
                     self.inputs[key] = self._entry(key, entry)
                 self.button = ui.button("Work it out", icon="play_arrow", on_click=self.start)
-                self.button.props(f'unelevated no-caps data-at="ask {name}"')
+                marked(self.button.props("unelevated no-caps"), at=f"ask {name}")
                 self.work = Work(bench, name, self._word)
-            self.wrong = ui.label().classes("wrong").props(f'role="alert" data-at="wrong {name}"')
+            self.wrong = marked(ui.label().classes("wrong").props('role="alert"'), at=f"wrong {name}")
         self.wrong.set_visibility(False)
         with ui.element("section").classes("card") as self.card:
-            self.old = ui.label().classes("note").props(f'data-at="old {name}"')
+            self.old = marked(ui.label().classes("note"), at=f"old {name}")
             self.place()
-            self.words = ui.html("", sanitize=False).classes("w-full").props(f'data-at="words {name}"')
+            self.words = marked(ui.html("", sanitize=False).classes("w-full"), at=f"words {name}")
             with ui.row().classes("gap-2 items-center q-mt-sm"):
                 ui.label("Save as").classes("quiet")
                 for kind, word in FORMS.items():
                     button = ui.button(word, on_click=partial(self.save, kind)).props("flat dense no-caps")
-                    button.props(f'data-at="save {name} {kind}"')
+                    marked(button, at=f"save {name} {kind}")
         self.card.set_visibility(False)
         going = next((job for job in bench.jobs.of(bench.user) if not job.over and job.title == self.title), None)
         if going is not None:
@@ -81,14 +81,14 @@ class Panel:
     def place(self) -> None:
         """Make room for the picture."""
         self.picture = ui.html("", sanitize=False).classes("w-full stability-picture")
-        self.picture.props(f'data-at="picture {self.name}"')
+        marked(self.picture, at=f"picture {self.name}")
 
     def _entry(self, key: str, entry: Entry) -> Any:
         if entry.choices is not None:
             one: Any = ui.select({}, label=entry.label, on_change=partial(self._entered, key))
         else:
             one = ui.input(entry.label, on_change=partial(self._entered, key)).props("debounce=150")
-        one.props(f'{FIELD} data-at="{self.name} {key}"').classes("entry-of-analysis" + (" wide" if entry.wide else ""))
+        marked(one.props(FIELD), at=f"{self.name} {key}").classes("entry-of-analysis" + (" wide" if entry.wide else ""))
         hinted(one.without_auto_validation(), entry.help)
         return one
 

@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.studies.entries import LOOK, NONE, Entries
 from autobalancer.app.pages.typed import Typed
 from autobalancer.app.text.asked import StudyReading, about, read_study_text
@@ -113,16 +113,16 @@ class DefineStudy:
 
     def _row(self, row: Row) -> None:
         number = self.offer.get(row.name)
-        with ui.column().classes("w-full gap-1 spread").props(f'data-at="varies {row.name}"'):
+        with marked(ui.column().classes("w-full gap-1 spread"), at=f"varies {row.name}"):
             with ui.row().classes("items-center gap-2 w-full no-wrap"):
                 hinted(ui.label(row.label).classes("key"), row.name)
                 ui.label(f"now {number.given}" if number is not None else "").classes("quiet")
                 ui.space()
                 bin_ = ui.button(icon="close", on_click=lambda: self._drop(row)).props("flat dense round size=sm")
-                bin_.props(f'aria-label="do not vary {row.label}"')
+                marked(bin_, label=f"do not vary {row.label}")
             with ui.element("div").classes("fields"):
                 kind = ui.select(WORDS, value=row.kind if row.kind in WORDS else None, label="distribution")
-                kind.props(f'dense outlined options-dense data-at="distribution of {row.name}"').classes("field")
+                marked(kind.props("dense outlined options-dense").classes("field"), at=f"distribution of {row.name}")
                 kind.on_value_change(lambda event: self._kind(row, event.value))
                 kind.without_auto_validation()
                 self.entries.shown[f"vary.{row.name}"] = kind
@@ -131,7 +131,7 @@ class DefineStudy:
 
     def _part(self, row: Row, key: str) -> None:
         box = ui.input(key.replace("_", " "), value=row.entries.get(key, ""), placeholder=HINTS.get(key, ""))
-        box.props(f'{LOOK} data-at="{key} of {row.name}"')
+        marked(box.props(LOOK), at=f"{key} of {row.name}")
         box.classes("field wide" if key == VALUES else "field")
         hinted(box, HELP.get(key, "in the unit of the number")).without_auto_validation()
         box.on_value_change(lambda event: self._edit(lambda text: with_entry(text, row, key, event.value or "")))

@@ -67,7 +67,7 @@ class DesignResult:
         self._draw(found)
 
     def _linked(self) -> None:
-        self.link.props(f'href="/study/{self.entry.name}/design_{self.chosen}.toml"')
+        self.link.props["href"] = f"/study/{self.entry.name}/design_{self.chosen}.toml"
         self.link.set_visibility(self.entry.finished)
 
     def _draw(self, found: Designed) -> None:

@@ -9,14 +9,14 @@ from typing import Any
 
 from nicegui import ui
 
-from autobalancer.app.pages.hint import hinted
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.typed import Typed
 from autobalancer.app.text.document import Path, data_of, value_at, with_value, without
 from autobalancer.app.text.spread import as_entry, shown
 
 FOCUS = """let left = 60;
 const go = () => {{
-  const marked = document.querySelector('[data-at={place}]');
+  const marked = [...document.querySelectorAll("[data-at]")].find((one) => one.dataset.at === {place});
   const wanted = marked?.tabIndex >= 0 ? marked : marked?.querySelector("input");
   if (wanted && document.activeElement === document.body) wanted.focus();
   else if (left--) requestAnimationFrame(go);
@@ -70,8 +70,8 @@ class Entries:
         """An entry with its help, its name for tests, and a place for its error."""
         key = ".".join(map(str, path))
         self.shown[key] = box
-        box.classes("field").without_auto_validation().props(f'data-at="{key}"')
-        hinted(box, help_).props(f"aria-description={json.dumps(help_)}")
+        marked(box.classes("field").without_auto_validation(), at=key, about=help_)
+        hinted(box, help_)
         return box
 
     def focus(self, place: str) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from html import escape
 from typing import Any
 
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import marked
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.studies.shelf import Kept, Studies
 from autobalancer.app.store.studies.work import how_far, time_text
@@ -79,7 +79,7 @@ class KeptList:
                 line.bar.value = line.job.share
 
     def _line(self, entry: Kept, job: Job | None) -> Line:
-        row = ui.row().classes("items-center gap-2 w-full no-wrap archive-line").props(f'data-at="{entry.name}"')
+        row = marked(ui.row().classes("items-center gap-2 w-full no-wrap archive-line"), at=entry.name)
         line = Line(entry, job, row)
         with row:
             with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
@@ -88,18 +88,17 @@ class KeptList:
                 line.word.props('data-at="kept state"')
             if job is not None:
                 line.bar = ui.linear_progress(job.share, show_value=False).style("flex: 0 1 200px; min-width: 60px")
-                line.bar.props(f'aria-label="progress of {escape(entry.title)}" rounded')
+                marked(line.bar.props("rounded"), label=f"progress of {entry.title}")
                 cancel = ui.button("Cancel", icon="stop", on_click=lambda: self.bench.long.cancel(job))
                 cancel.props('flat dense no-caps data-at="cancel study"')
             elif not entry.finished:
                 again = ui.button("Resume", icon="play_arrow", on_click=lambda: self.resume(entry.name))
-                again.props(f'flat dense no-caps data-at="resume study" aria-label="resume {escape(entry.title)}"')
-            ui.button("open", on_click=lambda: self.open(entry.name)).props(
-                f'flat dense no-caps aria-label="open {escape(entry.title)}"'
-            )
+                marked(again.props("flat dense no-caps"), at="resume study", label=f"resume {entry.title}")
+            opens = ui.button("open", on_click=lambda: self.open(entry.name)).props("flat dense no-caps")
+            marked(opens, label=f"open {entry.title}")
             if job is None:
                 bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
-                bin_.props(f'aria-label="delete {escape(entry.title)}"')
+                marked(bin_, label=f"delete {entry.title}")
         return line
 
     def _rests(self, entry: Kept) -> str:

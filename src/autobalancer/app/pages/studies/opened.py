@@ -9,6 +9,7 @@ from nicegui import events, ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.editor import toml_editor
+from autobalancer.app.pages.hint import marked
 from autobalancer.app.pages.inputs import empty_again
 from autobalancer.app.pages.studies.define_design import DefineDesign
 from autobalancer.app.pages.studies.define_study import FIRST, DefineStudy
@@ -67,17 +68,17 @@ class Opened:
 
     def _cards(self, kind: str) -> None:
         study = kind == STUDY
-        with ui.element("section").classes("card").props(f'aria-label="form of the {kind}"'):
+        with marked(ui.element("section").classes("card"), label=f"form of the {kind}"):
             title = "What varies, and how" if study else "What is asked of the balancer"
             ui.html(f"<h2>{title}</h2>", sanitize=False)
             if study:
                 DefineStudy(self.bench, self.study, self._start_study)
             else:
                 DefineDesign(self.bench, self.design, self._measured, self._start_design)
-        with ui.element("section").classes("card").props(f'aria-label="text of the {kind}"'):
+        with marked(ui.element("section").classes("card"), label=f"text of the {kind}"):
             ui.html(f"<h2>{'Study file' if study else 'Specification'} (TOML)</h2>", sanitize=False)
             editor = toml_editor(self.study if study else self.design, self.dark)
-            editor.props(f'data-at="{kind} toml"').classes("short")
+            marked(editor.classes("short"), at=f"{kind} toml")
 
     def _sources(self, kind: str, draft: Typed) -> Any:
         async def upload(event: events.UploadEventArguments) -> None:
@@ -98,15 +99,16 @@ class Opened:
                 new = ui.button("New study", icon="note_add", on_click=lambda: draft.set_text(FIRST))
                 new.props('outline dense no-caps data-at="new study"')
             select = ui.select(list(sample_names(SAMPLES[kind])), label=f"sample {kind}")
-            select.props(f'dense outlined options-dense data-at="sample {kind}"').style("width: 220px")
+            marked(select.props("dense outlined options-dense").style("width: 220px"), at=f"sample {kind}")
             select.on_value_change(take)
             box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
             box.on("rejected", lambda: ui.notify(f"the file of a {kind} has at most 1 MB", type="negative"))
-            box.props(f'accept=.toml data-at="{kind} upload"').classes("hidden")
+            marked(box.props("accept=.toml").classes("hidden"), at=f"{kind} upload")
             ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
                 "outline dense no-caps"
             )
-            ui.button("Undo", icon="undo", on_click=draft.undo).props(f'flat dense no-caps data-at="{kind} undo"')
+            undo = ui.button("Undo", icon="undo", on_click=draft.undo).props("flat dense no-caps")
+            marked(undo, at=f"{kind} undo")
         return row
 
     def _start_study(self, reading: StudyReading) -> None:

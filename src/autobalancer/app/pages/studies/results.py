@@ -9,6 +9,7 @@ from typing import Any
 from nicegui import run, ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import marked
 from autobalancer.app.pages.studies.design_result import DesignResult
 from autobalancer.app.pages.studies.kept import state_of
 from autobalancer.app.pages.studies.study_result import StudyResult
@@ -114,10 +115,10 @@ class Results:
             with ui.row().classes("items-center gap-2"):
                 ui.label("Save as").classes("quiet")
                 for kind, word in _links(entry).items():
-                    ui.link(word, f"/study/{entry.name}/{kind}").props(f'download data-at="{kind}"')
+                    marked(ui.link(word, f"/study/{entry.name}/{kind}").props("download"), at=kind)
                 for form in FORMS if entry.finished else ():
                     button = ui.button(f"Report ({form.upper()})", icon="description")
-                    button.props(f'outline dense no-caps data-at="study report {form}"')
+                    marked(button.props("outline dense no-caps"), at=f"study report {form}")
                     button.on_click(lambda form=form: self._report(form))
             ui.label("The same on the command line, with these files in one folder:").classes("quiet")
             ui.html(f'<pre class="said" data-at="command">{escape(entry.command)}</pre>', sanitize=False)

@@ -7,6 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
+from autobalancer.app.pages.hint import marked
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.drawn import file_of
 from autobalancer.app.store.jobs import Job
@@ -23,8 +24,8 @@ class Saved:
         with ui.row().classes("items-center gap-1") as self.line:
             for form in FORMS:
                 button = ui.button(form.upper(), icon="download", on_click=lambda form=form: self._save(form))
-                button.props(f'flat dense no-caps size=sm data-at="save picture {form}"')
-                button.props(f'aria-label="save the picture as {form.upper()}"')
+                marked(button, at=f"save picture {form}", label=f"save the picture as {form.upper()}")
+                button.props("flat dense no-caps size=sm")
         self.line.set_visibility(False)
 
     def put(self, draw: Callable[[], Any] | None) -> None:

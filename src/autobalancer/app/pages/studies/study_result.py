@@ -8,6 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
+from autobalancer.app.pages.hint import marked
 from autobalancer.app.pages.studies.saved import Saved
 from autobalancer.app.pages.studies.tables import notes_html, table_html, warnings_html
 from autobalancer.app.pages.work import Work
@@ -69,9 +70,8 @@ class StudyResult:
         self.tools.set_visibility(True)
         with self.buttons:
             for kind, word in offered(found).items():
-                ui.button(word, on_click=lambda kind=kind: self._draw(kind)).props(
-                    f'outline dense no-caps data-at="picture {kind}"'
-                )
+                button = ui.button(word, on_click=lambda kind=kind: self._draw(kind)).props("outline dense no-caps")
+                marked(button, at=f"picture {kind}")
 
     def _tell(self) -> None:
         """The table of the chosen quantity, and what is to be known about it."""
