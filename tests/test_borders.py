@@ -312,7 +312,6 @@ def test_exactly_at_the_critical_speed_of_an_undamped_rotor_nothing_breaks() -> 
         (lambda: ab.stability.stable_windows(rig(), 10.0, lowest=20.0), "they must ascend"),
         (lambda: ab.stability.stable_windows(rig(), math.inf), "they must ascend"),
         (lambda: ab.stability.borders(with_value_at(rig(), "balancers", ())), "has no balls"),
-        (lambda: ab.stability.borders(with_value_at(rig(), "axis", "horizontal")), "gravity acts in the plane"),
         (lambda: ab.stability.border_curve(rig(), "mass", [1.0]), "no such name; there are viscosity, drag"),
         (lambda: ab.stability.border_curve(rig(), "ball_mass"), "give those of 'ball_mass'"),
         (lambda: ab.stability.border_curve(rig(), "ball_mass", []), "given none"),
@@ -444,3 +443,16 @@ def test_a_border_that_is_never_reached_is_not_called_so_twice(name: str, value:
     never = [one for one in ab.stability.borders(ab.with_parameter(rig(), name, value)) if math.isinf(one.speed)]
     assert never
     assert not [one for one in never if one.note.startswith("never") or not one.note]
+
+
+def test_on_a_horizontal_axis_all_borders_are_those_without_gravity_and_say_so() -> None:
+    lying = with_value_at(rig(), "axis", "horizontal")
+    beside = {border.name: border.speed for border in ab.stability.borders(rig())}
+    found = ab.stability.borders(lying)
+    assert {border.name: border.speed for border in found} == pytest.approx(beside, rel=1e-12, nan_ok=True)
+    assert all("ignores gravity in the plane" in border.note for border in found if not math.isnan(border.speed))
+    assert [border.note for border in ab.check(lying).borders] == [border.note for border in found]
+    assert ab.stability.stable_windows(lying, 300.0).note.endswith("ignores gravity in the plane")
+    assert ab.stability.minimum_drag(lying, 80.0) == ab.stability.minimum_drag(rig(), 80.0)
+    with pytest.raises(QuestionError, match="gravity acts in the plane"):  # nothing rests there
+        ab.stability.equilibria(lying, 100.0)

@@ -427,7 +427,7 @@ def test_a_command_that_makes_no_sense_ends_with_code_2(arguments: tuple[str, ..
 
 
 def test_all_errors_are_of_the_package() -> None:
-    machine = with_value_at(ab.load_machine(DISCOIDAL), "axis", "horizontal")
+    machine = with_value_at(ab.load_machine(DISCOIDAL), "balancers", ())
     assert isinstance(machine, Machine)
     for ask in (ab.stability.borders, ab.stability.minimum_viscosity, ab.stability.stable_windows):
         with pytest.raises(AutobalancerError):

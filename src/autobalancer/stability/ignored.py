@@ -40,6 +40,15 @@ def ignored_by_stalled(machine: Machine) -> tuple[str, ...]:
     )
 
 
+def weightless(machine: Machine) -> Machine:
+    """The machine without the weight across a horizontal axis, with which nothing rests in the rotor; others as they are."""
+    return machine.model_copy(update={"gravity": 0.0}) if _weighs(machine) else machine
+
+
+def _weighs(machine: Machine) -> bool:
+    return bool(machine.axis == "horizontal" and machine.gravity > 0.0)
+
+
 def without(names: tuple[str, ...]) -> str:
     """In words, for a note; empty if nothing is left out."""
     return f"ignores {', '.join(names)}" if names else ""
@@ -48,6 +57,7 @@ def without(names: tuple[str, ...]) -> str:
 def _by_all(machine: Machine) -> dict[str, bool]:
     races = [race for balancer in machine.balancers for race in balancer.races]
     return {
+        "gravity in the plane": _weighs(machine),
         "waves of the race": any(race.harmonics or race.roundness is not None for race in races),
         "resolved contact": any(race.resolved is not None for race in races),
         "excitations": bool(machine.excitations),

@@ -19,7 +19,7 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.plain_names import axis_attributes, dimension_of, text_of
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats, Plane, plane
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
+from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, weightless
 from autobalancer.stability.maps.answers import BorderCurve
 from autobalancer.stability.maps.exact import exact_borders
 from autobalancer.stability.maps.map_rates import with_values
@@ -77,7 +77,7 @@ def border_curve(
     Raises
     ------
     QuestionError
-        For an unknown parameter or no values, no balls, gravity in the plane, or the ``unbalance`` of a rotor that tilts
+        For an unknown parameter or no values, no balls, or the ``unbalance`` of a rotor that tilts
         or bends, which may have several: there give the path of one.
     MachineError
         If a value makes no possible machine; the message names it.
@@ -124,7 +124,7 @@ def _any_unbalance(p: Described) -> bool:
 
 def unbalances_to_capability(machine: Machine, count: int = 161) -> Floats:
     """From zero to what the balls side by side can balance, kg m, dense about two balls at right angles, where |S2| = 0."""
-    p = plane(machine, 0.0, with_forces=True)
+    p = plane(weightless(machine), 0.0, with_forces=True)
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no border over the unbalance")
     most, points = p.capability, float(p.moment.sum())
@@ -152,7 +152,7 @@ def _dataset(
             {"long_name": f"note on the {name}"},
         )
     found["critical_speed"] = (dim, critical, {"long_name": "lower critical speed", "units": "rad/s"})
-    p = described(machine, None)
+    p = described(weightless(machine), None)
     found.attrs = {
         "title": f"Border speeds of {machine.name} over {text_of(parameter)}",
         **provenance(),

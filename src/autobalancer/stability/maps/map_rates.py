@@ -16,6 +16,7 @@ from autobalancer.assembly.quantities import with_quantity
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.ignored import weightless
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.states.described import Described, described
 
@@ -83,7 +84,7 @@ def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Desc
     try:
         for name, value in values.items():
             machine = with_quantity(machine, name, value)
-        return machine, described(machine, None)
+        return machine, described(weightless(machine), None)
     except MachineError as error:
         given = ", ".join(f"{name} = {value}" for name, value in values.items())
         raise MachineError(f"{given}: {error}") from None

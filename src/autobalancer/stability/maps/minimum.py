@@ -15,6 +15,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.ignored import weightless
 from autobalancer.stability.maps.averaged import AVERAGED, averaged_of
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.curve import VARIABLES
@@ -60,7 +61,7 @@ def minimum_viscosity(
     Raises
     ------
     QuestionError
-        If the drag follows from no fluid, ``which`` is unknown, there is no balanced state, or gravity acts.
+        If the drag follows from no fluid, ``which`` is unknown, or there is no balanced state.
     """
     unbalance = unbalance_argument(unbalance)
     return _minimum(machine, "viscosity", speed, which, unbalance)
@@ -85,7 +86,7 @@ def minimum_drag(
 def _minimum(
     machine: Machine | str | Path, name: str, speed: float | str, which: str, unbalance: float | None
 ) -> float:
-    machine = balls_in_races(machine)
+    machine = weightless(balls_in_races(machine))
     if which not in VARIABLES:
         raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
     wanted = _speed(speed)

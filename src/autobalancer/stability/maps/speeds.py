@@ -16,7 +16,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border, Borders
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, without
+from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, weightless, without
 from autobalancer.stability.maps.averaged import AVERAGED, averaged_of
 from autobalancer.stability.maps.exact import exact_borders, worst_case_of
 from autobalancer.stability.stall.borders import release_of
@@ -52,7 +52,7 @@ def borders(
     Parameters
     ----------
     machine
-        A machine or the path of a machine file: any machine without gravity in its plane.
+        A machine or the path of a machine file. On a horizontal axis its borders are those without gravity, as their notes say.
     unbalance
         kg m, complex for one off the zero mark; by default the largest of the machine over time.
     only
@@ -74,12 +74,11 @@ def borders(
     Raises
     ------
     QuestionError
-        If the machine has no balls, gravity acts in its plane, the unbalance is no number, or a name in ``only`` is
-        unknown.
+        If the machine has no balls, the unbalance is no number, or a name in ``only`` is unknown.
     """
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
-    return Borders(borders_of(machine, described(machine, unbalance), only, speed_or_none(up_to)))
+    return Borders(borders_of(machine, described(weightless(machine), unbalance), only, speed_or_none(up_to)))
 
 
 def speed_or_none(speed: float | str | None) -> float | None:

@@ -24,7 +24,7 @@ from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, dimens
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.ignored import ignored_at_rest
+from autobalancer.stability.ignored import ignored_at_rest, weightless
 from autobalancer.stability.maps.answers import StabilityMap
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.map_friction import with_friction, with_held
@@ -87,7 +87,7 @@ def map(
     Raises
     ------
     QuestionError
-        Unless there are two different axes with values, for an unknown name, a missing speed, no balls, or gravity.
+        Unless there are two different axes with values, for an unknown name, a missing speed, or no balls.
     MachineError
         If a combination makes no possible machine; the message names it.
     """
@@ -169,7 +169,7 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
     for dim, (name, numbers) in zip(dims, values.items(), strict=True):
         found = found.assign_coords({dim: (dim, numbers, axis_attributes(name))})
     found["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
-    p = described(machine, None)
+    p = described(weightless(machine), None)
     route = balanced_states(p)[0].route
     found.attrs = {
         "title": f"Stability map of {machine.name}",

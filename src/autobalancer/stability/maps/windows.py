@@ -17,7 +17,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.shown import rpm_and_si
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.ignored import ignored_at_rest, without
+from autobalancer.stability.ignored import ignored_at_rest, weightless, without
 from autobalancer.stability.maps.balanced import POINTS, Balanced, balanced_states
 from autobalancer.stability.states.described import Described, described, lower_critical_speed, why_no_state
 from autobalancer.units import argument, optional_argument, unbalance_argument
@@ -74,13 +74,13 @@ def stable_windows(
     Raises
     ------
     QuestionError
-        If the speeds make no range, the machine has no balls, or gravity acts in its plane.
+        If the speeds make no range, or the machine has no balls.
     """
     highest = argument("highest", highest, "rad/s")
     lowest = optional_argument("lowest", lowest, "rad/s")
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
-    p = described(machine, unbalance, float(highest))
+    p = described(weightless(machine), unbalance, float(highest))
     low = 0.05 * lower_critical_speed(p) if lowest is None else float(lowest)
     if not (0.0 < low < highest < math.inf):
         raise QuestionError(

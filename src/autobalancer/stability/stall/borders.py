@@ -18,6 +18,7 @@ from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.ignored import weightless
 from autobalancer.stability.stall.closed_form import UNDAMPED, release_border
 from autobalancer.stability.stall.groups import Loads, StalledGroup, stalled_groups
 from autobalancer.stability.stall.joint import joint_borders
@@ -38,6 +39,7 @@ def release_of(
     On rotors that tilt or bend, of the resonances that a run-up to ``up_to`` (rad/s) meets; by default to the highest
     speed that the drive prescribes, else all.
     """
+    machine = weightless(machine)
     place = p.station if isinstance(p, Stations) else np.zeros(p.moment.size, np.int64)
     groups = stalled_groups(machine, place.tolist())
     if not groups:

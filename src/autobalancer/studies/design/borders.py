@@ -9,7 +9,7 @@ from autobalancer.results.number_text import moment_text
 from autobalancer.shown import rpm_and_si
 from autobalancer.stability.maps.minimum import minimum_viscosity
 from autobalancer.stability.maps.speeds import borders
-from autobalancer.studies.design.building import machine_of, without_gravity
+from autobalancer.studies.design.building import machine_of
 from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import MARGIN, Spec
 
@@ -24,7 +24,7 @@ def judge_borders(spec: Spec, found: Design) -> None:
     for temperature in spec.temperatures:
         for size in sorted({max(spec.unbalance[0], 0.02 * spec.unbalance[1]), spec.unbalance[1]}):
             try:
-                machine = without_gravity(machine_of(spec, found.candidate, temperature, size))
+                machine = machine_of(spec, found.candidate, temperature, size)
                 known = {one.name: one.speed for one in borders(machine, only=(RELEASE, EXACT))}
             except AutobalancerError:
                 continue
@@ -62,7 +62,7 @@ def _least(spec: Spec, found: Design, name: str, allowed: float, at: tuple[float
         return ""
     has = one.fillings[0].at(temperature)[1]
     try:
-        machine = without_gravity(machine_of(spec, one, temperature, size))
+        machine = machine_of(spec, one, temperature, size)
         least = minimum_viscosity(machine, allowed, name)
     except AutobalancerError:
         return ""

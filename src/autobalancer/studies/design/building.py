@@ -89,8 +89,3 @@ def driven(spec: Spec, machine: Machine, speed: float, *, coasting: bool) -> Mac
     drive = PrescribedSpeed(profile=Table(time=time, speed=speeds))
     changed: Machine = changed_part(machine, drive=drive, run=RunPlan(duration=time[-1]))
     return changed
-
-
-def without_gravity(machine: Machine) -> Machine:
-    """The machine with a vertical axis, for theories that know no gravity in the plane."""
-    return machine if machine.axis == "vertical" else machine.model_copy(update={"axis": "vertical"})
