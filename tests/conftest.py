@@ -17,8 +17,7 @@ def pytest_configure_node(node: Any) -> None:
     from autobalancer.kernels import cache
 
     if not hasattr(node.config, "kernel_notes"):
-        cache.forget_outdated()
-        node.config.kernel_notes = None if any(cache._indexes()) else TemporaryDirectory()
+        node.config.kernel_notes = None if cache.any_compiled() else TemporaryDirectory()
     node.workerinput[FOLDER] = node.config.kernel_notes.name if node.config.kernel_notes else ""
 
 

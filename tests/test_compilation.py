@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import ast
 import os
-import pickle
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +17,6 @@ import numba
 import numpy as np
 import pytest
 from numba.core import compiler
-from numba.core.caching import _CacheLocator
 from numba.core.registry import cpu_target
 from tests.references import compiled
 
@@ -109,7 +108,6 @@ def test_a_second_process_compiles_nothing(second: str) -> None:
     ):
         assert any(kernel in line for line in loaded), kernel
     assert any("advance" in line for line in loaded)
-    assert not [path.name for path in cache._indexes() if cache._damaged(path)]
 
 
 @numba.njit(inline="always")
@@ -142,43 +140,79 @@ def test_the_own_inlining_gives_the_code_of_numba() -> None:
     assert code[0] == code[1]
 
 
-def written(path: Path, *values: object) -> Path:
-    path.parent.mkdir(exist_ok=True)
-    path.write_bytes(b"".join(pickle.dumps(value) for value in values))
-    return path
+def kept(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.rglob("*.nb[ic]"))
 
 
-def index(folder: Path, name: str) -> Path:
-    written(folder / f"{name}.1.nbc", "code" * 100)
-    return written(folder / f"{name}.nbi", "0.68", ("stamp", {"signature": f"{name}.1.nbc"}))
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder for kernels, named as a user names it."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kernels"))
+    cache.cache_place.cache_clear()
+    yield tmp_path / "kernels"
+    cache.cache_place.cache_clear()
 
 
-def test_kernels_compiled_before_the_newest_change_in_any_kernel_are_forgotten(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def kernel_of(file: Path, text: str) -> Any:
+    """A kernel in a file, as another process would find it."""
+    file.write_text(text, encoding="utf-8")
+    cache._content.cache_clear()
+    cache.stamp_of.cache_clear()
+    names: dict[str, Any] = {}
+    exec(compile(text, file, "exec"), names)
+    return cache.njit("f8(f8)", cache=True)(names["law"])
+
+
+def test_kernels_lie_in_the_place_that_is_named_whatever_numba_was_told(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Numba would keep a stepper although a function compiled into it has changed; those of others are not ours."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    folder = tmp_path / _CacheLocator.get_suitable_cache_subpath(str(cache.HERE / "integrators" / "memory.py"))
-    old, new = index(folder, "runge_kutta.advance-1.py311"), index(folder, "memory.planar-2.py311")
-    foreign = [index(folder, "someone.else-3.py311"), index(tmp_path / "other_abc", "memory.f-1.py311")]
-    for path in (old, *foreign):
-        os.utime(path, (1e9, 1e9))
-    cache.forget_outdated()
-    assert [path.exists() for path in (old, new, *foreign)] == [False, True, True, True]
+    """Numba takes its place also from a file in the working folder, and runs what it reads there."""
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path / "foreign"))
+    monkeypatch.setattr("numba.config.CACHE_LOCATOR_CLASSES", "foreign.Locator")
+    assert kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x")(1.5) == 3.0
+    assert len(kept(place)) == 2
+    assert not (tmp_path / "foreign").exists()
+
+
+def test_a_changed_source_is_compiled_anew_and_the_older_kernel_goes(place: Path, tmp_path: Path) -> None:
+    file = tmp_path / "law.py"
+    kernel_of(file, "def law(x): return 2.0 * x")
+    first = kept(place)
+    assert kernel_of(file, "def law(x): return 2.0 * x").stats.cache_hits
+    assert kernel_of(file, "# moved\ndef law(x): return 3.0 * x")(1.5) == 4.5
+    assert len(kept(place)) == 2
+    assert not set(first) & set(kept(place))
 
 
 @pytest.mark.parametrize("kind", ["nbi", "1.nbc"])
 @pytest.mark.parametrize("content", ["empty", "cut", "other"])
-def test_a_damaged_kernel_is_forgotten_and_compiled_anew(
-    kind: str, content: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    folder = tmp_path / _CacheLocator.get_suitable_cache_subpath(str(cache.HERE / "host" / "drive.py"))
-    damaged, whole = index(folder, "drive.a-1.py311"), index(folder, "drive.b-2.py311")
-    file = damaged.with_suffix(f".{kind}")
+def test_a_damaged_kernel_is_compiled_anew(kind: str, content: str, place: Path, tmp_path: Path) -> None:
+    kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x")
+    (file,) = place.rglob(f"*.{kind}")
     file.write_bytes({"empty": b"", "cut": file.read_bytes()[:-5], "other": b"garbage" * 9}[content])
-    cache.forget_outdated()
-    assert [damaged.exists(), whole.exists()] == [False, True]
+    again = kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x")
+    assert again(1.5) == 3.0
+    assert not again.stats.cache_hits
+    assert kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x").stats.cache_hits
+
+
+def test_an_edit_of_a_kernel_changes_the_stamp_of_those_that_use_it_and_of_no_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The stepper uses the record of a system, the roots of the characteristic equation do not use the stepper."""
+    system, stepper, roots = (cache.HERE / n for n in ("system.py", "integrators/runge_kutta.py", "characteristic.py"))
+
+    def stamps() -> list[str]:
+        cache.stamp_of.cache_clear()
+        return [cache.stamp_of(path) for path in (system, stepper, roots)]
+
+    before, read = stamps(), cache._content
+    monkeypatch.setattr(cache, "_content", lambda path: read(path) + b"#" * (path == stepper))
+    assert [new == old for new, old in zip(stamps(), before, strict=True)] == [True, False, True]
+    monkeypatch.setattr(cache, "_content", lambda path: read(path) + b"#" * (path == system))
+    assert [new == old for new, old in zip(stamps(), before, strict=True)] == [False, False, False]
+    monkeypatch.undo()
+    assert stamps() == before
 
 
 def test_without_a_place_that_can_be_written_kernels_go_to_a_private_folder_or_nowhere(
@@ -187,7 +221,7 @@ def test_without_a_place_that_can_be_written_kernels_go_to_a_private_folder_or_n
     (tmp_path / "file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr("numba.config.CACHE_DIR", "")
+    cache.cache_place.cache_clear()
     kept, note = cache.prepare_cache()
     private = cache.cache_place()
     assert kept
@@ -196,7 +230,9 @@ def test_without_a_place_that_can_be_written_kernels_go_to_a_private_folder_or_n
     assert private.stat().st_mode & 0o777 == 0o700
     assert f"cannot be kept in NUMBA_CACHE_DIR ({tmp_path / 'file'}); they are kept in {private}" in note
     private.chmod(0o777)  # anybody may have put code there
+    cache.cache_place.cache_clear()
     kept, note = cache.prepare_cache()
+    cache.cache_place.cache_clear()
     assert not kept
     assert "compiled anew each time" in note
 
@@ -207,11 +243,14 @@ def test_a_package_that_cannot_be_written_and_no_home_still_run(
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr(cache, "_writable", lambda folder: folder.parent == tmp_path)
-    monkeypatch.setattr("numba.config.CACHE_DIR", "")
+    cache.cache_place.cache_clear()
     kept, note = cache.prepare_cache()
+    place = cache.cache_place()
+    cache.cache_place.cache_clear()
     assert kept
     assert "neither the package nor the home folder" in note
-    assert str(cache.cache_place()) == numba.config.CACHE_DIR  # type: ignore[attr-defined]
+    assert place is not None
+    assert place.parent == tmp_path
 
 
 @pytest.mark.slow

@@ -44,25 +44,10 @@ def _fault(reason: Exception) -> str:
         return "autobalancer: there is not enough memory for this; ask for less"
     told = ascii(str(reason))[1:-1]
     said = f"{type(reason).__name__}: {told if len(told) < 300 else told[:297] + '...'}"
-    cure = _cache_cure(reason)
     return (
-        f"autobalancer: a fault of the program, not yours: {said}\n{cure}Please report it with the command and its files; "
+        f"autobalancer: a fault of the program, not yours: {said}\nPlease report it with the command and its files; "
         f"the same command with {TRACEBACK}=1 in the environment shows where it happened"
     )
-
-
-def _cache_cure(reason: Exception) -> str:
-    """What to do if compiled code could not be read."""
-    place = reason.__traceback__
-    while place is not None:
-        if place.tb_frame.f_code.co_filename.replace(os.sep, "/").endswith("numba/core/caching.py"):
-            from autobalancer.kernels.cache import cache_place
-
-            folder = cache_place()
-            where = f"{folder}" if folder and folder.is_absolute() else "__pycache__ of the package"
-            return f"Compiled code could not be read: delete the files *.nbi and *.nbc in {where} and try again.\n"
-        place = place.tb_next
-    return ""
 
 
 if __name__ == "__main__":

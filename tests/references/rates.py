@@ -9,9 +9,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import float64, njit, void
+from numba import float64, void
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.pointers import address, data, plain
 from autobalancer.kernels.system import System, rhs_type, system_type, vector_type
 

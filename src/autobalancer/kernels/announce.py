@@ -33,7 +33,7 @@ class Announcement(event.Listener):
         """Called by Numba when it begins to compile."""
         self.depth += 1
         kernel = getattr(event.data.get("dispatcher"), "py_func", None)
-        place = getattr(kernel, "__module__", "").split(".")
+        place = (getattr(kernel, "__module__", None) or "").split(".")
         if self.depth > 1 or place[:2] != ["autobalancer", "kernels"]:
             return
         kind = next((KINDS[name] for name in place if name in KINDS), SHARED)

@@ -17,12 +17,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import config, from_dtype, njit, types
+from numba import config, from_dtype, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 from autobalancer.kernels.fields import Record
-from autobalancer.kernels.flags import KEPT, NUMBERS
+from autobalancer.kernels.flags import KEPT, NUMBERS, njit
 from autobalancer.kernels.records.forces import PLACE
 from autobalancer.kernels.records.friction import SLIP
 

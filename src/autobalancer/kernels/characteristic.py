@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit, void
+from numba import void
 
-from autobalancer.kernels.flags import KEPT
+from autobalancer.kernels.flags import KEPT, njit
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 SPEED, DAMPING, DRAG, COUPLING, SPREAD, COLUMNS = range(6)  # columns of a point

@@ -11,6 +11,7 @@ from typing import Any
 
 from autobalancer.errors import CacheWarning
 from autobalancer.kernels.announce import announce_compiling
+from autobalancer.kernels.cache import njit as njit
 from autobalancer.kernels.cache import prepare_cache
 from autobalancer.kernels.inlining import KernelCompiler
 

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import math
 
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 
 from autobalancer.kernels.fields import Field, Record
-from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.flags import COMPILED, MERGED, njit
 from autobalancer.kernels.system import matrix_type, vector_type
 
 GROUP = Record(

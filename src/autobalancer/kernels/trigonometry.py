@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE, MERGED
+from autobalancer.kernels.flags import INLINE, MERGED, njit
 from autobalancer.kernels.wide import power_of_two, rounded, select
 
 QUARTERS = 2.0 / math.pi  # quarter turns in a radian

@@ -11,9 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 
 TINY = 1e-30  # (m/s)^2, keeps the direction of a ball at rest a number
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from numba import njit, void
+from numba import void
 
 from autobalancer.kernels.balls.forces import energy_of, put_guided, put_resolved
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.system import SPEED, Floats, Matrix, System, matrix_type, system_type, vector_type
 

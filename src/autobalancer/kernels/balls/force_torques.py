@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from numba import float64, njit, void
+from numba import float64, void
 
 from autobalancer.kernels.balls.forces import push_guided
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.system import Matrix, System, matrix_type, system_type
 

@@ -10,11 +10,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.path import orbit
 from autobalancer.kernels.called import call_energy, call_force, call_pair, call_pair_energy
-from autobalancer.kernels.flags import APART, INLINE
+from autobalancer.kernels.flags import APART, INLINE, njit
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.records.resolved import BALL_STATES, BALL_VX, BALL_VY, BALL_X, BALL_Y

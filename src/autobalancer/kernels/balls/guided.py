@@ -24,10 +24,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.choice import where
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.wide import root
 

@@ -8,11 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.path import orbit
 from autobalancer.kernels.balls.switches import adherence
-from autobalancer.kernels.flags import ADDRESSED, INLINE
+from autobalancer.kernels.flags import ADDRESSED, INLINE, njit
 from autobalancer.kernels.integrators.switching import DUE, pair_at
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.fluid import NONE

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit, void
+from numba import void
 
 from autobalancer.kernels.balls.rigid.stay import recognize
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.pointers import address, data, plain
 from autobalancer.kernels.system import (

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.forces import push_guided
 from autobalancer.kernels.balls.guided import (
     Path,
@@ -32,7 +30,7 @@ from autobalancer.kernels.balls.path import orbit
 from autobalancer.kernels.balls.rigid.clusters import keep
 from autobalancer.kernels.balls.touching import touch
 from autobalancer.kernels.choice import where
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.host.linear import Motion, dot
 from autobalancer.kernels.laws.curves import drag_force
 from autobalancer.kernels.laws.lag import fluid_lag

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.trigonometry import sine_cosine
 
 CLOSE = 1e-6  # rad; Newton's next step would be shorter than the square of the last one times the order of the waves

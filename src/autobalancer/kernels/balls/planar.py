@@ -10,13 +10,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.forces import push_planar
 from autobalancer.kernels.balls.rigid.clusters import bind_planar
 from autobalancer.kernels.balls.rigid.torques import press_planar
 from autobalancer.kernels.balls.touching import touch
-from autobalancer.kernels.flags import EQUATIONS
+from autobalancer.kernels.flags import EQUATIONS, njit
 from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.records.drive import PRESCRIBED

@@ -13,10 +13,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.rigid.clusters import leads
-from autobalancer.kernels.flags import EQUATIONS, MERGED
+from autobalancer.kernels.flags import EQUATIONS, MERGED, njit
 from autobalancer.kernels.host.drive import drive_value, table_torque
 from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN, amplitudes_at
 from autobalancer.kernels.integrators.collocation.rates import follow, set_rate

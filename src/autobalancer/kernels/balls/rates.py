@@ -13,11 +13,9 @@ Rows of guided balls that rigid contacts join come in between.
 
 from __future__ import annotations
 
-from numba import njit
-
 from autobalancer.kernels.balls.rigid.clusters import bind
 from autobalancer.kernels.balls.rigid.torques import press
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.host.acted import acted
 from autobalancer.kernels.host.linear import alone, together, write_rotor
 from autobalancer.kernels.host.links import turn_links

@@ -18,14 +18,12 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.balls.floor import climbing, on_floor
 from autobalancer.kernels.balls.forces import push_resolved
 from autobalancer.kernels.balls.rates import rates_of
 from autobalancer.kernels.balls.walls import TINY, touch
 from autobalancer.kernels.called import call_friction
-from autobalancer.kernels.flags import EQUATIONS, INLINE
+from autobalancer.kernels.flags import EQUATIONS, INLINE, njit
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.laws.contact import adherence, normal_force
 from autobalancer.kernels.laws.curves import drag_force

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.on_stations import gather, recover, touching
 from autobalancer.kernels.balls.rates import rates_of
-from autobalancer.kernels.flags import EQUATIONS
+from autobalancer.kernels.flags import EQUATIONS, njit
 
 
 @njit(**EQUATIONS)

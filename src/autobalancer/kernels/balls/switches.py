@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import ADDRESSED, INLINE, PART
+from autobalancer.kernels.flags import ADDRESSED, INLINE, PART, njit
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
 from autobalancer.kernels.integrators.memory import EVALUATIONS, TAKEN, Memory
 from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, pair_at

@@ -11,9 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.laws.rebound import looked_up
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.system import BALLS, System

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit, types, void
+from numba import types, void
 
 from autobalancer.kernels.balls.floor import carried_by_floor
 from autobalancer.kernels.balls.path import closest, orbit
 from autobalancer.kernels.balls.walls import TINY, touch
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.records.resolved import BALL_VX, BALL_VY, BALL_X, BALL_Y
 from autobalancer.kernels.system import Matrix, System, matrix_type, system_type
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.balls.path import closest, orbit
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.laws.contact import normal_force
 from autobalancer.kernels.laws.rebound import damping_at
 from autobalancer.kernels.system import System

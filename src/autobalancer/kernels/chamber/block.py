@@ -6,11 +6,9 @@ What the search found of a contact is entered, the law is evaluated for the whol
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
-from numba import njit
-
 from autobalancer.kernels.chamber.contact import Constants, Meeting, felt, overlap, restitution, with_memory
 from autobalancer.kernels.chamber.records import BLOCK
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 from autobalancer.kernels.laws.rebound import held_speed, looked_up
 from autobalancer.kernels.pointers import data
 

@@ -18,11 +18,9 @@ from __future__ import annotations
 from math import cos, sin, sqrt
 from typing import NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.chamber.records import COORDINATES, RIGHT, THETA, TURN_X, TURN_Y, TURN_Z, X, Y, Z
 from autobalancer.kernels.chamber.vectors import dot, put, three
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 
 EVEN = 1e-3  # rad/s over which bearing friction changes its sign
 

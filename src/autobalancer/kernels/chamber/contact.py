@@ -16,10 +16,8 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.chamber.vectors import cross, dot, minus, plus, times
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 
 TURNING = 1.0  # slope of the normal law at the turning point, in changes of speed within one step
 SLIDING = 2.0  # the same for friction and rolling resistance

@@ -15,8 +15,6 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from numba import njit
-
 from autobalancer.kernels.chamber.contact import TINY
 from autobalancer.kernels.chamber.gather import (
     AHEAD,
@@ -33,7 +31,7 @@ from autobalancer.kernels.chamber.line_contact import end_rubs, pressed, rolls, 
 from autobalancer.kernels.chamber.records import TURN_Y, TURN_Z
 from autobalancer.kernels.chamber.share import push_back
 from autobalancer.kernels.chamber.vectors import add, cross, dot, minus, plus, put, take, three, times
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 from autobalancer.kernels.pointers import data, row
 
 LINE = 0.25 * pi  # stiffness of a contact along a line, over its length and the reduced modulus

@@ -9,15 +9,13 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numba import njit
-
 from autobalancer.kernels.chamber.body import body_rates
 from autobalancer.kernels.chamber.cylinders import cylinders_at_walls, cylinders_together
 from autobalancer.kernels.chamber.gather import near_pairs, walls
 from autobalancer.kernels.chamber.records import TURN_Y, TURN_Z
 from autobalancer.kernels.chamber.share import act
 from autobalancer.kernels.chamber.vectors import put
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 
 
 @njit(**MERGED)

@@ -6,14 +6,12 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.chamber.block import enter, put_vector
 from autobalancer.kernels.chamber.contact import Meeting, Vector
 from autobalancer.kernels.chamber.records import BLOCK, THETA, TURN_Y, TURN_Z, WALLS
 from autobalancer.kernels.chamber.share import act, push_back
 from autobalancer.kernels.chamber.vectors import add, cross, dot, minus, plus, put, three, times
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 from autobalancer.kernels.pointers import data, row
 
 RACE, AHEAD, BEHIND, INNER = 0, 1, 2, 3  # walls

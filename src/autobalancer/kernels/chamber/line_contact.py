@@ -12,11 +12,9 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.chamber.contact import SLIDING, TINY, TURNING, Vector
 from autobalancer.kernels.chamber.vectors import dot, times
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 
 DISC = 2.0 / 3.0  # lever of friction under a disc that turns, over its radius
 HEAVIER = 3.0  # lightness of a cylinder at its surface, over that of its middle

@@ -11,11 +11,9 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numba import njit
-
 from autobalancer.kernels.chamber.records import LOST_BALLS, TOO_DENSE
 from autobalancer.kernels.chamber.vectors import dot, minus, put, three
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 from autobalancer.kernels.pointers import row
 
 DIRECT = 100

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numba import njit, void
+from numba import void
 
 from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.pairs import follow
 from autobalancer.kernels.chamber.records import COORDINATES, THETA
 from autobalancer.kernels.chamber.samples import add_reactions, add_work, speed_at, step_done
-from autobalancer.kernels.flags import COMPILED, MERGED
+from autobalancer.kernels.flags import COMPILED, MERGED, njit
 from autobalancer.kernels.pointers import row
 
 

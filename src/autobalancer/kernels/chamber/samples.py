@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numba import njit, types, void
+from numba import types, void
 
 from autobalancer.kernels.chamber.chamber import CHAMBER
 from autobalancer.kernels.chamber.records import MOTION, SAMPLE, THETA, TURN_X, TURN_Y, TURN_Z
 from autobalancer.kernels.chamber.vectors import cross, minus, put, three
-from autobalancer.kernels.flags import APART, COMPILED, MERGED
+from autobalancer.kernels.flags import APART, COMPILED, MERGED, njit
 from autobalancer.kernels.pointers import row
 
 

@@ -3,11 +3,9 @@
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
-from numba import njit
-
 from autobalancer.kernels.chamber.block import press, press_varied, vector
 from autobalancer.kernels.chamber.vectors import add, cross, dot, minus, plus, take, three, times
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 from autobalancer.kernels.pointers import data, row
 
 

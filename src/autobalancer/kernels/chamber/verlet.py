@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numba import float64, njit, void
+from numba import float64, void
 
 from autobalancer.kernels.chamber.chamber import CHAMBER, SAMPLES, Chamber, Samples
 from autobalancer.kernels.chamber.forces import forces
 from autobalancer.kernels.chamber.pairs import follow, rebuild
 from autobalancer.kernels.chamber.records import COORDINATES, MOTION, SAMPLE, THETA
 from autobalancer.kernels.chamber.samples import add_reactions, book, keep_power, speed_at, step_done
-from autobalancer.kernels.flags import APART, COMPILED, MERGED
+from autobalancer.kernels.flags import APART, COMPILED, MERGED, njit
 from autobalancer.kernels.pointers import row
 
 

@@ -9,10 +9,10 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from numba import int64, njit
+from numba import int64
 
 from autobalancer.kernels.dwell.window import Window, note, window_type
-from autobalancer.kernels.flags import COMPILED, PART
+from autobalancer.kernels.flags import COMPILED, PART, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import (
     BASIS,
     HELD,

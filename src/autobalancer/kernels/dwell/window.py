@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit, types
+from numba import types
 
-from autobalancer.kernels.flags import INLINE, PART
+from autobalancer.kernels.flags import INLINE, PART, njit
 from autobalancer.kernels.integrators.dense import component, slope
 from autobalancer.kernels.integrators.memory import TAKEN, TIME
 from autobalancer.kernels.integrators.record import PIECES

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import int64, njit, void
+from numba import int64, void
 
 from autobalancer.kernels.ensemble.members import LOOK, STOP, become, words_type, write_down
 from autobalancer.kernels.ensemble.numbers import with_numbers
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import (
     Amplitudes,
     amplitudes_type,

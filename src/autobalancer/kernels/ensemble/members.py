@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import int64, njit, types, void
+from numba import int64, types, void
 
 from autobalancer.kernels.ensemble.numbers import with_numbers
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, REJECTED, Memory, memory_type
 from autobalancer.kernels.integrators.record import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import RUNNING, advance

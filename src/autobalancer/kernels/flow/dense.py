@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from numba import njit, types
+from numba import types
 
-from autobalancer.kernels.flags import COMPILED, INLINE
+from autobalancer.kernels.flags import COMPILED, INLINE, njit
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit, types
+from numba import types
 from numba.core.types import NamedTuple as NamedTupleType
 from numba.core.types import NamedUniTuple
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.flow.dense import product
 from autobalancer.kernels.flow.speed import wall_speed
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type

@@ -13,9 +13,9 @@ speed that follows the rotor; implicit ones want order two, which damps waves of
 
 from __future__ import annotations
 
-from numba import njit, types
+from numba import types
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.flow.spectral_arrays import (
     ACCEPTED,
     AGO,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from numba import njit, types
+from numba import types
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.flow.dense import product, substitute
 from autobalancer.kernels.flow.spectral_arrays import (
     AGO,

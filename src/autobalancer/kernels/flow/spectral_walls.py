@@ -16,9 +16,9 @@ no inner point; these patterns are filled up.
 
 from __future__ import annotations
 
-from numba import njit, types
+from numba import types
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.flow.dense import factorize, invert
 from autobalancer.kernels.flow.spectral_arrays import Plan, State, plan_type, state_type
 from autobalancer.kernels.system import Matrix, matrix_type

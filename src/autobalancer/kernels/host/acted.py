@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import EQUATIONS_PART
+from autobalancer.kernels.flags import EQUATIONS_PART, njit
 from autobalancer.kernels.host.hardening import hardened
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.host.rubber import stretched

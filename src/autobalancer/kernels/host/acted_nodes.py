@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.host.hardening import tabled
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.host.linear_nodes import ROOM, F, Q, times

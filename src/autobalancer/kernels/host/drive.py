@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.records.drive import HILL
 from autobalancer.kernels.system import Drive
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
-from autobalancer.kernels.flags import EQUATIONS_PART, INLINE
+from autobalancer.kernels.flags import EQUATIONS_PART, INLINE, njit
 
 
 @njit(**EQUATIONS_PART)

@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.host.linear import Motion, dot
 from autobalancer.kernels.pointers import data, row
 from autobalancer.kernels.system import System

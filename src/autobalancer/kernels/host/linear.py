@@ -14,9 +14,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import njit
-
-from autobalancer.kernels.flags import EQUATIONS_PART, INLINE
+from autobalancer.kernels.flags import EQUATIONS_PART, INLINE, njit
 from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
 from autobalancer.kernels.host.elimination import solve_two, solve_two_by_two
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put

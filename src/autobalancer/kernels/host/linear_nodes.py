@@ -13,10 +13,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.planar_nodes import drive_at_nodes, torque_at_nodes
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN
 from autobalancer.kernels.integrators.collocation.bases import OF_EXPONENTS, OF_SPEED, basis_at

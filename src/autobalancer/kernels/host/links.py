@@ -13,9 +13,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import EQUATIONS_PART
+from autobalancer.kernels.flags import EQUATIONS_PART, njit
 from autobalancer.kernels.host.drive import drive_value, motor_torque
 from autobalancer.kernels.pointers import behind
 from autobalancer.kernels.records.drive import MOUNT, PRESCRIBED

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.host.drive import unbalance_value
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.laws.curves import table_value

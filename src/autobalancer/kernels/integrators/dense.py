@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE, PART
+from autobalancer.kernels.flags import INLINE, PART, njit
 from autobalancer.kernels.integrators.memory import TAKEN, Memory
 from autobalancer.kernels.lanes import LANES, add_product, lanes, put
 from autobalancer.kernels.pointers import behind, data

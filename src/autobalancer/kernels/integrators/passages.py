@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import PART
+from autobalancer.kernels.flags import PART, njit
 from autobalancer.kernels.integrators.dense import component
 from autobalancer.kernels.pointers import behind
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit, types
+from numba import types
 
-from autobalancer.kernels.flags import INLINE, PART
+from autobalancer.kernels.flags import INLINE, PART, njit
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials, slope
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TAKEN, Memory
 from autobalancer.kernels.integrators.passages import quantity

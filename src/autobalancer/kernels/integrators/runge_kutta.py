@@ -10,9 +10,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from numba import int64, njit
+from numba import int64
 
-from autobalancer.kernels.flags import COMPILED, INLINE, PART
+from autobalancer.kernels.flags import COMPILED, INLINE, PART, njit
 from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.integrators.dense import evaluate, sums
 from autobalancer.kernels.integrators.memory import (

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit, types
+from numba import types
 
-from autobalancer.kernels.flags import ADDRESSED
+from autobalancer.kernels.flags import ADDRESSED, njit
 from autobalancer.kernels.integrators.memory import memory_type
 from autobalancer.kernels.integrators.tableau import tableau_type
 from autobalancer.kernels.pointers import pointer_to

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 
 
 @njit(**INLINE)

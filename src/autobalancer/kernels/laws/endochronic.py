@@ -15,9 +15,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-from autobalancer.kernels.flags import APART
+from autobalancer.kernels.flags import APART, njit
 
 POINTS = 6  # of Gauss in a step
 REACH, GROWTH, FEWEST = (

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.laws.curves import table_value
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.system import Fluid

@@ -19,9 +19,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import boolean, njit, void
+from numba import boolean, void
 
-from autobalancer.kernels.flags import APART, COMPILED
+from autobalancer.kernels.flags import APART, COMPILED, njit
 from autobalancer.kernels.laws.endochronic import always_sliding
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 

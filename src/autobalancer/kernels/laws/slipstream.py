@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import INLINE
+from autobalancer.kernels.flags import INLINE, njit
 from autobalancer.kernels.system import BALLS, Fluid
 
 TURN = 2.0 * math.pi

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import boolean, int64, njit, types, void
+from numba import boolean, int64, types, void
 
-from autobalancer.kernels.flags import EXACT_PART, INLINE
+from autobalancer.kernels.flags import EXACT_PART, INLINE, njit
 from autobalancer.kernels.measures.gauges import complex_matrix_type
 
 TURNS = 60  # of all pairs of columns, at most

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from numba import float64, int64, njit, types, void
+from numba import float64, int64, types, void
 
-from autobalancer.kernels.flags import EXACT, EXACT_PART
+from autobalancer.kernels.flags import EXACT, EXACT_PART, njit
 from autobalancer.kernels.measures.gauges import Desk, Gauges, desk_type, gauges_type
 from autobalancer.kernels.measures.limits import COUNT, IMPULSE, LATE_POWER, LATE_RATE, POWER, SPEED
 from autobalancer.kernels.records.impacts import IMPACT, MEETING

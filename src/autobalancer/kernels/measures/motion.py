@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import float64, int64, njit, types, void
+from numba import float64, int64, types, void
 
-from autobalancer.kernels.flags import EXACT, EXACT_PART
+from autobalancer.kernels.flags import EXACT, EXACT_PART, njit
 from autobalancer.kernels.measures.equations import least_squares, reduce, square
 from autobalancer.kernels.measures.gauges import complex_matrix_type, complexes_type
 from autobalancer.kernels.measures.limits import SAME_MOTION

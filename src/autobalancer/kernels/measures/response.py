@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit, types, void
+from numba import types, void
 
-from autobalancer.kernels.flags import EXACT, INLINE
+from autobalancer.kernels.flags import EXACT, INLINE, njit
 from autobalancer.kernels.measures.equations import least_squares, solve
 from autobalancer.kernels.measures.gauges import PLANAR, Desk, Gauges, complexes_type, desk_type, gauges_type
 from autobalancer.kernels.measures.tables import segment_at, share_of, since

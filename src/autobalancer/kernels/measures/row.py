@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import math
 
-from numba import float64, int64, njit, void
+from numba import float64, int64, void
 
-from autobalancer.kernels.flags import EXACT, EXACT_PART
+from autobalancer.kernels.flags import EXACT, EXACT_PART, njit
 from autobalancer.kernels.integrators.memory import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
 from autobalancer.kernels.integrators.record import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED

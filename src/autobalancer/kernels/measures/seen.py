@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import int64, njit, types, void
+from numba import int64, types, void
 
-from autobalancer.kernels.flags import EXACT, EXACT_PART, INLINE
+from autobalancer.kernels.flags import EXACT, EXACT_PART, INLINE, njit
 from autobalancer.kernels.host.hardening import central
 from autobalancer.kernels.measures.gauges import RESOLVED, Desk, Gauges, desk_type, gauges_type
 from autobalancer.kernels.measures.response import plane_unbalances

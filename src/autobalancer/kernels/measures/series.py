@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from numba import boolean, float64, int64, njit, void
+from numba import boolean, float64, int64, void
 
-from autobalancer.kernels.flags import EXACT
+from autobalancer.kernels.flags import EXACT, njit
 from autobalancer.kernels.measures.limits import (
     CONSTANT,
     JUMP,

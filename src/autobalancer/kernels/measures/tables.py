@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 
-from autobalancer.kernels.flags import EXACT_PART, INLINE
+from autobalancer.kernels.flags import EXACT_PART, INLINE, njit
 from autobalancer.kernels.system import System, system_type
 
 

@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, add, kept_at, lean, left, rate_of_rows, station_places
 from autobalancer.kernels.balls.guided import Row
 from autobalancer.kernels.balls.rigid.clusters import leads
 from autobalancer.kernels.balls.rigid.torques import FAR
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.integrators.collocation.rates import follow, set_rate
 from autobalancer.kernels.pointers import data

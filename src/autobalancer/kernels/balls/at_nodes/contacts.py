@@ -8,12 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.at_nodes.clusters import least_torque, rest_at_nodes, simple
 from autobalancer.kernels.balls.at_nodes.gap import may_close, open_until
 from autobalancer.kernels.balls.rigid.torques import LEAST, PULL
-from autobalancer.kernels.flags import ADDRESSED, MERGED
+from autobalancer.kernels.flags import ADDRESSED, MERGED, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import SWITCHES, amplitudes_at
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import BALLS, system_at

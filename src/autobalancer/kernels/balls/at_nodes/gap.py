@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.wide import NODES, amount, greatest, store
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.at_nodes.contacts import contacts_until
 from autobalancer.kernels.balls.planar_nodes import EACH, LEAN_X, LEAN_Y, PUSH, ROW, SHARE_X, SHARE_Y, SPIN, TWIST
-from autobalancer.kernels.flags import ADDRESSED, MERGED
+from autobalancer.kernels.flags import ADDRESSED, MERGED, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.system import system_at

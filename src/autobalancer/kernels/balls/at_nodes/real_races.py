@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.at_nodes.clusters import rest_at_nodes
 from autobalancer.kernels.balls.at_nodes.contacts import contacts_until
 from autobalancer.kernels.balls.at_nodes.rows import LENGTH, NORMAL, OWN, WEIGHT, keep, kept_at, left
@@ -25,7 +23,7 @@ from autobalancer.kernels.balls.guided import (
     solved,
     wavy,
 )
-from autobalancer.kernels.flags import ADDRESSED, EQUATIONS, MERGED
+from autobalancer.kernels.flags import ADDRESSED, EQUATIONS, MERGED, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_at
 from autobalancer.kernels.integrators.collocation.rates import set_rate
 from autobalancer.kernels.laws.curves import drag_force, table_value

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.guided import Row
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.host.linear_nodes import KEPT, PARTS, ROOM
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.records.drive import PRESCRIBED

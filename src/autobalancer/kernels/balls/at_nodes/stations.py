@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.at_nodes.clusters import bind_at_nodes
 from autobalancer.kernels.balls.at_nodes.rows import OWN, WEIGHT, add, keep, kept_at, rate_of_rows, station_places
 from autobalancer.kernels.balls.guided import (
@@ -22,7 +20,7 @@ from autobalancer.kernels.balls.guided import (
     tilting_share,
 )
 from autobalancer.kernels.balls.planar_nodes import set_rate_of_rotor
-from autobalancer.kernels.flags import EQUATIONS, MERGED
+from autobalancer.kernels.flags import EQUATIONS, MERGED, njit
 from autobalancer.kernels.host.acted_nodes import acted_at_nodes
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.host.linear_nodes import (

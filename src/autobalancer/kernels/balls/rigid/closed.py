@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import APART, INLINE
+from autobalancer.kernels.flags import APART, INLINE, njit
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.impacts import AHEAD, BEHIND, NEXT
 from autobalancer.kernels.system import BALLS, System, system_at

@@ -14,10 +14,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.balls.guided import Row
-from autobalancer.kernels.flags import APART, INLINE
+from autobalancer.kernels.flags import APART, INLINE, njit
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.system import BALLS, System, system_at

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.impacts import note
 from autobalancer.kernels.balls.rigid.closed import (
     close,
@@ -21,7 +19,7 @@ from autobalancer.kernels.balls.rigid.torques import FAR, LEAST, NOW, OWN_PULL, 
 from autobalancer.kernels.balls.switches import SHORT, crossing, lowest, rubs, stopped
 from autobalancer.kernels.balls.switches import forget as forget_modes
 from autobalancer.kernels.balls.switches import take as take_modes
-from autobalancer.kernels.flags import ADDRESSED, INLINE, PART
+from autobalancer.kernels.flags import ADDRESSED, INLINE, PART, njit
 from autobalancer.kernels.integrators.dense import component, evaluate, polynomials
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, TAKEN, Memory
 from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, pair_at

@@ -16,11 +16,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
 from autobalancer.kernels.balls.rigid.closed import close, count_bound, opening
 from autobalancer.kernels.balls.rigid.clusters import link
-from autobalancer.kernels.flags import APART, INLINE
+from autobalancer.kernels.flags import APART, INLINE, njit
 from autobalancer.kernels.laws.rebound import LEVELS, LOWEST, NONE, PER_DECADE
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.impacts import BEHIND, NEXT

@@ -8,8 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba import njit
-
 from autobalancer.kernels.balls.rigid.closed import (
     close,
     collect,
@@ -24,7 +22,7 @@ from autobalancer.kernels.balls.rigid.closed import (
 from autobalancer.kernels.balls.rigid.clusters import leads
 from autobalancer.kernels.balls.rigid.impact import complementary, responses, solve_active, strike
 from autobalancer.kernels.balls.rigid.torques import FAR, LEAST, NOW, PULL, capacity
-from autobalancer.kernels.flags import APART, INLINE
+from autobalancer.kernels.flags import APART, INLINE, njit
 from autobalancer.kernels.pointers import behind, data
 from autobalancer.kernels.records.impacts import AHEAD, BEHIND, NEXT
 from autobalancer.kernels.system import BALLS, System, system_at

@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import APART, MERGED
+from autobalancer.kernels.flags import APART, MERGED, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import (
     BASIS,
     DECAY_KNOWN,

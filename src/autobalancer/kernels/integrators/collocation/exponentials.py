@@ -9,9 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.integrators.collocation.radau import SERIES, TERMS
 from autobalancer.kernels.pointers import data
 from autobalancer.kernels.trigonometry import exponential_of_lanes, sine_cosine_of_lanes

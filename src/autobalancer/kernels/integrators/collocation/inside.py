@@ -13,9 +13,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-from autobalancer.kernels.flags import MERGED, PART
+from autobalancer.kernels.flags import MERGED, PART, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN
 from autobalancer.kernels.integrators.collocation.radau import SERIES
 from autobalancer.kernels.integrators.collocation.sweep import summed

@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import STEP_KNOWN
 from autobalancer.kernels.integrators.collocation.exponentials import SQUARE
 from autobalancer.kernels.pointers import data

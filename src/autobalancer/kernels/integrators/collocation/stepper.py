@@ -11,9 +11,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from numba import int64, njit
+from numba import int64
 
-from autobalancer.kernels.flags import COMPILED
+from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.host.drive import enter_segment
 from autobalancer.kernels.integrators.collocation.amplitudes import (
     BEGINS,

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
-from autobalancer.kernels.flags import MERGED
+from autobalancer.kernels.flags import MERGED, njit
 from autobalancer.kernels.integrators.collocation.amplitudes import BEGINS, LENGTH_BEFORE
 from autobalancer.kernels.integrators.collocation.bases import drift
 from autobalancer.kernels.integrators.collocation.exponentials import SQUARE
