@@ -32,10 +32,10 @@ from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.design.chosen import designed_machine
 from autobalancer.studies.design.measured import read_back
 from autobalancer.studies.design.screening import ROUNDING
-from autobalancer.studies.design.spec import MARGIN, PRESSURE, STALL
+from autobalancer.studies.design.spec import ENOUGH, MARGIN, PRESSURE, STALL
 
 WIDTH = 24  # designs in the table
-OPEN = "open"  # too few runs to say
+OPEN = "undecided"  # too few runs to say
 
 
 def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
@@ -130,9 +130,9 @@ def _limits(found: Designed, place: int, command: str) -> Section:
     page.blocks.append(Rows(head, tuple(rows), (False, True, True, False, False)))
     page.blocks.append(
         Paragraph(
-            f"Of a measure the value that {100.0 * float(found.attrs['share']):g} % of the runs stay below, at the worst "
-            "operating speed. A limit is kept if the upper end of the interval is not above the share that may be beyond "
-            "it; open means that so few runs cannot tell."
+            f"Reached is the value that {100.0 * float(found.attrs['share']):g} % of the runs stay below, at the worst operating "
+            "speed. A limit is kept if the upper end of the interval is not above the share that may be beyond "
+            "it; undecided means that so few runs cannot tell."
         )
     )
     return page
@@ -152,6 +152,9 @@ def _limit(one: xr.Dataset, name: str, value: float, share: float) -> tuple[str,
         margin = slowest / max(speeds) - 1.0 if speeds and max(speeds) > 0.0 else math.inf
         said = f"{significant(100.0 * margin)} %" if math.isfinite(margin) else "no border"
         return f"{100.0 * value:.3g} %", said, "-", yes_or_no(margin >= value * (1.0 - ROUNDING))
+    if name == ENOUGH:
+        margin = float(one["capability_margin"])
+        return f"{value:g} times", f"{margin:.3g} times", "-", yes_or_no(margin >= value * (1.0 - ROUNDING))
     if name == PRESSURE:
         pressure = float(one["pressure"])
         return f"{1e-6 * value:.0f} MPa", f"{1e-6 * pressure:.0f} MPa", "-", yes_or_no(pressure <= value)

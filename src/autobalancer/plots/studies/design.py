@@ -17,7 +17,7 @@ from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
 from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, heading, look, picture
 from autobalancer.results.given import Given, result
 
-STAGES = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
+STAGES = ("space", "fluid", "capability", "pressure", "same race", "border", "not run", "runs")
 UNITS = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3)}
 COLORS = {1: BALLS[0], 0: BALLS[1], -1: ALL_BALLS}
 SAYS = {1: "keeps all limits", 0: "too few runs to say", -1: "misses a limit"}

@@ -16,11 +16,14 @@ from autobalancer.results.number_text import moment_text, significant
 from autobalancer.shown import Column, rpm_and_si
 
 SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
-MEETS = {1: "yes", 0: "open", -1: "no"}
+MEETS = {1: "yes", 0: "undecided", -1: "no"}
 NEAREST = 3  # reasons of a question that are listed
 MOST_PLACES = 8  # that are listed one by one
-OPEN = " open"  # how a limit ends of which too few runs tell
-STAGES = ("space", "fluid", "capability", "pressure", "border", "budget", "runs")
+OPEN = " undecided"  # how a limit ends of which too few runs tell
+USUAL = 1.5  # times the unbalance: with a smaller capability balls stand nearly side by side and react slowly
+ORDINAL = {1.0: "st", 2.0: "nd", 3.0: "rd"}  # of percentiles above 20
+SAME, NOT_RUN = "same race", "not run"
+STAGES = ("space", "fluid", "capability", "pressure", SAME, "border", NOT_RUN, "runs")
 
 
 class Designed(Answer):
@@ -51,10 +54,15 @@ class Designed(Answer):
         low, high = self.attrs["unbalance_range"]
         cold, warm = (one - 273.15 for one in self.attrs["temperature_range"])
         ran = int(np.isfinite(self["place"].values).sum())
-        parts = [f"{stage} {count}" for stage, count in self.ruled_out().items()]
+        out = self.ruled_out()
+        parts = [f"{stage} {count}" for stage, count in out.items() if stage not in (SAME, NOT_RUN)]
         said = f"; ruled out by {', '.join(parts)}" if parts else ""
+        said += f"; {out[SAME]} have the race of another one" if SAME in out else ""
+        said += f"; {out[NOT_RUN]} were not run" if NOT_RUN in out else ""
         rotor = [("measured rotor", str(self.attrs["rotor"]))] if "rotor" in self.attrs else []
         return [
+            ("answer", self.answer()),
+            *([("not in the runs", str(self.attrs["left_out"]))] if self.attrs.get("left_out") else []),
             *rotor,
             ("operating speed", ", ".join(rpm_and_si(float(one)) for one in np.atleast_1d(self.attrs["speeds"]))),
             ("unbalance", f"{moment_text(low)} to {moment_text(high)}" if low < high else moment_text(high)),
@@ -68,6 +76,35 @@ class Designed(Answer):
             ("searched", str(self.attrs["searched_by"])),
         ]
 
+    def answer(self) -> str:
+        """Whether any design keeps all limits, and what the first one is, in one sentence."""
+        best, limits = self.best(), json.loads(self.attrs["limits"])
+        ran, meets = best.sizes["design"], best["meets"].values
+        if not ran:
+            return "none ran"
+        first = str(best["label"].values[0])
+        if not limits.keys() - {"share"}:
+            return f"no limits are given; first by {' and '.join(self.attrs['objectives']).replace('_', ' ')}: {first}"
+        if kept := int((meets == 1).sum()):
+            return f"{kept} of {ran} designs keep{'s' * (kept == 1)} all limits; the best: {first}"
+        names = [name for name in str(best["missed"].values[0]).split(", ") if name]
+        if left := int((meets == 0).sum()):
+            which = ", ".join(name.removesuffix(OPEN) for name in names)
+            tell = f"for {left} of {ran} there are too few runs to tell"
+            return f"no design is known to keep all limits: {tell}; the best: {first}, undecided by {which}"
+        missed = [name for name in names if not name.endswith(OPEN)]
+        texts = [f"{name} {self._beyond(best, name.replace(' ', '_'), limits)}" for name in missed]
+        return f"no design keeps all limits; the nearest misses {len(missed)}: {', '.join(texts)}; it is {first}"
+
+    def _beyond(self, best: xr.Dataset, name: str, limits: dict[str, Any]) -> str:
+        """What the first design reaches of a limit, and the limit."""
+        if name == "stall_probability":
+            return f"{100.0 * float(best['stall'].values[0]):.3g} % for {100.0 * limits[name]:.3g} %"
+        sign, factor = SHOWN[self[name].attrs["units"]]
+        value = float(best[name].values[0])
+        reached = f"{significant(factor * value)} {sign}" if np.isfinite(value) else "never"
+        return f"{reached} for {significant(factor * limits[name])}{f' {sign}' * (reached == 'never')}"
+
     def columns(self, unit: str = "") -> list[Column]:
         """One row for each design that ran, the best first."""
         found = self.best()
@@ -75,7 +112,7 @@ class Designed(Answer):
         return [
             Column("place", [int(one) for one in found["place"].values]),
             Column("design", [str(one) for one in found["label"].values], wraps=True),
-            Column("keeps limits", [MEETS[int(one)] for one in found["meets"].values]),
+            Column("keeps limits", self._keeps(found)),
             *(self._scaled(found, name) for name in measures),
             Column("stall", [self._interval(found, "stall", i) for i in range(found.sizes["design"])], "%"),
             self._speed(found, "release", unit),
@@ -83,6 +120,11 @@ class Designed(Answer):
             Column("ball mass", 1e3 * found["ball_mass"].values, "g", ".4g"),
             Column("front", [int(one) + 1 for one in found["front"].values]),
         ]
+
+    def _keeps(self, found: xr.Dataset) -> list[str]:
+        """Whether each design keeps all limits, or how many it misses."""
+        pairs = zip(found["meets"].values.astype(int), found["misses"].values.astype(int), strict=True)
+        return [f"misses {count}" if meets < 0 and count else MEETS[meets] for meets, count in pairs]
 
     def remarks(self) -> Sequence[str]:
         """What the numbers mean, and examples of what was ruled out."""
@@ -93,15 +135,15 @@ class Designed(Answer):
         share = 100.0 * float(self.attrs["share"])
         low, high = self.attrs["unbalance_range"]
         texts = [
-            f"of each measure the value that {share:g} % of the runs stay below; stall: runs that end with a stalled ball or "
-            "rotor, with 95 % interval"
+            f"each value is the {share:g}{ORDINAL.get(share % 10.0, 'th')} percentile of the runs; stall: share of the runs that "
+            "end with a stalled ball or rotor, with its 95 % interval"
         ]
         if low < high:
             texts += [
-                f"the runs have unbalances of all sizes from {moment_text(low)} to {moment_text(high)}: rotors at one end can do "
-                "worse than the shares say; for these alone, make the range narrower"
+                f"the runs have unbalances of all sizes from {moment_text(low)} to {moment_text(high)}: rotors at either end of "
+                "the range may do worse; narrow the range to judge them"
             ]
-        texts += self._missed()
+        texts += [*self._missed(), *self._hardly()]
         texts = [*str(self.attrs.get("input_text", "")).splitlines(), *texts]
         texts += [f"measured rotor: {text}" for text in str(self.attrs.get("rotor_warnings", "")).split("\n") if text]
         return [*texts, *self._drag()]
@@ -126,14 +168,24 @@ class Designed(Answer):
             for name in filter(None, text.split(", ")):
                 places.setdefault(name, []).append(str(place))
         lines = []
-        for word, end in (("missed", False), ("open, since so few runs cannot tell", True)):
+        for word, end in (("limits not met", False), ("undecided, too few runs", True)):
             said = [
-                f"{name.removesuffix(OPEN)} by {_listed(where)}"
+                f"{name.removesuffix(OPEN)} ({_listed(where)})"
                 for name, where in places.items()
                 if name.endswith(OPEN) == end
             ]
             lines += [f"{word}: {'; '.join(said)}"] if said else []
         return lines
+
+    def _hardly(self) -> list[str]:
+        """That the first design balances hardly more than the largest unbalance, where no margin was asked for."""
+        margin = float(self.best()["capability_margin"].values[0]) if self.best().sizes["design"] else np.inf
+        if "capability_margin" in json.loads(self.attrs["limits"]) or not margin < USUAL:
+            return []
+        return [
+            f"place 1 can balance {margin:.3g} times the largest unbalance; with less than {USUAL:g} to 2 times balls react "
+            "slowly near it, see limits.capability_margin"
+        ]
 
     def reasons(self) -> list[str]:
         """Why candidates were ruled out: alike ones together, for each question the nearest misses first."""
@@ -141,6 +193,8 @@ class Designed(Answer):
         out = out.isel(design=np.argsort(out["excess"].values, kind="stable"))
         shown = []
         for stage in STAGES:
+            if stage == SAME:  # the labels say it
+                continue
             alike: dict[str, list[str]] = {}
             for one, label, reason in zip(*(out[name].values for name in ("stage", "label", "reason")), strict=True):
                 if one == stage:
@@ -149,7 +203,7 @@ class Designed(Answer):
                 more = f" and {len(labels) - 1} more" if len(labels) > 1 else ""
                 shown.append(f"{labels[0]}{more}: {reason}")
             left = sum(map(len, list(alike.values())[NEAREST:]))
-            shown += [f"{left} more by {stage}, which miss it by more"] if left else []
+            shown += [f"{left} more{'' if stage == NOT_RUN else f' by {stage}, which miss it by more'}"] if left else []
         return shown
 
     def in_si(self) -> xr.Dataset:
@@ -158,9 +212,9 @@ class Designed(Answer):
 
     def has_table(self) -> bool:
         """All that the table needs must be there."""
-        return {"label", "place", "stage", "reason", "peak_deflection"} <= set(self) and self["label"].dims == (
-            "design",
-        )
+        return {"label", "place", "misses", "stage", "reason", "peak_deflection"} <= set(self) and self[
+            "label"
+        ].dims == ("design",)
 
     def _measured(self) -> list[str]:
         return [name for name in json.loads(self.attrs["limits"]) if name in self]
@@ -180,6 +234,8 @@ class Designed(Answer):
 
     def _limit(self, name: str, value: Any) -> str:
         words = name.replace("_", " ")
+        if name == "capability_margin":
+            return f"{words} {value:g} times"
         if name in self and (unit := self[name].attrs.get("units")) in SHOWN:
             sign, factor = SHOWN[unit]
             return f"{words} {significant(factor * value)} {sign}"

@@ -66,6 +66,10 @@ class Candidate:
         """What makes two candidates the same design."""
         return self.ring, self.count, self.races, self.planes, self.fillings
 
+    def motion(self) -> tuple[Any, ...]:
+        """What its balls do depends on this only: rings of other bearings may have the same orbit and balls."""
+        return self.ring.orbit_radius, self.ring.ball_diameter, *self.key()[1:]
+
 
 def rings(spec: Spec) -> list[Ring]:
     """All races there are to choose from; of free sizes none, which :mod:`search` chooses."""
@@ -125,8 +129,11 @@ def densities(spec: Spec, fillings: tuple[Filling, ...]) -> tuple[float, ...]:
 
 
 def fewest(spec: Spec, ring: Ring, races: int, planes: int, fillings: tuple[Filling, ...]) -> int:
-    """The fewest balls, two at least, with which all races balance the largest unbalance; if no number does, the best one."""
-    share = spec.unbalance[1] / (races * planes)
+    """The fewest balls, two at least, with which all races balance the largest unbalance with the margin that is asked for.
+
+    If no number does, the one that balances most.
+    """
+    share = spec.capability_margin * spec.unbalance[1] / (races * planes)
     try:
         dense, ball = max(densities(spec, fillings)), density_of_balls(spec)
         try:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.studies.design.candidate import Candidate, Ring, fewest, free_ring, own_sizes, planes_of, rings
 from autobalancer.studies.design.fluids import blended
@@ -49,6 +53,11 @@ class Coded:
         ring = self._chosen("ring", given) or self._ring(given)
         count = self._chosen("count", given) or fewest(spec, ring, races, planes_of(spec, planes), fillings)
         return Candidate(ring, int(count), races, planes, fillings)
+
+    def steps(self) -> NDArray[np.float64]:
+        """The numbers of all candidates where nothing is free: the middles of their steps."""
+        axes = [(np.arange(len(self.lists[name])) + 0.5) / len(self.lists[name]) for name in self.names]
+        return np.array(list(product(*axes)), np.float64).reshape(-1, len(axes))
 
     def _chosen(self, name: str, given: dict[str, float]) -> Any:
         some = self.lists[name]

@@ -11,9 +11,11 @@ import xarray as xr
 
 from autobalancer.files.machine_file import machine_text
 from autobalancer.results.provenance import provenance
+from autobalancer.studies.design.answer import STAGES
 from autobalancer.studies.design.building import driven
 from autobalancer.studies.design.measured import labelled
-from autobalancer.studies.design.ranking import meets, missed, ordered, used
+from autobalancer.studies.design.ranking import meets, missed, misses, ordered, used
+from autobalancer.studies.design.running import left_out
 from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import MEASURED, Spec
 
@@ -42,7 +44,8 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     ranked = ordered(spec, [one for one in designs if one.numbers])
     place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
     front = {id(one): level for one, level in ranked}
-    found = xr.Dataset(attrs=_attributes(spec, how))
+    best = next((one.machine for one, _ in ranked if one.machine is not None), None)
+    found = xr.Dataset(attrs={**_attributes(spec, how), "left_out": left_out(spec, best) if best is not None else ""})
     found = found.assign_coords(
         design=("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
     )
@@ -61,6 +64,8 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         [float(meets(spec, one)) if one.numbers else -1.0 for one in designs],
         "1: keeps all limits; 0: too few runs to say; -1: does not",
     )
+    beyond = [misses(spec, one) if one.numbers else {} for one in designs]
+    add("misses", [float(len(one)) for one in beyond], "limits on the runs that it misses, their number", "1")
     add(
         "missed",
         [missed(spec, one) if one.numbers else one.stage for one in designs],
@@ -69,13 +74,13 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     add(
         "stage",
         [one.stage for one in designs],
-        "what ruled it out: space, fluid, capability, pressure, border; 'runs' if it ran",
+        f"what ruled it out: {', '.join(STAGES[:-1])}; {STAGES[-1]!r} if it ran",
     )
     add("reason", [one.reason for one in designs], "why it was ruled out")
     add(
         "excess",
-        [one.excess if one.reason else np.nan for one in designs],
-        "how far it misses that, over what is allowed",
+        [one.excess if one.reason else sum(more.values()) for one, more in zip(designs, beyond, strict=True)],
+        "how far it misses that, or limits on the runs added up, over what is allowed",
         "1",
     )
     add("bearing", [one.candidate.ring.bearing for one in designs], "bearing whose outer ring is the race")
@@ -104,6 +109,12 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         "m^2/s",
     )
     add("capability", [one.capability for one in designs], "unbalance that the balls of a plane can balance", "kg m")
+    add(
+        "capability_margin",
+        [one.margin for one in designs],
+        "capability over what is to be balanced, the least of all planes",
+        "1",
+    )
     add("ball_mass", [one.ball_mass for one in designs], "mass of all balls", "kg")
     add("pressure", [one.pressure for one in designs], "greatest pressure between ball and race (Hertz)", "Pa")
     add(
@@ -146,6 +157,8 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
 def _labels(designs: Sequence[Design]) -> list[str]:
     """What each is, without what all have in common."""
     parts = [one.candidate.parts() for one in designs]
+    for part, one in zip(parts, designs, strict=True):
+        part["ring"] += f" (same race: {', '.join(one.twins)})" * bool(one.twins)
     common = {key for key in ("ring", "races", "planes", "fluid") if len({one.get(key) for one in parts}) == 1}
     return [", ".join(text for key, text in one.items() if key not in common) for one in parts]
 
@@ -159,7 +172,7 @@ def _text(spec: Spec, one: Design, place: dict[int, int]) -> str:
 
 def _attributes(spec: Spec, how: str) -> dict[str, Any]:
     return {
-        "title": f"Design {spec.name} for {spec.machine.name}",
+        "title": f"Design{f' {spec.name}' * (spec.name not in ('design', spec.machine.name))} for {spec.machine.name}",
         **provenance(),
         "machine_name": spec.machine.name,
         "design_name": spec.name,

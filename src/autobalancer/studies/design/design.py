@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.patience import shows_progress
-from autobalancer.studies.design.answer import STAGES, Designed
+from autobalancer.studies.design.answer import NOT_RUN, SAME, STAGES, Designed
 from autobalancer.studies.design.borders import judge_borders
 from autobalancer.studies.design.candidate import candidates
 from autobalancer.studies.design.dataset import designs_dataset
@@ -105,6 +105,8 @@ def _designed(way: _Way) -> Designed:
     if not searched:
         refuse_none(spec, found)
         alive = [one for one in found if not one.reason]
+        _each_race_once(alive)
+        alive = [one for one in alive if not one.reason]
         searched = len(alive) > spec.search.budget
     if not searched:
         refuse_faulty_scatter(spec, alive[0])
@@ -118,29 +120,50 @@ def _designed(way: _Way) -> Designed:
     return _searched(way, found)
 
 
+def _each_race_once(alive: Iterable[Design]) -> None:
+    """Rule out designs that move like another one, since their bearings have the same race and balls; the smallest one stays."""
+    first: dict[Any, Design] = {}
+    for one in sorted(alive, key=lambda one: one.candidate.ring.outer):
+        kept = first.setdefault(one.candidate.motion(), one)
+        if kept is not one:
+            kept.twins.append(one.candidate.ring.label)
+            one.rule_out(SAME, f"the race and the balls of {kept.candidate.ring.label}", 0.0)
+
+
 def _searched(way: _Way, known: list[Design]) -> Designed:
     """The same by an optimizer; ``known`` are candidates after the closed forms, if there is a list of them."""
     spec = way.spec
     judged = {one.candidate.key(): one for one in known}
+    first = {one.candidate.motion(): one for one in known if not one.reason}
 
     def judge(one: Any) -> Design:
         if one.key() not in judged:
             judged[one.key()] = screened(spec, one)
         found = judged[one.key()]
-        if not found.reason:
+        found = first[one.motion()] if found.stage == SAME else found
+        if not found.reason and not found.numbers:
             refuse_faulty_scatter(spec, found)
             judge_borders(spec, found)
         return found
 
     looked = found_by_search(spec, judge, lambda designs: run_all(way, designs, lambda: way.tell(judged.values())))
-    before = {one.candidate.key() for one in known}
-    found = known + [one for one in looked if one.candidate.key() not in before]
+    found = list(judged.values())
+    seen = {id(one) for one in looked}
+    ran, budget = sum(bool(one.numbers) for one in found), spec.search.budget
     for one in found:
         if not one.reason and not one.numbers:
-            one.rule_out("budget", f"not run: the budget of {spec.search.budget} designs was used up")
-    if not any(one.numbers for one in found):
+            why = (
+                "the search did not look at it"
+                if id(one) not in seen
+                else f"the budget of {budget} designs was used up"
+            )
+            one.rule_out(NOT_RUN, f"not run: {why}", 0.0)
+    if not ran:
         refuse_none(spec, found)
-    how = f"NSGA-II over {len(looked)} candidates, {spec.search.generations} generations, seed {spec.search.seed}"
+    how = (
+        f"NSGA-II over {spec.search.generations} generations, seed {spec.search.seed}, then the nearest to the best; looked at "
+        f"{len(looked)} candidates, of the budget of {budget} designs {ran} were run"
+    )
     return Designed.of(designs_dataset(spec, found, how))
 
 

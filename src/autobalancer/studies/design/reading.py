@@ -21,6 +21,7 @@ from autobalancer.studies.design.measured import KEYS as ROTOR
 from autobalancer.studies.design.measured import read_rotor, with_rotor, with_some_unbalance
 from autobalancer.studies.design.option_reading import read_options
 from autobalancer.studies.design.spec import (
+    ENOUGH,
     MARGIN,
     MEASURED,
     OBJECTIVES,
@@ -117,7 +118,7 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Spec:
         unbalance=unbalance,
         space=_space(_table(data, "space", ("bore", "outer", "width", "wall"))),
         temperature=_ends("temperature", data.get("temperature", ROOM), "K"),
-        limits=_limits(_table(data, "limits", (*MEASURED, STALL, MARGIN, PRESSURE, SHARE))),
+        limits=_limits(_table(data, "limits", (*MEASURED, STALL, MARGIN, ENOUGH, PRESSURE, SHARE))),
         options=read_options(machine, data.get("candidates")),
         search=_search(_table(data, "search", ("members", "budget", "generations", "objectives", "seed", "tolerance"))),
         scatter=dict(_table(data, "scatter", None)),
@@ -229,6 +230,10 @@ def _limits(table: Mapping[str, Any]) -> dict[str, float]:
         if not 0.0 < found[key] < most:
             said = "between 0 and 1" if most == 1.0 else "greater than zero"
             raise QuestionError(f"limits.{key}: given {shortened(value)}; must be {said}")
+        if key == ENOUGH and found[key] < 1.0:
+            raise QuestionError(
+                f"limits.{key}: given {shortened(value)}; it is capability over largest unbalance, 1 or more, such as 1.5"
+            )
     return found
 
 

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from autobalancer.assembly.off_center import off_center
+from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.places import places_of
+from autobalancer.assembly.system import assemble
+from autobalancer.catalog.friction_table import friction
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.answers.studied import Studied
+from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.simulation.fluid_lag import diffusing_lags
+from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.studies.design.building import driven, machine_of
 from autobalancer.studies.design.candidate import Candidate
 from autobalancer.studies.design.screening import Design
@@ -19,6 +29,8 @@ from autobalancer.studies.design.spec import Spec
 from autobalancer.studies.study.scatter import vary
 from autobalancer.studies.study.study import study
 
+TYPICAL = "bearing ring in a running balancer"  # of the catalog: the friction that is assumed to say what any would do
+FRICTION = ("friction", "rolling_resistance", "adherence")  # in names of what may vary
 STEPS = 101  # temperatures that stand for a range, where a fluid is no single one of the catalog
 Report = Callable[[int, int], None] | None
 
@@ -68,6 +80,42 @@ def refuse_faulty_scatter(spec: Spec, found: Design) -> None:
             vary(found.machine, spec.scatter)
         except QuestionError as reason:
             raise QuestionError(f"scatter{str(reason).removeprefix('vary')}") from None
+
+
+def left_out(spec: Spec, machine: Machine) -> str:
+    """What the runs leave out of a machine that nobody said is ideal: eccentricity and friction, and what typical ones would do.
+
+    They are no scatter by themselves, since coefficients of friction differ by thousands from race to race: a value that nobody
+    gave would decide the order.
+    """
+    found = list[str]()
+    if not any("eccentricity" in name for name in spec.scatter):
+        away = off_center(
+            places_of(machine, assemble(machine, lags=diffusing_lags(machine))), resolve(machine), spec.fastest
+        )
+        for plane in away.planes if away is not None else ():
+            if not plane.given:
+                left = f" and {moment_text(plane.residual)}" * math.isfinite(plane.residual)
+                size = length_text(plane.eccentricity)
+                found.append(
+                    f"eccentricity of the race: {size}, as is typical, would leave a vibration of {size}{left}"
+                )
+                break
+    races = [
+        f"balancers[{b}].races[{r}]" for b, part in enumerate(machine.balancers, 1) for r, _ in enumerate(part.races, 1)
+    ]
+    named = any(word in name for name in spec.scatter for word in FRICTION)
+    if not named and all(race.friction is None for balancer in machine.balancers for race in balancer.races):
+        typical = next(one for one in friction() if one.name == TYPICAL)
+        for race in races:
+            rolling = {"adherence": typical.adherence, "rolling_resistance": typical.rolling_resistance}
+            machine = with_value_at(machine, f"{race}.friction", rolling)
+        held = max((plane.residual_95 for plane in held_by_friction(machine, spec.fastest).planes), default=0.0)
+        found.append(
+            f"friction: that of a {TYPICAL} (adherence {typical.adherence:g}) would leave up to {moment_text(held)} in 95 % of "
+            "starts at this speed, that of others more"
+        )
+    return "; ".join([*found, "give them in the machine or in [scatter], 0 for none"]) if found else ""
 
 
 def study_of(spec: Spec, machine: Machine, one: Candidate, seed: int) -> dict[str, Any]:

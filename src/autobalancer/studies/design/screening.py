@@ -28,6 +28,7 @@ class Design:
     reason: str = ""
     excess: float = 0.0  # how far it misses what rules it out, over what is allowed
     capability: float = math.nan  # of one plane
+    margin: float = math.nan  # capability over what is to be balanced, the least of all planes
     ball_mass: float = math.nan  # of all balls
     pressure: float = math.nan
     viscosity: tuple[float, float] = (math.nan, math.nan)  # cold and warm, of the first race
@@ -35,6 +36,7 @@ class Design:
     border: float = math.nan
     machine: Machine | None = None  # at the middle of the temperatures, with the largest unbalance
     numbers: dict[str, float] = field(default_factory=dict)  # of the runs
+    twins: list[str] = field(default_factory=list)  # other bearings whose ring is the same race
     drag_warning: str = ""  # where its balls leave the range of their drag law
 
     def rule_out(self, stage: str, reason: str, excess: float = math.inf) -> None:
@@ -96,15 +98,18 @@ def _capability(spec: Spec, found: Design) -> None:
         return
     found.ball_mass = planes * one.races * one.count * ball_mass(ring.ball_diameter, density_of_balls(spec))
     if isinstance(spec.machine.rotor, PlanarRotor):
-        _enough(found, planes * found.capability, spec.unbalance[1], "")
+        _enough(spec, found, planes * found.capability, spec.unbalance[1], "")
 
 
-def _enough(found: Design, have: float, need: float, where: str) -> None:
-    if have < need * (1.0 - ROUNDING):
+def _enough(spec: Spec, found: Design, have: float, need: float, where: str) -> None:
+    asked = spec.capability_margin
+    found.margin = min(have / need if need > 0.0 else math.inf, found.margin if found.margin > 0.0 else math.inf)
+    if have < asked * need * (1.0 - ROUNDING):
+        times = f", {have / need:.3g} times as much; needed is {asked:g} times" if asked > 1.0 else ""
         found.rule_out(
             "capability",
-            f"its balls{where} can balance {moment_text(have)} of {moment_text(need)}",
-            need / max(have, 1e-12) - 1.0,
+            f"its balls{where} can balance {moment_text(have)} of {moment_text(need)}{times}",
+            asked * need / max(have, 1e-12) - 1.0,
         )
 
 
@@ -133,7 +138,7 @@ def _machine(spec: Spec, found: Design) -> None:
         if not isinstance(spec.machine.rotor, PlanarRotor):
             for plane in frame_of(found.machine, spec.slowest).stations:
                 if not found.reason:
-                    _enough(found, plane.capability, plane.required, f" at {plane.name!r}")
+                    _enough(spec, found, plane.capability, plane.required, f" at {plane.name!r}")
     except AutobalancerError as reason:
         found.rule_out("fluid" if "fluid" in str(reason) else "space", str(reason))
 

@@ -1,7 +1,8 @@
 """The search where sizes have no steps or candidates are more than can be run: NSGA-II (Deb et al. 2002), by pymoo.
 
 The objectives are those of the specification, in logarithms; what a candidate misses, over what is allowed, is its constraint.
-A generation is screened first, and what is left of it runs together.
+A generation is screened first, and what is left of it runs together. What the generations leave of the budget goes to
+candidates that nobody looked at, those nearest to the best ones first.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.random_numbers import generator
 from autobalancer.studies.design.candidate import Candidate
 from autobalancer.studies.design.coded import Coded
-from autobalancer.studies.design.ranking import objective, used
+from autobalancer.studies.design.ranking import objective, ordered, used
 from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import Spec
 
@@ -27,11 +28,12 @@ Run = Callable[[Sequence[Design]], None]
 FAR = 30.0  # logarithm of an objective that a candidate does not reach
 WORST = 1e3  # of a constraint
 LEAST = 4  # designs of a generation
-TRIED = 40  # candidates screened for each one of the first generation
+TRIED = 40  # candidates screened for each one of the first generation, and in a round behind the last one
+SPREAD = 0.1  # of those where sizes have no steps, about the best designs; the whole range is 1
 
 
 def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
-    """All candidates that the search looked at; those that passed the screens ran, at most the budget.
+    """All candidates that the search looked at; those that passed the screens ran, until the budget was spent or none was left.
 
     Parameters
     ----------
@@ -49,29 +51,37 @@ def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
     """
     nsga, problems, evaluators, static = _pymoo()
     coded = Coded(spec)
-    seen_of: dict[Any, Design] = {}
+    seen: dict[Any, Design] = {}
+    places: dict[int, Floats] = {}  # of designs, by identity: rings that are the same race share one
 
     def designs(rows: Floats) -> list[Design]:
         found = []
         for row in rows:
             one = coded.candidate(row.tolist())
-            if one.key() not in seen_of:
-                seen_of[one.key()] = judge(one)
-            found.append(seen_of[one.key()])
+            if one.key() not in seen:
+                seen[one.key()] = judge(one)
+                places.setdefault(id(seen[one.key()]), row)
+            found.append(seen[one.key()])
         return found
+
+    def known() -> list[Design]:
+        return list({id(one): one for one in seen.values()}.values())
+
+    def spent() -> int:
+        return sum(bool(one.numbers) for one in known())
 
     each = max(LEAST, spec.search.budget // spec.search.generations)
     first = _first(spec, len(coded.names), each, designs)
     algorithm = nsga.NSGA2(pop_size=each, sampling=first)
     problem = problems.Problem(n_var=len(coded.names), n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
     algorithm.setup(problem, termination=("n_gen", spec.search.generations), seed=spec.search.seed, verbose=False)
-    while algorithm.has_next() and _ran(seen_of.values()) < spec.search.budget:
+    while algorithm.has_next() and spent() < spec.search.budget:
         asked = algorithm.ask()
         if asked is None:
             break
         group = designs(asked.get("X"))
-        left = spec.search.budget - _ran(seen_of.values())
-        fresh = {one.candidate.key(): one for one in group if not one.reason and not one.numbers}
+        left = spec.search.budget - spent()
+        fresh = {id(one): one for one in group if not one.reason and not one.numbers}
         run(list(fresh.values())[:left])
         numbers = static.StaticProblem(
             problem,
@@ -80,7 +90,34 @@ def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
         )
         evaluators.Evaluator().eval(numbers, asked)
         algorithm.tell(infills=asked)
-    return list(seen_of.values())
+    for number in range(spec.search.budget):  # what the generations have left of it
+        left, fresh = min(spec.search.budget - spent(), each), {}
+        if left <= 0:
+            break
+        for row in _nearest(spec, coded, known(), places, number):
+            (one,) = designs(row[None])
+            if not one.reason and not one.numbers:
+                fresh[id(one)] = one
+            if len(fresh) == left:
+                break
+        if not fresh:  # there is nothing that nobody looked at
+            break
+        run(list(fresh.values()))
+    return known()
+
+
+def _nearest(spec: Spec, coded: Coded, seen: list[Design], places: dict[int, Floats], number: int) -> Floats:
+    """Candidates as numbers, the nearest to the best designs first: a whole list, or some where sizes have no steps."""
+    ran = [one for one, _ in ordered(spec, [one for one in seen if one.numbers])]
+    best = ran or sorted(seen, key=lambda one: one.excess)
+    middles = np.array([places[id(one)] for one in best[:LEAST]])
+    if coded.free:
+        random = generator(spec.search.seed, 2, number)
+        about = middles[random.integers(len(middles), size=TRIED)]
+        return np.asarray(np.clip(about + SPREAD * random.standard_normal(about.shape), 0.0, 1.0), np.float64)
+    rows = coded.steps()
+    away = np.min([np.linalg.norm(rows - middle, axis=1) for middle in middles], axis=0)
+    return np.asarray(rows[np.argsort(away, kind="stable")], np.float64)
 
 
 def _first(spec: Spec, width: int, each: int, designs: Callable[[Floats], list[Design]]) -> Floats:
@@ -109,10 +146,6 @@ def _missed(spec: Spec, one: Design) -> float:
     if one.reason:
         return 1.0 + min(one.excess, WORST)
     return min(max(used(spec, one) - 1.0, 0.0), WORST) if one.numbers else WORST
-
-
-def _ran(designs: Any) -> int:
-    return sum(bool(one.numbers) for one in designs)
 
 
 def _pymoo() -> tuple[Any, Any, Any, Any]:

@@ -18,6 +18,7 @@ MEASURED = {  # limits on numbers of a run: the name of the measure, its unit, a
     "settling_time": ("settling_time", "s", "settling time of the last ball"),
 }
 STALL, MARGIN, PRESSURE, SHARE = "stall_probability", "border_margin", "contact_pressure", "share"
+ENOUGH = "capability_margin"
 MASS, OUTER, CAPABILITY = "ball_mass", "outer", "capability"
 OBJECTIVES = {**{name: unit for name, (_, unit, _) in MEASURED.items()}, MASS: "kg", OUTER: "m"}
 
@@ -108,6 +109,11 @@ class Spec:
     def share(self) -> float:
         """Share of the runs that must keep each limit."""
         return self.limits.get(SHARE, 0.95)
+
+    @property
+    def capability_margin(self) -> float:
+        """How many times the largest unbalance the balls must be able to balance."""
+        return self.limits.get(ENOUGH, 1.0)
 
     def identity(self) -> dict[str, Any]:
         """What makes it this specification and no other, as plain data."""
