@@ -77,7 +77,7 @@ def test_columns_are_guessed_and_what_the_heads_do_not_say_is_described(tmp_path
 @pytest.mark.parametrize(
     ("file", "content", "words"),
     [
-        ("a.csv", b"time [s],x [um]\n0,1\n1,abc\n", "a.csv, line 3: 'abc' is not a number"),
+        ("a.csv", b"time [s],x [um]\n0,1\n1,abc\n", "a.csv, line 3, column 'x': 'abc' is not a number"),
         ("b.mat", b"MATLAB", "b.mat: cannot be read"),
         ("c.nc", b"netCDF", "c.nc: not a readable result file"),
         ("d.wav", b"RIFF", "d.wav: cannot be read"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import re
 import time
@@ -130,7 +131,8 @@ def test_lists_texts_and_files_of_any_length_are_refused_in_a_few_words(tmp_path
     head, tail = DISCOIDAL[: DISCOIDAL.index("[[balancers]]")], DISCOIDAL[DISCOIDAL.index("[drive]") :]
     balancer = DISCOIDAL[len(head) : -len(tail)]
     race, balls = balancer.index("[[balancers.races]]"), balancer.index("[[balancers.races.balls]]")
-    large, endless = tmp_path / "large.toml", Path("/dev/zero")
+    large, endless, pipe = tmp_path / "large.toml", Path("/dev/zero"), tmp_path / "pipe"
+    os.mkfifo(pipe)
     large.write_text(DISCOIDAL + "#" * 10_000_000)
     for text, told in (
         (head + balancer * 101 + tail, "balancers: given a list of 101 entries; at most 100"),
@@ -145,8 +147,8 @@ def test_lists_texts_and_files_of_any_length_are_refused_in_a_few_words(tmp_path
         answer = refused(text)
         assert told in answer
         assert len(answer) < 4000
-    for path in (large, endless):
-        with pytest.raises(MachineError, match=f"{path}: is larger than 10 MB"):
+    for path, told in ((large, "larger than 10 MB"), (endless, "a device or a pipe"), (pipe, "a device or a pipe")):
+        with pytest.raises(MachineError, match=f"{path}: is {told}"):
             load_machine(path)
 
 

@@ -40,7 +40,7 @@ def test_lines_of_a_logger_above_the_names_are_left_out(tmp_path: Path) -> None:
     file.write_bytes((above + file.read_text(encoding="utf-8")).encode("cp1252"))
     assert ab.measure.load_signals(file)["Lager_süd_x"].values == pytest.approx(WAVE, abs=1e-12)
     file.write_text("x [m];y [m]\n1;1\na;b\n3;3\n", encoding="utf-8")
-    with pytest.raises(ResultError, match="line 3: 'a' is not a number"):
+    with pytest.raises(ResultError, match="line 3, column 'x': 'a' is not a number"):
         ab.measure.load_signals(file, rate=1000.0)
 
 
@@ -93,7 +93,7 @@ def holed(values: np.ndarray) -> np.ndarray:
         ("time [s],x [kg]", (TIME, WAVE), "its unit 'kg' is that of no quantity"),
         ("time [s],x", (TIME, WAVE), "no column has a unit"),
         ("x [um]", (WAVE,), "no column of time; give the rate"),
-        ("0.1,0.2", (TIME, WAVE), "the first line must name the columns"),
+        ("0.1,0.2", (TIME, WAVE), "does not name its columns; describe 1, 2, ... as channels"),
         ("x [um],x [um]", (TIME, WAVE), "column 'x' comes twice"),
         ("time [m],x [um]", (TIME, WAVE), "unit of column 'time'"),
         ("t,x [um]", (TIME, WAVE), r"column 't' has no unit; write it in the first line, such as t \[s\]"),

@@ -426,7 +426,7 @@ def test_units_of_a_universal_file_come_from_its_labels_or_its_dataset_164(tmp_p
     path.write_text(universal_text(HERTZ, MOTIONS[12] / 9.80665, double=True, motion_unit="g"), encoding="ascii")
     is_true(load_receptance(path), 1e-9)
     path.write_text(universal_text(HERTZ, MOTIONS[12], motion_unit="volt"), encoding="ascii")
-    with pytest.raises(ResultError, match="line 2: unit label"):
+    with pytest.raises(ResultError, match="function 1: unit label"):
         load_receptance(path)
 
 
@@ -457,14 +457,14 @@ def test_of_several_functions_one_is_chosen_by_its_number(tmp_path: Path) -> Non
         ("frequency [Hz], real [N/m], imag [N/m]\n1,2,3", "'N/m' is not a unit of a frequency response"),
         ("frequency [m], real [m/N], imag [m/N]\n1,2,3", "unit of column 'frequency'"),
         ("frequency [Hz], real [m/N], imag [mm/N]\n1,2,3", "different units"),
-        ("frequency [Hz], real [m/N], imag [m/N]\n1,2,x", "line 2: '1,2,x' contains something"),
-        ("frequency [Hz], real [m/N], imag [m/N]\n1,2", "line 2: 2 numbers for 3 columns"),
+        ("frequency [Hz], real [m/N], imag [m/N]\n1,2,x", "line 2, column 'imag': 'x' is not a number"),
+        ("frequency [Hz], real [m/N], imag [m/N]\n1,2", "line 2: 2 cells for 3 columns"),
         ("frequency [Hz], real [m/N], imag [m/N]\n1,2,3\n1,2,4", "a frequency comes twice"),
         ("frequency [Hz], real [m/N], imag [m/N]\n1,2,nan", "not a finite number"),
         ("frequency [Hz], real [m/N], imag [m/N]\n1,0,0", "a value is exactly zero"),
-        ("    -1\n    58b     1\n    -1\n", "dataset 58b is binary"),
+        ("    -1\n    58b     1\n    -1\n", "dataset 58b of function 1: its head is not whole"),
         ("    -1\n    15\n    -1\n", "no dataset 58"),
-        ("    -1\n    58\nNONE\nNONE\n    -1\n", "dataset 58 at line 2"),
+        ("    -1\n    58\nNONE\nNONE\n    -1\n", "dataset 58 of function 1: its head is not whole"),
     ],
 )
 def test_files_that_cannot_be_read_are_refused_in_words(tmp_path: Path, text: str, words: str) -> None:

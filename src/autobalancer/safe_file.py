@@ -78,6 +78,15 @@ def ready_to_write(*paths: str | Path | None) -> None:
                 _drop(trial)
 
 
+def not_to_read(path: Path) -> str:
+    """Why there is no file to read at a place: it is missing, a folder, a device or a pipe; empty if there is one."""
+    if path.is_file():
+        return ""
+    if path.is_dir():
+        return "is a folder; give the path of a file"
+    return "is a device or a pipe; give the path of a file" if path.exists() else "no such file"
+
+
 def _beside(place: Path) -> Path:
     """A name for the unfinished file. The netCDF library never lets a file go that it could not write: not that name again."""
     again = f"{_failed.count(place)}-" if place in _failed else ""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine.leaves import Leaf, register
+from autobalancer.safe_file import not_to_read
 
 
 def load(path: str | Path) -> list[type[Leaf]]:
@@ -34,8 +35,8 @@ def load(path: str | Path) -> list[type[Leaf]]:
         a built-in one.
     """
     path = Path(path).resolve()
-    if not path.is_file():
-        raise QuestionError(f"{path}: there is no such file to load")
+    if reason := not_to_read(path):
+        raise QuestionError(f"{path}: {reason}")
     name = f"own_{path.stem}"
     spec = spec_from_file_location(name, path)
     if spec is None or spec.loader is None:

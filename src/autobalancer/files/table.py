@@ -1,37 +1,68 @@
-"""Tables in text files whose first line names the columns with their units, such as ``speed [rpm], angle [deg]``.
+"""Tables in text files with a line of column names and their units, such as ``speed [rpm], angle [deg]``.
 
-Comment lines start with #, columns are parted by comma, semicolon or tab; with semicolons a comma is a decimal mark.
+Units may also stand in a line below the names, and lines of a logger above them. Comment lines start with #. Columns are parted
+by semicolon, tab, comma or blanks. Where a comma does not part columns it is a decimal mark; where commas and dots both stand in
+numbers, a column is read only if its own numbers say which is which: 1,500 beside 2.5 is refused.
 """
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import AutobalancerError, ResultError, UnitError
-from autobalancer.files.text import TABLE, read_text
+from autobalancer.files.text import TABLE, WINDOWS, read_text
 from autobalancer.units import to_si
 
+Floats = NDArray[np.float64]
+LINES = 50  # among which the names of the columns are sought
+SAMPLE = 20  # rows that say what a column holds
+NUMBER, CLOCK, TEXT = "number", "clock", "text"  # what a column holds
 _NAME = (
     r"[A-Za-z_][A-Za-z0-9_. &]*(?:(?<=[A-Za-z0-9_])\[\d+\][A-Za-z_. &]*)*"  # an index follows its name without a space
 )
-_HEAD = re.compile(rf"^\s*\"?\s*({_NAME})\s*(?:[\[(](.*)[\])])?\s*\"?\s*$")
+_HEADS = (
+    re.compile(rf"^({_NAME})\s*(?:[\[(](.*)[\])])?$"),
+    re.compile(r"^(.*?)\s*\[([^\[\]]*)\]$"),
+    re.compile(r"^(.*?)\s*\((.*)\)$"),
+)
+_BLANKS = re.compile(r"\S+(?:\s*[\[(][^\])]*[\])])?")  # a name with its unit, where blanks part the columns
+_POWER = r"(?:[eEdD][+-]?\d+)?"
+_PLAIN = re.compile(rf"^[+-]?(?:\d+([.,]?)\d*|([.,])\d+){_POWER}$")
+_GROUPED = re.compile(r"^[+-]?[1-9]\d{0,2}(?:([.,' ’\u00a0\u202f])\d{3})(?:\1\d{3})*(?:(?!\1)([.,])\d*)?$")
+_NO_NUMBER = {"nan", "+nan", "-nan", "inf", "+inf", "-inf"}
+_GROUPS = str.maketrans("", "", "' ’\u00a0\u202f")
+_CLOCK = re.compile(r"^(?:[\d./-]{6,10}[T ,]+)?\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?(?: ?[AP]M)?(?:Z|[+-]\d{2}:?\d{2})?$")
+_UNITS = (
+    "s sec sek ms us µs μs min h m mm um µm μm mil V mV g N kN Hz rpm 1/min m/s mm/s m/s² m/s2 m/s^2 ° deg Pa bar °C A"
+)
 
 
 @dataclass(frozen=True)
 class Table:
-    """What a table says; ``heads`` has the column and the unit, as written, of each name in lower case."""
+    """What a table says: names and units of its columns, as written, and its lines below with their numbers in the file."""
 
     place: str
-    heads: dict[str, tuple[int, str]]
-    lines: tuple[tuple[int, tuple[str, ...]], ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    lines: tuple[tuple[int, str], ...]
+    separator: str | None
     example: str
     error: type[AutobalancerError]
+
+    @cached_property
+    def heads(self) -> dict[str, tuple[int, str]]:
+        """Column and unit of each name in lower case."""
+        return {name.lower(): (k, self.units[k]) for k, name in enumerate(self.names)}
 
     def texts(self, name: str) -> list[str]:
         """The cells of a column.
@@ -41,12 +72,9 @@ class Table:
         AutobalancerError
             Of the kind of the table, if there is no such column.
         """
-        if name not in self.heads:
-            raise self._missing(repr(name))
-        column = self.heads[name][0]
-        return [cells[column].strip().strip('"').strip() for _, cells in self.lines]
+        return self.cells(self._column(name, repr(name)))
 
-    def numbers(self, name: str, unit: str) -> NDArray[np.float64]:
+    def numbers(self, name: str, unit: str) -> Floats:
         """A column in the SI ``unit``.
 
         Raises
@@ -54,9 +82,8 @@ class Table:
         AutobalancerError
             Of the kind of the table, if the column, its unit or a number is not there or not understood.
         """
-        if name not in self.heads:
-            raise self._missing(f"{name!r} with a unit")
-        column, written = self.heads[name]
+        column = self._column(name, f"{name!r} with a unit")
+        written = self.units[column]
         if not written and unit:
             raise self._missing(f"{name!r} with a unit")
         try:
@@ -64,25 +91,156 @@ class Table:
             factor = float(to_si(f"1 {written}", unit)) - zero
         except UnitError as reason:
             raise self.error(f"{self.place}: unit of column {name!r}: {reason}") from None
-        return np.array([zero + factor * self._number(number, cells[column]) for number, cells in self.lines])
+        values = self.values(column)
+        for k in np.flatnonzero(~np.isfinite(values))[:1]:
+            raise self._odd(column, int(k), "is not a number")
+        with np.errstate(over="ignore"):
+            return np.asarray(zero + factor * values, np.float64)
+
+    def _column(self, name: str, words: str) -> int:
+        if name not in self.heads:
+            raise self._missing(words)
+        if sum(one.lower() == name for one in self.names) > 1:
+            raise self.error(f"{self.place}: column {name!r} comes twice; give each a name of its own")
+        return self.heads[name][0]
 
     def _missing(self, what: str) -> AutobalancerError:
         return self.error(
             f"{self.place}: no column {what}; the first line must name the columns, such as: {self.example}"
         )
 
-    def _number(self, line: int, cell: str) -> float:
+    def _odd(self, column: int, row: int, words: str) -> AutobalancerError:
+        number, line = self.lines[row]
+        cell = split(line, self.separator)[column]
+        return self.error(f"{self.place}, line {number}, column {self.names[column]!r}: {cell[:40]!r} {words}")
+
+    def cells(self, column: int) -> list[str]:
+        """The cells of a column."""
+        return [split(line, self.separator)[column] for _, line in self.lines]
+
+    @cached_property
+    def kinds(self) -> tuple[str, ...]:
+        """What each column holds, by its first cells: numbers, clock times (perhaps with a date) or texts."""
+        rows = [split(line, self.separator) for _, line in self.lines[:SAMPLE]]
+        found = []
+        for column in range(len(self.names)):
+            cells = [row[column] for row in rows if row[column]]
+            clock = cells and all(map(is_clock, cells))
+            found.append(CLOCK if clock else NUMBER if not cells or any(map(is_number, cells)) else TEXT)
+        return tuple(found)
+
+    def values(self, column: int) -> Floats:
+        """The numbers of a column; nan where a cell is empty.
+
+        Raises
+        ------
+        AutobalancerError
+            Of the kind of the table, if a cell is no number, or may be two different ones.
+        """
+        if column in self._quick:
+            return self._quick[column]
+        cells = self.cells(column)
+        decimal = self._decimals.get(column, "." if self.separator == "," else ",")
+        found = np.empty(len(cells))
+        for k, cell in enumerate(cells):
+            if cell and not is_number(cell):
+                raise self._odd(column, k, "is not a number")
+            found[k] = _number(cell, decimal) if cell else math.nan
+        return found
+
+    @cached_property
+    def _quick(self) -> dict[int, Floats]:
+        """The columns of numbers, where one look at the text says what its marks are, and no cell is empty."""
+        text = "\n".join(line for _, line in self.lines)
+        if '"' in text or (self.separator != "," and "," in text and ("." in text or re.search(r",\d*,", text))):
+            return {}
+        wanted = [k for k, kind in enumerate(self.kinds) if kind == NUMBER]
+        if self.separator != ",":
+            text = text.replace(",", ".")
         try:
-            value = float(cell)
+            rows = np.loadtxt(io.StringIO(text), delimiter=self.separator, ndmin=2, comments=None, usecols=wanted)
         except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise self.error(f"{self.place}, line {line}: {cell.strip()!r} is not a number")
-        return value
+            return {}
+        return {k: np.ascontiguousarray(rows[:, i], np.float64) for i, k in enumerate(wanted)}
+
+    @cached_property
+    def _decimals(self) -> dict[int, str]:
+        """The decimal mark of each column of numbers.
+
+        A number such as 0,5 or 1.234,5 or 1,234,567 says itself which mark is which; 1,500 says it only together with others.
+        """
+        sure: dict[int, str] = {}
+        doubtful: dict[
+            int, dict[str, int]
+        ] = {}  # rows of first numbers with a mark that may part decimals or thousands
+        for column in (k for k, kind in enumerate(self.kinds) if kind == NUMBER):
+            for row, cell in enumerate(self.cells(column)):
+                mark, certain = _decimal(cell)
+                if mark and not certain:
+                    doubtful.setdefault(column, {}).setdefault(mark, row)
+                elif mark and sure.setdefault(column, mark) != mark:
+                    raise self._odd(column, row, f"has another decimal mark than numbers above, {sure[column]!r}")
+        there = {*sure.values(), *(mark for marks in doubtful.values() for mark in marks)}
+        for column, marks in doubtful.items():
+            mark, row = next(iter(marks.items()))
+            if column not in sure and there != {mark}:
+                raise self._odd(
+                    column,
+                    row,
+                    "may have a decimal mark or a separator of thousands, as comma and dot both stand in this table; write "
+                    "one decimal mark everywhere and no separators",
+                )
+            sure.setdefault(column, mark)
+        return sure
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number, whatever its marks."""
+    return bool(_PLAIN.match(cell) or _GROUPED.match(cell)) or cell.lower() in _NO_NUMBER
+
+
+def is_clock(cell: str) -> bool:
+    """Whether a cell is a time of day, perhaps with a date."""
+    return _CLOCK.match(cell) is not None
+
+
+def _decimal(cell: str) -> tuple[str, bool]:
+    """The decimal mark of a number, empty if it has no mark at all, and whether that is certain."""
+    grouped = _GROUPED.match(cell)
+    if grouped is None:
+        plain = _PLAIN.match(cell)
+        return (plain[1] or plain[2] or "", True) if plain else ("", True)
+    group, mark = grouped[1], grouped[2]
+    if group not in ".,":
+        return mark or "", True
+    if mark or cell.count(group) > 1:
+        return mark or ",.".replace(group, ""), True
+    return group, False
+
+
+def _number(cell: str, decimal: str) -> float:
+    other = "." if decimal == "," else ","
+    plain = cell.translate(_GROUPS).replace(other, "").replace(decimal, ".")
+    return float(re.sub("[dD]", "e", plain) if plain.lower() not in _NO_NUMBER else plain)
+
+
+def split(line: str, separator: str | None) -> list[str]:
+    """The cells of a line, without quotes and blanks around them; without a separator blanks part them."""
+    if separator is None:
+        return line.split()
+    cells = next(csv.reader([line], delimiter=separator)) if '"' in line else line.split(separator)
+    return [cell.strip().strip('"').strip() for cell in cells]
+
+
+def head_of(cell: str) -> tuple[str, str]:
+    """Name and unit of ``x [um]``."""
+    cell = cell.strip().strip('"').strip()
+    match = next((match for head in _HEADS if (match := head.match(cell))), None)
+    return (match[1].rstrip(" /"), (match[2] or "").strip()) if match else (cell, "")
 
 
 def read_table(path: Path, example: str, place: str = "", error: type[AutobalancerError] = ResultError) -> Table:
-    """Read a table.
+    """Read a table; a file that is neither UTF-8 nor UTF-16 is read as Windows-1252.
 
     Parameters
     ----------
@@ -101,19 +259,87 @@ def read_table(path: Path, example: str, place: str = "", error: type[Autobalanc
         Of the given kind, if the file cannot be read, holds no table, or a line has too few or too many cells.
     """
     place = place or str(path)
-    lines = read_text(path, TABLE, error, place).splitlines()
-    body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    text = read_text(path, TABLE, error, place, WINDOWS)
+    body = [
+        (n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
     if len(body) < 2:
         raise error(f"{place}: no table; the first line must name the columns, such as: {example}")
-    separator = next((mark for mark in (";", "\t", ",") if mark in body[0][1]), ",")
-    names = [_HEAD.match(cell) for cell in body[0][1].split(separator)]
-    heads = {head[1].strip().lower(): (i, (head[2] or "").strip()) for i, head in enumerate(names) if head}
-    found = []
-    for number, line in body[1:]:
-        cells = tuple((line.replace(",", ".") if separator == ";" else line).split(separator))
-        if not "".join(cells[len(names) :]).strip():
-            cells = cells[: len(names)]
-        if len(cells) != len(names):
-            raise error(f"{place}, line {number}: {len(cells)} cells for {len(names)} columns")
-        found.append((number, cells))
-    return Table(place, heads, tuple(found), example, error)
+    separator, heads, first = _layout([line for _, line in body[: LINES + 3]])
+    table = Table(place, *zip(*heads, strict=True), (), separator, example, error)  # type: ignore[arg-type]
+    return Table(place, table.names, table.units, _rows(body[first:], table), separator, example, error)
+
+
+def _rows(body: list[tuple[int, str]], table: Table) -> tuple[tuple[int, str], ...]:
+    """The lines that have a cell for each column; empty cells behind the last one do not count."""
+    count, mark = len(table.names), table.separator
+    for number, line in body:
+        if mark is not None and '"' not in line and line.count(mark) == count - 1:
+            continue
+        cells = split(line, mark)
+        if len(cells) < count or any(cells[count:]):
+            hint = "; where commas are decimal marks, part the columns by semicolons" if mark == "," else ""
+            raise table.error(f"{table.place}, line {number}: {len(cells)} cells for {count} columns{hint}")
+    return tuple(body)
+
+
+def _layout(lines: list[str]) -> tuple[str | None, list[tuple[str, str]], int]:
+    """What parts the columns, their names and units, and the first line of numbers."""
+    for mark in (";", "\t", ",", None):
+        rows = [split(line, mark) for line in lines]
+        data = [_is_data(row, whole=mark is None) for row in rows]
+        for k, row in enumerate(rows[: LINES + 1]):
+            if not all(data[k : k + 3]) or any(not _as_long(row, other) for other in rows[k : k + 3]):
+                continue
+            if k == 0:
+                return mark, _unnamed(row), 0
+            if any(_is_data(rows[j], whole=True) and _as_long(row, rows[j]) for j in range(k)):
+                break  # what stands between lines of numbers is no line of names
+            if mark is None:
+                rows = [_BLANKS.findall(line) if i < k else rows[i] for i, line in enumerate(lines)]
+            if _is_head(rows[k - 1]) and _as_long(rows[k - 1], row):
+                return mark, _heads(rows, k), k
+    mark = next((mark for mark in (";", "\t", ",") if mark in lines[0]), ",")
+    rows = [split(line, mark) for line in lines]
+    return (mark, _unnamed(rows[0]), 0) if all(map(is_number, rows[0])) else (mark, _heads(rows, 1), 1)
+
+
+def _unnamed(row: Sequence[str]) -> list[tuple[str, str]]:
+    return [(str(k), "") for k in range(1, len(row) + 1)]
+
+
+def _is_data(row: Sequence[str], whole: bool) -> bool:
+    """Whether at least half of the cells, or all, are numbers or times."""
+    filled = [cell for cell in row if cell]
+    numbers = sum(is_number(cell) or is_clock(cell) for cell in filled)
+    return len(row) > 1 and numbers > 0 and (numbers == len(filled) if whole else 2 * numbers >= len(filled))
+
+
+def _is_head(row: Sequence[str]) -> bool:
+    return any(row) and not any(is_number(cell) or is_clock(cell) for cell in row)
+
+
+def _as_long(row: Sequence[str], other: Sequence[str]) -> bool:
+    """Whether two lines have as many cells, but for empty ones at their ends."""
+    short, long = sorted((row, other), key=len)
+    return not any(long[len(short) :])
+
+
+def _heads(rows: list[list[str]], first: int) -> list[tuple[str, str]]:
+    """Names and units above the first line of numbers; the units may stand in a line of their own."""
+    block = rows[max(first - 3, 0) : first]
+    while len(block) > 1 and not all(_is_head(row) and _as_long(row, rows[first]) for row in block):
+        block = block[1:]
+    at = next((k for k in (len(block) - 1, len(block) - 2) if k > 0 and _are_units(block[k])), None)
+    names = [head_of(cell) for cell in block[-1 if at is None else at - 1]]
+    below = [] if at is None else [cell.strip("[]()") for cell in block[at]]
+    below += [""] * (len(names) - len(below))
+    while len(names) > 1 and names[-1] == ("", ""):
+        names.pop()
+    return [(name or f"column {k}", unit or below[k - 1]) for k, (name, unit) in enumerate(names, 1)]
+
+
+def _are_units(row: Sequence[str]) -> bool:
+    filled = [cell for cell in row if cell]
+    bracketed = all(re.fullmatch(r"\[.*\]|\(.*\)", cell) for cell in filled)
+    return bracketed or (any(cell in _UNITS.split() for cell in filled) and all(len(cell) <= 12 for cell in filled))

@@ -12,7 +12,8 @@ from autobalancer.errors import ResultError
 from autobalancer.results.answers.kinds import as_kind, kind_of
 from autobalancer.results.export import WRITERS
 from autobalancer.results.provenance import MAKER, provenance
-from autobalancer.safe_file import ready_to_write, write_safely, write_text_safely
+from autobalancer.results.signals.universal_file import UNIVERSAL, universal_text
+from autobalancer.safe_file import not_to_read, ready_to_write, write_safely, write_text_safely
 
 NUMBERS = {
     "time",
@@ -26,7 +27,6 @@ NUMBERS = {
     "envelope_high",
     "turn_time",
 }
-UNIVERSAL = (".uff", ".unv")  # of signals
 KIND, LISTED = "answer", "lists"  # attributes of a file: which class it was, and which attributes were lists
 # files of earlier versions do not say which of their attributes were lists
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
@@ -68,8 +68,6 @@ def _write(run: xr.Dataset, path: Path) -> Path:
         whole = _with_kind(run)
         return write_safely(path, lambda file: whole.to_netcdf(file, engine="netcdf4"))
     if kind in UNIVERSAL:
-        from autobalancer.results.signals.universal_file import universal_text
-
         return write_text_safely(path, universal_text(run))
     if kind not in WRITERS:
         ready_to_write(path)  # a device or a folder is named as such
@@ -103,8 +101,8 @@ def load_run(path: str | Path) -> xr.Dataset:
         If the file does not exist, is damaged, or was not written by this package.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ResultError(f"{path}: {'is a folder; give the path of a file' if path.is_dir() else 'no such file'}")
+    if reason := not_to_read(path):
+        raise ResultError(f"{path}: {reason}")
     if path.suffix == ".toml":
         raise ResultError(
             f"{path}: is no result but a machine file; 'autobalancer simulate {path}' makes a result of it"

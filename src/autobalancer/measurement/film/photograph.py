@@ -19,6 +19,7 @@ from autobalancer.measurement.film.pictures import Reader
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
+from autobalancer.safe_file import not_to_read
 
 Floats = NDArray[np.float64]
 Gray = NDArray[np.uint8]
@@ -105,6 +106,8 @@ def _gray(given: str | Path | ArrayLike) -> Gray:
     if isinstance(given, str | Path):
         from PIL import Image, UnidentifiedImageError
 
+        if reason := not_to_read(Path(given)):
+            raise ResultError(f"{given}: {reason}")
         try:
             with Image.open(given) as found:
                 return np.asarray(found.convert("L"), np.uint8)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.safe_file import write_safely
+from autobalancer.safe_file import not_to_read
 
 Gray = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -98,8 +99,8 @@ def film_facts(path: str | Path) -> tuple[float, int, tuple[int, int]]:
 
 
 def _open(path: Path) -> Any:
-    if not path.is_file():
-        raise ResultError(f"{path}: there is no such film")
+    if reason := not_to_read(path):
+        raise ResultError(f"{path}: {reason}")
     _encoder(path)
     from imageio_ffmpeg import read_frames
 

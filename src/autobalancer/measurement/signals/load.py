@@ -9,17 +9,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError, RangeWarning, ResultError, UnitError, warn
-from autobalancer.files.samples import sample_hint
-from autobalancer.measurement.signals.arrays import read_arrays, read_sound
+from autobalancer.errors import QuestionError, RangeWarning, UnitError, warn
 from autobalancer.measurement.signals.checks import doubts, refuse_implausible, refuse_missing
 from autobalancer.measurement.signals.described import Described, DescribedChannel, described_channels
 from autobalancer.measurement.signals.form import UNITS, Channel, signals
-from autobalancer.measurement.signals.raw import RawColumn, RawFile
-from autobalancer.measurement.signals.table import read_signal_table
-from autobalancer.measurement.signals.timebase import even, grid_of, instants, resampled, uneven_text
+from autobalancer.measurement.signals.formats import RawColumn, RawFile, read_raw
+from autobalancer.measurement.signals.timebase import even, grid_of, instants, rate_remarks, resampled, uneven_text
 from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
-from autobalancer.measurement.signals.universal import is_universal, read_universal_signals
 from autobalancer.results.signals.signals import Signals
 from autobalancer.results.store import load_run
 from autobalancer.units import optional_argument, to_si
@@ -43,10 +39,11 @@ def load_signals(
     Parameters
     ----------
     path
-        A table (``.csv``, ``.txt``, ...) whose first line names the columns, best with their units: ``time [s], x [um],
-        tacho [V]``; a universal file with time records (datasets 58 and 58b); arrays of equal length with ``time`` (s) or
-        ``rate`` (Hz) in ``.npz`` or ``.mat``; a sound file (``.wav``), whose channels are called 1, 2, ... and need a
-        ``full_scale``; or a file that :func:`~autobalancer.save_run` wrote (``.nc``).
+        A table (``.csv``, ``.txt``, ...) with a line that names the columns, best with their units, ``time [s], x [um],
+        tacho [V]``, or with these in the line below; a universal file with time records (datasets 58 and 58b); arrays of equal
+        length with ``time`` (s) or ``rate`` (Hz) in ``.npz`` or ``.mat``; a sound file (``.wav``), whose channels are called
+        1, 2, ... and need a ``full_scale``; a file that :func:`~autobalancer.save_run` wrote (``.nc``); with the extra
+        ``autobalancer[signals]`` HDF5 (``.h5``, MATLAB 7.3), TDMS and LabVIEW (``.lvm``).
     channels
         What the channels are: a TOML file with a table ``channels``, or the same as a dict,
         ``{"x": {"column": "ai0", "quantity": "displacement", "unit": "um", "place": "bearing A", "direction": "x"}}``, with
@@ -54,7 +51,7 @@ def load_signals(
         instants, whatever it is called. By default ``NAME.channels.toml`` beside the file, if there is one, else every column
         with a unit.
     rate
-        Samples in a second (Hz), where the file has no column of time.
+        Samples in a second (Hz), where the file has no column of time, or one that is too coarse: the rate counts.
     resample
         Even rate (Hz) to which unevenly spaced samples are brought by a spline of degree five.
     start, end
@@ -79,28 +76,12 @@ def load_signals(
         return _own(load_run(path), path)
     raw, described = _timed(read_raw(path), described_channels(channels, path))
     wanted = None if resample is None else hertz_argument("resample", resample)
-    t = instants(raw, None if rate is None else hertz_argument("rate", rate))
+    known = None if rate is None else hertz_argument("rate", rate)
+    t = instants(raw, known)
     used = _piece(t, optional_argument("start", start, "s"), optional_argument("end", end, "s"), raw.origin)
-    found = _channels(raw, described, used, t, implausible)
-    return _signals(raw, t[used], found, wanted)
-
-
-def read_raw(path: Path) -> RawFile:
-    """The columns of a file, whatever its format.
-
-    Raises
-    ------
-    ResultError
-        If it cannot be read.
-    """
-    if not path.is_file():
-        raise ResultError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}{sample_hint(path)}")
-    suffix = path.suffix.lower()
-    if suffix in (".npz", ".mat"):
-        return read_arrays(path)
-    if suffix == ".wav":
-        return read_sound(path)
-    return read_universal_signals(path) if is_universal(path) else read_signal_table(path)
+    found, left = _channels(raw, described, used, t, implausible)
+    remarks = [*raw.remarks, *rate_remarks(raw, t, known), *left]
+    return _signals(raw if known is None else replace(raw, quantum=0.0), t[used], found, wanted, remarks)
 
 
 def _timed(raw: RawFile, described: dict[str, DescribedChannel]) -> tuple[RawFile, dict[str, DescribedChannel]]:
@@ -111,13 +92,15 @@ def _timed(raw: RawFile, described: dict[str, DescribedChannel]) -> tuple[RawFil
     if len(clocks) > 1:
         raise QuestionError(f"{raw.origin}: channels {' and '.join(clocks)}: only one can be the time")
     (name, words), *_ = clocks.items()
+    rest = {key: one for key, one in described.items() if key != name}
+    if raw.time is not None and (words.column or name) == raw.clock:
+        return raw, rest
     column = _column(raw, name, words)
     try:
         factor = factor_to(words.unit or column.unit, "s")
     except UnitError as reason:
         raise QuestionError(f"{raw.origin}: channel {name!r}: {reason}") from None
     others = {key: one for key, one in raw.columns.items() if one is not column}
-    rest = {key: one for key, one in described.items() if key != name}
     return replace(raw, time=factor * column.values, rate=None, columns=others, quantum=factor * column.quantum), rest
 
 
@@ -145,13 +128,18 @@ def _piece(t: Floats, start: float | None, end: float | None, origin: str) -> sl
 
 def _channels(
     raw: RawFile, described: dict[str, DescribedChannel], used: slice, t: Floats, implausible: bool
-) -> dict[str, Channel]:
+) -> tuple[dict[str, Channel], list[str]]:
+    """The channels, and which columns were left out although nobody asked for that."""
+    left = []
     if not described:
-        described = {
-            name.replace(" ", "_"): DescribedChannel(column=name)
-            for name, column in raw.columns.items()
-            if column.unit or column.quantity or is_tacho(name)
-        }
+        names = [name for name in raw.columns if name != raw.clock]
+        known = [name for name in names if raw.columns[name].unit or raw.columns[name].quantity or is_tacho(name)]
+        described = {name.replace(" ", "_"): DescribedChannel(column=name) for name in known}
+        left = [
+            f"{name} has no unit and was left out; describe it as a channel to use it"
+            for name in names
+            if name not in known
+        ]
     if not described:
         raise QuestionError(
             f"{raw.origin}: no column has a unit; write it in brackets after the name, or describe the channels, such as "
@@ -167,7 +155,7 @@ def _channels(
         if not implausible:
             refuse_implausible(name, channel.quantity, values)
         found[name] = channel
-    return found
+    return found, left
 
 
 def _channel(origin: str, name: str, words: DescribedChannel, column: RawColumn, values: Floats) -> Channel:
@@ -200,8 +188,8 @@ def _direction(name: str) -> str:
     return last[0] if last[0] in ("x", "y", "z") else ""
 
 
-def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float | None) -> Signals:
-    remarks = [text for name, one in found.items() for text in doubts(name, one.quantity, t, np.asarray(one.values))]
+def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float | None, remarks: list[str]) -> Signals:
+    remarks += [text for name, one in found.items() for text in doubts(name, one.quantity, t, np.asarray(one.values))]
     if wanted is None:
         exact = even(t, raw.quantum, raw.origin)
         if exact is None:

@@ -8,7 +8,7 @@ from scipy.interpolate import make_interp_spline
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.signals.form import UNEVEN
-from autobalancer.measurement.signals.raw import RawFile
+from autobalancer.measurement.signals.formats import RawFile
 
 Floats = NDArray[np.float64]
 GAP = 1.5  # steps; a longer one is a gap
@@ -23,22 +23,42 @@ def instants(raw: RawFile, rate: float | None) -> Floats:
     QuestionError
         If neither the file nor the caller says them, or they do not ascend.
     """
-    if raw.time is None:
+    if raw.time is None or rate is not None:
         known = rate or raw.rate
         if known is None:
-            raise QuestionError(f"{raw.origin}: no column of time; give the rate of the samples, such as rate='2 kHz'")
+            why = raw.timeless or "no column of time"
+            raise QuestionError(
+                f"{raw.origin}: {why}; {'or ' * bool(raw.timeless)}give the rate of the samples, such as rate='2 kHz'"
+            )
         size = next((column.values.size for column in raw.columns.values()), 0)
-        return np.asarray(np.arange(size) / known, np.float64)
-    if rate is not None:
-        raise QuestionError(f"{raw.origin}: has a column of time; leave out the rate, or use resample")
+        start = 0.0 if raw.time is None or not np.isfinite(raw.time[:1]).all() else float(raw.time[0])
+        return np.asarray(start + np.arange(size) / known, np.float64)
     t = raw.time
     if not np.isfinite(t).all():
         raise QuestionError(f"{raw.origin}: time: sample {int(np.flatnonzero(~np.isfinite(t))[0]) + 1} is not a number")
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if back.size:
         after = t[back[0]]
-        raise QuestionError(f"{raw.origin}: time must ascend; after {after:.9g} s comes {t[back[0] + 1]:.9g} s")
+        rounded = (np.diff(t) >= 0.0).all() and t[-1] > t[0]
+        hint = f". {_overruled(t)}" if rounded else ""
+        raise QuestionError(f"{raw.origin}: time must ascend; after {after:.9g} s comes {t[back[0] + 1]:.9g} s{hint}")
     return t
+
+
+def _overruled(t: Floats) -> str:
+    """The way out for times that a logger rounded too coarsely, with the rate that they have on average."""
+    rate = (t.size - 1) / float(t[-1] - t[0])
+    return f"If the samples are even and only their times are rounded, give their rate, such as rate='{rate:.5g} Hz'"
+
+
+def rate_remarks(raw: RawFile, t: Floats, rate: float | None) -> list[str]:
+    """What is to be said where a rate takes the place of a column of time."""
+    if raw.time is None or rate is None or raw.time.size < 2:
+        return []
+    span, own = float(raw.time[-1] - raw.time[0]), float(t[-1] - t[0])
+    apart = np.isfinite(span) and abs(span - own) > max(0.01 * own, 2.0 * raw.quantum)
+    odd = f"; by it the file lasts {span:.4g} s, by the rate {own:.4g} s" if apart else ""
+    return [f"the rate of {rate:.6g} Hz is used, not the column of time{odd}"]
 
 
 def even(t: Floats, quantum: float, origin: str) -> Floats | None:
@@ -78,7 +98,7 @@ def uneven_text(t: Floats, origin: str) -> str:
     low, high = 1.0 / steps.max(), 1.0 / steps.min()
     return (
         f"{origin}: the samples are not evenly spaced: steps from {steps.min():.4g} s to {steps.max():.4g} s, the oddest "
-        f"at {t[i]:.6g} s. Resample them, for example resample='{0.5 * (low + high):.4g} Hz'"
+        f"at {t[i]:.6g} s. Resample them, for example resample='{0.5 * (low + high):.4g} Hz'. {_overruled(t)}"
     )
 
 

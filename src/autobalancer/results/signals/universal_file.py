@@ -1,14 +1,22 @@
-"""Signals as a universal file: a time record in dataset 58 (ASCII) for each channel.
+"""Universal files: functions in dataset 58 (ASCII) and 58b (binary), with units of dataset 164; signals are written in 58.
 
-Format after the description of the Structural Dynamics Research Laboratory, University of Cincinnati. The name of a channel is
-the first line of its record; in the fifth stand its quantity and direction, which the format has no place for where they are a
-tacho or an angle.
+Format after the description of the Structural Dynamics Research Laboratory, University of Cincinnati. Programs write it in their
+own ways: the mark that closes binary numbers may follow these at once, one mark may stand between two datasets where two
+belong, texts may be in UTF-8. All of that is read, and functions are counted against their marks.
+
+In files of this package the name of a channel is the first line of its record; in the fifth stand its quantity and direction,
+which the format has no place for where they are a tacho or an angle.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError
 
@@ -16,6 +24,165 @@ KINDS = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 9, "pre
 AXES = {"x": 1, "y": 2, "z": 3}
 OWN = "autobalancer"  # first word of the fifth line
 IN_LINE, LONGEST = 4, 10  # numbers in a line; letters of a place
+UNIVERSAL = (".uff", ".unv")  # how names of such files end
+HEADS = 11  # lines of a function before its numbers
+_MARK = re.compile(rb"^ {0,4}-1 *\r?(?:\n|\Z)", re.MULTILINE)
+_CLOSE = re.compile(rb"[\r\n]* {4}-1 *\r?(?:\n|\Z)")  # after binary numbers, which end wherever they end
+_HEAD = re.compile(rb" *(\d{1,5})(b?)([^\n]*)\n")
+_STARTS = re.compile(rb" {0,4}-1 *\r?\n {4}58[b \r\n]")
+_BEGIN = re.compile(rb"(?:\xef\xbb\xbf)?\s*-1 *\r?\n *\d+b?\s")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What the numbers of one axis are: the code of the format and the label of their unit, empty where there is none."""
+
+    kind: int
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """One function as it stands in the file; ``length`` and ``force`` are the SI values of the units of dataset 164."""
+
+    kind: int
+    words: tuple[str, ...]
+    response: tuple[str, int]  # node, direction
+    reference: tuple[str, int]
+    abscissa: NDArray[np.float64]
+    values: NDArray[np.float64] | NDArray[np.complex128]
+    axes: tuple[Axis, Axis, Axis]  # abscissa, numerator, denominator
+    length: float
+    force: float
+
+
+def is_universal(start: bytes) -> bool:
+    """Whether a file begins as universal files do."""
+    return _BEGIN.match(start) is not None
+
+
+def read_universal(content: bytes, name: str) -> tuple[list[Function], list[str]]:
+    """All functions of a universal file, and what is to be said of those that could not be found.
+
+    Raises
+    ------
+    ResultError
+        If one is damaged or in a format of numbers that is not IEEE.
+    """
+    length = force = 1.0
+    found: list[Function] = []
+    for kind, binary, body in _datasets(content):
+        try:
+            if kind == "164":
+                parts = body.decode("latin-1").replace("D", "E").split("\n")[1].split()
+                length, force = (1.0 / float(part) for part in parts[:2])
+            elif kind == "58":
+                found.append(_function(body, binary, length, force))
+        except (ValueError, IndexError, ArithmeticError) as reason:
+            place = f"dataset {kind}{'b' if binary else ''}" + f" of function {len(found) + 1}" * (kind == "58")
+            raise ResultError(f"{name}, {place}: {reason}") from None
+    there = len(_STARTS.findall(content))
+    lost = f"{len(found)} of {there} functions (datasets 58) could be read; lengths or marks of the others are wrong"
+    return found, [lost] if there > len(found) else []
+
+
+def _datasets(content: bytes) -> Iterator[tuple[str, list[str], bytes]]:
+    """Number, words that only binary ones have, and the rest of each dataset."""
+    mark = _MARK.search(content)
+    while mark is not None:
+        head = _HEAD.match(content, mark.end())
+        if head is None:  # a mark that only closes
+            mark = _MARK.search(content, mark.end())
+            continue
+        words = head[3].decode("latin-1").split() if head[2] else []
+        start = head.end()
+        if words:
+            for _ in range(HEADS):
+                start = content.find(b"\n", start) + 1 or len(content)
+            announced = int(words[3]) if len(words) > 3 and words[3].isdigit() else 0
+            mark = _CLOSE.match(content, start + announced) or _CLOSE.search(content, start)
+        else:
+            mark = _MARK.search(content, start)
+        yield head[1].decode(), words, content[head.end() : mark.start() if mark is not None else len(content)]
+
+
+def _function(body: bytes, binary: list[str], length: float, force: float) -> Function:
+    lines = body.split(b"\n", HEADS)
+    if len(lines) <= HEADS or (binary and len(binary) < 4):
+        raise ValueError(f"its head is not whole, {HEADS} lines and of binary numbers their form and length")
+    words = [_text(line).rstrip().ljust(80) for line in lines[:HEADS]]
+    place, shape = words[5], words[6]
+    form, count, even = (int(shape[i : i + 10]) for i in (0, 10, 20))
+    if form not in (2, 4, 5, 6):
+        raise ValueError(f"ordinate data type {form}; must be 2, 4, 5 or 6, real or complex numbers")
+    numbers = _numbers(lines[HEADS], binary, count, form, even == 1)
+    start, step = (float(shape[i : i + 13]) for i in (30, 43))
+    parts = numbers if even == 1 else numbers[:, 1:]
+    return Function(
+        kind=int(place[:5]),
+        words=tuple(line.strip() for line in words[:5]),
+        response=(place[41:51].strip(), int(place[51:55].strip() or 0)),
+        reference=(place[66:76].strip(), int(place[76:80].strip() or 0)),
+        abscissa=np.asarray(start + step * np.arange(count) if even == 1 else numbers[:, 0], np.float64),
+        values=parts[:, 0] if form < 5 else parts[:, 0] + 1j * parts[:, 1],
+        axes=(_axis(lines[7]), _axis(lines[8]), _axis(lines[9])),
+        length=length,
+        force=force,
+    )
+
+
+def _text(line: bytes) -> str:
+    try:
+        return line.decode("utf-8")
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def _axis(line: bytes) -> Axis:
+    """Columns are counted in letters, by some programs in bytes: then the gap before the unit is not where it should be."""
+    text = _text(line.rstrip()).ljust(80)
+    label = text[47:67] if text[46] == " " else _text(line[47:67])
+    label = label.strip()
+    return Axis(int(text[:10]), "" if label.upper() == "NONE" else label)
+
+
+def _numbers(block: bytes, binary: list[str], count: int, form: int, even: bool) -> NDArray[np.float64]:
+    """Rows of abscissa (where uneven) and one or two parts of each value."""
+    each, single = (1 if form < 5 else 2) + (not even), form in (2, 5)
+    if not binary:
+        return _written(block, count, each, single, even)
+    if binary[1] != "2":
+        raise ValueError("the numbers are not in IEEE format; export them so, or as ASCII (dataset 58)")
+    order = "<" if binary[0] == "1" else ">"
+    kinds = [order + ("f4" if single else "f8")] * each
+    if not single and not even and int(binary[3]) == count * (8 * each - 4):
+        kinds[0] = order + "f4"  # the abscissa alone is single
+    row = np.dtype([(f"part{k}", kind) for k, kind in enumerate(kinds)])
+    if len(block) < count * row.itemsize:
+        raise ValueError(f"the file ends before its {count} values do")
+    rows = np.frombuffer(block, row, count)
+    return np.stack([rows[name].astype(np.float64) for name in row.names or ()], axis=1)
+
+
+def _written(block: bytes, count: int, each: int, single: bool, even: bool) -> NDArray[np.float64]:
+    """Fields of fixed width: 13, 20, or 13 and 20 in turn where double values are uneven; else parted by blanks."""
+    widths = [13] if single else [20] if even else [13, *[20] * (each - 1)]
+    text = block.decode("latin-1").replace("D", "E").replace("d", "E")
+    found: list[float] = []
+    try:
+        for line in text.splitlines():
+            at, rest = 0, line.rstrip()
+            while at < len(rest):
+                wide = widths[len(found) % len(widths)]
+                found.append(float(rest[at : at + wide]))
+                at += wide
+    except ValueError:
+        found = []
+    if len(found) != count * each:
+        found = [float(part) for part in text.split()]
+    if len(found) != count * each:
+        raise ValueError(f"{len(found)} numbers where {count * each} are announced")
+    return np.array(found, np.float64).reshape(count, each)
 
 
 def universal_text(signals: xr.Dataset) -> str:

@@ -1,23 +1,47 @@
-"""Measured receptances from files: deflection over force at the race, whatever was measured and in which unit."""
+"""Measured receptances from files: deflection over force at the race, whatever was measured and in which unit.
+
+Tables, and universal files with frequency responses, in ASCII (dataset 58) or binary (58b).
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import QuestionError, RangeWarning, ResultError, UnitError, warn
 from autobalancer.files.samples import sample_hint
+from autobalancer.files.table import Table, read_table
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
-from autobalancer.units import optional_argument
+from autobalancer.results.signals.universal_file import UNIVERSAL, Function, is_universal, read_universal
+from autobalancer.safe_file import not_to_read
+from autobalancer.units import optional_argument, to_si
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 POWERS = {"receptance": 0, "mobility": 1, "accelerance": 2}  # of i w, to divide by
+LENGTHS = {"receptance": "m", "mobility": "m/s", "accelerance": "m/s^2"}
+MOTIONS = {8: "receptance", 11: "mobility", 12: "accelerance"}  # kinds of data of universal files
+RESPONSE, FREQUENCY, FORCE, UNSAID = (
+    4,
+    18,
+    (9, 13),
+    (0, 1),
+)  # function; abscissa; reaction and excitation; unknown, general
+EXAMPLE = "frequency [Hz], real [m/N], imag [m/N]"
+WORDS = {
+    "frequency": ("frequency", "freq", "f"),
+    "real": ("real", "re", "real part"),
+    "imag": ("imag", "im", "imaginary", "imag part", "imaginary part"),
+    "amplitude": ("amplitude", "magnitude", "abs", "mag"),
+    "phase": ("phase", "angle"),
+    "coherence": ("coherence", "coh"),
+}
 
 
 def load_receptance(
@@ -30,7 +54,7 @@ def load_receptance(
     path
         A table (``.csv``, ``.txt``, ...) with a line of column names, each with its unit in brackets, such as
         ``frequency [Hz], real [m/s^2/N], imag [m/s^2/N]``; ``amplitude [...]`` and ``phase [deg]`` can be used instead,
-        and ``coherence`` is used if present. Or a universal file with datasets of type 58 in ASCII.
+        and ``coherence`` is used if present. Or a universal file with datasets of type 58 or 58b.
     function
         Which frequency response of a universal file, counted from 1; by default the only one at a driving point.
     mass_added
@@ -50,19 +74,18 @@ def load_receptance(
     QuestionError
         If the added mass is negative.
     """
-    from autobalancer.rotordynamics.receptance.table_file import read_table
-    from autobalancer.rotordynamics.receptance.universal_file import read_universal
-
     path = Path(path)
-    try:
-        text = path.read_bytes().decode("utf-8-sig", errors="replace")
-    except OSError as reason:
-        raise ResultError(f"{path}: cannot be read: {reason.strerror}{sample_hint(path)}") from None
-    lines = text.splitlines()
-    if any(line.strip() == "-1" for line in lines[:5]):
-        found = read_universal(lines, path.name, function)
+    if reason := not_to_read(path):
+        raise ResultError(f"{path}: cannot be read: {reason}{sample_hint(path)}")
+    with path.open("rb") as file:
+        start = file.read(1024)
+    if is_universal(start) or path.suffix.lower() in UNIVERSAL:
+        functions, lost = read_universal(path.read_bytes(), path.name)
+        found = _of_functions(functions, path.name, function)
+        for text in lost:
+            warn(f"{path.name}: {text}", RangeWarning)
     else:
-        found = read_table(lines, path.name)
+        found = _of_table(read_table(path, EXAMPLE, path.name))
     mass = optional_argument("mass_added", mass_added, "kg")
     return found if mass is None else _without(found, mass)
 
@@ -77,6 +100,110 @@ def _without(measured: xr.Dataset, mass: float) -> xr.Dataset:
     for name, part in (("receptance_real", values.real), ("receptance_imag", values.imag)):
         found[name] = measured[name].copy(data=part)
     return found.assign_attrs(mass_added=mass)
+
+
+def _of_table(table: Table) -> xr.Dataset:
+    """The receptance in a table of real and imaginary part, or of amplitude and phase."""
+    at = {word: name for name in table.heads for word, names in WORDS.items() if name in names}
+    first, second = ("amplitude", "phase") if "amplitude" in at else ("real", "imag")
+    for needed in ("frequency", first, second):
+        if needed not in at:
+            raise ResultError(
+                f"{table.place}: no column {needed!r}; the columns must be frequency and real, imag (or amplitude, phase), "
+                f"such as: {EXAMPLE}"
+            )
+        if not table.heads[at[needed]][1]:
+            unit = {"frequency": "Hz", "phase": "deg"}.get(needed, "m/N")
+            raise ResultError(
+                f"{table.place}: column {at[needed]!r} has no unit; write it in brackets, such as {at[needed]} [{unit}]"
+            )
+    kind, factor = _kind(table.heads[at[first]][1], table.place)
+    if first == "real" and _kind(table.heads[at[second]][1], table.place) != (kind, factor):
+        raise ResultError(f"{table.place}: real and imaginary part have different units")
+    frequency, one = table.numbers(at["frequency"], "rad/s"), table.values(table.heads[at[first]][0])
+    if first == "amplitude":
+        values = one * np.exp(1j * table.numbers(at["phase"], "rad"))
+    else:
+        values = one + 1j * table.values(table.heads[at[second]][0])
+    coherence = table.values(table.heads[at["coherence"]][0]) if "coherence" in at else None
+    return receptance_dataset(frequency, factor * values, kind, title=table.place, coherence=coherence)
+
+
+def _kind(unit: str, place: str) -> tuple[str, float]:
+    for kind, length in LENGTHS.items():
+        try:
+            return kind, _factor(unit, f"{length}/N")
+        except UnitError:
+            continue
+    raise ResultError(
+        f"{place}: {unit!r} is not a unit of a frequency response; give deflection, velocity or acceleration over force, "
+        "such as m/N, mm/s/N or m/s^2/N"
+    )
+
+
+def _factor(unit: str, si: str) -> float:
+    """How many ``si`` one ``unit`` is; m/s2 and m/s² are understood, too, and g where an acceleration is wanted."""
+    plain = re.sub(r"(?<=[A-Za-z])(\d)", r"^\1", unit.replace("²", "2"))
+    if plain in ("g", "G") and si == "m/s^2":
+        plain = "g_0"
+    return float(to_si(f"1 {plain}", si))
+
+
+def _of_functions(functions: list[Function], name: str, number: int | None) -> xr.Dataset:
+    """The wanted frequency response of a universal file, by default the only one at a driving point."""
+    found: list[tuple[Function, str, float]] = []
+    odd = []
+    for k, one in enumerate(functions, 1):
+        if one.kind == RESPONSE and one.axes[0].kind in (FREQUENCY, *UNSAID):
+            kind, factor, label = _response(one, f"{name}, function {k}")
+            found += [(one, kind, factor)] if kind else []
+            odd += [] if kind else [f"function {k} is {label}"]
+    if not found:
+        others = "; ".join(odd[:3]) or f"{len(functions)} other functions"
+        raise ResultError(f"{name}: no dataset 58 with a frequency response of motion over force, but {others}")
+    driving = [(one, *rest) for one, *rest in found if _at_one_point(one)]
+    candidates = driving if number is None else found[number - 1 : number] if number > 0 else []
+    if len(candidates) != 1:
+        rows = "; ".join(
+            f"{i}: {kind}, node {f.response[0]} direction {f.response[1]} over node {f.reference[0]} direction {f.reference[1]}"
+            for i, (f, kind, _) in enumerate(found, 1)
+        )
+        raise ResultError(
+            f"{name}: choose one function by its number, the one at the race along one line. There are {rows}"
+        )
+    one, kind, factor = candidates[0]
+    sign = np.sign(one.response[1] or 1) * np.sign(one.reference[1] or 1)  # minus directions of an accelerometer
+    hertz = _labeled(one.axes[0].unit, "rad/s", 2.0 * math.pi, name)
+    title = f"{name}, {one.words[0]}"
+    return receptance_dataset(hertz * one.abscissa, float(sign) * factor * one.values, kind, title=title)
+
+
+def _at_one_point(one: Function) -> bool:
+    return one.response[0] == one.reference[0] and abs(one.response[1]) == abs(one.reference[1])
+
+
+def _response(one: Function, place: str) -> tuple[str, float, str]:
+    """Kind of a frequency response, and its SI value; of one that is none of motion over force what it is."""
+    _, over, under = one.axes
+    if not np.iscomplexobj(one.values):
+        raise ResultError(f"{place}: the values are not complex")
+    if over.kind in MOTIONS and under.kind in FORCE:
+        kind = MOTIONS[over.kind]
+        force = _labeled(under.unit, "N", one.force, place)
+        return kind, _labeled(over.unit, LENGTHS[kind], one.length, place) / force, ""
+    if over.unit and under.kind in UNSAID and not under.unit:  # the unit of the whole as its label
+        try:
+            return *_kind(over.unit, place), ""
+        except ResultError:
+            pass
+    return "", 0.0, f"{over.unit or 'of no unit'} (kind {over.kind}) over {under.unit or 'no unit'} (kind {under.kind})"
+
+
+def _labeled(label: str, si: str, default: float, place: str) -> float:
+    try:
+        return _factor(label, si) if label else default
+    except UnitError as reason:
+        raise ResultError(f"{place}: unit label: {reason}") from None
 
 
 def receptance_dataset(

@@ -11,7 +11,7 @@ import tomli_w
 
 from autobalancer.errors import UnitError
 from autobalancer.measurement.signals.form import DIRECTIONS, UNITS
-from autobalancer.measurement.signals.raw import RawColumn, RawFile
+from autobalancer.measurement.signals.formats import RawColumn, RawFile
 from autobalancer.measurement.signals.unit_words import factor_to, quantity_of
 
 OUT, TIME = "", "time"

@@ -180,7 +180,7 @@ class Shelf:
     def preview(self, name: str) -> list[str]:
         """The first lines of a table; of another file what it has."""
         from autobalancer.measurement.comparison.opened import load_measured
-        from autobalancer.measurement.signals.load import read_raw
+        from autobalancer.measurement.signals.formats import read_raw
 
         path = self.path(name)
         if path.suffix.lower() in TABLES:
@@ -242,7 +242,7 @@ def _kind(path: Path) -> tuple[str, Reading]:
     """
     from autobalancer.measurement.comparison.opened import load_measured
     from autobalancer.measurement.comparison.order_curves import is_orders
-    from autobalancer.measurement.signals.load import read_raw
+    from autobalancer.measurement.signals.formats import read_raw
 
     with FILES:
         if path.suffix.lower() == ".nc":

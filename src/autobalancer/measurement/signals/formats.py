@@ -1,0 +1,473 @@
+"""Files of measured signals, whatever their format, as columns before they are channels."""
+
+from __future__ import annotations
+
+import re
+import warnings
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from autobalancer.errors import ResultError, UnitError
+from autobalancer.files.samples import sample_hint
+from autobalancer.files.table import CLOCK, NUMBER, Table, head_of, read_table
+from autobalancer.files.text import TABLE, WINDOWS, read_text
+from autobalancer.measurement.signals.unit_words import factor_to, quantity_of
+from autobalancer.results.signals.universal_file import AXES, OWN, UNIVERSAL, Function, is_universal, read_universal
+from autobalancer.safe_file import not_to_read
+
+Floats = NDArray[np.float64]
+EXAMPLE = "time [s], x [um], y [um], tacho [V]"
+READ = (
+    "tables (.csv, .txt, ...), universal files (.uff, .unv), NumPy (.npz), MATLAB (.mat), HDF5 (.h5), TDMS, LabVIEW (.lvm), "
+    "sound (.wav) and results (.nc)"
+)
+OTHERS = {  # how files begin that are not read: what they are, and what to do
+    b"PAR1": ("Parquet", "export it as .csv"),
+    b"MDF     ": ("MDF", "export it as .csv, .mat or TDMS"),
+    b"\x1f\x8b": ("compressed by gzip", "unpack it first"),
+    b"BZh": ("compressed by bzip2", "unpack it first"),
+    b"\xfd7zXZ": ("compressed by xz", "unpack it first"),
+    b"\x93NUMPY": ("one NumPy array without names", "write .npz, with an array for each channel"),
+    b"PK\x03\x04": ("a zip archive, as of Excel", "save the table as .csv"),
+    b"\xd0\xcf\x11\xe0": ("an Excel workbook", "save the table as .csv"),
+    b"%PDF": ("PDF", "take the numbers themselves"),
+}
+LARGEST, RATIO, HARMLESS = 1_000_000_000, 100, 100_000_000  # bytes: at most, times the file, always
+TIMES = ("time", "t", "zeit", "x_value", "zeitstempel", "timestamp", "uhrzeit")
+RATES = ("rate", "fs", "sampling_rate", "sample_rate")
+NAMES = {8: "displacement", 11: "velocity", 12: "acceleration", 9: "force", 13: "force", 15: "pressure"}
+TIME_RECORD, TIME = 1, 17  # kinds of a function and of its abscissa
+DAY = 86400.0
+
+
+@dataclass(frozen=True, eq=False)
+class RawColumn:
+    """Numbers as they stand in the file; nan where it has none. ``quantum`` is their last digit, zero if they are not rounded."""
+
+    values: Floats
+    unit: str = ""
+    quantity: str = ""
+    place: str = ""
+    direction: str | float = ""
+    quantum: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class RawFile:
+    """Columns by name over instants in s.
+
+    Attributes
+    ----------
+    origin
+        Name of the file, for messages.
+    time
+        Instants, s; ``None`` where the file has none.
+    rate
+        Samples in a second, where the file says it and has no instants.
+    columns
+        All but the time.
+    quantum
+        Last digit of the written instants, s; zero where they are not rounded.
+    clock
+        Name of the column of ``time``.
+    timeless
+        Why a column of time could not be used.
+    remarks
+        What was left out.
+    """
+
+    origin: str
+    time: Floats | None
+    rate: float | None
+    columns: dict[str, RawColumn] = field(default_factory=dict)
+    quantum: float = 0.0
+    clock: str = ""
+    timeless: str = ""
+    remarks: tuple[str, ...] = ()
+
+
+def read_raw(path: Path) -> RawFile:
+    """The columns of a file, whatever its format.
+
+    Raises
+    ------
+    ResultError
+        If it cannot be read, or would take far more memory than its size lets expect.
+    """
+    if reason := not_to_read(path):
+        raise ResultError(f"{path}: {reason}{sample_hint(path)}")
+    with path.open("rb") as file:
+        start = file.read(1024)
+    suffix = path.suffix.lower()
+    hdf = start.startswith(b"\x89HDF") or b"\x89HDF" in start[512:520]  # MATLAB 7.3 has a text before
+    if hdf or start.startswith(b"TDSm") or suffix in (".npz", ".mat", ".wav"):
+        reader = _hdf if hdf else _tdms if start.startswith(b"TDSm") else READERS[suffix]
+        try:
+            return reader(path)
+        except ResultError:
+            raise
+        except Exception as reason:  # libraries raise whatever a damaged file leads them to
+            raise ResultError(f"{path.name}: cannot be read: {reason}") from None
+    for magic, (what, cure) in OTHERS.items():
+        if start.startswith(magic):
+            raise ResultError(f"{path.name}: is {what}, which is not read; {cure}. What is read: {READ}")
+    if is_universal(start) or suffix in UNIVERSAL:
+        return _universal(path)
+    if start.lstrip(b"\xef\xbb\xbf").startswith(b"LabVIEW Measurement"):
+        return _labview(path)
+    return _table(path)
+
+
+def _refuse_bomb(path: Path, unpacked: int) -> None:
+    """Refuse a file that unpacks to far more than it has.
+
+    Raises
+    ------
+    ResultError
+        With both sizes.
+    """
+    size = path.stat().st_size
+    if unpacked > LARGEST or unpacked > max(HARMLESS, RATIO * size):
+        raise ResultError(
+            f"{path.name}: has {1e-6 * size:.3g} MB and unpacks to {1e-6 * unpacked:.3g} MB or more; at most "
+            f"{RATIO} times the file and {1e-6 * LARGEST:.0f} MB are read. Save fewer channels, or a shorter piece"
+        )
+
+
+# tables -------------------------------------------------------------------------------------------------------------------
+
+
+def _table(path: Path) -> RawFile:
+    """A table of a logger. Columns that hold no numbers are left out."""
+    table = read_table(path, EXAMPLE, path.name)
+    heads = [_written(name, unit) for name, unit in zip(table.names, table.units, strict=True)]
+    double = next((name for k, (name, _) in enumerate(heads) if name in [one for one, _ in heads[:k]]), None)
+    if double is not None:
+        raise ResultError(f"{path.name}: column {double!r} comes twice; give each a name of its own")
+    at = _time_column(table, heads)
+    columns = {
+        name: RawColumn(table.values(k), unit, quantum=_quantum(table, k))
+        for k, (name, unit) in enumerate(heads)
+        if table.kinds[k] == NUMBER
+    }
+    left = [name for k, (name, _) in enumerate(heads) if table.kinds[k] != NUMBER and k != at]
+    remarks = (f"{_listed(left)}: no numbers, left out",) if left else ()
+    if at is None:
+        nameless = "it does not name its columns; describe 1, 2, ... as channels, one of them with the quantity time"
+        words = nameless if [name for name, _ in heads] == [str(k) for k in range(1, len(heads) + 1)] else ""
+        return RawFile(path.name, None, None, columns, timeless=words, remarks=remarks)
+    name, unit = heads[at]
+    if table.kinds[at] == CLOCK:
+        return RawFile(path.name, _clock_times(table, at), None, columns, _quantum(table, at), name, remarks=remarks)
+    try:
+        factor = factor_to(unit, "s") if unit else 0.0
+        words = f"column {name!r} has no unit; write it in the first line, such as {name} [s]" if not unit else ""
+    except UnitError as reason:
+        factor, words = 0.0, f"unit of column {name!r}: {reason}"
+    if not factor:
+        return RawFile(path.name, None, None, columns, clock=name, timeless=words, remarks=remarks)
+    column = columns.pop(name)
+    with np.errstate(over="ignore"):
+        time = factor * column.values
+    return RawFile(path.name, time, None, columns, factor * column.quantum, name, remarks=remarks)
+
+
+def _listed(names: list[str]) -> str:
+    return f"column {names[0]!r}" if len(names) == 1 else "columns " + ", ".join(map(repr, names))
+
+
+def _written(name: str, unit: str) -> tuple[str, str]:
+    """Name and unit of ``x/mm``, ``time_s`` and the column of time of LabVIEW, too."""
+    before, slash, behind = name.partition("/")
+    behind = behind.strip().removeprefix("(").removesuffix(")")
+    if not unit and slash and (quantity_of("", behind) or _is_time(behind)):
+        return before.strip(), behind
+    if not unit and (match := re.fullmatch(r"(time|t|zeit)_(s|ms|us|µs|min|h)", name, re.IGNORECASE)):
+        return match[1], match[2]
+    return name, "s" if name.lower() == "x_value" and not unit else unit
+
+
+def _is_time(unit: str) -> bool:
+    try:
+        return bool(unit) and factor_to(unit, "s") > 0.0
+    except UnitError:
+        return False
+
+
+def _time_column(table: Table, heads: list[tuple[str, str]]) -> int | None:
+    """The column of time: by its name, else a clock, else the only one whose unit is one of time and that never falls."""
+    named = [k for k, (name, _) in enumerate(heads) if name.lower() in TIMES and table.kinds[k] in (NUMBER, CLOCK)]
+    clocks = [k for k, kind in enumerate(table.kinds) if kind == CLOCK]
+    timed = [k for k, (_, unit) in enumerate(heads) if table.kinds[k] == NUMBER and _is_time(unit)]
+    rising = [k for k in timed if (np.diff(table.values(k)) >= 0.0).all()]
+    unsure = named or clocks or (rising if len(rising) == 1 else [])
+    return next((k for k in unsure if k in clocks or heads[k][1]), unsure[0] if unsure else None)
+
+
+def _clock_times(table: Table, column: int) -> Floats:
+    """Seconds after the first of times of day, whose date may be given; a clock that falls by half a day passed midnight."""
+    found, days, before, last = np.empty(len(table.lines)), 0.0, None, ""
+    for k, cell in enumerate(table.cells(column)):
+        match = _STAMP.match(cell)
+        if match is None:
+            number = table.lines[k][0]
+            raise ResultError(f"{table.place}, line {number}, column {table.names[column]!r}: {cell!r} is not a time")
+        hours, minutes, seconds = int(match[2]), int(match[3]), float(match[4].replace(",", "."))
+        if match[5]:
+            hours = hours % 12 + 12 * (match[5].upper() == "PM")
+        clock, day = 3600.0 * hours + 60.0 * minutes + seconds, match[1] or ""
+        if before is not None and (day != last or not day):
+            known = _days(last, day)
+            days += known if known is not None else float(clock < before - 0.5 * DAY)
+        found[k], before, last = DAY * days + clock, clock, day
+    return found - found[0]
+
+
+_STAMP = re.compile(r"^(?:([\d./-]{6,10})[T ,]+)?(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?: ?([AP]M))?", re.IGNORECASE)
+
+
+def _days(first: str, second: str) -> int | None:
+    """Days between two dates that begin with the year; ``None`` where they are written in another way."""
+    try:
+        return (date.fromisoformat(second.replace("/", "-")) - date.fromisoformat(first.replace("/", "-"))).days
+    except ValueError:
+        return None
+
+
+def _quantum(table: Table, column: int) -> float:
+    """The last digit of a column."""
+    cells = (cell.rpartition(":")[2] for cell in table.cells(column)[1:20])
+    return float(10.0 ** -min(max(map(_digits, cells), default=0), 300))
+
+
+def _digits(cell: str) -> int:
+    """Decimals of a written number: of 1.25e-3 five."""
+    head, _, power = cell.lower().replace(",", ".").partition("e")
+    digits = re.match(r"\d*", head.rpartition(".")[2] if "." in head else "")
+    exponent = int(power) if re.fullmatch(r"[+-]?\d{1,4}", power) else 0
+    return max(len(digits[0] if digits else "") - exponent, -300)
+
+
+# universal files, arrays, sound --------------------------------------------------------------------------------------------
+
+
+def _universal(path: Path) -> RawFile:
+    """All time records of a universal file, which must have the same instants."""
+    functions, remarks = read_universal(path.read_bytes(), path.name)
+    found = [one for one in functions if one.kind == TIME_RECORD]
+    if not found:
+        others = f"; its {len(functions)} functions are none" if functions else ""
+        raise ResultError(f"{path.name}: no dataset 58 with a time record{others}")
+    if len(functions) > len(found):
+        remarks.append(f"{len(functions) - len(found)} of {len(functions)} functions are no time records, left out")
+    first, columns = found[0], {}
+    for one in found:
+        if one.axes[0].kind != TIME and not _is_time(one.axes[0].unit):
+            raise ResultError(f"{path.name}: a time record is over {one.axes[0].unit or 'nothing known'}; export time")
+        if one.abscissa.shape != first.abscissa.shape or not np.array_equal(one.abscissa, first.abscissa):
+            raise ResultError(
+                f"{path.name}: {one.words[0]} has other instants than {first.words[0]}; put them into files of their own"
+            )
+        try:
+            name, column = _record(one)
+        except (ValueError, UnitError) as reason:
+            raise ResultError(f"{path.name}: {one.words[0]}: {reason}") from None
+        while name in columns:
+            name += "'"
+        columns[name] = column
+    unit = first.axes[0].unit
+    factor = factor_to(unit, "s") if _is_time(unit) else 1.0
+    return RawFile(path.name, factor * first.abscissa, None, columns, remarks=tuple(remarks))
+
+
+def _record(one: Function) -> tuple[str, RawColumn]:
+    values, label = np.asarray(one.values), one.axes[1].unit
+    if np.iscomplexobj(values):
+        raise ValueError("the values are not real")
+    quantity = NAMES.get(one.axes[1].kind, "")
+    si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N", "pressure": "Pa"}.get(
+        quantity, ""
+    )
+    (node, direction), own = one.response, one.words[4].split()
+    if not label:
+        values, label = (one.length if quantity in ("displacement", "velocity", "acceleration") else 1.0) * values, si
+    elif quantity:
+        try:
+            values, label = factor_to(label, si) * values, si
+        except UnitError as reason:
+            raise ValueError(f"unit label: {reason}") from None
+    if own[:1] == [OWN] and len(own) > 1:
+        way = "".join(own[2:3])
+        known: str | float = way if way in ("", *AXES) else float(way)
+        return one.words[0], RawColumn(values, label, own[1], node, known)
+    axis = next((word for word, code in AXES.items() if code == abs(direction)), "")
+    title = one.words[0] if node in ("", "0") and not axis and one.words[0] not in ("", "NONE") else ""
+    name = title or "_".join(part for part in (quantity or "signal", node, axis) if part)
+    return name, RawColumn((-1.0 if direction < 0 else 1.0) * values, label, quantity, node, axis)
+
+
+def _arrays(path: Path) -> RawFile:
+    """The arrays of a .npz or .mat file: equally long columns, and ``time`` (s) or ``rate`` (Hz)."""
+    return _of_arrays(path.name, _numpy(path) if path.suffix.lower() == ".npz" else _matlab(path))
+
+
+def _of_arrays(origin: str, arrays: dict[str, tuple[ArrayLike, str]], rate: float | None = None) -> RawFile:
+    """Columns from arrays and their units by name."""
+    plain = {name: (np.squeeze(np.asarray(value)), unit) for name, (value, unit) in arrays.items()}
+    numeric = {name: both for name, both in plain.items() if both[0].dtype.kind in "fiub"}
+    rate = next((float(v) for n, (v, _) in numeric.items() if n.lower() in RATES and v.size == 1), rate)
+    time, clock, quantum, columns = None, "", 0.0, {}
+    for name, (value, unit) in numeric.items():
+        short, own = head_of(name)
+        if value.ndim != 1 or value.size < 2:
+            continue
+        if time is None and short.lower() in TIMES:
+            clock, factor = short, factor_to(own or unit, "s") if own or unit else 1.0
+            time = factor * np.asarray(value, np.float64)
+            coarse = value.dtype.kind == "f" and value.dtype.itemsize < 8
+            quantum = factor * float(np.spacing(np.abs(value).max())) if coarse else 0.0
+        else:
+            columns[short] = RawColumn(np.asarray(value, np.float64), own or unit)
+    sizes = {name: column.values.size for name, column in columns.items()}
+    if not columns or len({*sizes.values(), *([] if time is None else [time.size])}) > 1:
+        there = ", ".join(f"{name} ({size})" for name, size in sizes.items()) or "none"
+        raise ResultError(f"{origin}: wanted are equally long arrays of one dimension; there are {there}")
+    return RawFile(origin, time, None if time is not None else rate, columns, quantum, clock)
+
+
+def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
+    with zipfile.ZipFile(path) as archive:
+        _refuse_bomb(path, sum(entry.file_size for entry in archive.infolist()))
+        for entry in archive.infolist():
+            with archive.open(entry) as file:  # the size that an array claims is made room for before it is read
+                version = np.lib.format.read_magic(file)
+                head = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+                shape, _, kind = head(file)
+            _refuse_bomb(path, int(np.prod(shape, dtype=object)) * kind.itemsize)
+    with np.load(path, allow_pickle=False) as held:
+        return {name: (held[name], "") for name in held.files if held[name].dtype.kind in "fiub"}
+
+
+def _matlab(path: Path) -> dict[str, tuple[ArrayLike, str]]:
+    from scipy.io import loadmat, whosmat
+
+    _refuse_bomb(path, sum(_unpacked(path)))
+    shapes = {name: int(np.prod(shape, dtype=object)) for name, shape, _ in whosmat(path)}
+    _refuse_bomb(path, 8 * sum(shapes.values()))
+    return {name: (value, "") for name, value in loadmat(path).items() if not name.startswith("__")}
+
+
+def _unpacked(path: Path) -> Iterator[int]:
+    """Bytes of the packed elements of a MATLAB file (version 5), counted without keeping them."""
+    content = path.read_bytes()
+    order, at, room = "little" if content[126:128] == b"IM" else "big", 128, LARGEST
+    while content[124:128] in (b"\0\1IM", b"\1\0MI") and at + 8 <= len(content):
+        kind, size = (int.from_bytes(content[at + i : at + i + 4], order) for i in (0, 4))  # type: ignore[arg-type]
+        if kind == 15:
+            unpacker = zlib.decompressobj()
+            for k in range(at + 8, min(at + 8 + size, len(content)), 1 << 16):
+                packed = content[k : min(k + (1 << 16), at + 8 + size)]
+                while packed and room >= 0:
+                    piece = len(unpacker.decompress(packed, 1 << 20))
+                    packed, room = unpacker.unconsumed_tail, room - piece
+                    yield piece
+        at += 8 + size
+
+
+def _sound(path: Path) -> RawFile:
+    """The channels of a sound file, called 1, 2, ..., as shares of the full scale."""
+    from scipy.io import wavfile
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", wavfile.WavFileWarning)  # blocks that hold no samples
+        rate, held = wavfile.read(path)
+    values = np.atleast_2d(held.T).astype(np.float64)
+    if held.dtype == np.uint8:
+        values = (values - 128.0) / 128.0
+    elif held.dtype.kind == "i":
+        values /= -float(np.iinfo(held.dtype).min)
+    return RawFile(path.name, None, float(rate), {str(k): RawColumn(row) for k, row in enumerate(values, 1)})
+
+
+READERS = {".npz": _arrays, ".mat": _arrays, ".wav": _sound}
+
+
+# formats of the extra [signals] --------------------------------------------------------------------------------------------
+
+
+def _library(name: str, path: Path, what: str) -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ImportError:
+        raise ResultError(f'{path.name}: is {what}; pip install "autobalancer[signals]" to read it') from None
+
+
+def _hdf(path: Path) -> RawFile:
+    """The one-dimensional datasets of an HDF5 file, as of MATLAB 7.3, called by their names in it; units from attributes."""
+    h5py = _library("h5py", path, "HDF5 (MATLAB 7.3, .h5)")
+    found: dict[str, Any] = {}
+    with h5py.File(path, "r") as file:
+        file.visititems(lambda name, one: found.update({name: one}) if isinstance(one, h5py.Dataset) else None)
+        wanted = {
+            name: one
+            for name, one in found.items()
+            if one.dtype.kind in "fiub" and one.size and max(one.shape, default=1) == one.size and name[0] != "#"
+        }
+        _refuse_bomb(path, sum(int(one.size) * one.dtype.itemsize for one in wanted.values()))
+        last = [name.rpartition("/")[2] for name in wanted]
+        names = {name: short if last.count(short) == 1 else name for name, short in zip(wanted, last, strict=True)}
+        return _of_arrays(path.name, {names[name]: (one[()], _unit_of(one.attrs)) for name, one in wanted.items()})
+
+
+def _unit_of(attributes: Any) -> str:
+    value = next((attributes[key] for key in ("units", "unit", "Unit", "Units") if key in attributes), "")
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _tdms(path: Path) -> RawFile:
+    """The channels of a TDMS file of LabVIEW."""
+    tdms = _library("nptdms", path, "TDMS")
+    with tdms.TdmsFile.open(path) as file:
+        channels = [channel for group in file.groups() for channel in group.channels() if len(channel)]
+        _refuse_bomb(path, 8 * sum(len(channel) for channel in channels))
+        names = [channel.name for channel in channels]
+        arrays, steps = {}, set()
+        for channel in channels:
+            name = channel.name if names.count(channel.name) == 1 else f"{channel.group_name} {channel.name}"
+            arrays[name] = (channel[:], str(channel.properties.get("unit_string", "")))
+            steps.add(channel.properties.get("wf_increment"))
+    step = steps.pop() if len(steps) == 1 else None
+    return _of_arrays(path.name, arrays, 1.0 / float(step) if step else None)
+
+
+def _labview(path: Path) -> RawFile:
+    """The first segment of a text file of LabVIEW (.lvm)."""
+    library = _library("lvm_read", path, "a LabVIEW measurement (.lvm)")
+    try:
+        found = library.read_str(read_text(path, TABLE, ResultError, path.name, WINDOWS))
+        segment, several = found[0], int(found["Segments"]) > 1
+        names, rows = segment["Channel names"], segment["data"]
+        units = ["s", *segment.get("Y_Unit_Label", [])] if names[0] == "X_Value" else segment.get("Y_Unit_Label", [])
+    except ResultError:
+        raise
+    except Exception as reason:  # as above
+        raise ResultError(f"{path.name}: cannot be read: {reason}") from None
+    short = {"Volts": "V", "Amperes": "A", "": ""}
+    arrays = {
+        name: (rows[:, k], short.get(unit, unit))
+        for k, (name, unit) in enumerate(zip(names, [*units, *[""] * len(names)], strict=False))
+        if name != "Comment"
+    }
+    raw = _of_arrays(path.name, arrays, 1.0 / segment["Delta_X"][0] if segment.get("Delta_X") else None)
+    left = ("it has several segments; only the first is read",) if several else ()
+    return RawFile(raw.origin, raw.time, raw.rate, raw.columns, raw.quantum, raw.clock, remarks=left)
