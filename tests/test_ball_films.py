@@ -479,5 +479,5 @@ def test_a_file_that_is_no_film_is_refused(short: tuple[Any, ...], tmp_path: Pat
     (tmp_path / "no.mp4").write_bytes(b"this is no film" * 100)
     with pytest.raises(ResultError, match="cannot be read as a film"):
         ab.measure.track_balls(tmp_path / "no.mp4", setup())
-    with pytest.raises(ResultError, match="no such film"):
+    with pytest.raises(ResultError, match="no such file"):
         ab.measure.track_balls(tmp_path / "missing.mp4", setup())

@@ -35,8 +35,8 @@ def load(path: str | Path) -> list[type[Leaf]]:
         a built-in one.
     """
     path = Path(path).resolve()
-    if reason := not_to_read(path):
-        raise QuestionError(f"{path}: {reason}")
+    if missing := not_to_read(path):
+        raise QuestionError(f"{path}: {missing}")
     name = f"own_{path.stem}"
     spec = spec_from_file_location(name, path)
     if spec is None or spec.loader is None:

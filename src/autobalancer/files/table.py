@@ -266,21 +266,16 @@ def read_table(path: Path, example: str, place: str = "", error: type[Autobalanc
     if len(body) < 2:
         raise error(f"{place}: no table; the first line must name the columns, such as: {example}")
     separator, heads, first = _layout([line for _, line in body[: LINES + 3]])
-    table = Table(place, *zip(*heads, strict=True), (), separator, example, error)  # type: ignore[arg-type]
-    return Table(place, table.names, table.units, _rows(body[first:], table), separator, example, error)
-
-
-def _rows(body: list[tuple[int, str]], table: Table) -> tuple[tuple[int, str], ...]:
-    """The lines that have a cell for each column; empty cells behind the last one do not count."""
-    count, mark = len(table.names), table.separator
-    for number, line in body:
-        if mark is not None and '"' not in line and line.count(mark) == count - 1:
+    count = len(heads)
+    for number, line in body[first:]:
+        if separator is not None and '"' not in line and line.count(separator) == count - 1:
             continue
-        cells = split(line, mark)
-        if len(cells) < count or any(cells[count:]):
-            hint = "; where commas are decimal marks, part the columns by semicolons" if mark == "," else ""
-            raise table.error(f"{table.place}, line {number}: {len(cells)} cells for {count} columns{hint}")
-    return tuple(body)
+        cells = split(line, separator)
+        if len(cells) < count or any(cells[count:]):  # empty cells behind the last one do not count
+            hint = "; where commas are decimal marks, part the columns by semicolons" if separator == "," else ""
+            raise error(f"{place}, line {number}: {len(cells)} cells for {count} columns{hint}")
+    names, units = (tuple(head[k] for head in heads) for k in (0, 1))
+    return Table(place, names, units, tuple(body[first:]), separator, example, error)
 
 
 def _layout(lines: list[str]) -> tuple[str | None, list[tuple[str, str]], int]:

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.safe_file import write_safely
-from autobalancer.safe_file import not_to_read
+from autobalancer.safe_file import not_to_read, write_safely
 
 Gray = NDArray[np.uint8]
 Floats = NDArray[np.float64]

@@ -228,7 +228,7 @@ def _clock_times(table: Table, column: int) -> Floats:
             known = _days(last, day)
             days += known if known is not None else float(clock < before - 0.5 * DAY)
         found[k], before, last = DAY * days + clock, clock, day
-    return found - found[0]
+    return np.asarray(found - found[0], np.float64)
 
 
 _STAMP = re.compile(r"^(?:([\d./-]{6,10})[T ,]+)?(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?: ?([AP]M))?", re.IGNORECASE)
@@ -289,16 +289,17 @@ def _universal(path: Path) -> RawFile:
 
 
 def _record(one: Function) -> tuple[str, RawColumn]:
-    values, label = np.asarray(one.values), one.axes[1].unit
-    if np.iscomplexobj(values):
+    if np.iscomplexobj(one.values):
         raise ValueError("the values are not real")
+    values, label = np.asarray(one.values, np.float64), one.axes[1].unit
     quantity = NAMES.get(one.axes[1].kind, "")
     si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N", "pressure": "Pa"}.get(
         quantity, ""
     )
     (node, direction), own = one.response, one.words[4].split()
     if not label:
-        values, label = (one.length if quantity in ("displacement", "velocity", "acceleration") else 1.0) * values, si
+        values = (one.length if quantity in ("displacement", "velocity", "acceleration") else 1.0) * values
+        label = si
     elif quantity:
         try:
             values, label = factor_to(label, si) * values, si

@@ -161,7 +161,7 @@ def _of_functions(functions: list[Function], name: str, number: int | None) -> x
     if not found:
         others = "; ".join(odd[:3]) or f"{len(functions)} other functions"
         raise ResultError(f"{name}: no dataset 58 with a frequency response of motion over force, but {others}")
-    driving = [(one, *rest) for one, *rest in found if _at_one_point(one)]
+    driving = [entry for entry in found if _at_one_point(entry[0])]
     candidates = driving if number is None else found[number - 1 : number] if number > 0 else []
     if len(candidates) != 1:
         rows = "; ".join(
@@ -175,7 +175,9 @@ def _of_functions(functions: list[Function], name: str, number: int | None) -> x
     sign = np.sign(one.response[1] or 1) * np.sign(one.reference[1] or 1)  # minus directions of an accelerometer
     hertz = _labeled(one.axes[0].unit, "rad/s", 2.0 * math.pi, name)
     title = f"{name}, {one.words[0]}"
-    return receptance_dataset(hertz * one.abscissa, float(sign) * factor * one.values, kind, title=title)
+    return receptance_dataset(
+        hertz * one.abscissa, np.asarray(float(sign) * factor * one.values, np.complex128), kind, title=title
+    )
 
 
 def _at_one_point(one: Function) -> bool:
