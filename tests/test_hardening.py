@@ -15,9 +15,9 @@ import autobalancer as ab
 from autobalancer.assembly.places import coordinates
 from autobalancer.assembly.rotors import spring_model
 from autobalancer.assembly.system import assemble
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Hardening, Machine, PointJoint
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 
 MASS, STIFFNESS, CUBIC = 10.0, 4e5, 4e13  # kg, N/m, N/m^3: twice as stiff on a circle of 0.1 mm
 AMPLITUDE = 1e-4
@@ -153,10 +153,10 @@ def test_a_run_up_carries_a_hardening_rotor_on_where_a_fresh_start_at_that_speed
 
 def test_theories_of_small_motions_leave_the_hardening_out_and_say_so() -> None:
     hard, soft = rigid({"cubic_stiffness": CUBIC}), rigid({"cubic_stiffness": 1e-6})
-    for ignored in (ignored_at_rest, ignored_by_stalled):
-        assert "hardening of the bearings (stiffness at rest)" in ignored(hard)
+    for theory in (Theory.AT_REST, Theory.STALLED, Theory.ROTOR):
+        assert "hardening of the bearings (stiffness at rest)" in unknown(hard, theory)
     np.testing.assert_array_equal(ab.rotor.modes(hard)["frequency"], ab.rotor.modes(soft)["frequency"])
-    assert "leaves out: hardening of the bearings (stiffness at rest)" in repr(ab.rotor.modes(hard))
+    assert "ignores hardening of the bearings (stiffness at rest)" in repr(ab.rotor.modes(hard))
 
 
 def test_a_verdict_on_hardening_bearings_compares_with_a_run_with_held_balls() -> None:

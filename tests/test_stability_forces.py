@@ -254,7 +254,7 @@ def test_what_is_not_known_with_forces_says_so() -> None:
     assert "without forces on the balls only" in notes["averaged border"]
     assert "ignores forces on the balls" in notes["release speed"]
     assert "ignores" not in notes["exact border"]
-    assert "forces on the balls are left out here" in ab.check(machine).friction.note
+    assert "ignores forces on the balls" in ab.check(machine).friction.note
 
 
 def test_the_command_line_answers_with_forces(tmp_path: Path) -> None:

@@ -12,12 +12,12 @@ from tests.references.spatial_machines import states_of
 from typer.testing import CliRunner
 
 from autobalancer import basin, load_run, measures, plot, save_run, simulate, stepped_response, with_parameter
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import SPEED, THETA
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
 
 ROTOR, FIRST, MOTOR, STATOR = 0.05, 0.01, 0.02, 0.1  # kg m^2
 CHAIN: list[dict[str, Any]] = [
@@ -223,9 +223,9 @@ def test_theories_at_a_constant_speed_say_that_they_leave_the_torsion_out_and_ar
         machine(drive | more, balls=True, **damped) for more in ({}, {"couplings": [{"stiffness": 1e3}]})
     )
     said = "torsion of the drive"
-    for ignored in (ignored_at_rest, ignored_by_stalled):
-        assert said in ignored(twisting)
-        assert said not in ignored(rigid)
+    for theory in (Theory.AT_REST, Theory.STALLED, Theory.BASIN):
+        assert said in unknown(twisting, theory)
+        assert said not in unknown(rigid, theory)
     speeds = [stepped_response(case, ["300 rpm"], dwell=0.05, window=0.05) for case in (rigid, twisting)]
     assert speeds[0]["amplitude"].values == speeds[1]["amplitude"].values
     drag = "balancers[1].races[1].drag.beta"

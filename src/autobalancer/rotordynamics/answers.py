@@ -32,7 +32,7 @@ class Modes(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What is said where there is none, and what is left out."""
-        return (*(() if self.sizes["mode"] else ("nothing oscillates",)), *left_out(self.attrs))
+        return (*(() if self.sizes["mode"] else ("nothing oscillates",)), *super().remarks())
 
     def heading(self) -> str:
         """Whose they are, and at which speed."""
@@ -51,10 +51,6 @@ class CriticalSpeeds(Answer):
         if np.any(self["harmonic"].values != 1.0):
             found.append(Column("frequency over speed", self["harmonic"].values, form="g"))
         return [*found, self.texts("name", "mode")]
-
-    def remarks(self) -> Sequence[str]:
-        """What is left out."""
-        return left_out(self.attrs)
 
 
 class Campbell(Answer):
@@ -82,7 +78,7 @@ class Campbell(Answer):
         """How many branches there are, over which speeds."""
         low, high = (rpm_and_si(float(self["speed"].values[place])) for place in (0, -1))
         nothing = () if self.sizes["intersection"] else ("no branch meets the speed in this range",)
-        return (*nothing, f"{self.sizes['branch']} branches from {low} to {high}")
+        return (*super().remarks(), *nothing, f"{self.sizes['branch']} branches from {low} to {high}")
 
 
 class Response(Answer):
@@ -107,16 +103,11 @@ class Response(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What rubber that softens with the amplitude does to the curve, and what is left out."""
-        return (*rubber_remarks(self.attrs), *left_out(self.attrs))
+        return (*rubber_remarks(self.attrs), *super().remarks())
 
     def has_table(self) -> bool:
         """Several speeds and stations must be there."""
         return "semi_major" in self and set(self["semi_major"].dims) == {"speed", "station"} and self.sizes["speed"] > 0
-
-
-def left_out(attrs: Mapping[str, Any]) -> tuple[str, ...]:
-    """What of the machine the answer does not know."""
-    return (f"leaves out: {attrs['ignores']}",) if attrs.get("ignores") else ()
 
 
 def rubber_remarks(attrs: Mapping[str, Any]) -> tuple[str, ...]:
@@ -151,7 +142,7 @@ class ResponsePeaks(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What is said where there is none."""
-        return () if self.sizes["peak"] else ("no peak in this range",)
+        return [*super().remarks(), *([] if self.sizes["peak"] else ["no peak in this range"])]
 
 
 class PlanarOscillators(Answer):
@@ -185,4 +176,4 @@ class PlanarOscillators(Answer):
     def remarks(self) -> Sequence[str]:
         """Which way was taken, and what to be careful about."""
         taken = [f"taken: {self.attrs['chosen']}"] if "chosen" in self.attrs else []
-        return [*taken, *map(str, self.attrs.get("notes", ()))]
+        return [*super().remarks(), *taken, *map(str, self.attrs.get("notes", ()))]

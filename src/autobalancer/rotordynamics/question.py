@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.bearings.hardening import has_hardening
 from autobalancer.assembly.rotors import LateralModel, Rows, lateral_model, reference, rows_at, with_ball_mass
 from autobalancer.assembly.rotors.model import Floats
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
@@ -125,7 +125,7 @@ def _overhanging(machine: Machine, model: LateralModel) -> list[tuple[float, Row
     return found
 
 
-def attributes(machine: Machine, title: str, *, balls: bool) -> dict[str, Any]:
+def attributes(machine: Machine, title: str, *, balls: bool, theory: Theory = Theory.ROTOR) -> dict[str, Any]:
     """What every result of this package carries."""
     return {
         "title": title,
@@ -133,5 +133,5 @@ def attributes(machine: Machine, title: str, *, balls: bool) -> dict[str, Any]:
         "machine": machine_text(machine),
         "machine_name": machine.name,
         "balls": "their mass is on the rotor" if balls else "none",
-        **({"ignores": "hardening of the bearings (stiffness at rest)"} if has_hardening(machine) else {}),
+        "ignores": ", ".join(unknown(machine, theory)),
     }

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
+from autobalancer.assembly.terms import Theory, ignores
+from autobalancer.machine import Machine
 from autobalancer.pictured import picture_html
 from autobalancer.shown import Table, rpm_and_si, speed_cells
 
@@ -23,6 +26,12 @@ class Border:
     def __repr__(self) -> str:
         speed = rpm_and_si(self.speed) if self.known else "not known"
         return f"{self.name}: {speed}{f'; {self.note}' if self.note else ''}"
+
+
+def ignoring(machine: Machine, border: Border, theory: Theory) -> Border:
+    """A border whose note names what its theory leaves out of this machine; one that is not known leaves out nothing."""
+    left_out = "" if math.isnan(border.speed) else ignores(machine, theory)
+    return replace(border, note="; ".join(filter(None, (border.note, left_out))))
 
 
 class Borders(Table[Border]):

@@ -74,6 +74,8 @@ def equivalent(
             )
         if row["way"] == method and held:
             say(f"{method} along {row['direction']}, the one taken, holds {held}")
+    if data.attrs["ignores"]:
+        note(f"ignores {data.attrs['ignores']}")
     say(found.machine.description)
     files.say()
 

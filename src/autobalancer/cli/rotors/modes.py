@@ -157,7 +157,7 @@ def _print(found: Any, name: str, answer: dict[str, Any], frequency_unit: str, u
     else:
         typer.secho(name, bold=True)
     if found.attrs.get("ignores"):
-        typer.echo(f"leaves out: {found.attrs['ignores']}")
+        typer.echo(f"ignores {found.attrs['ignores']}")
     listed = [entry for entry in answer["critical_speeds"] or () if entry["critical_speed"] <= (up_to or float("inf"))]
     for entry in listed:
         typer.echo(f"critical speed {speed_text(entry['critical_speed'])}: {entry['name']}, whirl {entry['whirl']}")

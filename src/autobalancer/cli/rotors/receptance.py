@@ -239,10 +239,10 @@ def _digits(value: float, spread: float) -> int:
 
 
 def _ignored(machine: Path | None) -> str:
+    from autobalancer.assembly.terms import Theory, ignores
     from autobalancer.files.machine_file import load_race_machine
-    from autobalancer.stability.ignored import ignored_at_rest, without
 
-    return without(ignored_at_rest(load_race_machine(machine))) if machine is not None else ""
+    return ignores(load_race_machine(machine), Theory.LOOP) if machine is not None else ""
 
 
 def _border(border: xr.Dataset) -> str:

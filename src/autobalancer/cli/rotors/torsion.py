@@ -8,6 +8,7 @@ import typer
 
 import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, FrequencyUnit, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
+from autobalancer.cli.terminal.words import note
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,6 +56,8 @@ def torsional_modes(
     else:
         typer.echo(f"{found.heading()}: none, nothing oscillates")
     print_sheet(critical.columns(speed_unit), "torsional critical speeds, without damping")
+    for text in critical.remarks():
+        note(text)
     files.say()
 
 
@@ -88,6 +91,8 @@ def torsional_response(
         print_csv(found.columns(speed_unit))
         return
     print_sheet(found.columns(speed_unit), str(found.attrs["title"]))
+    for text in found.remarks():
+        note(text)
     files.say()
 
 

@@ -95,7 +95,8 @@ def basin(
     changing = (
         "a run without a verdict still changes at its end; give a longer --hold" if shares.get(NO_VERDICT) else ""
     )
-    for text in (changing, left["note"], left["gravity_note"]):
+    ignored = f"ignores {found.attrs['ignores']}" if found.attrs.get("ignores") else ""
+    for text in (changing, left["note"], left["gravity_note"], ignored):
         if text:
             note(text)
     files.say()

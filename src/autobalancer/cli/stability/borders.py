@@ -46,13 +46,14 @@ def borders(
     Example: autobalancer borders discoidal.toml \\
       --over unbalance --plot borders.png --minimum-viscosity-at "1200 rpm"
     """
+    from autobalancer.assembly.terms import unknown
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.quantities import optional
     from autobalancer.cli.terminal.sheet import print_sheet
-    from autobalancer.errors import QuestionError
+    from autobalancer.errors import QuestionError, RangeWarning, unwarned
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.friction.held import held_by_friction
-    from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled
+    from autobalancer.stability.maps.speeds import NAMES, theory_of
     from autobalancer.stability.summary.rows import friction_rows
 
     one_form(as_json, as_csv)
@@ -69,8 +70,9 @@ def borders(
     answer["friction"] = held.as_dict()
     if windows:
         answer["stable_windows"] = _windows(described, top, size)
-    answer["ignores"] = {"balls at rest": ignored_at_rest(described), "stalled balls": ignored_by_stalled(described)}
-    answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
+    answer["ignores"] = {name: unknown(described, theory_of(name)) for name in names or NAMES}
+    with unwarned(RangeWarning):  # which says what is ignored, as the lines of these numbers do
+        answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
     curve = _curve(described, over, names, top) if over else None
     if curve is not None:
         files.save(curve, lambda: ab.plot.border_curve(curve, speed_unit=speed_unit))
@@ -192,8 +194,7 @@ def _print(name: str, answer: dict[str, Any]) -> None:
             found = dict(answer[f"minimum_{key}"])
             typer.echo(f"least {key} for {speed_text(found.pop('speed'))} and above:")
             for which, value in found.items():
-                kind = "stalled balls" if which in ("release speed", "capture speed") else "balls at rest"
-                ignored = ", ".join(answer["ignores"][kind])
+                ignored = ", ".join(answer["ignores"][which])
                 says = f"   (ignores {ignored})" if ignored else ""
                 say(f"  {which}: {_amount(value * factor, unit)}{says}", indent="    ")
 

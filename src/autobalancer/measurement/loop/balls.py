@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -29,6 +30,7 @@ class RaceBalls:
     moment: Floats  # effective mass x orbit radius
     inertia: Floats  # of the ball angle
     drag: Floats  # beta, N m s
+    ignores: str = ""  # what this theory does not know of their machine
 
     def __post_init__(self) -> None:
         positive = {"mass": self.mass, "moment": self.moment, "inertia": self.inertia, "drag": self.drag}
@@ -69,13 +71,15 @@ def balls_of(machine: Machine | str | Path) -> RaceBalls:
     QuestionError
         If there are no balls, several races, or the race is off the axis.
     """
-    balls = resolve(balls_in_races(machine))
+    machine = balls_in_races(machine)
+    balls = resolve(machine)
     if len({(ball.balancer, ball.race) for ball in balls}) != 1:
         raise QuestionError("stability from a receptance: the machine must have one race with balls")
     if any(ball.eccentricity for ball in balls):
         raise QuestionError("stability from a receptance: the race is off the axis; this method is for one on the axis")
     mass, moment = np.array([b.effective_mass for b in balls]), np.array([b.moment for b in balls])
-    return RaceBalls(mass, moment, np.array([b.inertia for b in balls]), np.array([b.drag for b in balls]))
+    inertia, drag = np.array([b.inertia for b in balls]), np.array([b.drag for b in balls])
+    return RaceBalls(mass, moment, inertia, drag, ", ".join(unknown(machine, Theory.LOOP)))
 
 
 def positions(balls: RaceBalls, unbalance: float | None, angles: Floats | None) -> list[Floats]:

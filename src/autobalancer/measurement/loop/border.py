@@ -95,6 +95,7 @@ def receptance_border(
         "exact_border": border,
         "exact_border_deviation": deviation,
         "searched": [low, high],
+        "ignores": balls.ignores,
         "warnings": there.attrs["warnings"],
     }
     return Labeled.of(found)

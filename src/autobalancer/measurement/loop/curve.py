@@ -60,7 +60,12 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float | str, *, ba
         found[f"{name}_real"] = (dim, values.real, {"long_name": "loop, real part", "units": ""})
         found[f"{name}_imag"] = (dim, values.imag, {"long_name": "loop, imaginary part", "units": ""})
         found[dim].attrs = {"long_name": "frequency in space", "units": "rad/s"}
-    found.attrs = {**provenance(), "title": "Loop of evenly spread balls", "speed": float(speed)}
+    found.attrs = {
+        **provenance(),
+        "title": "Loop of evenly spread balls",
+        "speed": float(speed),
+        "ignores": balls.ignores,
+    }
     found.attrs |= {name: float(row[name][0]) for name in ("growth_rate", "gain_margin", "phase_margin")}
     return Labeled.of(found)
 

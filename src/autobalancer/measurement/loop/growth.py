@@ -106,7 +106,12 @@ def receptance_stability(
             f"{hertz(band[0])} to {hertz(band[1])} Hz: what lies outside is extrapolated"
         )
     found.attrs = {**provenance(), "title": "Stability from a receptance", "theory": "exact: full equations"}
-    found.attrs |= {"balls": balls.count, "warnings": "\n".join(doubts), "fit_error": fit.attrs["fit_error"]}
+    found.attrs |= {
+        "balls": balls.count,
+        "ignores": balls.ignores,
+        "warnings": "\n".join(doubts),
+        "fit_error": fit.attrs["fit_error"],
+    }
     if len(states) == 1:
         found.attrs["ball_angles_deg"] = degrees(states[0])
     return Labeled.of(found)

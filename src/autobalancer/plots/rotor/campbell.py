@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from autobalancer.plots.drawing.end_labels import SAME, End, end_labels
 from autobalancer.plots.drawing.labels import label_point
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture, with_ignored
 from autobalancer.results.display_units import AxisUnit, significant, speed_axis
 from autobalancer.results.given import Given, result
 
@@ -46,7 +46,7 @@ def campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz
     with look():
         figure = picture(8.4, 5.2)
         axes = figure.subplots()
-        axes.set_title(str(found.attrs.get("title", "Campbell diagram")))
+        axes.set_title(with_ignored(str(found.attrs.get("title", "Campbell diagram")), found.attrs))
         room = 1.3 if "torsional_frequency" in found else 1.12  # for the legend
         top = room * _greatest(found) * up.factor
         for h in found.attrs.get("harmonics", [1.0]):

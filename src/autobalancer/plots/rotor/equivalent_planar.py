@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture, with_ignored
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
@@ -58,7 +58,7 @@ def equivalent_planar(data: Given, *, direction: str = "x", speed_unit: str = "r
         for axes in (above, below):
             axes.axvline(unit.factor * float(one["critical_speed"]), color=CRITICAL, lw=0.8, ls=(0, (2, 2)))
             legend(axes)
-        heading(figure, f"{data.attrs['title']}, along {direction}")
+        heading(figure, with_ignored(f"{data.attrs['title']}, along {direction}", data.attrs))
         above.set(ylabel="receptance (µm/N)")
         below.set(xlabel=f"speed ({unit.sign})", ylabel="deviation (%)", xlim=(0.0, unit.factor * speed[-1]))
     return figure

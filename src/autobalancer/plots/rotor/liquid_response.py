@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
-from autobalancer.plots.drawing.style import BALLS, INK, heading, look, picture
+from autobalancer.plots.drawing.style import BALLS, INK, heading, look, picture, with_ignored
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
@@ -41,7 +41,7 @@ def liquid_response(
     with look():
         figure = picture(8.0, 4.8)
         axes = figure.subplots()
-        heading(figure, str(attrs["title"]))
+        heading(figure, with_ignored(str(attrs["title"]), attrs))
         axes.plot(speed, 1e3 * found["without_liquid"].values, color=INK, ls="--", lw=1.1, label="without liquid")
         axes.plot(speed, 1e3 * found["frozen"].values, color=BALLS[2], ls=":", lw=1.3, label="liquid frozen")
         axes.plot(speed, 1e3 * found["deflection"].values, color=BALLS[0], lw=1.8, label="liquid")

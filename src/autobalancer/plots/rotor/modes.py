@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, look, picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, look, picture, with_ignored
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
@@ -42,7 +42,7 @@ def modes(found: Given, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure
     rows = -(-count // columns)
     with look():
         figure = picture(4.4 * columns, 0.7 + 2.1 * rows)
-        heading(figure, str(found.attrs.get("title", "Modes")))
+        heading(figure, with_ignored(str(found.attrs.get("title", "Modes")), found.attrs))
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for number, axes in enumerate(grid.ravel()):
             if number >= count:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
-from autobalancer.plots.drawing.style import BALLS, heading, look, picture
+from autobalancer.plots.drawing.style import BALLS, heading, look, picture, with_ignored
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
 
@@ -38,7 +38,7 @@ def torsional_response(found: Given, *, speed_unit: str = "rpm") -> Figure:
     with look():
         figure = picture(8.0, 6.0)
         above, below = figure.subplots(2, 1, sharex=True)
-        heading(figure, str(found.attrs.get("title", "Torsional response")))
+        heading(figure, with_ignored(str(found.attrs.get("title", "Torsional response")), found.attrs))
         for i, link in enumerate(found["link"].values):
             for j, harmonic in enumerate(found["harmonic"].values):
                 at = found.isel(link=i, harmonic=j)

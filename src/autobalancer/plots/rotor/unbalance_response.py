@@ -15,7 +15,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.angles import wrapped
 from autobalancer.plots.drawing.labels import label_point
 from autobalancer.plots.drawing.quantity_axis import plain_log_ticks
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture, with_ignored
 from autobalancer.results.display_units import AxisUnit, length_axis, significant, speed_axis
 from autobalancer.results.given import Given, result
 
@@ -60,7 +60,7 @@ def response(
     with look():
         figure = picture(8.0, 6.0)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, 1.0])
-        heading(figure, str(found.attrs.get("title", "")))
+        heading(figure, with_ignored(str(found.attrs.get("title", "")), found.attrs))
         mean = found["mean_of_greatest"].values * size.factor
         label = "mean of the greatest" if found.sizes["station"] > 1 else "greatest"
         above.plot(speed, mean, color=INK, lw=2.6, alpha=0.35, label=label)
@@ -142,7 +142,9 @@ def polar_response(
         where = "forward circle" if part == "forward" else f"{found.attrs['quantity']} along {part}"
         axes.set_xlabel(f"{where}, in the direction of the unbalance ({size.sign})")
         axes.set_ylabel(f"{where}, 90° ahead of it ({size.sign})")
-        heading(figure, f"{found.attrs.get('title', '')}\nnumbers: rotor speed in {unit.sign}")
+        heading(
+            figure, with_ignored(f"{found.attrs.get('title', '')}\nnumbers: rotor speed in {unit.sign}", found.attrs)
+        )
         legend(axes)
     return figure
 

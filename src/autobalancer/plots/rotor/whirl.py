@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, heading, look, picture
+from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, heading, look, picture, with_ignored
 from autobalancer.plots.rotor.campbell import WHIRL
 from autobalancer.results.display_units import length_axis, length_text, significant, speed_axis
 from autobalancer.results.given import Given, result
@@ -132,7 +132,8 @@ def _are_orbits(found: xr.Dataset) -> bool:
 
 def _title(found: xr.Dataset, speed_unit: str) -> str:
     unit = speed_axis(speed_unit)
-    return f"{found.attrs.get('title', '')} at {significant(found.attrs['speed'] * unit.factor)} {unit.sign}"
+    title = f"{found.attrs.get('title', '')} at {significant(found.attrs['speed'] * unit.factor)} {unit.sign}"
+    return with_ignored(title, found.attrs)
 
 
 def _arrow(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:

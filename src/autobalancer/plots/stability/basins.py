@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
-from autobalancer.plots.drawing.style import look, picture
+from autobalancer.plots.drawing.style import look, picture, with_ignored
 from autobalancer.plots.stability.basin_shares import COLORS, VERDICTS, shares_of_ends
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
@@ -42,6 +42,7 @@ def basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
     names = list(found.attrs["states"])
     share = {name: float(found["share"].sel(end=name)) for name in names}
     title = f"{found.attrs['machine_name']} at {found.attrs['speed'] * unit.factor:.4g} {unit.sign}"
+    title = with_ignored(title, found.attrs)
     axes_names = [str(dim) for dim in found["state"].dims if dim != "run"]
     with look():
         if not axes_names:

@@ -95,7 +95,10 @@ def border_curve(
         for name, style in BORDERS.items():
             if name in found:
                 absent += _line(axes, axis.values, found[name].values * unit.factor, high, style, f" {unit.sign}")
-        heading(figure, with_ignored(str(found.attrs["title"]), found.attrs, _who_ignores(axes)))
+        title = with_ignored(str(found.attrs["title"]), found.attrs, _who_ignores(axes))
+        if stalled := str(found.attrs.get("stalled_ignores", "")):
+            title += f"\nrelease and capture speed ignore {stalled}"
+        heading(figure, title)
         axes.set_xlabel(axis.label)
         axes.set_ylabel(f"rotor speed ({unit.sign})")
         if axis.values.size > 1:

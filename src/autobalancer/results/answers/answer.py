@@ -57,8 +57,12 @@ class Answer(xr.Dataset):
         return []
 
     def remarks(self) -> Sequence[str]:
-        """Sentences at the end."""
-        return ()
+        """Sentences at the end; first what the theory of the answer does not know of its machine, where it says so."""
+        return [
+            f"{who}ignores {self.attrs[name]}"
+            for name, who in (("ignores", ""), ("stalled_ignores", "release and capture speed: "))
+            if self.attrs.get(name)
+        ]
 
     def in_si(self) -> xr.Dataset:
         """What a file of comma-separated values holds, in SI."""

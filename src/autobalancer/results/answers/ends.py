@@ -43,7 +43,7 @@ class Ends(Answer):
 
     def remarks(self) -> Sequence[str]:
         """Which verdicts they had, and what they leave."""
-        return list(self.left())
+        return [*super().remarks(), *self.left()]
 
     def left(self) -> Iterator[str]:
         """Verdicts, balls that move, and quantiles of what the ends leave, a sentence each."""

@@ -74,8 +74,7 @@ class Labeled(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What was left out, and what to be careful about."""
-        ignores = [f"ignores {self.attrs['ignores']}"] if self.attrs.get("ignores") else []
-        return [*ignores, *(line for line in str(self.attrs.get("warnings", "")).split("\n") if line)]
+        return [*super().remarks(), *(line for line in str(self.attrs.get("warnings", "")).split("\n") if line)]
 
     def _along(self) -> str:
         """The dimension that most variables have alone; of several the longest."""

@@ -56,7 +56,7 @@ class LiquidResponse(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What is not in it."""
-        return (str(self.attrs["leaves_out"]),)
+        return (str(self.attrs["leaves_out"]), *super().remarks())
 
     def _some(self) -> LiquidResponse:
         count = self.sizes["speed"]

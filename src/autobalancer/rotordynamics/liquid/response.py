@@ -12,6 +12,7 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve_rings import rings_of
 from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import MachineError, QuestionError
@@ -217,4 +218,5 @@ def _attributes(machine: Machine, balance: _Balance) -> dict[str, Any]:
         "unstable_to": band[1],
         "layers": [ring.layer for ring in balance.rings],
         "leaves_out": LEAVES_OUT,
+        "ignores": ", ".join(unknown(machine, Theory.LIQUID)),
     }

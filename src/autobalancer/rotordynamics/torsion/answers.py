@@ -30,7 +30,7 @@ class TorsionalModes(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What is said where there is none."""
-        return () if self.sizes["mode"] else ("nothing oscillates",)
+        return [*super().remarks(), *([] if self.sizes["mode"] else ["nothing oscillates"])]
 
     def heading(self) -> str:
         """Whose they are, and at which speed."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.terms import Theory
 from autobalancer.assembly.torsion.model import damping_at, shakes_of, torsion_of
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -74,9 +75,9 @@ def torsional_modes(machine: Machine | str | Path, speed: float | str = 0.0) -> 
         ("angle_imag", both, found.shape.imag, "imaginary part of the angle", ""),
     ):
         result[key] = (dims, numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Torsional natural frequencies of {machine.name}", balls=False) | {
-        "speed": speed
-    }
+    result.attrs = attributes(
+        machine, f"Torsional natural frequencies of {machine.name}", balls=False, theory=Theory.TORSION
+    ) | {"speed": speed}
     return TorsionalModes.of(result)
 
 
@@ -131,7 +132,9 @@ def torsional_critical_speeds(
         ),
     ):
         result[key] = ("critical", numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Torsional critical speeds of {machine.name}", balls=False)
+    result.attrs = attributes(
+        machine, f"Torsional critical speeds of {machine.name}", balls=False, theory=Theory.TORSION
+    )
     return TorsionalCriticalSpeeds.of(result)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.terms import Theory
 from autobalancer.assembly.torsion.model import Complexes, Floats, Shake, Torsion, damping_at, shakes_of, torsion_of
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -112,5 +113,5 @@ def _dataset(
         ("angle", parts, np.abs(angle), "amplitude of the angle beside steady turning", "rad"),
     ):
         result[key] = (dims, numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Torsional response of {machine.name}", balls=False)
+    result.attrs = attributes(machine, f"Torsional response of {machine.name}", balls=False, theory=Theory.TORSION)
     return TorsionalResponse.of(result)

@@ -21,11 +21,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from autobalancer.assembly.terms import Theory
 from autobalancer.errors import QuestionError
+from autobalancer.files.given import balls_in_races
 from autobalancer.stability.averaged.border import SEARCHED
 from autobalancer.stability.averaged.equations import Given, averaged_plane
 from autobalancer.stability.averaged.orthotropic import greatest_g, stable_ranges
-from autobalancer.stability.border import Border
+from autobalancer.stability.border import Border, ignoring
 from autobalancer.stability.host.planar import Plane
 
 WORST = "averaged border, worst case"
@@ -55,7 +57,10 @@ def explicit_averaged_border(machine: Given) -> Border:
     QuestionError
         If a race is off the axis, or rotor or balls are undamped.
     """
-    p = averaged_plane(machine)
+    if not isinstance(machine, Plane):
+        machine = balls_in_races(machine)
+        return ignoring(machine, explicit_averaged_border(averaged_plane(machine)), Theory.AVERAGED)
+    p = machine
     if not p.isotropic:
         return _orthotropic(p)
     share = damping_share(p)

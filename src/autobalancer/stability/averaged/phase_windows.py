@@ -15,7 +15,11 @@ import math
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from autobalancer.assembly.terms import Theory, ignores
+from autobalancer.errors import RangeWarning, warn
+from autobalancer.files.given import balls_in_races
 from autobalancer.stability.averaged.equations import Given, averaged_plane
+from autobalancer.stability.host.planar import Plane
 
 Window = tuple[float, float]
 
@@ -31,6 +35,10 @@ def speed_windows(machine: Given, *, damped: bool = False) -> list[Window]:
         If true, the sign of the real part of the forward receptance decides, and damping may close the lower range. If
         false, the undamped theory: (w_x, w_r) and (w_y, inf), one range where both critical speeds are one.
     """
+    if not isinstance(machine, Plane):
+        machine = balls_in_races(machine)
+        if left_out := ignores(machine, Theory.AVERAGED):
+            warn(f"speed windows: the averaged theory {left_out}", RangeWarning)
     p = averaged_plane(machine)
     squares = sorted(k / p.mass for k in p.stiffness)
     if not damped:

@@ -16,6 +16,7 @@ from autobalancer.assembly.fluids import Lags
 from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.rubber import has_rubber
 from autobalancer.assembly.system import assemble
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.assembly.torsion.links import without_links
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball
@@ -173,6 +174,7 @@ def ends_dataset(
         "seed": seed,
         "released": released(axes, acceleration, question.assembly.balls),
         "overlapping": states.size - possible.size,
+        "ignores": ", ".join(unknown(machine, Theory.BASIN)),
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
         **({} if question.rubs else {"friction_text": NONE_GIVEN}),
     }

@@ -145,7 +145,7 @@ class BifurcationCurves(Answer):
                 f"{axis.shown(value):.5g} {axis.sign}".rstrip() for axis, value in zip((first, second), at, strict=True)
             )
             said.append(f"{kind} at {', '.join(texts)}")
-        return [*said, *([f"ignores {self.attrs['ignores']}"] if self.attrs.get("ignores") else [])]
+        return [*said, *super().remarks()]
 
 
 def _span(values: xr.DataArray, axis: AxisUnit) -> str:

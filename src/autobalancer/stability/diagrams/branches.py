@@ -8,6 +8,7 @@ from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
@@ -22,7 +23,6 @@ from autobalancer.stability.diagrams.explorer import Branch, Explorer, Progress
 from autobalancer.stability.diagrams.tables import branch_dataset
 from autobalancer.stability.host.cycle import Cycle, Equations
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.periodic.partly_stalled import partly_stalled_orbits
 from autobalancer.stability.periodic.stalled import stalled_orbits
 from autobalancer.stability.states.exchanges import without_exchanges
@@ -158,7 +158,7 @@ def branches(
         "machine_name": machine.name,
         "parameter": parameter,
         "theory": "pseudo-arclength continuation of the full equations",
-        "ignores": ", ".join(ignored_at_rest(machine)),
+        "ignores": ", ".join(unknown(machine, Theory.AT_REST)),
     }
     if family.count > 1:
         attributes |= {"theory": f"{attributes['theory']} over half a turn", "not_followed": TWO_FREQUENCIES}

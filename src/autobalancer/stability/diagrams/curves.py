@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
@@ -23,7 +24,6 @@ from autobalancer.stability.diagrams.answers import BifurcationCurves
 from autobalancer.stability.diagrams.branches import begin_all, with_enough_harmonics
 from autobalancer.stability.diagrams.explorer import Explorer, Progress
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.units import optional_argument
 
 NEAR = 5e-3  # of both ranges: a special point so near to a curve is on it
@@ -123,7 +123,7 @@ def bifurcation_curves(
         "parameter": parameter,
         "second_parameter": second,
         "state": from_state,
-        "ignores": ", ".join(ignored_at_rest(machine)),
+        "ignores": ", ".join(unknown(machine, Theory.AT_REST)),
     }
     return _dataset(family, rows, specials, attributes)
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.profile import greatest_rise, highest_prescribed
+from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
@@ -32,8 +32,6 @@ from autobalancer.units import to_si, unbalance_argument
 
 STARTS = 400
 PART_GIVEN = "some races have no friction: their balls are ideal"
-FORCES_LEFT_OUT = "forces on the balls are left out here"
-TILT_LEFT_OUT = "balls feel the deflection of their race here, not its tilt"
 
 
 def held_by_friction(
@@ -77,15 +75,15 @@ def held_by_friction(
     if not (math.isfinite(at) and at > 0.0):
         raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
     holding, rolling = _coefficients(balls)
-    left_out = [TILT_LEFT_OUT] * (machine.tilting_races == "full") + [FORCES_LEFT_OUT] * has_forces(machine)
+    left_out = ignores(machine, Theory.HELD)
     if not holding.any():
-        return HeldByFriction(at, 0, (), "; ".join([NONE_GIVEN, *left_out]))
+        return HeldByFriction(at, 0, (), "; ".join(filter(None, (NONE_GIVEN, left_out))))
     races = _races(st, at, balls, holding, rolling)
     angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
     found = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
     rise = greatest_rise(machine, at)
     planes = tuple(replace(plane, drive_acceleration=rise) for plane in found)
-    return HeldByFriction(at, starts, planes, "; ".join([PART_GIVEN] * (not holding.all()) + left_out))
+    return HeldByFriction(at, starts, planes, "; ".join(filter(None, ("" if holding.all() else PART_GIVEN, left_out))))
 
 
 def held_share(machine: Machine, speeds: Floats) -> Floats:

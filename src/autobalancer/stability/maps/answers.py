@@ -35,7 +35,7 @@ class BorderCurve(Answer):
 
     def remarks(self) -> Sequence[str]:
         """Where the exact border is highest, and what all borders ignore."""
-        return [*self._highest(), *([f"ignores {self.attrs['ignores']}"] if self.attrs.get("ignores") else [])]
+        return [*self._highest(), *super().remarks()]
 
     def has_table(self) -> bool:
         """One parameter, and a border over it, must be there."""
@@ -86,10 +86,6 @@ class StabilityMap(Answer):
             return ""
         share = share_text(float((self["held_share"] >= 1.0).mean()))
         return f"the unbalance alone does not move balls at rest in {share} of the map"
-
-    def remarks(self) -> Sequence[str]:
-        """What is ignored."""
-        return [f"ignores {self.attrs['ignores']}"] if self.attrs.get("ignores") else []
 
     def has_table(self) -> bool:
         """Growth rates over two axes must be there."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from autobalancer.assembly.terms import Theory
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, PlanarRotor
@@ -18,7 +19,7 @@ from autobalancer.stability.averaged.stations import (
     averaged_station_growths,
     refuse_without_drag,
 )
-from autobalancer.stability.border import Border
+from autobalancer.stability.border import Border, ignoring
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.maps.balanced import Balanced
@@ -77,7 +78,9 @@ def averaged_border(
                 raise QuestionError(
                     "averaged border: the averaged theory does not know forces on the balls; ask borders for the exact border"
                 )
-            return _of_stations(st, worst_case, searched)
+            return ignoring(machine, _of_stations(st, worst_case, searched), Theory.AVERAGED)
+        found = planar_border(machine, unbalance, worst_case=worst_case, searched=searched)
+        return ignoring(machine, found, Theory.AVERAGED)
     return planar_border(machine, unbalance, worst_case=worst_case, searched=searched)
 
 
@@ -114,7 +117,6 @@ def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] |
             "averaged border: the worst case over the unbalance needs races on the axis of the rotor, in one plane; leave out "
             "worst_case for the border at the unbalance of the machine"
         )
-    tilts = "ignores tilt of the races" if st.slopes is not None else ""
     st = replace(st, slopes=None)
     low, high = searched or (st.scale_speed, highest_searched(st))
     members = _any_unbalance(st) if worst_case else members_of(st, averaged_station_growth)
@@ -124,7 +126,7 @@ def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] |
     where = "worst case over the unbalance" if worst_case else "at this unbalance"
     if not worst_case and len(found) > 1:
         where += f", worst of {len(found)} positions of the balls"
-    text = "; ".join(filter(None, (f"{where}, from the averaged eigenvalue problem", note, tilts)))
+    text = "; ".join(filter(None, (f"{where}, from the averaged eigenvalue problem", note)))
     return Border(WORST_CASE if worst_case else AVERAGED, speed, text)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.quantities import parameter_range, si_value
+from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -19,7 +20,6 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.plain_names import axis_attributes, dimension_of, text_of
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats, Plane, plane
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, weightless
 from autobalancer.stability.maps.answers import BorderCurve
 from autobalancer.stability.maps.exact import exact_borders
 from autobalancer.stability.maps.map_rates import with_values
@@ -29,8 +29,8 @@ from autobalancer.stability.maps.speeds import (
     borders_of,
     saying_what_is_ignored,
     speed_or_none,
+    theory_of,
 )
-from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.stability.states.described import Described, described, lower_critical_speed
 
 Progress = Callable[[int, int], None]
@@ -162,14 +162,20 @@ def _dataset(
         "unbalance": abs(p.unbalance),
         "capability": float(np.sum(p.capability)),
         "balls": len(resolve(machine)),
-        "ignores": _ignored(machine, names),
+        **_ignored(machine, names),
         "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
         "capture speed: torque balance of stalled balls",
     }
     return BorderCurve.of(found)
 
 
-def _ignored(machine: Machine, names: list[str]) -> str:
-    """What all borders of a curve together leave out: those of stalled balls know more."""
-    stalled = set(names) <= {RELEASE, CAPTURE}
-    return ", ".join((ignored_by_stalled if stalled else ignored_at_rest)(machine))
+def _ignored(machine: Machine, names: list[str]) -> dict[str, str]:
+    """What the borders of balls at rest leave out, and those of stalled balls, which know more."""
+    left_out: dict[bool, dict[str, None]] = {}
+    for name in names:
+        theory = theory_of(name)
+        left_out.setdefault(theory is Theory.STALLED, {}).update(dict.fromkeys(unknown(machine, theory)))
+    stalled = ", ".join(left_out.get(True, ()))
+    if False not in left_out:
+        return {"ignores": stalled}
+    return {"ignores": ", ".join(left_out[False]), "stalled_ignores": stalled}

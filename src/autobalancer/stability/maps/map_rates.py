@@ -13,10 +13,10 @@ import numpy as np
 
 from autobalancer.assembly.forces.rows import has_forces
 from autobalancer.assembly.quantities import with_quantity
+from autobalancer.assembly.terms import weightless
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.stability.host.planar import Floats, Plane
-from autobalancer.stability.ignored import weightless
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.states.described import Described, described
 

@@ -10,16 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer.assembly.quantities import with_quantity
-from autobalancer.errors import QuestionError
+from autobalancer.assembly.terms import ignores, weightless
+from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.ignored import weightless
 from autobalancer.stability.maps.averaged import AVERAGED, averaged_of
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.curve import VARIABLES
 from autobalancer.stability.maps.exact import border_of, exact_borders, worst_case_of
+from autobalancer.stability.maps.speeds import theory_of
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.stability.states.described import Described, described, lower_critical_speed
@@ -86,11 +87,14 @@ def minimum_drag(
 def _minimum(
     machine: Machine | str | Path, name: str, speed: float | str, which: str, unbalance: float | None
 ) -> float:
-    machine = weightless(balls_in_races(machine))
+    whole = balls_in_races(machine)
+    machine = weightless(whole)
     if which not in VARIABLES:
         raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
     wanted = _speed(speed)
     p = described(machine, unbalance)
+    if left_out := ignores(whole, theory_of(which)):
+        warn(f"minimum {name}: the {which} {left_out}", RangeWarning)
     if p.moment.size == 0:
         raise QuestionError(f"minimum {name}: the machine has no balls")
     fast = lower_critical_speed(p) if isinstance(p, Stations) else math.sqrt(max(p.stiffness) / p.mass)

@@ -7,16 +7,14 @@ run-up break away (Ryzhik et al. 2001; Spannan 2021, 4.73), and *capture speed*,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
+from autobalancer.assembly.terms import Theory, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.stability.border import Border, Borders
-from autobalancer.stability.ignored import ignored_at_rest, ignored_by_stalled, weightless, without
+from autobalancer.stability.border import Border, Borders, ignoring
 from autobalancer.stability.maps.averaged import AVERAGED, averaged_of
 from autobalancer.stability.maps.exact import exact_borders, worst_case_of
 from autobalancer.stability.stall.borders import release_of
@@ -113,12 +111,11 @@ def borders_of(
     return saying_what_is_ignored(machine, [border for border in found if border.name in wanted])
 
 
+def theory_of(border: str) -> Theory:
+    """Which theory a border is of, by its name."""
+    return {RELEASE: Theory.STALLED, CAPTURE: Theory.STALLED, AVERAGED: Theory.AVERAGED}.get(border, Theory.AT_REST)
+
+
 def saying_what_is_ignored(machine: Machine, borders: Sequence[Border]) -> tuple[Border, ...]:
-    """Borders whose notes name what their theory leaves out of this machine; one that is not known leaves out nothing."""
-    at_rest, stalled = without(ignored_at_rest(machine)), without(ignored_by_stalled(machine))
-    found = []
-    for border in borders:
-        ignored = stalled if border.name in (RELEASE, CAPTURE) else at_rest
-        says = ignored and not math.isnan(border.speed)
-        found.append(replace(border, note="; ".join(filter(None, (border.note, ignored)))) if says else border)
-    return tuple(found)
+    """Borders whose notes name what the theory of each leaves out of this machine."""
+    return tuple(ignoring(machine, border, theory_of(border.name)) for border in borders)

@@ -16,6 +16,7 @@ from autobalancer.assembly.quantities import (
     value_of,
     with_quantity,
 )
+from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
@@ -24,7 +25,6 @@ from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, dimens
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.ignored import ignored_at_rest, weightless
 from autobalancer.stability.maps.answers import StabilityMap
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.map_friction import with_friction, with_held
@@ -180,7 +180,7 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
         "positions": positions if p.moment.size > 2 else "only ones",
         "unbalance": abs(p.unbalance),
         "theory": f"exact: full equations, {route}",
-        "ignores": ", ".join(ignored_at_rest(with_friction(machine, values))),
+        "ignores": ", ".join(unknown(with_friction(machine, values), Theory.AT_REST)),
     }
     if not math.isnan(speed):
         found.attrs["speed"] = speed

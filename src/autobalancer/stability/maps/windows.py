@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.shown import rpm_and_si
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.ignored import ignored_at_rest, weightless, without
 from autobalancer.stability.maps.balanced import POINTS, Balanced, balanced_states
 from autobalancer.stability.states.described import Described, described, lower_critical_speed, why_no_state
 from autobalancer.units import argument, optional_argument, unbalance_argument
@@ -95,7 +95,7 @@ def stable_windows(
     note = found[0][1]
     if len(members) > 1:
         note = f"all of {len(members)} positions that balance; {note}".rstrip("; ")
-    note = "; ".join(filter(None, (note, without(ignored_at_rest(machine)))))
+    note = "; ".join(filter(None, (note, ignores(machine, Theory.AT_REST))))
     return StableWindows(tuple(common), (low, float(highest)), note)
 
 

@@ -13,12 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.terms import weightless
 from autobalancer.laws.stall import StalledBall, planar_receptance, stall_ranges
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.host.stations import Stations, stations
-from autobalancer.stability.ignored import weightless
 from autobalancer.stability.stall.closed_form import UNDAMPED, release_border
 from autobalancer.stability.stall.groups import Loads, StalledGroup, stalled_groups
 from autobalancer.stability.stall.joint import joint_borders

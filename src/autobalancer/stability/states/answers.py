@@ -69,8 +69,7 @@ class Eigenvalues(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What is left out, and where there is no such state."""
-        ignored, missing = str(self.attrs.get("ignores", "")), np.size(self.attrs.get("speeds_without_state", ()))
-        found = [f"ignores {ignored}"] if ignored else []
+        found, missing = super().remarks(), np.size(self.attrs.get("speeds_without_state", ()))
         return [*found, f"no such state at {missing} of the speeds"] if missing else found
 
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
@@ -17,7 +18,6 @@ from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Complexes, plane
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Stations, in_plane, stations
-from autobalancer.stability.ignored import ignored_at_rest
 from autobalancer.stability.states.answers import Eigenvalues, Equilibria
 from autobalancer.stability.states.described import why_no_state
 from autobalancer.stability.states.exchanges import without_exchanges
@@ -230,5 +230,5 @@ def _attributes(machine: Machine, st: Stations) -> dict[str, Any]:
         "machine_name": machine.name,
         "unbalance": abs(st.unbalance),
         "theory": "exact: full equations" + ("" if st.isotropic else ", Floquet exponents"),
-        "ignores": ", ".join(ignored_at_rest(machine)),
+        "ignores": ", ".join(unknown(machine, Theory.AT_REST)),
     }

@@ -56,7 +56,8 @@ def service_rows(service: Service, said: SpeedText) -> list[Row]:
     """What the rotor does without balancing: grade, vibration and forces."""
     grade = f"ISO 21940-11 {grade_name(service.grade)} ({velocity_text(service.grade)})"
     of = f", of {moment_text(service.unbalance)}, the needs of the planes added up" if service.added_up else ""
-    rows = [("without balancing", f"{grade} at {said(service.speed)}{of}")]
+    ignored = f"; {service.ignores}" if service.ignores else ""
+    rows = [("without balancing", f"{grade} at {said(service.speed)}{of}{ignored}")]
     for names, text, values in (("vibration", length_text, service.vibration), ("force", force_text, service.force)):
         known = [(name, value) for name, value in values if math.isfinite(value)]
         if known:
@@ -89,6 +90,7 @@ def _unbalance(found: Summary, said: SpeedText) -> Iterator[Row]:
 
 def _race(race: RaceSummary, found: Summary) -> Row:
     enough = _enough(race.capability, found) if len(found.races) == 1 else ""
+    enough += f"; {race.ignores}" if race.ignores else ""
     return (
         f"balancer {race.balancer}, race {race.race}",
         f"{race.balls} {race.bodies}{'s' * (race.balls > 1)}, "

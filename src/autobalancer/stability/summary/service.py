@@ -12,6 +12,7 @@ from autobalancer.assembly.place_response import plane_unbalances, without_balan
 from autobalancer.assembly.places import places_of, turning_mass
 from autobalancer.assembly.profile import unbalance_vector
 from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.kernels.measures.gauges import Gauges
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine import Machine
@@ -34,6 +35,7 @@ class Service:
     grade: float
     vibration: tuple[tuple[str, float], ...]
     force: tuple[tuple[str, float], ...]
+    ignores: str = ""
 
 
 def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> Service | None:
@@ -56,6 +58,7 @@ def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> S
         grade,
         tuple(zip(places.names, vibration, strict=True)),
         tuple(zip(places.supports, force, strict=True)),
+        ignores(machine, Theory.ROTOR),
     )
 
 

@@ -13,6 +13,7 @@ from autobalancer.assembly.off_center import OffCenter, off_center
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import highest_prescribed, largest_unbalance
 from autobalancer.assembly.system import assemble
+from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.catalog.odd_sizes import odd_sizes
 from autobalancer.catalog.race_capability import race_capability
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
@@ -49,6 +50,7 @@ class RaceSummary:
     capability: float
     drag: tuple[float, ...]
     bodies: str = "ball"  # what they are
+    ignores: str = ""  # what its capability does not know
 
 
 @dataclass(frozen=True, repr=False)
@@ -109,7 +111,10 @@ def summary(machine: Machine | str | Path) -> Summary:
     balls = resolve(machine)
     assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
-    races = tuple(_race([ball for ball in balls if (ball.balancer, ball.race) == place]) for place in places)
+    races = tuple(
+        _race([ball for ball in balls if (ball.balancer, ball.race) == place], ignores(machine, Theory.CAPABILITY))
+        for place in places
+    )
     unbalance, capability = abs(largest_unbalance(machine)), sum(race.capability for race in races)
     highest = highest_prescribed(machine)
     frame = frame_of(machine, highest)
@@ -202,7 +207,7 @@ def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -
     return moment**2 * springs.stiffness_xy[0] / mass / (damping * drag)
 
 
-def _race(balls: list[Ball]) -> RaceSummary:
+def _race(balls: list[Ball], ignored: str) -> RaceSummary:
     return RaceSummary(
         balancer=balls[0].balancer + 1,
         race=balls[0].race + 1,
@@ -212,6 +217,7 @@ def _race(balls: list[Ball]) -> RaceSummary:
         occupied_angle=occupied_angle(balls),
         capability=race_capability(balls),
         drag=tuple(sorted({ball.drag for ball in balls})),
+        ignores=ignored,
         bodies=balls[0].body if len({ball.body for ball in balls}) == 1 else "ball",
     )
 

@@ -1,0 +1,361 @@
+"""The terms of the equations, and which theory knows them: here each key of a machine file is declared for its terms.
+
+A run knows all terms. A theory knows those in ``known``; ``idle`` ones have no effect on what it says, for the reason in ``why``;
+of all others, where a machine has them, its answer says that it ignores them. A key that is declared nowhere is known to none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cache
+from typing import Any
+
+from autobalancer.assembly.bearings.hardening import has_hardening
+from autobalancer.assembly.forces.rows import has_forces
+from autobalancer.assembly.rubber import has_rubber
+from autobalancer.assembly.torsion.links import is_linked
+from autobalancer.catalog.resolve import resolve
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.keys import TAGS
+from autobalancer.machine.part import Part, spell
+from autobalancer.remembered import remembered
+
+
+class Theory(Enum):
+    """What answers without a run."""
+
+    AT_REST = "balls at rest"  # equilibria, eigenvalues, exact border, windows, maps, least drag, branches
+    AVERAGED = "averaged equations"
+    STALLED = "stalled balls"  # release and capture speed
+    HELD = "what friction holds"
+    LOOP = "loop of a measured receptance"  # the rotor of the machine is not asked
+    BASIN = "ends of starts at constant speed"  # runs of their own, named by the states at rest
+    CAPABILITY = "capability"
+    ROTOR = "rotor that carries its balls"  # modes, Campbell, critical speeds, response, equivalent planar rotor
+    LIQUID = "rings of liquid"
+    TORSION = "torsion of the drive"
+
+
+@dataclass(frozen=True)
+class Term:
+    """A term of the equations, or a group of them that all theories treat alike.
+
+    ``keys`` are of the form ``Class: key key; Class: *``; a star stands for all keys of a family of plug-ins.
+    """
+
+    name: str
+    keys: str
+    known: frozenset[Theory]
+    idle: frozenset[Theory] = frozenset()
+    why: str = ""
+    names: Mapping[Theory, str] = field(default_factory=dict)  # where a theory knows a part of it
+    there: Callable[[Machine], bool] | None = None  # by default where one of its keys is not at its neutral value
+
+    def owners(self) -> Iterator[tuple[str, str]]:
+        """Its keys as (class, key)."""
+        for group in self.keys.split(";"):
+            owner, _, names = group.partition(":")
+            yield from ((owner.strip(), name) for name in names.split())
+
+
+REST, AVERAGED, STALLED = Theory.AT_REST, Theory.AVERAGED, Theory.STALLED
+HELD, LOOP, BASIN = Theory.HELD, Theory.LOOP, Theory.BASIN
+CAPABILITY, ROTOR, LIQUID, TORSION = Theory.CAPABILITY, Theory.ROTOR, Theory.LIQUID, Theory.TORSION
+ALL = frozenset(Theory)
+OF_BALLS = frozenset({REST, AVERAGED, STALLED, HELD, LOOP, BASIN})
+ON_ROTOR = ALL - {LOOP, CAPABILITY, TORSION}
+NO_BALLS = frozenset({CAPABILITY, ROTOR, LIQUID, TORSION})  # what acts on moving balls cannot matter to them
+MEASURED = (
+    "a measured receptance stands for the rotor; capability does not ask it, and for torsion it is one stiff piece"
+)
+MOVING = "acts on balls that move"
+NOTHING = (None, 0, False, "", ())  # values of a key without a default that have no effect
+ANY_PLACE = "the answer holds for a speed or a start that the caller chooses"
+
+
+def _races(machine: Machine) -> Iterator[Any]:
+    return (race for balancer in machine.balancers for race in balancer.races)
+
+
+def _across(machine: Machine) -> bool:
+    return bool(machine.axis == "horizontal" and machine.gravity > 0.0)
+
+
+def _tilts(machine: Machine) -> bool:
+    return machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor)
+
+
+def _meets(machine: Machine) -> bool:
+    """Whether balls of known size can meet."""
+    return any(
+        race.ball_count > 1 and not race.coincidence
+        for b, balancer in enumerate(machine.balancers)
+        for r, race in enumerate(balancer.races)
+        if any(ball.diameter for ball in resolve(machine) if (ball.balancer, ball.race) == (b, r))
+    )
+
+
+TERMS = (
+    Term(
+        "mass, springs and dampers of the rotor",
+        "PlanarRotor: mass stiffness critical_speed damping damping_ratio half_power_bandwidth; "
+        "RigidRotor: mass transverse_inertia polar_inertia stiffness_proportional_damping; "
+        "ShaftRotor: stiffness_proportional_damping; Resonance: mass frequency damping_ratio; "
+        "Support: position stiffness damping cross_stiffness tilt_stiffness tilt_damping; SpeedTable: speed stiffness damping; "
+        "ShaftMaterial: density youngs_modulus shear_modulus poisson_ratio; "
+        "ShaftSegment: length diameter inner_diameter elements shear_coefficient; "
+        "Disk: position mass transverse_inertia polar_inertia offset extent; "
+        "Body: mass position offset transverse_inertia polar_inertia inertia rotating; Joint: *; "
+        "Rubber: stiffness damping; RubberRelaxation: relaxation_time stiffness; Station: position body; Balancer: station",
+        ON_ROTOR,
+        ALL - ON_ROTOR,
+        MEASURED,
+    ),
+    Term(
+        "weight along the axis",
+        "Machine: gravity; ShaftRotor: up thrust_bearing; MultibodyRotor: up",
+        ON_ROTOR,
+        ALL - ON_ROTOR,
+        MEASURED,
+        there=lambda machine: getattr(machine.rotor, "up", None) is not None and machine.axis == "vertical",
+    ),
+    Term(
+        "gravity in the plane",
+        "Machine: axis gravity",
+        frozenset({HELD, LIQUID, TORSION}),
+        frozenset({CAPABILITY, ROTOR}),
+        "deflections count from where the rotor rests",
+        there=_across,
+    ),
+    Term(
+        "tilt of the races",
+        "Machine: tilting_races",
+        frozenset({REST, BASIN}),
+        NO_BALLS,
+        MOVING,
+        there=_tilts,
+    ),
+    Term(
+        "unbalance",
+        "Unbalance: moment mass radius couple misalignment angle station; Schedule: time factor",
+        ON_ROTOR | {TORSION},
+        frozenset({LOOP, CAPABILITY}),
+        "is an argument of its own here",
+    ),
+    Term(
+        "balls",
+        "Balls: count body diameter mass density material length inner_diameter inertia motion; "
+        "Race: bearing orbit_radius race_radius; Fluid: name temperature density viscosity virtual_mass",
+        ALL - {LIQUID, TORSION},
+        frozenset({LIQUID, TORSION}),
+        "rings of liquid stand in place of balls, and in torsion balls run freely",
+    ),
+    Term(
+        "eccentric races",
+        "Race: eccentricity eccentricity_angle",
+        OF_BALLS - {LOOP},
+        NO_BALLS,
+        "the places of balls are not asked",
+        there=lambda machine: any(race.eccentricity for race in _races(machine)),
+    ),
+    Term("linear drag", "Drag: *", OF_BALLS, NO_BALLS, MOVING),
+    Term(
+        "drag that is not linear",
+        "Drag: *; ShearLaw: *",
+        frozenset({STALLED, BASIN}),
+        NO_BALLS,
+        MOVING,
+        there=lambda machine: any(ball.drag_curve is not None for ball in resolve(machine)),
+    ),
+    Term(
+        "lag of the fluid",
+        "Fluid: lag; Race: width height",
+        frozenset({BASIN}),
+        ALL - {BASIN},
+        "at constant speed, and in a slow run-up, the fluid turns with its race",
+    ),
+    Term("slipstream", "Race: slipstream", frozenset({BASIN}), NO_BALLS, MOVING),
+    Term(
+        "friction",
+        "Friction: rolling_resistance; Balls: bearing_radius",
+        frozenset({STALLED, HELD, BASIN}),
+        NO_BALLS,
+        MOVING,
+        there=lambda machine: any(ball.rolling_resistance for ball in resolve(machine)),
+    ),
+    Term("adherence", "Friction: adherence; Balls: bearing_radius", frozenset({HELD, BASIN}), NO_BALLS, MOVING,
+         there=lambda machine: any(race.friction is not None and race.friction.adherence for race in _races(machine))),
+    Term(
+        "friction between balls",
+        "Contact: friction slip_speed",
+        frozenset(),
+        NO_BALLS,
+        MOVING,
+        there=lambda machine: any(race.contact is not None and race.contact.friction > 0.0 for race in _races(machine)),
+    ),
+    Term(
+        "contact between balls",
+        "Contact: restitution stiffness; Race: coincidence; "
+        "Rebound: yield_speed exponent speeds factors critical_stokes",
+        frozenset(),
+        ALL - {BASIN},
+        "rebound is of the motion; the states are those of balls that stand free, or in line where they say so",
+        there=_meets,
+    ),
+    Term("partitions", "Partitions: count angle", frozenset({STALLED}), NO_BALLS - {CAPABILITY}, MOVING),
+    Term(
+        "waves of the race",
+        "Harmonic: order amplitude angle; Roundness: deviations angle harmonics",
+        frozenset({BASIN}),
+        NO_BALLS,
+        MOVING,
+    ),
+    Term(
+        "resolved contact",
+        "ResolvedContact: stiffness reduced_modulus restitution damping sliding_friction slip_speed rest_speed "
+        "adherence_stiffness floor_friction floor_motion ball_friction start_gap; FrictionLaw: *",
+        frozenset(),
+        NO_BALLS,
+        MOVING,
+        there=lambda machine: any(race.resolved is not None for race in _races(machine)),
+    ),
+    Term("forces on the balls", "Force: *", frozenset({REST}), NO_BALLS, MOVING, there=has_forces),
+    Term(
+        "excitations",
+        "BaseMotion: acceleration displacement frequency order phase direction; "
+        "RecordedBaseMotion: time acceleration direction; HarmonicForce: station force frequency order phase direction; "
+        "RecordedForce: station time force direction",
+        frozenset({BASIN}),
+        frozenset({LOOP, CAPABILITY, ROTOR, TORSION}),
+        "the answer is what unbalance does, or how the rotor moves freely",
+        there=lambda machine: bool(machine.excitations),
+    ),
+    Term(
+        "hardening of the bearings (stiffness at rest)",
+        "Hardening: cubic_stiffness clearance contact_stiffness distance force center",
+        frozenset({BASIN}),
+        ALL - ON_ROTOR,
+        MEASURED,
+        there=has_hardening,
+    ),
+    Term(
+        "softening of the rubber (stiffness of small motions)",
+        "RubberFriction: law breakaway_amplitude stiffness",
+        frozenset({BASIN, ROTOR}),
+        ALL - ON_ROTOR,
+        MEASURED,
+        {STALLED: "softening of the rubber by the unbalance"},
+        there=has_rubber,
+    ),
+    Term(
+        "torsion of the drive",
+        "Coupling: stiffness damping inertia error order phase; MotorMount: inertia stiffness damping",
+        frozenset({TORSION}),
+        frozenset({LOOP, CAPABILITY, ROTOR}),
+        "these ask how the rotor deflects",
+        there=is_linked,
+    ),
+    Term(
+        "torque of the drive (constant speed)",
+        "ConstantTorque: torque damping; TargetTorque: gain damping; TorqueTable: speed torque damping; "
+        "AsynchronousMotor: rated_torque overload synchronous_speed breakdown_slip; AsynchronousDrive: damping; "
+        "TorqueRipple: torque order phase; PlanarRotor: inertia; ModalRotor: inertia",
+        frozenset({TORSION}),
+        frozenset({LOOP, CAPABILITY, ROTOR}),
+        "these ask how the rotor deflects at a speed that is given",
+        there=lambda machine: machine.drive.kind != "speed",
+    ),
+    Term(
+        "speed over time",
+        "Constant: speed; Ramp: start end duration delay; Table: time speed; Dwell: speeds hold acceleration; "
+        "Hill: start end half_time exponent; "
+        "Reduction: start peak reduced end acceleration hold_peak hold_reduced dwell hold_dwell",
+        frozenset({STALLED}),
+        ALL - {STALLED},
+        ANY_PLACE,
+    ),
+    Term(
+        "starts and names",
+        "Machine: name description; Station: name; Balancer: name; Body: name; Disk: name; Coupling: name; "
+        "Start: rotor_angle speed deflection velocity; Balls: start_angles start_speeds; RunPlan: duration; "
+        "ShaftRotor: modes; MultibodyRotor: modes",
+        frozenset(),
+        ALL,
+        ANY_PLACE,
+    ),
+    Term(
+        "rings of liquid",
+        "LiquidRing: name radius height width layer liquid",
+        frozenset({LIQUID}),
+        ALL - ON_ROTOR,
+        "no machine has balls and rings",
+    ),
+)  # fmt: skip
+
+
+def unknown(machine: Machine, theory: Theory) -> tuple[str, ...]:
+    """What a machine has and a theory does not know, in words: terms, and keys that nobody has declared."""
+    terms, undeclared = _terms_of(machine)
+    left_out = [term.names.get(theory, term.name) for term in terms if theory not in term.known | term.idle]
+    return (*left_out, *(f"{path} (not known to any theory)" for path in undeclared))
+
+
+def ignores(machine: Machine, theory: Theory) -> str:
+    """The same as a remark, ``"ignores friction, slipstream"``; empty if nothing is left out."""
+    left_out = unknown(machine, theory)
+    return f"ignores {', '.join(left_out)}" if left_out else ""
+
+
+def weightless(machine: Machine) -> Machine:
+    """The machine without the weight across a horizontal axis, with which nothing rests in the rotor; others as they are."""
+    return machine.model_copy(update={"gravity": 0.0}) if _across(machine) else machine
+
+
+def declared_for(part: type[Part], key: str) -> tuple[Term, ...]:
+    """The terms that a key of a part makes; empty if nobody has declared it."""
+    owners = [base.__name__ for base in part.__mro__]
+    return tuple(term for owner in owners for at in (key, "*") for term in _declared().get((owner, at), ()))
+
+
+def undeclared_keys(part: type[Part]) -> tuple[str, ...]:
+    """The keys of a part that say a value and belong to no term; one that names the kind of a part needs none."""
+    return tuple(key for key in part.model_fields if key not in TAGS and not declared_for(part, key))
+
+
+@cache
+def _declared() -> dict[tuple[str, str], tuple[Term, ...]]:
+    found: dict[tuple[str, str], tuple[Term, ...]] = {}
+    for term in TERMS:
+        for owner in term.owners():
+            found[owner] = (*found.get(owner, ()), term)
+    return found
+
+
+@remembered(8)
+def _terms_of(machine: Machine) -> tuple[tuple[Term, ...], tuple[str, ...]]:
+    """The terms that a machine has, and the paths of keys away from their neutral value that belong to none."""
+    there: set[str] = set()
+    undeclared: list[str] = []
+    for part, key, path in _said(machine, ()):
+        terms = declared_for(type(part), key)
+        there.update(term.name for term in terms)
+        if not terms:
+            undeclared.append(spell(path, "").removesuffix(": "))
+    found = tuple(term for term in TERMS if (term.there(machine) if term.there is not None else term.name in there))
+    return found, tuple(undeclared)
+
+
+def _said(part: Part, path: tuple[str | int, ...]) -> Iterator[tuple[Part, str, tuple[str | int, ...]]]:
+    """Every key of a part and of those in it that is not at its neutral value: its default, or nothing where it has none."""
+    for key, about in type(part).model_fields.items():
+        value, here = getattr(part, key), (*path, key)
+        inner = [(here, value)] if isinstance(value, Part) else []
+        if isinstance(value, tuple):
+            inner = [((*here, number), one) for number, one in enumerate(value) if isinstance(one, Part)]
+        for at, one in inner:
+            yield from _said(one, at)
+        neutral = NOTHING if about.is_required() else (about.get_default(call_default_factory=True),)
+        if not inner and key not in TAGS and value not in neutral:
+            yield part, key, here
