@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import gc
+import io
 import os
 import signal
 import sys
 from typing import Any
 
 TRACEBACK = "AUTOBALANCER_TRACEBACK"
+NARROWEST = 40  # columns for which tables and helps are made
 
 
 def main() -> None:
@@ -24,6 +26,12 @@ def main() -> None:
     gc.set_threshold(
         200_000, 20, 20
     )  # what a command loads lives to its end: looking for garbage in it takes a tenth of the time
+    for stream in (sys.stdout, sys.stderr):  # a pipe may have an encoding without µ: an answer must not be lost for it
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace" if stream is sys.stderr else "replace")
+    columns = os.environ.get("COLUMNS", "")
+    if columns.isdecimal() and int(columns) < NARROWEST:
+        os.environ["COLUMNS"] = str(NARROWEST)
     try:
         from autobalancer.cli import app
 

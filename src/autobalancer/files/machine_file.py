@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.bounds import refuse_out_of_bounds
 from autobalancer.files.profiles import with_profiles
-from autobalancer.files.text import MACHINE, read_text
+from autobalancer.files.text import MACHINE, parsed_toml, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
@@ -94,10 +93,7 @@ def parse_race_machine(text: str, source: str = "machine text") -> Machine:
 
 def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine | ChamberMachine:
     """Like :func:`load_machine`, from a ``text``; ``source`` is named in errors, ``folder`` holds measured profiles."""
-    try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as reason:  # also a number of thousands of digits
-        raise MachineFileError(f"{source}: not valid TOML: {reason}") from None
+    data = parsed_toml(text, source, MachineFileError)
     refuse_out_of_bounds(data, source)
     try:
         if "chambers" in data:

@@ -1,10 +1,14 @@
-"""Text files of others, read as far as they may go."""
+"""Text files of others, read as far as they may go, and what TOML says in them."""
 
 from __future__ import annotations
 
+import datetime
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.samples import sample_hint
 from autobalancer.safe_file import not_to_read
 
@@ -51,6 +55,50 @@ def read_text(path: Path, largest: int, error: type[AutobalancerError], place: s
         raise error(f"{place}: is no text in UTF-8; save it with this encoding") from None
     except ValueError as fault:
         raise error(f"{place}: {fault}") from None
+
+
+def read_toml(path: Path, error: type[AutobalancerError] = QuestionError) -> dict[str, Any]:
+    """The content of a TOML file of at most 10 MB; raises as :func:`read_text`, also if it is no TOML."""
+    return parsed_toml(read_text(path, MACHINE, error), str(path), error)
+
+
+def parsed_toml(text: str, place: str, error: type[AutobalancerError] = QuestionError) -> dict[str, Any]:
+    """The content of a text in TOML.
+
+    Parameters
+    ----------
+    text
+        What was read.
+    place
+        What messages begin with.
+    error
+        The kind of error to raise.
+
+    Raises
+    ------
+    AutobalancerError
+        Of the given kind, if it is no TOML, or holds a date.
+    """
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as reason:  # also a number of thousands of digits
+        path = " (a path of Windows needs single quotes, or / for each \\)" if "\\" in str(reason) else ""
+        raise error(f"{place}: not valid TOML: {reason}{path}") from None
+    for key, problem in _odd_values(data, ""):
+        raise error(f"{place}: {key}: {problem}")
+    return data
+
+
+def _odd_values(value: Any, place: str) -> Iterator[tuple[str, str]]:
+    """Values that TOML knows and no file of ours does."""
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _odd_values(entry, f"{place}.{key}" if place else key)
+    elif isinstance(value, list):
+        for number, entry in enumerate(value, 1):
+            yield from _odd_values(entry, f"{place}[{number}]")
+    elif isinstance(value, (datetime.date, datetime.time)):
+        yield place, f"given the date or time {value}; no key takes one, put a text in quotes"
 
 
 def decoded(content: bytes, otherwise: str = "") -> str:

@@ -11,11 +11,12 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine.part import Part
+from autobalancer.results.chamber.shape import is_chamber_run
 from autobalancer.units import shortened
 
 Arguments = ParamSpec("Arguments")
 Answer = TypeVar("Answer")
-RUNS = "simulate"
+RUNS, CHAMBER_RUNS = "simulate", "simulate_chamber"
 
 
 def of_a_run(
@@ -37,11 +38,21 @@ def of_a_run(
             run = arguments[0] if arguments else named.get("run")
             if (arguments or "run" in named) and not isinstance(run, xr.Dataset):
                 raise QuestionError(_wanted(function.__name__, run, runs, of_machine))
+            if isinstance(run, xr.Dataset):
+                _refuse_other_kind(function.__name__, run, runs)
             return function(*arguments, **named)
 
         return asked
 
     return checked
+
+
+def _refuse_other_kind(name: str, run: xr.Dataset, runs: str) -> None:
+    if is_chamber_run(run) != (runs == CHAMBER_RUNS):
+        given, wanted = ("deep chambers", "balls in races") if runs == RUNS else ("balls in races", "deep chambers")
+        raise QuestionError(f"{name}: given a run of {given}, or a result that is no run; this is for {wanted}")
+    if "machine" not in run.attrs:
+        raise QuestionError(f"{name}: the run has lost its attributes, such as its machine; give it as it was computed")
 
 
 def _wanted(name: str, given: object, runs: str, of_machine: str) -> str:

@@ -29,7 +29,10 @@ def argument(name: str, value: Any, unit: str) -> float:
     if isinstance(value, bool) or not hasattr(value, "__float__") or getattr(value, "ndim", None):
         kind = f"a number in {unit}" if unit else "a number"
         raise UnitError(f"{name}: given {shortened(value)}; give {kind} or a text such as {sample(unit)}")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise UnitError(f"{name}: given {shortened(value)}; no number of a machine is that great") from None
 
 
 def optional_argument(name: str, value: Any, unit: str) -> float | None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.text import MACHINE, read_text
+from autobalancer.files.text import read_toml
 from autobalancer.machine.part import unknown_key
 from autobalancer.measurement.balancing.runs import BalanceRun, Reading, TrialMass
 
@@ -42,10 +41,7 @@ def given_runs(runs: Sequence[BalanceRun] | str | Path) -> tuple[tuple[BalanceRu
     if not isinstance(runs, (str, Path)):
         return tuple(runs), {}
     path = Path(runs)
-    try:
-        data = tomllib.loads(read_text(path, MACHINE, QuestionError))
-    except (tomllib.TOMLDecodeError, RecursionError) as reason:
-        raise QuestionError(f"{path}: not valid TOML: {reason}") from None
+    data = read_toml(path)
     _check(data, TOP, f"{path}")
     entries = _tables(data, "runs", f"{path}")
     if not entries:

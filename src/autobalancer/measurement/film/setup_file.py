@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.text import MACHINE, read_text
+from autobalancer.files.text import read_toml
 from autobalancer.machine.part import unknown_key
 from autobalancer.measurement.film.drawn.camera import Camera
 from autobalancer.measurement.film.drawn.render import scenery
@@ -39,10 +38,7 @@ def load_film_setup(path: str | Path) -> FilmSetup:
         If the file, a key or a value is wrong; the message names it.
     """
     path = Path(path)
-    try:
-        data: dict[str, Any] = tomllib.loads(read_text(path, MACHINE, QuestionError))
-    except (tomllib.TOMLDecodeError, RecursionError) as reason:
-        raise QuestionError(f"{path}: not valid TOML: {reason}") from None
+    data = read_toml(path)
     for key in data:
         if key not in KEYS:
             raise QuestionError(f"{path}: {key}: {unknown_key(key, KEYS)}")

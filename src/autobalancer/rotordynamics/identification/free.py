@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -11,7 +11,8 @@ from autobalancer.assembly.parameters import parameter_of, with_value_at
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at
-from autobalancer.units import to_si
+from autobalancer.units import shortened
+from autobalancer.units.arguments import argument
 
 Tie = Literal["value", "factor", "offset"]
 Bounds = tuple[float, float]
@@ -113,9 +114,14 @@ def unknowns(machine: Machine, free: Any) -> list[Unknown]:
 
 
 def _read(machine: Machine, free: FreeParameter) -> Unknown:
-    paths = (free.paths,) if isinstance(free.paths, str) else tuple(free.paths)
+    several = isinstance(free.paths, Iterable) and not isinstance(free.paths, str)
+    paths = tuple(free.paths) if several else (free.paths,)
     if not paths:
         raise QuestionError("identify: free: a parameter has no path; give at least one")
+    if not all(isinstance(path, str) for path in paths):
+        raise QuestionError(
+            f"identify: free: paths: given {shortened(list(paths))}; must be texts such as 'rotor.damping'"
+        )
     name = free.name or paths[0]
     if free.tie not in get_args(Tie):
         raise QuestionError(f"identify: {name}: tie: given {free.tie!r}; must be one of {', '.join(get_args(Tie))}")
@@ -148,11 +154,10 @@ def _scale(lower: float, upper: float, start: float, origin: float, name: str) -
 
 
 def _number(value: float | str, unit: str, name: str) -> float:
-    if isinstance(value, str):
-        try:
-            return float(to_si(value, unit))
-        except UnitError as reason:
-            raise QuestionError(f"identify: {name}: {reason}") from None
-    if math.isnan(value):
+    try:
+        number = argument(f"identify: {name}", value, unit)
+    except UnitError as reason:
+        raise QuestionError(str(reason)) from None
+    if math.isnan(number):
         raise QuestionError(f"identify: {name}: given nan; give a number")
-    return float(value)
+    return number

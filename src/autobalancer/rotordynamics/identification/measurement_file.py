@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.text import MACHINE, read_text
+from autobalancer.files.text import read_toml
 from autobalancer.machine.part import unknown_key
 from autobalancer.machine.path import unit_at
 from autobalancer.rotordynamics.identification.curve_file import read_curve
@@ -21,8 +20,9 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredStiffness,
     Measurement,
 )
-from autobalancer.units import to_si
+from autobalancer.units import shortened, to_si
 
+TEXTS = ("name", "label", "tie", "path", "file", "quantity")
 MODE_UNITS = {"frequency": "rad/s", "decay_rate": "1/s", "damping_ratio": ""}
 
 
@@ -60,9 +60,9 @@ def read_measurements(
     """
     path = Path(path)
     try:
-        data = tomllib.loads(read_text(path, MACHINE, QuestionError))
-    except (tomllib.TOMLDecodeError, RecursionError) as reason:
-        raise QuestionError(f"{path}: not valid TOML: {reason}{_hint(path)}") from None
+        data = read_toml(path)
+    except QuestionError as reason:
+        raise QuestionError(f"{reason}{_hint(path)}") from None
     kinds = KINDS | dict(more or {})
     unknown = sorted(set(data) - set(kinds) - {"name", "description"})
     if unknown:
@@ -86,12 +86,14 @@ def read_measurements(
                     found.append(kinds[kind].read(entry, path.parent))
             except AutobalancerError as error:
                 raise type(error)(f"{where}: {error}") from None
+            except (TypeError, ValueError, AttributeError) as error:
+                raise QuestionError(f"{where}: a value has the wrong form: {error}") from None
     return free, found
 
 
 def _hint(path: Path) -> str:
     """What to do with a table that was given in place of the file that names it."""
-    if path.suffix.lower() == ".toml":
+    if path.suffix.lower() == ".toml" or not path.is_file():
         return ""
     return (
         ". A measurement file ends with .toml and says what is free and what was measured; "
@@ -106,9 +108,15 @@ def _list(entries: Any, path: Path, kind: str) -> list[dict[str, Any]]:
 
 
 def _check_keys(entry: dict[str, Any], kind: Kind, where: str) -> None:
-    for key in entry:
+    for key, value in entry.items():
         if key not in kind.keys:
             raise QuestionError(f"{where}.{key}: {unknown_key(key, kind.keys)}")
+        if isinstance(value, dict) or (
+            isinstance(value, list) and any(isinstance(part, (dict, list)) for part in value)
+        ):
+            raise QuestionError(f"{where}.{key}: given {shortened(value)}; must be a single value, or a list of them")
+        if key in TEXTS and not isinstance(value, str):
+            raise QuestionError(f"{where}.{key}: given {shortened(value)}; must be a text")
     for key in kind.needed:
         if key not in entry:
             raise QuestionError(f"{where}.{key}: missing; it has no default")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.rigs import rig, rigs
 from autobalancer.files.samples import beside
-from autobalancer.files.text import MACHINE, read_text
+from autobalancer.files.text import read_toml
 from autobalancer.machine import Machine
 from autobalancer.machine.bare_numbers import bare_entry
 from autobalancer.machine.part import unknown_key
@@ -78,12 +77,7 @@ def read_spec(given: str | Path | Mapping[str, Any]) -> Spec:
     if not isinstance(given, (str, Path)):
         raise QuestionError(f"specification: given {shortened(given)}; give the path of a file, or a dict of its form")
     path = Path(given)
-    try:
-        data = tomllib.loads(read_text(path, MACHINE, QuestionError))
-    except (ValueError, RecursionError) as reason:
-        raise (
-            reason if isinstance(reason, QuestionError) else QuestionError(f"{path}: not valid TOML: {reason}")
-        ) from None
+    data = read_toml(path)
     return _named_faults(str(path), data, path.parent, path.stem)
 
 

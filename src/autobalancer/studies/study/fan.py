@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -13,6 +12,7 @@ import xarray as xr
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import corners
 from autobalancer.errors import AutobalancerError, QuestionError, unwarned
+from autobalancer.files.text import read_toml
 from autobalancer.machine import Hill, Machine, PrescribedSpeed
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.labeled import Labeled
@@ -115,8 +115,8 @@ def _is_machine(given: Any) -> bool:
     if not isinstance(given, (str, Path)):
         return isinstance(given, Machine)
     try:
-        return "rotor" in tomllib.loads(Path(given).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return "rotor" in read_toml(Path(given))
+    except QuestionError:
         return False  # whoever reads it says what is wrong
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -11,7 +10,7 @@ from typing import Any, cast
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.samples import beside
-from autobalancer.files.text import MACHINE, read_text
+from autobalancer.files.text import read_toml
 from autobalancer.machine import Machine
 from autobalancer.machine.part import unknown_key
 from autobalancer.studies.study.entries import number, one_of, whole
@@ -59,12 +58,7 @@ def read_study(given: str | Path | Mapping[str, Any]) -> Study:
     """
     if isinstance(given, (str, Path)):
         path = Path(given)
-        try:
-            data = tomllib.loads(read_text(path, MACHINE, QuestionError))
-        except (ValueError, RecursionError) as reason:
-            raise (
-                reason if isinstance(reason, QuestionError) else QuestionError(f"{path}: not valid TOML: {reason}")
-            ) from None
+        data = read_toml(path)
         return _named_faults(str(path), data, path.parent, path.stem)
     if isinstance(given, Mapping):
         return _named_faults("study", dict(given), Path(), "study")
