@@ -18,7 +18,7 @@ from autobalancer.kernels.system import BALLS
 from autobalancer.machine.plain_names import dimension_of
 from autobalancer.results.measure_table import PER_BALL
 from autobalancer.results.shares import wilson_interval
-from autobalancer.studies.ensemble import follow, room
+from autobalancer.studies.ensemble import follow
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles
@@ -295,10 +295,20 @@ def test_an_interrupted_ensemble_keeps_what_is_done() -> None:
         ab.ensemble(STALL, {"drag": DRAG}, duration=0.05, workers=1, progress=stop)
 
 
-def test_more_members_than_memory_holds_are_refused_with_the_number_that_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(room, "free_memory", lambda: 1e6)
-    with pytest.raises(QuestionError, match=r"at most \d+ members fit"):
-        ab.ensemble(STALL, seeds=100_000)
+def test_more_than_memory_holds_is_refused_with_the_number_that_fits(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    many = np.linspace(0.0, 1.0, 1000)
+    monkeypatch.setattr("autobalancer.memory.free_memory", lambda: 1e6)
+    for what, question in (
+        ("members", lambda: ab.ensemble(STALL, seeds=100_000)),
+        ("starts", lambda: ab.basin(STALL, 300.0, random=10**12)),
+        ("starts", lambda: ab.basin(STALL, 300.0, {"ball_angle[1]": many, "ball_angle[2]": many})),
+        ("points", lambda: ab.stability.map(STALL, {"speed": 300.0 + many, "drag": 1e-6 + many})),
+        ("starts", lambda: ab.report(STALL, tmp_path / "r.html", starts=10**9)),
+    ):
+        with pytest.raises(QuestionError, match=rf"at most \d+ {what} fit"):
+            question()
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.measurement.comparison.opened import load_measured
+from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.patience import shows_progress, silent
 from autobalancer.reporting.balls_page import balls_page
 from autobalancer.reporting.change_page import change_page
@@ -50,7 +51,7 @@ from autobalancer.shown import speeds_in_rpm
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.summary.summary import Summary
 from autobalancer.studies.design.answer import Designed
-from autobalancer.studies.ensemble.ensemble import ensemble
+from autobalancer.studies.ensemble.ensemble import bytes_of_a_member, ensemble
 
 TENTH = 10  # of the random starts, with which small changes are tried
 PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
@@ -135,6 +136,7 @@ def report(
     ready_to_write(path)
     name = str(machine) if isinstance(machine, (str, Path)) else "machine.toml"
     described = balls_in_races(machine)
+    refuse_what_does_not_fit("report", starts, "starts", bytes_of_a_member(described, False), "; ask for fewer")
     wanted = _Wanted(
         name=Path(name).name,
         grade=_grade(grade),

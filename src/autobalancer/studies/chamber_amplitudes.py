@@ -20,6 +20,8 @@ from autobalancer.studies.chamber_runs import refuse_unmeasurable
 from autobalancer.units import argument, optional_argument
 from autobalancer.units.ranges import listed, whole
 
+MOST_RUNS = 100_000  # of one study
+
 
 @shows_progress
 def amplitudes(
@@ -86,6 +88,9 @@ def amplitudes(
     for name, values in (("counts", numbers), ("frictions", frictions), ("layers", layers), ("seeds", seeds)):
         if len(values) == 0:
             raise QuestionError(f"{name}: given none; give at least one")
+    asked = len(frictions) * len(seeds) * sum(map(len, each.values()))
+    if asked > MOST_RUNS:
+        raise QuestionError(f"amplitudes: {asked} runs are asked for; at most {MOST_RUNS} are possible, ask for fewer")
     refuse_unmeasurable(duration, sample, last)
     own = machine.chambers[0]
     for friction in frictions:  # refused here, not noted as a gap

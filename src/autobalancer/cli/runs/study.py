@@ -78,7 +78,7 @@ def amplitudes(
             layers=list(counts),
             archive=archive,
             step=optional("--step", step, "s"),
-            seeds=list(range(seeds)),
+            seeds=range(seeds),
             last=optional("--last", last, "s"),
             workers=workers or None,
             progress=update,

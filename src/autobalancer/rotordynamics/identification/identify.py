@@ -25,6 +25,8 @@ from autobalancer.rotordynamics.identification.measurements import Measurement
 from autobalancer.rotordynamics.identification.outcome import dataset, report_text
 from autobalancer.rotordynamics.identification.trial import Trial
 
+MOST_STARTS = 10_000  # fits of one question
+
 
 @dataclass(frozen=True)
 class Identification:
@@ -111,6 +113,10 @@ def identify(
         raise QuestionError(f"identify: loss_scale: given {loss_scale!r}; must be greater than zero")
     if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
         raise QuestionError(f"identify: starts: given {starts!r}; must be a whole number from 1")
+    if starts > MOST_STARTS:
+        raise QuestionError(
+            f"identify: starts: given {starts}; each is a fit of its own, at most {MOST_STARTS} are possible"
+        )
     search = search or max((getattr(one, "search", EXACT) for one in measurements), key=lambda one: one.error)
     units = {u.name: u.unit for u in sought}
     rows = [measurement.rows() for measurement in measurements]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from autobalancer.assembly.starts import start_angles
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, X, Y
+from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.random_numbers import generator
 from autobalancer.stability.basins.end_states import Question
 
@@ -29,7 +31,8 @@ def starts_of(
     if any(v.ndim != 1 or v.size == 0 or not np.all(np.isfinite(v)) for v in values):
         raise QuestionError("basin: each axis needs a list of finite numbers")
     shape = tuple(v.size for v in values) if axes else (random,)
-    count = int(np.prod(shape))
+    count = math.prod(shape)
+    refuse_what_does_not_fit("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
     first = question.assembly.state.copy()
     first[[X, Y, VX, VY, THETA]] = 0.0
     if question.assembly.general:

@@ -22,6 +22,7 @@ from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, dimension_of, parts_of
+from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.planar import Floats
@@ -97,6 +98,9 @@ def map(
     if positions not in ("worst", "best"):
         raise QuestionError(f"positions: given {positions!r}; must be 'worst' or 'best'")
     values = {name: _numbers(machine, name, axis) for name, axis in axes.items()}
+    refuse_what_does_not_fit(
+        "stability map", math.prod(v.size for v in values.values()), "points", 400.0, "; ask for fewer"
+    )
     fixed = math.nan if "speed" in axes else _fixed_speed(machine, speed)
     if "speed" in axes and speed is not None:
         raise QuestionError("speed: given twice, as an axis and as a number; leave out one of them")

@@ -14,16 +14,19 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.kernels.wide import NODES
 from autobalancer.machine import Machine
+from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.ensemble import Ensemble
+from autobalancer.results.measure_table import SWEPT
 from autobalancer.simulation.steppers import Method
-from autobalancer.studies.ensemble.columns import columns_of
+from autobalancer.studies.ensemble.columns import ball_count, columns_of
 from autobalancer.studies.ensemble.dataset import ensemble_dataset
 from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Impossible, Members, without_start_angles
-from autobalancer.studies.ensemble.room import refuse_what_does_not_fit
 from autobalancer.units import optional_argument
+
+TEXTS = 400.0  # bytes of a member: outcome, verdict, seed and what its row is made of
 
 
 @shows_progress
@@ -107,7 +110,13 @@ def ensemble(
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
     end = _duration(machine, duration)
-    refuse_what_does_not_fit(machine, given.count * (seeds or 1), keep_states)
+    refuse_what_does_not_fit(
+        "ensemble",
+        given.count * (seeds or 1),
+        "members",
+        bytes_of_a_member(machine, keep_states),
+        f"{', more without keep_states' if keep_states else ''}; split the ensemble",
+    )
     drawn = None if seeds is None else np.arange(seed, seed + seeds, dtype=np.int64)
     if drawn is not None or given.seeds is not None:
         machine = without_start_angles(machine)
@@ -125,6 +134,13 @@ def ensemble(
         "outcome": "interrupted" if interrupted else "finished",
     }
     return Ensemble.of(found)
+
+
+def bytes_of_a_member(machine: Machine, states: bool) -> float:
+    """What a member takes while an ensemble runs and in its result."""
+    balls = ball_count(machine)
+    kept = len(SWEPT) + 4 * balls + 8
+    return TEXTS + 16.0 * (kept + (16 + 4 * balls if states else 0))
 
 
 def _duration(machine: Machine, duration: float | str | None) -> float:
