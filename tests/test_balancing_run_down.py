@@ -160,7 +160,7 @@ def test_a_trial_mass_by_the_model_changes_the_reading_by_a_third_and_takes_unba
     rule = trial_mass(radius=0.1, speed="1500 rpm", rotor_mass=20.0, phase=0.5, running="above")
     assert rule.force == pytest.approx(0.1 * 20.0 * 9.80665)
     assert rule.angle == pytest.approx(0.5)  # above, the rotor moves away from its heavy side
-    graded = trial_mass(radius=0.1, speed=100.0, rotor_mass=20.0, grade=6.3e-3)
+    graded = trial_mass(radius=0.1, speed=100.0, rotor_mass=20.0, grade="G 6.3")
     assert graded.unbalance == pytest.approx(5.0 * 6.3e-3 * 20.0 / 100.0)
     with pytest.raises(QuestionError, match="give a machine and a reading"):
         trial_mass(radius=0.1, speed=100.0)

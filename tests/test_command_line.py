@@ -109,7 +109,7 @@ def test_importing_the_package_is_light_and_without_side_effects(tmp_path: Path)
 def test_a_plain_run_loads_no_library_and_no_table_of_units_that_it_does_not_use() -> None:
     code = (
         "import sys, autobalancer as ab; ab.simulate(ab.example('discoidal'), duration=0.01);"
-        "from autobalancer.units.quantity import _registry; print(_registry.cache_info().currsize,"
+        "from autobalancer.units.trade import _registry; print(_registry.cache_info().currsize,"
         "sorted({'scipy.optimize', 'scipy.interpolate', 'matplotlib'} & set(sys.modules)))"
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

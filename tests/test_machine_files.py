@@ -100,7 +100,6 @@ def test_an_unbalance_as_a_vector_points_to_its_angle_however_it_is_described() 
         ("20 cSt", "m^2/s", 2e-5),
         ("594 g*mm", "kg*m", 5.94e-4),
         ("30 deg", "rad", math.pi / 6.0),
-        ("30", "rad", 30.0),
         ("25 degC", "K", 298.15),
         ("7.8 g/cm^3", "kg/m^3", 7800.0),
         ("44.654 kN/m", "N/m", 44654.0),

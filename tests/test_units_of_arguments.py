@@ -14,8 +14,6 @@ import autobalancer as ab
 from autobalancer.errors import UnitError
 from autobalancer.files.rigs import rig
 from autobalancer.units import argument, ends_argument, to_si
-from autobalancer.units.common import COMMON, SAME, common
-from autobalancer.units.quantity import _registry
 from autobalancer.units.ranges import example
 
 PLANAR = ab.load_machine(Path(__file__).parents[1] / "examples" / "machines" / "stall_and_release.toml")
@@ -152,16 +150,3 @@ def test_a_message_about_a_number_without_a_unit_shows_one(given: Any, said: str
 def test_the_range_that_a_message_shows_ascends_and_can_be_read(unit: str) -> None:
     low, high = ends_argument("range", example(unit).strip('"'), unit)
     assert low < high
-
-
-def test_common_units_are_those_of_the_library_to_the_last_digit() -> None:
-    registry = _registry()
-    for written, unit in [*COMMON, *((unit, unit) for unit in sorted(SAME))]:
-        for number in (1.0, -2.75, 0.123456, 44.7, 20.0, 5943.1):
-            wanted = registry.Quantity(number, written).to(unit or "dimensionless").magnitude
-            assert f"{common(number, written, unit):.15g}" == f"{wanted:.15g}", (written, unit)
-    assert common(1.0, "mm", "kg") is None
-    assert common(1.0, "inch", "m") is None
-    assert float(to_si("20 degC", "K")) == 293.15
-    with pytest.raises(UnitError, match="but a quantity in kg is wanted"):
-        to_si("3 mm", "kg")

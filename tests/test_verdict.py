@@ -137,9 +137,15 @@ def test_a_shaken_machine_is_compared_with_its_run_with_held_balls() -> None:
 def test_balance_quality_grades_are_the_velocity_of_the_mass_center() -> None:
     # ISO 21940-11: G 6.3 at 3000 rpm is an eccentricity of 20 um
     speed = 3000 * math.pi / 30
-    allowed = ab.laws.permissible_unbalance(6.3e-3, 10.0, speed)
+    allowed = ab.laws.permissible_unbalance(6.3, 10.0, speed)
     assert allowed == pytest.approx(10.0 * 20.05e-6, rel=1e-3)
-    assert ab.laws.balance_grade(allowed, 10.0, speed) == pytest.approx(6.3e-3)
+    assert ab.laws.balance_grade(allowed, 10.0, speed) == pytest.approx(6.3)
+    for grade in ("6.3", "G 6.3", "G6.3", "g 6.3", "6.3 mm/s", "0.0063 m/s"):
+        assert ab.laws.permissible_unbalance(grade, 10.0, speed) == pytest.approx(allowed)
+    assert ab.laws.permissible_unbalance("G 2.5", "10 kg", "3000 1/min") == pytest.approx(79.577e-6, rel=1e-4)
+    for grade in (6.3e-3, "0.0063", 6300.0, "G", "fine", "6.3 kg", "G 2,5", True, float("nan")):
+        with pytest.raises(QuestionError, match=r"grade: given .*; write it as in ISO 21940-11, such as 2\.5 or"):
+            ab.laws.permissible_unbalance(grade, 10.0, speed)
     with pytest.raises(QuestionError, match="mass"):
         ab.laws.balance_grade(1e-4, 0.0, speed)
 
@@ -147,8 +153,8 @@ def test_balance_quality_grades_are_the_velocity_of_the_mass_center() -> None:
 def test_the_grade_of_a_run_is_that_of_what_is_left_on_the_mass_that_turns(balanced: xr.Dataset) -> None:
     found = ab.verdict(balanced)
     mass = 5.0 + float((balanced["ball_moment"] / balanced["orbit_radius"]).sum())
-    assert found.grade_before == pytest.approx(found.unbalance * 600.0 / mass, rel=1e-9)
-    assert found.grade_after == pytest.approx(found.residual * 600.0 / mass, rel=1e-9)
+    assert found.grade_before == pytest.approx(1e3 * found.unbalance * 600.0 / mass, rel=1e-9)
+    assert found.grade_after == pytest.approx(1e3 * found.residual * 600.0 / mass, rel=1e-9)
     rig = ab.catalog.rig("discoidal_rig")  # of several bodies only those that turn count
     turning = sum(float(body.mass) for body in rig.rotor.bodies if body.rotating)
     run = ab.simulate(rig, duration=0.5, save=ab.LastRevolutions(1))

@@ -8,6 +8,7 @@ from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, Key, Table, keys_of, prose_of, tables_of
 from autobalancer.machine.part import Part
+from autobalancer.units.trade import WORDS
 
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 
@@ -16,7 +17,20 @@ ROOTS: dict[str, type[Part]] = {"machine_keys.md": Machine, "chamber_keys.md": C
 
 def pages() -> dict[str, str]:
     """What the documentation includes."""
-    return {name: machine_keys(root) for name, root in ROOTS.items()} | {"force_place.md": place_of_a_ball()}
+    return {name: machine_keys(root) for name, root in ROOTS.items()} | {
+        "force_place.md": place_of_a_ball(),
+        "units.md": units(),
+    }
+
+
+def units() -> str:
+    """Every word that is read as a unit; the first of each meaning has the prefixes."""
+    rows = ""
+    for kind, meanings in WORDS.items():
+        words = "; ".join(" ".join(f"`{word}`" for word in spellings.split()) for spellings, *_ in meanings)
+        prefixes = "; ".join(f"`{spellings.split()[0]}`: {before}" for spellings, _, _, before in meanings if before)
+        rows += f"| {kind} | {words} | {prefixes} |\n"
+    return f"| of | words | prefixes |\n|---|---|---|\n{rows}"
 
 
 def place_of_a_ball() -> str:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import AutobalancerError, ResultError, UnitError
 from autobalancer.files.text import TABLE, WINDOWS, read_text
-from autobalancer.units import to_si
+from autobalancer.units import column_factor
 
 Floats = NDArray[np.float64]
 LINES = 50  # among which the names of the columns are sought
@@ -75,7 +75,7 @@ class Table:
         return self.cells(self._column(name, repr(name)))
 
     def numbers(self, name: str, unit: str) -> Floats:
-        """A column in the SI ``unit``.
+        """A column in the SI ``unit``; what is called an amplitude may be a value from peak to peak, or rms.
 
         Raises
         ------
@@ -87,8 +87,7 @@ class Table:
         if not written and unit:
             raise self._missing(f"{name!r} with a unit")
         try:
-            zero = float(to_si(f"0 {written}", unit))  # not nothing where the unit is a temperature
-            factor = float(to_si(f"1 {written}", unit)) - zero
+            factor, zero = column_factor(written, unit, amplitude=name.startswith("amplitude"))
         except UnitError as reason:
             raise self.error(f"{self.place}: unit of column {name!r}: {reason}") from None
         values = self.values(column)

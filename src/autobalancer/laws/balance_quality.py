@@ -1,21 +1,23 @@
 """Balance quality grades of rigid rotors, ISO 21940-11:2016 (before 2016 ISO 1940-1).
 
-A grade G is the permissible velocity of the mass center, e_per W in mm/s, of a rotor that turns freely with its service
-speed W. Rotors of all sizes and speeds are then stressed alike.
+A grade G is the permissible velocity of the mass center, e_per W, of a rotor that turns freely with its service speed W. Rotors
+of all sizes and speeds are then stressed alike. What is called a grade is in mm/s everywhere, as the standard writes it: 6.3 of
+G 6.3.
 """
 
 from __future__ import annotations
 
 import math
+import re
 
-from autobalancer.errors import QuestionError
-from autobalancer.units import argument
+from autobalancer.errors import QuestionError, UnitError
+from autobalancer.units import argument, shortened
 
 GRADES = (0.4, 1.0, 2.5, 6.3, 16.0, 40.0, 100.0, 250.0, 630.0, 1600.0, 4000.0)  # mm/s, ISO 21940-11, table 1
 
 
 def balance_grade(unbalance: float | str, mass: float | str, speed: float | str) -> float:
-    """Velocity U W/M of the mass center (m/s) of a rotor with this unbalance; 1000 times that is its grade G in mm/s.
+    """Grade G of a rotor with this unbalance: the velocity U W/M of its mass center, mm/s.
 
     Parameters
     ----------
@@ -38,16 +40,16 @@ def balance_grade(unbalance: float | str, mass: float | str, speed: float | str)
     speed = argument("speed", speed, "rad/s")
     if not (math.isfinite(unbalance) and unbalance >= 0.0):
         raise QuestionError(f"unbalance: given {unbalance!r}; must be a number not below zero, in kg m")
-    return unbalance * _positive("speed", speed, "rad/s") / _positive("mass", mass, "kg")
+    return 1e3 * unbalance * _positive("speed", speed, "rad/s") / _positive("mass", mass, "kg")
 
 
-def permissible_unbalance(grade: float, mass: float | str, speed: float | str) -> float:
+def permissible_unbalance(grade: float | str, mass: float | str, speed: float | str) -> float:
     """Residual unbalance U = G M/W (kg m) that a balance quality grade allows; of two planes the sum of both.
 
     Parameters
     ----------
     grade
-        G in m/s: 6.3e-3 of the grade G 6.3.
+        G in mm/s, from 0.4 to 4000: 6.3, ``"G 6.3"`` or ``"6.3 mm/s"``.
     mass
         Mass M of the rotor, kg.
     speed
@@ -56,20 +58,44 @@ def permissible_unbalance(grade: float, mass: float | str, speed: float | str) -
     Raises
     ------
     QuestionError
-        If a value is not positive.
+        If a value is not positive, or the grade is none.
 
     Source: ISO 21940-11:2016, section 6.
     """
     mass = argument("mass", mass, "kg")
     speed = argument("speed", speed, "rad/s")
-    return _positive("grade", grade, "m/s") * _positive("mass", mass, "kg") / _positive("speed", speed, "rad/s")
+    center = 1e-3 * grade_argument(grade)
+    return center * _positive("mass", mass, "kg") / _positive("speed", speed, "rad/s")
 
 
-def grade_name(velocity: float) -> str:
-    """The finest grade of table 1 that a velocity U W/M (m/s) keeps: ``"G 6.3"``; ``"above G 4000"`` if it keeps none."""
-    for grade in GRADES:
-        if velocity * 1e3 <= grade * (1.0 + 1e-9):
-            return f"G {grade:g}"
+def grade_argument(grade: float | str) -> float:
+    """A grade in mm/s, from a number of mm/s or a text: ``"2.5"``, ``"G 2.5"``, ``"G2.5"``, ``"2.5 mm/s"``.
+
+    Raises
+    ------
+    QuestionError
+        If it is none, or outside of the grades of the standard: a number in m/s is far below them.
+    """
+    found = grade
+    if isinstance(grade, str):
+        text = re.sub(r"^\s*[Gg]\s*", "", grade).strip()
+        try:
+            found = float(text) if re.fullmatch(r"[0-9.]+", text) else 1e3 * argument("grade", text, "m/s")
+        except (UnitError, ValueError):
+            found = math.nan
+    if isinstance(found, bool) or not isinstance(found, (int, float)) or not GRADES[0] <= found <= GRADES[-1]:
+        raise QuestionError(
+            f"grade: given {shortened(grade)}; write it as in ISO 21940-11, such as 2.5 or 'G 2.5' (mm/s), from G {GRADES[0]:g} "
+            f"to G {GRADES[-1]:g}"
+        )
+    return float(found)
+
+
+def grade_name(grade: float) -> str:
+    """The finest grade of table 1 that G (mm/s) keeps: ``"G 6.3"``; ``"above G 4000"`` if it keeps none."""
+    for one in GRADES:
+        if grade <= one * (1.0 + 1e-9):
+            return f"G {one:g}"
     return f"above G {GRADES[-1]:g}"
 
 

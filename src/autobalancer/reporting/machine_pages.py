@@ -87,7 +87,7 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
     settled
         Residual unbalance at the end of the run-up, kg m; nan if it has none.
     grade
-        G in m/s, or ``None``.
+        G in mm/s, or ``None``.
     command
         Makes the run-up again.
     """
@@ -96,7 +96,7 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
     if service is None:
         page.blocks.append(Paragraph("Not stated: the drive names no service speed, or the machine has no unbalance."))
         return page
-    mass = service.unbalance * service.speed / service.grade
+    mass = 1e3 * service.unbalance * service.speed / service.grade
     rows = [
         ("without balancing", service.unbalance),
         ("balls settled, at the end of the run-up", settled),
@@ -105,15 +105,15 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
     allowed = math.inf if grade is None else permissible_unbalance(grade, mass, service.speed)
     known = [(name, value) for name, value in rows if math.isfinite(value)]
     heads: tuple[str, ...] = ("state", "unbalance", "velocity of the mass center (mm/s)", "grade reached")
-    cells = [_quality_row(name, value, value * service.speed / mass) for name, value in known]
+    cells = [_quality_row(name, value, 1e3 * value * service.speed / mass) for name, value in known]
     if grade is not None:
-        heads = (*heads, f"G {1e3 * grade:g}")
+        heads = (*heads, f"G {grade:g}")
         cells = [
             (*row, "reached" if value <= allowed else "NOT reached")
             for row, (_, value) in zip(cells, known, strict=True)
         ]
         page.blocks.append(
-            Paragraph(f"G {1e3 * grade:g} at {rpm_and_si(service.speed)} permits {moment_text(allowed)}.", strong=True)
+            Paragraph(f"G {grade:g} at {rpm_and_si(service.speed)} permits {moment_text(allowed)}.", strong=True)
         )
     page.blocks.append(Rows(heads, tuple(cells), (False, True, True, False, False)[: len(heads)]))
     for row, (_, value) in list(zip(cells, known, strict=True))[1:]:
@@ -122,8 +122,8 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
     return page
 
 
-def _quality_row(name: str, unbalance: float, velocity: float) -> tuple[str, ...]:
-    return name, moment_text(unbalance), significant(1e3 * velocity), grade_name(velocity)
+def _quality_row(name: str, unbalance: float, grade: float) -> tuple[str, ...]:
+    return name, moment_text(unbalance), significant(grade), grade_name(grade)
 
 
 def _worst(found: Summary) -> list[tuple[str, float]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from autobalancer.either_kind import check, simulate
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
+from autobalancer.laws.balance_quality import grade_argument
 from autobalancer.machine import Machine
 from autobalancer.measurement.comparison.opened import load_measured
 from autobalancer.memory import refuse_what_does_not_fit
@@ -56,7 +56,6 @@ from autobalancer.studies.ensemble.ensemble import bytes_of_a_member, ensemble
 TENTH = 10  # of the random starts, with which small changes are tried
 PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
 FORMS = (".html", ".pdf")
-GRADE = re.compile(r"G?\s*([0-9]+(?:\.[0-9]+)?)")
 LIMITS = (
     "The numbers are those of a model. It knows the machine only as far as the machine file at the end describes it, and ideal "
     "parts where nothing is said: round races on the axis without friction, rigid supports behind the springs, a fluid that "
@@ -139,7 +138,7 @@ def report(
     refuse_what_does_not_fit("report", starts, "starts", bytes_of_a_member(described, False), "; ask for fewer")
     wanted = _Wanted(
         name=Path(name).name,
-        grade=_grade(grade),
+        grade=None if grade is None else grade_argument(grade),
         study=_study(study, described),
         study_file=str(study) if isinstance(study, (str, Path)) else "study.nc",
         measured=load_measured(measured) if isinstance(measured, (str, Path)) else measured,
@@ -247,16 +246,6 @@ def _identity(machine: Machine, name: str) -> tuple[tuple[str, str], ...]:
         ("made by", made["source"]),
         ("on", made["created"]),
     )
-
-
-def _grade(given: str | float | None) -> float | None:
-    """A grade in m/s."""
-    if given is None:
-        return None
-    found = GRADE.fullmatch(str(given).strip())
-    if found is None or not float(found[1]) > 0.0:
-        raise QuestionError(f"grade: given {given!r}; write it as in ISO 21940-11, such as 'G 2.5'")
-    return 1e-3 * float(found[1])
 
 
 def _study(given: Studied | Designed | str | Path | None, machine: Machine) -> Studied | Designed | None:

@@ -14,11 +14,21 @@ from autobalancer.units.arguments import (
     texts_argument,
     unbalance_argument,
 )
-from autobalancer.units.quantity import Given, from_si, option_to_si, sample, samples_of, shortened, to_si
+from autobalancer.units.quantity import (
+    Given,
+    column_factor,
+    from_si,
+    option_to_si,
+    sample,
+    samples_of,
+    shortened,
+    to_si,
+)
 
 __all__ = [
     "Given",
     "argument",
+    "column_factor",
     "ends_argument",
     "field_arguments",
     "from_si",

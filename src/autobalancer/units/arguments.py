@@ -11,10 +11,11 @@ from autobalancer.units.ranges import ends, is_range, range_values
 T = TypeVar("T")
 
 
-def argument(name: str, value: Any, unit: str) -> float:
+def argument(name: str, value: Any, unit: str, amplitude: bool = False) -> float:
     """An argument of a function in SI: a number in the SI unit ``unit`` or a text with a unit.
 
-    Numbers pass as they are; whether they make sense is for the function to say.
+    Numbers pass as they are; whether they make sense is for the function to say. The text of an ``amplitude`` may be a value
+    from peak to peak or an rms value of a sinusoid, such as ``"4 mil pp"``.
 
     Raises
     ------
@@ -23,7 +24,7 @@ def argument(name: str, value: Any, unit: str) -> float:
     """
     if isinstance(value, str):
         try:
-            return float(read_text(value, unit))
+            return float(read_text(value, unit, amplitude))
         except UnitError as error:
             raise UnitError(f"{name}: {error}") from None
     if isinstance(value, bool) or not hasattr(value, "__float__") or getattr(value, "ndim", None):

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 import re
 import sys
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any
 
 from autobalancer.errors import UnitError
-from autobalancer.units.common import common
+from autobalancer.units.trade import SUFFIXES, added, factor, lacks_turns, meant, without_suffix
 
 LONGEST = 80  # characters of a quantity; a sensible one has 30 at most
-_POWER = re.compile(
-    r"(?:\*\*|\^)\s*(?:[+-]?\d(?:\.\d+)?|\(\s*[+-]?\d(?:\.\d+)?\s*(?:/\s*\d\s*)?\))(?!\s*(?:\*\*|\^|\d))"
-)
-_FACTOR = re.compile(r"(?<!\w)[\d.]+")
-_NUMBER = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
+NUMBER = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
 
+_GROUPS = re.compile(r"\s*([+-]?\d+(?:[.,'\u2019_]\d+|[ \xa0\u2009\u202f]\d{3}(?![\d.]))+)(?![\d/])")
 _SECOND = re.compile(r"(?:^|\s)[+-]?(?!1/)\d")  # a number within the unit: a range, or two quantities
 
 
@@ -39,29 +36,6 @@ class Given(float):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Given:
         return self
-
-
-@cache
-def _registry() -> Any:
-    import pint
-
-    registry: Any = pint.UnitRegistry(cache_folder=None, on_redefinition="ignore")
-    registry.define("hertz = 2 * pi * radian / second = Hz")  # a speed in Hz counts revolutions
-    registry.define("rev = 2 * pi * radian")
-    registry.define("cSt = 1e-6 * m**2 / s = centistokes")
-    registry.define("gmm = 1e-6 * kg * m = g_mm")
-    return registry
-
-
-def _unit(text: str) -> Any:
-    """Refuses what the library would work out for ever, such as ``m**9**9**9``."""
-    rest = _POWER.sub(" ", text)
-    if len(text) > LONGEST or "**" in rest or "^" in rest or any(found != "1" for found in _FACTOR.findall(rest)):
-        raise UnitError(f"{shortened(text)} is not a unit; write one such as 'kg*m^2/s', with exponents below 10")
-    try:
-        return _registry().Unit(text if text else "dimensionless")
-    except Exception as reason:
-        raise UnitError(f"{text!r} is not a unit: {reason}") from None
 
 
 def shortened(value: Any, longest: int = 60) -> str:
@@ -107,53 +81,115 @@ def to_si(value: float | int | str, unit: str) -> float:
 
 
 @lru_cache(maxsize=4096)
-def read_text(value: str, unit: str) -> Given:
-    """A text as a quantity in the SI ``unit``, as :func:`to_si`."""
+def read_text(value: str, unit: str, amplitude: bool = False) -> Given:
+    """A text as a quantity in the SI ``unit``, as :func:`to_si`.
+
+    Of the ``amplitude`` of a sinusoid a value from peak to peak or an rms value becomes its peak; elsewhere both are refused.
+    """
     if len(value) > LONGEST:
         raise UnitError(f"given {shortened(value)} of {len(value)} characters; write for example {sample(unit)}")
-    match = _NUMBER.match(value)
+    match = NUMBER.match(value)
     if match is None:
         raise UnitError(
             f"given {shortened(value)}, which does not start with a finite number; write for example {sample(unit)}"
         )
-    number, written = float(match[1]), match[2].strip()
-    if written.startswith(","):
-        raise UnitError(f"given {value!r}; write a decimal point, not a comma: {value.replace(',', '.')!r}")
+    number, (written, suffix) = float(match[1]), without_suffix(match[2].strip())
+    if plain := _without_groups(value):
+        raise UnitError(f"given {value!r}; {plain}")
     if ":" in written or _SECOND.search(written):
         raise UnitError(f"given {value!r}; one quantity is wanted here, such as {sample(unit)}")
-    if not written and unit not in ("", "rad"):
+    if not written and unit and (number != 0.0 or unit == "K"):
         raise UnitError(
             f"given {value!r} without a unit; give one, such as {sample(unit)} (a number without quotes is in {unit})"
         )
-    known = common(number, written, unit)
-    si = _converted(value, number, written, unit) if known is None else known
-    si = float(f"{si:.15g}")  # no 1.9999999999999998e-05 from the conversion
+    scale, zero = conversion(written, unit, value) if written else (1.0, 0.0)
+    if suffix and not amplitude:
+        peak = f"{number * SUFFIXES[suffix][0]:.6g} {written}"
+        raise UnitError(
+            f"given {value!r}; no {suffix} value is wanted here. Leave the word away, or write the peak of the sinusoid: {peak!r}"
+        )
+    peaks = SUFFIXES[suffix][0] if suffix else 1.0
+    si = float(f"{number * scale * peaks + zero:.15g}")  # no 1.9999999999999998e-05 from the conversion
     if not math.isfinite(si):
         raise UnitError(f"given {value!r}, which is not a finite number")
     return Given(value, si)
 
 
-def _converted(value: str, number: float, written: str, unit: str) -> float:
-    """A number in any unit of the library, in the SI ``unit``; infinite where that is too large."""
-    source = _unit(written) if written else _unit(unit)
-    target = _unit(unit)
-    if source.dimensionality != target.dimensionality:
+def conversion(written: str, unit: str, value: str = "") -> tuple[float, float]:
+    """Factor, and what is then added, that bring a number in a ``written`` unit to the SI ``unit``.
+
+    Raises
+    ------
+    UnitError
+        If it is no unit, or one of another dimension; the message quotes ``value``, by default the unit.
+    """
+    found = factor(written, unit)
+    if found is not None:
+        return found, added(written)
+    value = value or written
+    if lacks_turns(written, unit) and unit in _TURNING:
+        raise UnitError(f"given {value!r}; turns or radians a second? Write {_TURNING[unit]}")
+    kind, samples = (f"quantity in {unit}", sample(unit)) if unit else ("number without a unit", '0.02 or "2 %"')
+    near = meant(written, unit)
+    raise UnitError(
+        f"given {value!r}, but a {kind} is wanted here, such as {samples}" + (f"; did you mean {near}?" if near else "")
+    )
+
+
+def column_factor(written: str, unit: str, amplitude: bool = False) -> tuple[float, float]:
+    """The same of the unit in the head of a column, where the suffix of an ``amplitude`` counts.
+
+    Raises
+    ------
+    UnitError
+        Also if there is no unit, or a suffix of a column that is no amplitude.
+    """
+    plain, suffix = without_suffix(written)
+    if suffix and not amplitude:
         raise UnitError(
-            f"given {value!r}, but a quantity in {unit} is wanted here, such as {sample(unit)}"
-            if unit
-            else f'given {value!r}, but a number without a unit is wanted here, such as 0.02 or "2 %"'
+            f"{written!r} is a {suffix} value, which neither samples nor other quantities are; leave {suffix!r} away if they are "
+            "samples, or give the column of the waveform"
         )
-    try:
-        return float(_registry().Quantity(number, source).to(target).magnitude)
-    except (ArithmeticError, ValueError):
-        return math.inf
+    if not plain and unit:
+        raise UnitError(f"no unit; give one, such as that of {sample(unit)}")
+    scale, zero = conversion(plain, unit) if plain else (1.0, 0.0)
+    return (SUFFIXES[suffix][0] if suffix else 1.0) * scale, zero
+
+
+def _without_groups(value: str) -> str:
+    """What to write in place of a number with thousands in groups or a decimal comma; empty where it has neither."""
+    match = _GROUPS.match(value)
+    if match is None:
+        return ""
+    first, *groups = re.split(r"[^\d+-]", match[1])
+    marks = re.findall(r"[^\d+-]", match[1])
+    rest = value[match.end(1) :]
+    decimal = marks[-1] in ",." and (len(marks) == 1 or marks[-1] != marks[-2])
+    if decimal and len(marks) == 1 and marks[0] == ".":
+        return ""
+    if any(len(group) != 3 for group in (groups[:-1] if decimal else groups)):
+        return "" if marks[0] == "." else "one quantity is wanted here, without commas or spaces within the number"
+    point = f"{first}{''.join(groups[:-1])}.{groups[-1]}{rest}".strip()
+    whole = f"{first}{''.join(groups)}{rest}".strip()
+    if not decimal:
+        return f"write the number without groups: {whole!r}"
+    if len(marks) > 1:
+        return f"write a decimal point and no groups: {point!r}"
+    if len(groups[0]) == 3:
+        return f"is the comma a decimal mark or one of thousands? Write {point!r} or {whole!r}"
+    return f"write a decimal point, not a comma: {point!r}"
 
 
 def from_si(value: float, si_unit: str, unit: str) -> float:
     """Convert a number from ``si_unit`` to ``unit``: ``from_si(125.66, "rad/s", "rpm")`` is 1200."""
-    return float(_registry().Quantity(value, _unit(si_unit)).to(_unit(unit)).magnitude)
+    scale, zero = conversion(unit, si_unit)
+    return (value - zero) / scale
 
 
+_TURNING = {
+    "rad/s": "Hz (or rps) for turns, rad/s for radians",
+    "rad/s^2": "Hz/s (or rpm/s) for turns, rad/s^2 for radians",
+}
 _SAMPLES = {
     "": "0.02",
     "kg": "4.4 g",
@@ -188,7 +224,7 @@ def option_to_si(text: str, unit: str) -> Given:
     UnitError
         As :func:`to_si`; also for a number without a unit, where there is one.
     """
-    match = _NUMBER.match(text)
+    match = NUMBER.match(text)
     if unit and match is not None and not match[2].strip():
         if float(match[1]) == 0.0 and unit != "K":
             return Given(text.strip(), 0.0)

@@ -9,7 +9,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from autobalancer.errors import QuestionError, UnitError
-from autobalancer.units.quantity import option_to_si, sample, shortened
+from autobalancer.units.quantity import NUMBER, option_to_si, sample, shortened
 
 if TYPE_CHECKING:
     import numpy as np
@@ -81,7 +81,7 @@ def ends(name: str, text: str, unit: str) -> tuple[float, float]:
 
 def with_common_unit(parts: list[str]) -> list[str]:
     """The only unit of two ends for both of them."""
-    units = [part.lstrip("+-.0123456789eE ") for part in parts]
+    units = [match[2].strip() if (match := NUMBER.match(part)) else part for part in parts]
     common = next((unit for unit in units if unit), "")
     return [part if unit or not common else f"{part} {common}" for part, unit in zip(parts, units, strict=True)]
 

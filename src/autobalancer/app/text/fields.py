@@ -8,16 +8,34 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from autobalancer.errors import UnitError
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, keys_of, parts_at
 from autobalancer.machine.part import Part, quantity_of
 from autobalancer.shown import in_plain_letters
-from autobalancer.units.common import COMMON
+from autobalancer.units import from_si, to_si
 
 Kind = Literal["quantity", "choice", "switch", "text", "other", "table", "tables"]
 PLAIN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 NUMBER = re.compile(rf"\s*({PLAIN.pattern})\s*(.*?)\s*")
+UNITS = {  # beside the SI unit, those in which a quantity is usually given
+    "m": ("um", "mm", "cm"),
+    "kg": ("g",),
+    "s": ("ms",),
+    "rad": ("deg",),
+    "rad/s": ("rpm", "Hz"),
+    "": ("%",),
+    "K": ("degC",),
+    "m/s": ("mm/s",),
+    "m^2/s": ("mm^2/s",),
+    "kg*m": ("g*mm",),
+    "kg*m^2": ("kg*mm^2",),
+    "N": ("mN", "kN"),
+    "N/m": ("kN/m", "MN/m"),
+    "N*s/m": ("kN*s/m",),
+    "Pa": ("GPa",),
+}
 
 
 @dataclass(frozen=True)
@@ -83,12 +101,12 @@ def number_and_unit(value: Any, unit: str) -> tuple[str, str] | None:
 
 
 def in_unit(number: str, written: str, wanted: str, unit: str) -> str:
-    """The same quantity in another unit; the number itself where one of the units is not a usual one."""
-    factors = {unit: (1.0, 0.0)} | {name: way for (name, si), way in COMMON.items() if si == unit}
-    if written not in factors or wanted not in factors:
+    """The same quantity in another unit; the number itself where one of the units is none of this quantity."""
+    try:
+        si = to_si(f"{float(number)!r} {written}" if written else float(number), unit)
+        return f"{from_si(float(si), unit, wanted) if wanted else float(si):.10g}"
+    except UnitError:
         return number
-    (a, above), (b, below) = factors[written], factors[wanted]
-    return f"{(float(number) * a + above - below) / b:.10g}"
 
 
 def written(number: str, chosen_unit: str, unit: str) -> Any:
@@ -115,7 +133,7 @@ def _field(part: type[Part], name: str, allowed: str, meaning: str) -> Field:
     ways = _ways(info.annotation)
     quantity = quantity_of(part, name)
     if quantity is not None and quantity.shape != "three" and not _listed(info.annotation):
-        units = (quantity.unit, *(name for name, si in COMMON if si == quantity.unit))
+        units = (quantity.unit, *UNITS.get(quantity.unit, ()))
         return Field(kind="quantity", unit=quantity.unit, units=units, **base)
     if len(ways) == 1 and get_origin(ways[0]) is Literal:
         return Field(kind="choice", choices=tuple(map(str, get_args(ways[0]))), **base)

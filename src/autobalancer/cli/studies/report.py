@@ -20,7 +20,7 @@ def report(
         Path | None,
         typer.Option(help="Result file of 'autobalancer study' of this machine, or of 'autobalancer design'."),
     ] = None,
-    grade: Annotated[str, typer.Option(help='Balance quality that is asked for, such as "G 2.5".')] = "",
+    grade: Annotated[str, typer.Option(help='Balance quality that is asked for, such as "G 2.5" or 2.5 (mm/s).')] = "",
     measured: Annotated[
         Path | None, typer.Option(help="What was measured during the run-up: as for 'compare'.")
     ] = None,

@@ -12,7 +12,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.table import Table, read_table
 from autobalancer.measurement.balancing.channels import Orders
 from autobalancer.measurement.orders.independent import independent
-from autobalancer.units import to_si
+from autobalancer.measurement.signals.unit_words import quantity_of
 
 EXAMPLE = "speed [rpm], place, direction, amplitude [um], phase [deg], amplitude deviation [um]"
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
@@ -91,12 +91,9 @@ def _quantity(table: Table) -> str:
             f"{table.place}: no column 'amplitude' with a unit; the first line must name the columns, such as: {EXAMPLE}"
         )
     written = table.heads["amplitude"][1]
-    for quantity, unit in UNITS.items():
-        try:
-            to_si(f"1 {written}", unit)
-        except Exception:
-            continue
-        return quantity
+    found = quantity_of("", written)
+    if found in UNITS:
+        return found
     raise ResultError(f"{table.place}: amplitude in {written!r}; must be a displacement, a velocity or an acceleration")
 
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.laws.balance_quality import permissible_unbalance
+from autobalancer.laws.balance_quality import grade_argument, permissible_unbalance
 from autobalancer.machine import Machine
 from autobalancer.measurement.balancing.runs import AMPLITUDES, one_of
 from autobalancer.rotordynamics.response import response
@@ -45,7 +45,7 @@ def trial_mass(
     radius: float | str,
     speed: float | str,
     rotor_mass: float | str | None = None,
-    grade: float | None = None,
+    grade: float | str | None = None,
     machine: Machine | str | Path | None = None,
     station: str | float | None = None,
     plane: str | float | None = None,
@@ -69,7 +69,7 @@ def trial_mass(
     rotor_mass
         kg; not needed with a machine of one mass.
     grade
-        G in m/s: 6.3e-3 of G 6.3.
+        Balance quality grade in mm/s, such as 6.3 or ``"G 6.3"``.
     machine, station, plane, direction
         Model, where it is read and where the mass will be (by default the plane of the first balancer), and along what.
     reading, phase
@@ -91,7 +91,7 @@ def trial_mass(
     for name, value in (("radius", arm), ("speed", w)):
         if not value > 0.0:
             raise QuestionError(f"trial_mass: {name}: given {value:g}; must be above zero")
-    amplitude, unit = (None, "m") if reading is None else one_of("reading", reading, AMPLITUDES)
+    amplitude, unit = (None, "m") if reading is None else one_of("reading", reading, AMPLITUDES, amplitude=True)
     remarks: list[str] = []
     gain = None if machine is None else _gain(machine, w, station, plane, direction, unit)
     if gain is not None and amplitude is not None:
@@ -99,7 +99,7 @@ def trial_mass(
     elif heavy is not None and grade is not None:
         unbalance, rule = (
             GRADE_TIMES * permissible_unbalance(grade, heavy, w),
-            f"five times what G {1e3 * grade:g} allows",
+            f"five times what G {grade_argument(grade):g} allows",
         )
     elif heavy is not None:
         unbalance, rule = SHARE * heavy * GRAVITY / w**2, "a tenth of the weight"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from autobalancer.errors import QuestionError, UnitError
-from autobalancer.units import argument, to_si
+from autobalancer.units import argument
 
 AMPLITUDES = ("m", "m/s", "m/s^2", "N", "V")
 MASSES = ("kg", "kg*m")
@@ -46,8 +46,8 @@ class Reading:
     Parameters
     ----------
     amplitude
-        A number in SI or a text such as ``"7.2 mm/s"``: displacement, velocity, acceleration, force or voltage; peak, rms or
-        peak to peak, but the same in all runs.
+        A number in SI or a text such as ``"7.2 mm/s"``: displacement, velocity, acceleration, force or voltage; the same kind of
+        value in all runs. With ``pp`` or ``rms`` behind the unit, ``"7 mil pp"``, it becomes the peak of the sinusoid.
     phase
         Of the vibration against the mark, rad; without it only :func:`~autobalancer.measure.four_run` can use the reading.
     sensor
@@ -67,7 +67,7 @@ class Reading:
     unit: str = field(init=False, default="m")
 
     def __post_init__(self) -> None:
-        value, unit = one_of("amplitude", self.amplitude, AMPLITUDES)
+        value, unit = one_of("amplitude", self.amplitude, AMPLITUDES, amplitude=True)
         if not value >= 0.0:
             raise QuestionError(f"amplitude: given {self.amplitude!r}; must not be below zero")
         found: dict[str, Any] = {"amplitude": value, "unit": unit, "sensor": str(self.sensor)}
@@ -78,7 +78,9 @@ class Reading:
             ("phase_deviation", "rad"),
         ):
             given = getattr(self, name)
-            found[name] = math.nan if given is None else argument(name, given, si)
+            found[name] = (
+                math.nan if given is None else argument(name, given, si, amplitude=name == "amplitude_deviation")
+            )
         for name in ("amplitude_deviation", "phase_deviation"):
             if found[name] <= 0.0:
                 raise QuestionError(f"{name}: given {getattr(self, name)!r}; must be above zero")
@@ -106,8 +108,10 @@ class BalanceRun:
         _set(self, readings=tuple(self.readings), masses=tuple(self.masses))
 
 
-def one_of(name: str, value: float | str, units: Sequence[str]) -> tuple[float, str]:
+def one_of(name: str, value: float | str, units: Sequence[str], amplitude: bool = False) -> tuple[float, str]:
     """A quantity that may have one of several dimensions, in SI, and its unit; a number has the first.
+
+    The suffix of an ``amplitude`` is understood.
 
     Raises
     ------
@@ -116,12 +120,16 @@ def one_of(name: str, value: float | str, units: Sequence[str]) -> tuple[float, 
     """
     if not isinstance(value, str):
         return argument(name, value, units[0]), units[0]
+    reason = ""
     for unit in units:
         try:
-            return float(to_si(value, unit)), unit
-        except UnitError:
-            continue
-    raise UnitError(f"{name}: given {value!r}; give a number with a unit, one of {', '.join(units)}")
+            return argument(name, value, unit, amplitude), unit
+        except UnitError as error:
+            reason = reason or str(error)
+    other = " is wanted here" in reason  # it is a quantity, but none of these
+    raise UnitError(
+        f"{name}: given {value!r}; give a number with a unit, one of {', '.join(units)}" if other else reason
+    )
 
 
 def _set(record: Any, **values: Any) -> None:

@@ -67,12 +67,12 @@ class SupportVerdict:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a run says of balancing, SI.
+    """What a run says of balancing, SI but for the grades.
 
     ``word`` is *balanced*, *partly balanced*, *not balanced*, *worse than without balls* or *no verdict*, and then
     ``because`` says why. ``ratio`` is the greatest vibration of all places over the greatest without balls. ``unbalance``
     and ``residual`` (kg m) are those of the rotor in its plane, or summed over several planes; ``grade_before`` and
-    ``grade_after`` (m/s) are U W/M of both at the last speed, a thousand times the grade G of ISO 21940-11. Of two planes
+    ``grade_after`` are the grade G of ISO 21940-11 of both, U W/M at the last speed in mm/s. Of two planes
     ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
     between them; ``static_unbalance`` and ``couple_unbalance`` are those of their unbalances. ``parts`` are those of the run
     between jumps of the unbalance; none without a jump. ``without_held`` says that no run with held balls was given,

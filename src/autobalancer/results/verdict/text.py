@@ -68,7 +68,7 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
         rows.append(("support forces" if not number else "", text + _without(support.without_balls, force_text)))
     if not math.isnan(found.grade_after):
         after, before = (
-            f"{grade_name(v)} ({velocity_text(v)})" if v > 0.0 else "no unbalance"
+            f"{grade_name(v)} ({velocity_text(1e-3 * v)})" if v > 0.0 else "no unbalance"
             for v in (found.grade_after, found.grade_before)
         )
         rows.append(("ISO 21940-11", f"{after}; without balls {before}"))

@@ -54,7 +54,7 @@ def _eccentricity(found: Summary) -> list[Row]:
 
 def service_rows(service: Service, said: SpeedText) -> list[Row]:
     """What the rotor does without balancing: grade, vibration and forces."""
-    grade = f"ISO 21940-11 {grade_name(service.grade)} ({velocity_text(service.grade)})"
+    grade = f"ISO 21940-11 {grade_name(service.grade)} ({velocity_text(1e-3 * service.grade)})"
     of = f", of {moment_text(service.unbalance)}, the needs of the planes added up" if service.added_up else ""
     ignored = f"; {service.ignores}" if service.ignores else ""
     rows = [("without balancing", f"{grade} at {said(service.speed)}{of}{ignored}")]

@@ -24,7 +24,7 @@ LATE = 1e300  # a time after all schedules, s
 class Service:
     """At the highest speed of the drive, steady, with the balls spread evenly and held, after all schedules; SI.
 
-    ``grade`` is U W/M (m/s), a thousand times the grade G of ISO 21940-11, with the ``unbalance`` U (kg m) of the rotor in its
+    ``grade`` is G of ISO 21940-11, U W/M in mm/s, with the ``unbalance`` U (kg m) of the rotor in its
     plane; of several planes (``added_up``) with the sum of what each of them has to balance. ``vibration`` is the greatest at
     each place, ``force`` that on each support; empty where the machine is shaken from outside.
     """
