@@ -2,7 +2,7 @@
 
 An angle is a dimension here, so that a turn never becomes a radian and an angle never a pure number. Only the prefixes that
 people use stand before a word, so that no compound is made up: ``Grad`` is a degree, not giga-rad. A full name that is not in
-the table, such as ``furlong``, is looked up in Pint; that library is loaded for nothing else.
+the table, such as ``stone``, is looked up in Pint; that library is loaded for nothing else.
 """
 
 from __future__ import annotations
