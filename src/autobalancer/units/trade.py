@@ -87,7 +87,7 @@ WORDS: dict[str, tuple[tuple[str, float, str, str], ...]] = {
 ADDED = dict.fromkeys(("degC", "celsius", "Celsius"), 273.15)
 ADDED |= dict.fromkeys(("degF", "fahrenheit", "Fahrenheit"), 273.15 - 32.0 * 5.0 / 9.0)  # after the factor
 # words with a second meaning, which counts where only this one has the dimension that is wanted
-SECOND = ({}, {"g": "gn", "mg": "mgn", "ug": "ugn"}, {"lb": "lbf", "lbs": "lbf", "oz": "ozf"})
+SECOND = ({"g": "gn", "mg": "mgn", "ug": "ugn"}, {"lb": "lbf", "lbs": "lbf", "oz": "ozf"})
 JOINED = {  # products that are written as one word; an exponent belongs to the last part
     "".join(parts): parts
     for parts in (
@@ -231,16 +231,12 @@ def meanings(written: str) -> tuple[Meaning, ...]:
     UnitError
         If it is no unit; the message says which word is not known, and which is perhaps meant.
     """
-    used: list[str] = []
-
-    def word(name: str) -> Meaning:
-        used.append(name)
-        return _word(name, written)
-
-    found = [_read(written, word)]
-    for swap in SECOND:
-        if swap.keys() & set(used):
-            found.append(_read(written, lambda name, swap=swap: _word(swap.get(name, name), written)))
+    words: dict[str, Meaning] = {}
+    found = [_read(written, lambda name: words.setdefault(name, _word(name, written)))]
+    for second in SECOND:
+        if second.keys() & words.keys():
+            others = words | {name: table()[other] for name, other in second.items()}
+            found.append(_read(written, others.__getitem__))
     return tuple(found)
 
 
