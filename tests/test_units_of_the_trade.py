@@ -22,7 +22,7 @@ from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.table import read_table
 from autobalancer.machine.quantity import Quantity
 from autobalancer.measure import BalanceRun, Reading, TrialMass, balance, load_signals
-from autobalancer.measurement.signals.raw import RawColumn, RawFile
+from autobalancer.measurement.signals.formats import RawColumn, RawFile
 from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, quantity_of
 from autobalancer.results.signals.universal_file import universal_text
 from autobalancer.units import argument, from_si, option_to_si, to_si
