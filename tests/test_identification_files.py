@@ -124,12 +124,17 @@ def test_faulty_files_are_refused_with_the_key(tmp_path: Path, text: str, says: 
 def test_the_command_writes_machine_numbers_and_picture(tmp_path: Path) -> None:
     out, numbers, picture = tmp_path / "fitted.toml", tmp_path / "fit.nc", tmp_path / "fit.png"
     options = ["--out", str(out), "--out", str(numbers), "--plot", str(picture)]
-    machine = save_machine(MACHINE, tmp_path / "rig.toml")
+    place = "rotor.supports[1].stiffness[1]"
+    author = ab.with_parameter(MACHINE, place, f"{1e-3 * MACHINE.rotor.supports[0].stiffness[0]} kN/m")
+    machine = save_machine(author, tmp_path / "rig.toml")
     shown = CliRunner().invoke(app, ["identify", str(machine), "--measurements", DATA, *options])
     assert shown.exit_code == 0, shown.output
     assert "stiffness along x" in shown.output
     fitted = load_race_machine(out)
     assert "Identified from 6 measured values" in fitted.description
+    number, unit = fitted.rotor.supports[0].stiffness[0].text.split()
+    assert unit == "kN/m"  # as its author wrote it
+    assert f"{float(number):.7g}" in shown.output
     with xr.open_dataset(numbers) as data:
         assert float(data["value"][0]) == pytest.approx(fitted.rotor.supports[0].stiffness[0])
     assert size_of(picture) == (1260, 510)

@@ -18,7 +18,9 @@ from jsonschema import Draft202012Validator
 from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.assembly.author_units import in_author_units, with_author_springs
 from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, MachineFileError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine, save_machine
@@ -466,3 +468,48 @@ def test_the_command_keys_shows_one_table_and_names_the_tables_there_are() -> No
     }  # fmt: skip
     with pytest.raises(QuestionError, match=r"'race': no such table .* balancers.races,"):
         keys("race")
+
+
+AUTHOR = """
+name = "drum"
+axis = "vertical"
+unbalances = [{ moment = "600 g*mm", angle = "30 deg" }]
+[rotor]
+kind = "planar"
+mass = 12.0
+critical_speed = ["700 rpm", "712 rpm"]
+damping_ratio = "3 %"
+[[balancers]]
+races = [{ orbit_radius = "70 mm", drag = { law = "beta", beta = 1e-4 }, balls = [{ count = 2, mass = "7 g", motion = "point" }] }]
+[drive]
+kind = "speed"
+profile = { kind = "constant", speed = 125.0 }
+"""
+
+
+def test_a_changed_machine_is_written_in_the_units_and_words_of_its_author() -> None:
+    author = parse_machine(AUTHOR)
+    assert isinstance(author, Machine)
+    changed = ab.with_parameter(author, "unbalance", 8.123e-4)
+    ramp = {"kind": "ramp", "start": 0.0, "end": 40.0 * math.pi, "duration": 20.0}
+    for path, value in (("unbalances[1].angle", 1.25), ("rotor.mass", 12.5), ("drive.profile", ramp)):
+        changed = ab.with_parameter(changed, path, value)
+    written = in_author_units(with_author_springs(changed, author), author)
+    data = tomllib.loads(machine_text(written))
+    assert data["unbalances"] == [{"moment": "812.3 g*mm", "angle": "71.61972439 deg"}]
+    assert data["rotor"]["mass"] == 12.5  # its author wrote a number
+    assert data["drive"]["profile"] == {"kind": "ramp", "start": "0 rpm", "end": "1200 rpm", "duration": "20 s"}
+    slower = math.sqrt((12.0 + 0.014) / (12.5 + 0.014))  # the springs stayed when the mass grew
+    speeds = [float(text.removesuffix(" rpm")) for text in data["rotor"]["critical_speed"]]
+    assert speeds == pytest.approx([700.0 * slower, 712.0 * slower], rel=1e-9)
+    ratios = data["rotor"]["damping_ratio"]
+    assert float(ratios.removesuffix(" %")) == pytest.approx(3.0 * slower, rel=1e-9)
+    back = parse_machine(machine_text(written))
+    assert back == written
+    assert planar_rotor(back).stiffness == pytest.approx(planar_rotor(changed).stiffness, rel=1e-9)
+    assert not any("was read in" in note for note in ab.check(back).warnings)
+
+
+def test_a_machine_that_nobody_changed_keeps_every_letter_of_its_numbers() -> None:
+    machine = parse_machine(AUTHOR)
+    assert machine_text(in_author_units(machine, machine)) == machine_text(machine)

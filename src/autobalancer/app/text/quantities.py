@@ -11,6 +11,7 @@ from typing import Any
 from autobalancer.app.text.document import Path, data_of, value_at, with_value, without
 from autobalancer.app.text.fields import in_unit, number_and_unit, written
 from autobalancer.app.text.numbers import USUAL
+from autobalancer.assembly.author_units import in_author_units
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import with_quantity
 from autobalancer.errors import AutobalancerError, QuestionError
@@ -59,7 +60,7 @@ def text_with(text: str, machine: Machine, wanted: Mapping[str, float]) -> str:
             return _tidy(edited)
     except (AutobalancerError, KeyError, TypeError, IndexError, ValueError):
         pass  # the text is not written as the machine is, such as a table in a file beside it
-    return machine_text(changed)
+    return machine_text(in_author_units(changed, machine))
 
 
 def alike(a: Any, b: Any) -> bool:

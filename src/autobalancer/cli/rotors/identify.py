@@ -86,17 +86,20 @@ def _storable(data: xr.Dataset) -> xr.Dataset:
 
 def _parameters(data: xr.Dataset) -> list[Column]:
     from autobalancer.cli.terminal.sheet import Column
-    from autobalancer.rotordynamics.identification.outcome import with_spread
+    from autobalancer.rotordynamics.identification.outcome import shown_parameter, with_spread
 
     bound = [bool(value) for value in data["at_bound"].values]
-    spread = [float(value) for value in data["uncertainty"].values]
+    factors, units = zip(
+        *(shown_parameter(data.isel(parameter=p)) for p in range(data.sizes["parameter"])), strict=True
+    )
+    spread = [float(value) for value in factors * data["uncertainty"].values]
     said = ["at its bound" if stuck else with_spread(value) for stuck, value in zip(bound, spread, strict=True)]
     return [
         Column("parameter", [str(name) for name in data["parameter"].values], wraps=True),
-        Column("identified", data["value"].values, form=".7g"),
+        Column("identified", factors * data["value"].values, form=".7g"),
         Column("uncertainty", said),
-        Column("unit", [str(unit) for unit in data["unit"].values]),
-        Column("start", data["start"].values, form=".6g"),
+        Column("unit", list(units)),
+        Column("start", factors * data["start"].values, form=".6g"),
     ]
 
 

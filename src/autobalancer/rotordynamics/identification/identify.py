@@ -12,6 +12,7 @@ from typing import get_args
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.author_units import in_author_units
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.given import balls_in_races
@@ -159,6 +160,7 @@ def identify(
     note = f"Identified from {deviation.size} measured values: {names}."
     fitted = fitted.model_copy(update={"description": f"{machine.description} {note}".strip()})
     fitted = Machine(**{key: getattr(fitted, key) for key in fitted.model_fields_set | {"description"}})
+    fitted = in_author_units(fitted, machine)
     data = dataset(
         machine, fitted, sought, values, at_bound, known, rows, np.concatenate(before), after, deviation, weight, fit
     )

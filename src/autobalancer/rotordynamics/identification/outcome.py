@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.author_units import unit_of
 from autobalancer.assembly.rotors.model import Floats
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.machine.path import entry_at
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.rotordynamics.identification.determination import Determination
 from autobalancer.rotordynamics.identification.fit import Fit
 from autobalancer.rotordynamics.identification.free import Unknown
 from autobalancer.rotordynamics.identification.measurements import Rows
+from autobalancer.units import Given, to_si
 
 OUTLIER = 0.5  # weight below which a value counts as one
 MANY = ("run-up", "orders")  # kinds of rows that are samples of one measurement
@@ -57,6 +60,11 @@ def dataset(
         "upper": ("parameter", np.array([u.upper for u in sought]), "upper bound, SI"),
         "at_bound": ("parameter", at_bound, "whether the value lies at a bound"),
         "unit": ("parameter", words([u.unit for u in sought]), "unit of the parameter"),
+        "written_unit": (
+            "parameter",
+            words([_written_unit(fitted, u) for u in sought]),
+            "unit in which its machine file has it",
+        ),
         "tie": ("parameter", words([u.tie for u in sought]), "what is free: value, factor or offset"),
         "paths": ("parameter", words([", ".join(u.paths) for u in sought]), "entries of the machine"),
         "correlation": (("parameter", "other_parameter"), known.correlation, "correlation"),
@@ -113,11 +121,12 @@ def report_text(data: xr.Dataset) -> str:
     lines = [data.attrs["title"], ""]
     for p in range(data.sizes["parameter"]):
         one = data.isel(parameter=p)
-        value, spread = float(one["value"]), float(one["uncertainty"])
+        factor, unit = shown_parameter(one)
+        value, spread, start = (factor * float(one[name]) for name in ("value", "uncertainty", "start"))
         bound = ", at its bound" if bool(one["at_bound"]) else ""
         lines.append(
-            f"  {one['parameter'].item()} = {value:.8g} {with_spread(spread)} {one['unit'].item()}".rstrip()
-            + f"   (start {float(one['start']):.6g}{bound})"
+            f"  {one['parameter'].item()} = {value:.8g} {with_spread(spread)} {unit}".rstrip()
+            + f"   (start {start:.6g}{bound})"
         )
     lines += ["", "  measured -> before, after the fit, deviation in standard deviations"]
     for label, part in grouped(data):
@@ -144,6 +153,18 @@ def report_text(data: xr.Dataset) -> str:
     ]
     lines += [f"  note: {note}" for note in data.attrs["notes"]]
     return "\n".join(lines)
+
+
+def _written_unit(fitted: Machine, sought: Unknown) -> str:
+    """The unit of a free parameter in the file of the fitted machine; of a temperature that of its differences."""
+    entry = entry_at(fitted, sought.paths[0])
+    return unit_of(entry) if isinstance(entry, Given) and sought.unit not in ("", "K") else sought.unit
+
+
+def shown_parameter(one: xr.Dataset) -> tuple[float, str]:
+    """Factor and unit in which people read a free parameter: that of the machine file."""
+    unit = str(one["written_unit"].item())
+    return (1.0 / to_si(f"1 {unit}", str(one["unit"].item())) if unit else 1.0), unit
 
 
 def _rms(values: np.ndarray) -> float:

@@ -7,6 +7,7 @@ import math
 
 import xarray as xr
 
+from autobalancer.assembly.author_units import in_author_units
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.chamber import ChamberMachine
@@ -42,7 +43,7 @@ def designed_machine(designs: xr.Dataset, place: int = 1, *, unbalance: float | 
     assert isinstance(machine, ChamberMachine)
     candidate = candidate_of(one)
     size = float(designs["unbalance"].max()) if unbalance is None else unbalance
-    made = machine_of(machine, candidate, size)
+    made = in_author_units(machine_of(machine, candidate, size), machine)
     return made.model_copy(
         update={"name": f"{machine.name}, {candidate.label}", "description": _said(designs, one, candidate)}
     )

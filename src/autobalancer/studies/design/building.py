@@ -6,6 +6,7 @@ from typing import Any
 
 from autobalancer.assembly.changed_parts import changed_part
 from autobalancer.assembly.quantities import with_quantity
+from autobalancer.catalog.resolve_springs import settled
 from autobalancer.machine import Balancer, Balls, Machine, PrescribedSpeed, Race, RunPlan, Table
 from autobalancer.studies.design.candidate import Candidate
 from autobalancer.studies.design.spec import Spec
@@ -32,7 +33,7 @@ def machine_of(spec: Spec, one: Candidate, temperature: float, unbalance: float 
     MachineError
         If no machine can be like that.
     """
-    machine = spec.machine
+    machine = settled(spec.machine)
     template = machine.balancers[0].races[0] if machine.balancers else None
     races = tuple(
         _race(
@@ -43,11 +44,20 @@ def machine_of(spec: Spec, one: Candidate, temperature: float, unbalance: float 
     if one.planes:
         balancers = tuple(Balancer(name=name, station=name, races=races) for name in one.planes)
     elif machine.balancers:
-        balancers = tuple(changed_part(balancer, races=races) for balancer in machine.balancers)
+        balancers = tuple(
+            changed_part(balancer, races=races, name=_renamed(balancer.name, template, one))
+            for balancer in machine.balancers
+        )
     else:
         balancers = (Balancer(races=races),)
     found: Machine = changed_part(machine, balancers=balancers)
     return found if unbalance is None else with_quantity(found, "unbalance", unbalance)
+
+
+def _renamed(name: str, template: Race | None, one: Candidate) -> str:
+    """The name of a balancer, with the new bearing where it has the old one in it."""
+    old = template.bearing if template is not None else None
+    return name.replace(old, one.ring.bearing) if old and one.ring.bearing else name
 
 
 def _race(spec: Spec, one: Candidate, template: Race | None, filling: Any, temperature: float) -> Race:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.author_units import in_author_units, with_author_springs
 from autobalancer.files.machine_file import machine_text
 from autobalancer.results.provenance import provenance
 from autobalancer.studies.design.answer import STAGES
@@ -167,7 +168,8 @@ def _text(spec: Spec, one: Design, place: dict[int, int]) -> str:
     """The machine file of a design that ran, with the run-up of the specification."""
     if one.machine is None or id(one) not in place:
         return ""
-    return machine_text(driven(spec, one.machine, spec.fastest, coasting=False))
+    machine = driven(spec, one.machine, spec.fastest, coasting=False)
+    return machine_text(in_author_units(with_author_springs(machine, spec.machine), spec.machine))
 
 
 def _attributes(spec: Spec, how: str) -> dict[str, Any]:

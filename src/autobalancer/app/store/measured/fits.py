@@ -19,6 +19,7 @@ from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.measured.looks import Asked, tracked
 from autobalancer.app.store.measured.shelf import Shelf
 from autobalancer.app.store.names import RUN, new_name
+from autobalancer.assembly.author_units import in_author_units
 from autobalancer.assembly.parameters import parameter_of
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text, parse_machine
@@ -252,7 +253,7 @@ def _keep_best(shelf: Shelf, name: str, machine: Machine, question: Question, tr
     entry.finished, entry.scatter = False, trials.best
     folder = shelf.folder(name) / "fits" / entry.name
     folder.mkdir(parents=True)
-    write_text_safely(folder / "fitted.toml", trials.text)
+    write_text_safely(folder / "fitted.toml", machine_text(in_author_units(best, machine)))
     _note(folder, entry)
     return entry.name
 
