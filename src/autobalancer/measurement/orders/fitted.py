@@ -13,10 +13,9 @@ SPREAD = 2  # degree of the polynomial that every amplitude is within the window
 
 
 class Tracked(NamedTuple):
-    """Complex amplitudes u = Re(a e^(i n angle)) and their deviations, all (order, channel, point)."""
+    """Complex amplitudes u = Re(a e^(i n angle)), (order, channel, point)."""
 
     amplitude: Complexes
-    deviation: Floats  # of the real and of the imaginary part
     residual: Floats  # (channel, point): standard deviation of what the orders leave in the window
 
 
@@ -43,8 +42,7 @@ def fitted_orders(
     """
     half = np.pi * revolutions
     shape = (orders.size, values.shape[0], centers.size)
-    amplitude, deviation = np.empty(shape, np.complex128), np.empty(shape)
-    residual = np.empty(shape[1:])
+    amplitude, residual = np.empty(shape, np.complex128), np.empty(shape[1:])
     for k, center in enumerate(centers):
         first, last = np.searchsorted(angle, [center - half, center + half])
         s = (angle[first:last] - center) / half
@@ -55,15 +53,12 @@ def fitted_orders(
         y = values[:, first:last]
         found = (y @ weighted) @ inverse  # (channel, unknown)
         rest = y - found @ design.T
-        spread = inverse @ (weighted.T @ weighted) @ inverse
         free = weight.sum() * (1.0 - design.shape[1] / max(last - first, design.shape[1] + 1))
         variance = (weight * rest**2).sum(axis=1) / free
         at = degree + 1 + 2 * (degree + 1) * np.arange(orders.size)
         amplitude[:, :, k] = (found[:, at] - 1j * found[:, at + 1]).T
-        own = 0.5 * (np.diag(spread)[at] + np.diag(spread)[at + 1])
-        deviation[:, :, k] = np.sqrt(own[:, None] * variance[None, :])
         residual[:, k] = np.sqrt(variance)
-    return Tracked(amplitude, deviation, residual)
+    return Tracked(amplitude, residual)
 
 
 def _design(s: Floats, angle: Floats, orders: Floats, degree: int) -> Floats:
@@ -75,3 +70,20 @@ def _design(s: Floats, angle: Floats, orders: Floats, degree: int) -> Floats:
         for power in powers:
             columns += [power * cosine, power * sine]
     return np.asarray(columns, np.float64).T
+
+
+def passed_by_fit(orders: Floats, revolutions: float, ratio: Floats, degree: int = SPREAD) -> Floats:
+    """Share of a wave of so many periods a revolution (ratio,) that each amplitude of :func:`fitted_orders` takes up.
+
+    (order, ratio); near one where the wave has the frequency of the order, zero at some revolutions' inverse from it.
+    """
+    half = np.pi * revolutions
+    points = int(2 * np.ceil(8 * revolutions * max(4.0, float(np.max(ratio, initial=0.0))))) + 1
+    s = np.linspace(-1.0, 1.0, points)
+    design = _design(s, half * s, orders, degree)
+    weighted = design * (np.cos(0.5 * np.pi * s) ** 2)[:, None]
+    at = degree + 1 + 2 * (degree + 1) * np.arange(orders.size)
+    rows = np.linalg.solve(weighted.T @ design, weighted.T)
+    even, odd = rows[at], rows[at + 1]
+    turns = half * np.outer(s, ratio)
+    return np.asarray(0.5 * (even @ np.cos(turns) + odd @ np.sin(turns)), np.float64)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.measurement.noise import densities
 from autobalancer.measurement.orders.angle import rotor_angle
-from autobalancer.measurement.orders.fitted import Tracked, fitted_orders
+from autobalancer.measurement.orders.fitted import Tracked, fitted_orders, passed_by_fit
 from autobalancer.measurement.orders.runout import subtracted
-from autobalancer.measurement.orders.vold_kalman import bias_of, filtered_orders
+from autobalancer.measurement.orders.vold_kalman import bias_of, filtered_orders, noise_in_bias, passed_by_filter
 from autobalancer.measurement.signals.unit_words import hertz_argument
 from autobalancer.results.provenance import provenance
 from autobalancer.results.signals.orders import Orders
@@ -25,6 +27,15 @@ Floats = NDArray[np.float64]
 Method = Literal["fit", "vold-kalman"]
 WINDOW = 4.0  # revolutions
 A_TURN, MOST = 4, 4000  # points of a turn, and in all
+REACH = 8.0  # periods in the window beside an order beyond which noise does not matter
+FLAT, WIDER = 0.03, 8  # bias over the greatest amplitude above which a note says so; bandwidths that are tried
+GRID, FRAMES = 120, 6  # points at which the noise is judged; frames of the record, at least
+BEYOND = 6.0  # twice the variance of its parts is the mean square of noise; so much is taken from that of a bias
+LINE, DOUBT, ROWS = (
+    5.0,
+    4.0,
+    5,
+)  # times the noise about it, a line; times the variance without, at so many points, a note
 VIBRATIONS = ("displacement", "velocity", "acceleration", "force", "torque", "voltage", "pressure")
 
 
@@ -60,7 +71,7 @@ def orders(
         Width of the window of the fit.
     bandwidth
         Of the Vold–Kalman filter between the points at -3 dB, Hz; by default a tenth of the lowest rotation frequency, at
-        least 1 Hz.
+        least 1 Hz, and up to all of it where the amplitude changes so fast that its bias is above 1.5 % of the greatest.
     slow_roll
         Interval of time (s, a pair or a text such as ``"0:1.5 s"``) in which the rotor turns slowly: what the sensors show
         there at speed zero is run-out of the shaft, and is subtracted. Or orders that were measured at slow roll.
@@ -71,8 +82,8 @@ def orders(
     -------
     xarray.Dataset
         Over (order, channel, time): ``amplitude`` (SI), ``phase`` (rad), ``amplitude_deviation`` and ``phase_deviation``
-        (one standard deviation, from what the orders leave of the signal and from the angle), ``bias`` (SI; what the window
-        or the filter probably takes away). Over time: ``speed``; over channel: ``units``, ``quantity``, ``place``,
+        (one standard deviation, from the noise near the orders and from the angle), ``bias`` (SI; what the window or the
+        filter probably takes away). Over time: ``speed``; over channel: ``units``, ``quantity``, ``place``,
         ``direction``.
 
     Raises
@@ -89,12 +100,11 @@ def orders(
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
     asked = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
-        at, tracked, bias, how = _by_fit(signals, asked)
+        found = _by_fit(signals, asked)
     elif method == "vold-kalman":
-        at, tracked, bias, how = _by_filter(signals, asked, bandwidth)
+        found = _by_filter(signals, asked, bandwidth)
     else:
         raise QuestionError(f"method: given {method!r}; must be 'fit' or 'vold-kalman'")
-    found = _dataset(signals, asked, at, tracked, bias, how)
     return found if slow_roll is None else subtracted(found, slow_roll)
 
 
@@ -106,7 +116,7 @@ class _Asked:
     revolutions: float
 
 
-def _by_fit(signals: xr.Dataset, asked: _Asked) -> tuple[Floats, Tracked, Floats, dict[str, Any]]:
+def _by_fit(signals: xr.Dataset, asked: _Asked) -> Orders:
     angle, values = signals["rotor_angle"].values, _values(signals, asked)
     half, turns = math.pi * asked.revolutions, float(np.ptp(angle)) / (2.0 * math.pi)
     least = 1.5 / min(1.0, float(asked.orders.min()))
@@ -118,28 +128,131 @@ def _by_fit(signals: xr.Dataset, asked: _Asked) -> tuple[Floats, Tracked, Floats
     centers = np.arange(angle[0] + half, angle[-1] - half, step)
     tracked = fitted_orders(angle, values, asked.orders, centers, asked.revolutions)
     narrow = fitted_orders(angle, values, asked.orders, centers, asked.revolutions / math.sqrt(2.0))
-    bias = 4.0 / 3.0 * np.abs(tracked.amplitude - narrow.amplitude)  # of fourth order in the width
+    bent = 4.0 / 3.0 * (tracked.amplitude - narrow.amplitude)  # the bias is of fourth order in the width
     text = f"local fit of second degree over {asked.revolutions:g} revolutions"
     how = {"method": text, "window_revolutions": asked.revolutions}
-    return np.interp(centers, angle, signals["time"].values), tracked, np.asarray(bias), how
+    reach = asked.orders[-1] + REACH / asked.revolutions
+    ratio = np.linspace(0.0, reach, 1 + math.ceil(16.0 * asked.revolutions * reach))
+    shares = [
+        passed_by_fit(asked.orders, width, ratio) for width in (asked.revolutions, asked.revolutions / math.sqrt(2.0))
+    ]
+    shares[1] = 4.0 / 3.0 * (shares[0] - shares[1])
+
+    def passes(frequency: Floats, rotation: Floats) -> Floats:
+        at = frequency / rotation[:, None]
+        return np.array([[np.interp(at, ratio, row, right=0.0) for row in share] for share in shares])
+
+    longest = asked.revolutions * 2.0 * math.pi / float(signals["speed"].min())
+    deviation, unsure, notes = _sure(signals, asked, (centers, tracked), passes, longest)
+    bias = np.sqrt(np.maximum(0.0, np.abs(bent) ** 2 - BEYOND * unsure**2))
+    at = np.interp(centers, angle, signals["time"].values)
+    return _dataset(signals, asked, at, tracked, (deviation, bias), how, notes)
 
 
-def _by_filter(
-    signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None
-) -> tuple[Floats, Tracked, Floats, dict[str, Any]]:
-    speed, rate = signals["speed"].values, float(signals.attrs["sampling_rate"])
-    lowest = float(speed.min() * asked.orders.min()) / (2.0 * math.pi)
+def _by_filter(signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None) -> Orders:
+    rate = float(signals.attrs["sampling_rate"])
+    lowest = float(signals["speed"].min() * asked.orders.min()) / (2.0 * math.pi)
     width = max(1.0, 0.1 * lowest) if bandwidth is None else hertz_argument("bandwidth", bandwidth)
     if width > 0.2 * rate:
         raise QuestionError(
             f"bandwidth: given {width:g} Hz; must be below a fifth of the sampling rate, {0.2 * rate:.4g} Hz"
         )
-    tracked = filtered_orders(signals["rotor_angle"].values, _values(signals, asked), asked.orders, width, rate)
-    bias = bias_of(tracked.amplitude, width / rate)
-    every = max(1, -(-speed.size // MOST))
-    thin = Tracked(tracked.amplitude[..., ::every], tracked.deviation[..., ::every], tracked.residual[..., ::every])
-    text = f"Vold-Kalman filter of two poles, bandwidth {width:.4g} Hz"
-    return signals["time"].values[::every], thin, bias[..., ::every], {"method": text, "bandwidth": width}
+    widest = width if bandwidth is not None else max(width, min(lowest, 0.2 * rate))
+    angle = signals["rotor_angle"].values
+
+    def passes(frequency: Floats, rotation: Floats) -> Floats:
+        away = frequency - asked.orders[:, None, None] * rotation[:, None]
+        return np.array([share(away, width, rate) for share in (passed_by_filter, noise_in_bias)])
+
+    for _ in range(WIDER):
+        tracked = filtered_orders(angle, _values(signals, asked), asked.orders, width, rate)
+        bent = bias_of(tracked.amplitude, width / rate)
+        deviation, unsure, notes = _sure(signals, asked, (angle, tracked), passes, 2.0 / width)
+        bias = np.sqrt(np.maximum(0.0, bent**2 - BEYOND * unsure**2))
+        flat = float((bias.max(axis=2) / np.abs(tracked.amplitude).max(axis=2)).max())
+        if flat < 0.5 * FLAT or width >= widest:
+            break
+        width = min(widest, width * float(np.clip((4.0 * flat / FLAT) ** 0.25, 1.2, 3.0)))
+    every = max(1, -(-angle.size // MOST))
+    thin = Tracked(tracked.amplitude[..., ::every], tracked.residual[..., ::every])
+    how = {"method": f"Vold-Kalman filter of two poles, bandwidth {width:.4g} Hz", "bandwidth": width}
+    return _dataset(
+        signals, asked, signals["time"].values[::every], thin, (deviation[..., ::every], bias[..., ::every]), how, notes
+    )
+
+
+def _sure(
+    signals: xr.Dataset,
+    asked: _Asked,
+    tracked: tuple[Floats, Tracked],
+    passes: Callable[[Floats, Floats], Floats],
+    longest: float,
+) -> tuple[Floats, Floats, list[str]]:
+    """Deviations that the noise near the orders gives to amplitudes at angles of the rotor, and notes.
+
+    ``passes`` says how much of noise at frequencies (Hz) the amplitude of each order takes up at speeds of rotation (Hz), and
+    perhaps how much another number does whose deviations are wanted, too; ``longest`` (s) is the longest piece of which an
+    amplitude is made.
+    """
+    centers, found = tracked
+    angle, rate = signals["rotor_angle"].values, float(signals.attrs["sampling_rate"])
+    first, last = np.searchsorted(angle, [centers[0], centers[-1]])
+    angle, turning = angle[first : last + 1], signals["speed"].values[first : last + 1] / (2.0 * math.pi)
+    rest = _values(signals, asked)[:, first : last + 1]
+    for n, order in enumerate(asked.orders):
+        for c, amplitude in enumerate(found.amplitude[n]):
+            at = np.interp(angle, centers, amplitude.real) + 1j * np.interp(angle, centers, amplitude.imag)
+            rest[c] -= (at * np.exp(1j * order * angle)).real
+    step = float(centers[-1] - centers[0]) / max(1, centers.size - 1) / (2.0 * math.pi)  # revolutions
+
+    def left(frequency: Floats, samples: Floats) -> Floats:
+        rotation = np.interp(samples, np.arange(turning.size), turning)
+        away = frequency / rotation[:, None] - asked.orders[:, None, None]
+        return np.asarray((1.0 - (passes(frequency, rotation)[0] * np.sinc(step * away) ** 2).sum(axis=0)) ** 2)
+
+    times = np.unique(np.linspace(0, angle.size - 1, min(GRID, centers.size)).astype(int)).astype(np.float64)
+    length = int(np.clip(2.0 * longest * rate, 16, max(16, angle.size // FRAMES)))
+    highest = (asked.orders[-1] + REACH / max(1.0, asked.revolutions)) * float(turning.max())
+    frequency, density = densities(rest, rate, length, times, left, min(highest, 0.5 * rate))
+    every = passes(frequency, turning[times.astype(int)]) ** 2 * frequency[1]
+    taken = every[0]
+    variance = np.einsum("ntf,ctf->nct", taken, density)
+    smooth = np.minimum(density, LINE * median_filter(density, (1, 1, 9), mode="nearest"))
+    lines = variance > DOUBT * np.einsum("ntf,ctf->nct", taken, smooth)
+    notes = []
+    for n, c in np.argwhere(lines.sum(axis=2) >= ROWS):
+        rows = np.flatnonzero(lines[n, c])
+        most = int(rows[np.argmax(variance[n, c, rows])])
+        within = taken[n, most] > 0.01 * taken[n, most].max()
+        top = int(np.argmax(within * density[c, most]))
+        about = slice(max(0, top - 1), top + 2)
+        hum = float(np.average(frequency[about], weights=density[c, most, about]))
+        speeds = turning[times[rows[[0, -1]]].astype(int)]
+        notes.append(
+            f"{asked.channels[c]}: a vibration at about {hum:.3g} Hz, which is no order, lies within the window of order "
+            f"{asked.orders[n]:g} from {60.0 * speeds.min():.4g} to {60.0 * speeds.max():.4g} rpm; the deviations there "
+            "contain it. More revolutions, or less bandwidth, may keep it out"
+        )
+    grid = np.interp(times, np.arange(angle.size), angle)
+
+    def deviations(squares: Floats) -> Floats:
+        return np.array(
+            [[np.exp(np.interp(centers, grid, 0.5 * np.log(row + 1e-300))) for row in rows] for rows in squares]
+        )
+
+    other = np.einsum("ntf,ctf->nct", every[-1], density)
+    return deviations(variance), deviations(other), notes
+
+
+def _flattened(asked: _Asked, tracked: Tracked, bias: Floats, how: dict[str, Any]) -> list[str]:
+    """Notes on orders whose greatest amplitude the window or the filter makes much too small."""
+    cure = "more bandwidth" if "bandwidth" in how else "fewer revolutions"
+    share = bias.max(axis=2) / np.maximum(np.abs(tracked.amplitude).max(axis=2), 1e-300)
+    return [
+        f"{asked.channels[c]}: the amplitude of order {asked.orders[n]:g} changes so fast that it is wrong by up to about "
+        f"{100.0 * share[n, c]:.2g} % of its greatest value; take {cure}, or a slower run-up"
+        for n, c in np.argwhere(share > FLAT)
+    ]
 
 
 def _values(signals: xr.Dataset, asked: _Asked) -> Floats:
@@ -180,20 +293,30 @@ def vibrations(signals: xr.Dataset, given: str | Sequence[str] | None) -> list[s
 
 
 def _dataset(
-    signals: xr.Dataset, asked: _Asked, at: Floats, tracked: Tracked, bias: Floats, how: dict[str, Any]
+    signals: xr.Dataset,
+    asked: _Asked,
+    at: Floats,
+    tracked: Tracked,
+    errors: tuple[Floats, Floats],
+    how: dict[str, Any],
+    notes: list[str],
 ) -> Orders:
+    deviation, bias = errors
+    notes = [*notes, *_flattened(asked, tracked, bias, how)]
+    for text in notes:
+        warn(text, RangeWarning)
     t = signals["time"].values
     speed, sure = (np.interp(at, t, signals[name].values) for name in ("speed", "rotor_angle_deviation"))
     size = np.abs(tracked.amplitude)
     with np.errstate(divide="ignore", invalid="ignore"):
-        phase_deviation = np.minimum(tracked.deviation / size, math.pi / math.sqrt(3.0))
+        phase_deviation = np.minimum(deviation / size, math.pi / math.sqrt(3.0))
     phase_deviation = np.hypot(phase_deviation, asked.orders[:, None, None] * sure)
     dims = ("order", "channel", "time")
     found = xr.Dataset(
         {
             "amplitude": (dims, size, {"long_name": "amplitude of the order"}),
             "phase": (dims, np.angle(tracked.amplitude), {"long_name": "lead over the zero mark", "units": "rad"}),
-            "amplitude_deviation": (dims, tracked.deviation, {"long_name": "standard deviation of the amplitude"}),
+            "amplitude_deviation": (dims, deviation, {"long_name": "standard deviation of the amplitude"}),
             "phase_deviation": (
                 dims,
                 phase_deviation,
@@ -213,5 +336,6 @@ def _dataset(
         words = [str(signals[name].attrs.get(key, "")) for name in asked.channels]
         found = found.assign_coords({key: ("channel", words)})
     head = {"title": f"orders of {signals.attrs.get('origin') or 'signals'}", **how}
-    more = {"origin": signals.attrs.get("origin", ""), "warnings": signals.attrs.get("warnings", "")}
+    doubts = "\n".join(filter(None, [str(signals.attrs.get("warnings", "")), *notes]))
+    more = {"origin": signals.attrs.get("origin", ""), "warnings": doubts}
     return Orders.of(found.assign_attrs(head | more | provenance()))

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import quad
 from scipy.linalg import solveh_banded
+from scipy.ndimage import maximum_filter1d
 
 from autobalancer.measurement.orders.fitted import Tracked
 
@@ -51,11 +51,8 @@ def filtered_orders(
     found = unknown.T.reshape(values.shape[0], size, count)
     rest = values - (found * waves[None, :, :]).sum(axis=2)
     amplitude = (found[:, :, 0::2] + 1j * found[:, :, 1::2]).transpose(2, 0, 1)
-    passed = noise_share(weight, poles)
-    smooth = _smoothed(rest**2, max(3, round(rate / bandwidth)))
-    residual = np.sqrt(smooth / max(1e-9, 1.0 - min(0.9, count * passed)))
-    deviation = np.sqrt(2.0 * passed) * np.broadcast_to(residual, amplitude.shape)
-    return Tracked(amplitude, np.asarray(deviation, np.float64), np.asarray(residual, np.float64))
+    residual = np.sqrt(_smoothed(rest**2, max(3, round(rate / bandwidth))))
+    return Tracked(amplitude, residual)
 
 
 def structural_weight(share: float, poles: int) -> float:
@@ -63,14 +60,10 @@ def structural_weight(share: float, poles: int) -> float:
     return float(0.5 * (math.sqrt(2.0) - 1.0) / (2.0 - 2.0 * math.cos(math.pi * share)) ** poles)
 
 
-def noise_share(weight: float, poles: int) -> float:
-    """Variance of the real part of an amplitude over twice the variance of white noise in the samples."""
-
-    def passes(w: float) -> float:
-        return float((1.0 + 2.0 * weight * (2.0 - 2.0 * math.cos(w)) ** poles) ** -2.0)
-
-    edge = min(math.pi, 40.0 * (2.0 * weight) ** (-0.5 / poles))
-    return float(quad(passes, 0.0, edge, limit=200)[0]) / math.pi
+def passed_by_filter(away: Floats, bandwidth: float, rate: float, poles: int = POLES) -> Floats:
+    """Share of a wave so many hertz beside an order that its amplitude takes up."""
+    turned = 2.0 - 2.0 * np.cos(2.0 * np.pi * np.clip(away / rate, -0.5, 0.5))
+    return np.asarray(1.0 / (1.0 + 2.0 * structural_weight(bandwidth / rate, poles) * turned**poles))
 
 
 def _band(waves: Floats, weight: float, poles: int) -> Floats:
@@ -98,16 +91,31 @@ def _smoothed(squares: Floats, width: int) -> Floats:
 
 
 def bias_of(amplitude: NDArray[np.complex128], share: float, poles: int = POLES) -> Floats:
-    """What the filter takes from a smooth amplitude: 2 r² times its difference of twice the order; (..., time).
+    """What the filter probably takes from amplitudes, as it does from what it gave; (..., time).
 
-    The differences are taken over a tenth of the inverse bandwidth, because the ripple at twice the rotation would dominate
-    those between neighboring samples.
+    With the share G that passes, 1 - G of the true amplitude is missing, and of the tracked one it is (1 - G) + (1 - G)² up to
+    the third power. Of a beat the greatest within the inverse bandwidth counts.
     """
-    step, size = max(1, round(0.1 / share)), amplitude.shape[-1]
+    step, size = (
+        max(1, round(0.1 / share)),
+        amplitude.shape[-1],
+    )  # neighboring samples have a ripple at twice the rotation
     thin = np.arange(0, size, step)
     if thin.size <= 2 * poles:
         return np.zeros(amplitude.shape)
-    bent = np.abs(np.diff(amplitude[..., thin], 2 * poles, axis=-1)) / float(step) ** (2 * poles)
-    middles = thin[poles:-poles]
-    curved = np.array([np.interp(np.arange(size), middles, row) for row in bent.reshape(-1, middles.size)])
-    return np.asarray(2.0 * structural_weight(share, poles) * curved.reshape(amplitude.shape), np.float64)
+    band = _band(np.ones((thin.size, 1)), 2.0 * structural_weight(share * step, poles), poles)
+    rows = amplitude[..., thin].reshape(-1, thin.size).T
+
+    def lost(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        return np.asarray(values - solveh_banded(band, values, lower=True))
+
+    once = lost(rows)
+    bent = maximum_filter1d(np.abs(once + lost(once)).T, max(1, round(1.0 / (share * step))), axis=-1)
+    found = np.array([np.interp(np.arange(size), thin, row) for row in bent])
+    return np.asarray(found.reshape(amplitude.shape), np.float64)
+
+
+def noise_in_bias(away: Floats, bandwidth: float, rate: float, poles: int = POLES) -> Floats:
+    """How much of noise, so many hertz beside an order, :func:`bias_of` takes for bias."""
+    passed = passed_by_filter(away, bandwidth, rate, poles)
+    return passed * (1.0 - passed) * (2.0 - passed)

@@ -1,0 +1,90 @@
+"""The noise of a measured signal near a frequency: what is fitted to it takes up the noise there, not that of all frequencies.
+
+Noise of real signals is not white: it drifts, it hums, and an acceleration that became a displacement has the more of it the
+lower the frequency. Its density comes from what a fit leaves of the signal. Where the fit itself takes noise away, that is
+known, and divided out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+NEAR = (3.0, 10.0, 30.0)  # frames in time from which on others count much less
+LEAST, SHOWN = (
+    1.5,
+    0.2,
+)  # frames in which all noise at a frequency is left, below which its neighbors tell; share that is left
+MOST = 300  # frames
+HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # power of its transform at three neighboring frequencies
+
+
+def densities(
+    rest: Floats, rate: float, length: int, times: Floats, left: Callable[[Floats, Floats], Floats], highest: float
+) -> tuple[Floats, Floats]:
+    """Mean square of the noise a hertz, over the frequency and the time.
+
+    Parameters
+    ----------
+    rest
+        What a fit leaves of the signal, (channel, sample).
+    rate
+        Hz.
+    length
+        Samples of a frame, weighted by Hann; frames overlap by half.
+    times
+        In samples, at which the density is wanted: of frames nearby, (T,).
+    left
+        Share of the power of noise that the fit leaves at frequencies (Hz; F) and times (samples; M): (M, F).
+    highest
+        Hz, up to which it is wanted.
+
+    Returns
+    -------
+    Frequencies in Hz (F,), and densities (channel, T, F).
+    """
+    last = max(0, rest.shape[1] - length)
+    starts = np.unique(np.linspace(0, last, min(MOST, 1 + -(-2 * last // length))).astype(int))
+    window = np.hanning(length + 1)[:-1]
+    frequency = np.fft.rfftfreq(length, 1.0 / rate)
+    frequency = frequency[: int(np.searchsorted(frequency, highest)) + 2]
+    line = np.linspace(-1.0, 1.0, length)
+    power, share = np.empty((rest.shape[0], starts.size, frequency.size)), np.empty((starts.size, frequency.size))
+    for j, start in enumerate(starts):
+        piece = rest[:, start : start + length]
+        slope = (piece @ line) / (line @ line)
+        piece = (piece - piece.mean(axis=1, keepdims=True) - slope[:, None] * line) * window
+        power[:, j] = np.abs(np.fft.rfft(piece, axis=1)[:, : frequency.size]) ** 2
+        within = left(frequency, start + length * np.array([0.25, 0.375, 0.5, 0.625, 0.75])).mean(axis=0)
+        share[j] = np.convolve(np.pad(within, 1, mode="edge"), HANN, mode="valid")
+    power *= 2.0 / (rate * float((window**2).sum()))
+    share[:, :2] = 0.0  # a straight line was taken away
+    shown = share > SHOWN
+    power = np.log(np.maximum(power, 1e-300) / np.where(shown, share, 1.0))
+    usual = (power * shown).sum(axis=1) / np.maximum(shown.sum(axis=0), 1)
+    level = ((power - usual[:, None]) * shown).sum(axis=2) / np.maximum(
+        shown.sum(axis=1), 1
+    )  # it may grow with the speed
+    power -= level[:, :, None]
+    share *= shown
+    known, weight = np.zeros((times.size, frequency.size)), np.zeros((times.size, starts.size, frequency.size))
+    for near in NEAR:  # where too little of the noise is left nearby, frames farther away tell
+        every = 1.0 / (1.0 + ((times[:, None] - starts - 0.5 * length) / (0.5 * near * length)) ** 4)
+        weight = np.where((known < LEAST)[:, None], every[:, :, None] * share, weight)
+        known = weight.sum(axis=1)
+    logarithms = np.log(np.maximum(frequency, 0.5 * frequency[1]))
+    found = np.empty((rest.shape[0], *known.shape))
+    for c, one in enumerate(power):
+        order = np.argsort(one, axis=0)
+        sums = np.cumsum(np.take_along_axis(weight, order[None], axis=1), axis=1)
+        middle = (sums < 0.5 * known[:, None]).sum(axis=1)  # of lines that pass through a frequency it knows nothing
+        found[c] = np.take_along_axis(np.sort(one, axis=0), np.minimum(middle, starts.size - 1), axis=0)
+        local = np.interp(times, starts + 0.5 * length, level[c]) - math.log(math.log(2.0))
+        for k, row in enumerate(known >= LEAST):
+            row = row if row.any() else np.arange(frequency.size) >= 2
+            found[c, k] = np.interp(logarithms, logarithms[row], found[c, k, row]) + local[k]
+    return frequency, np.exp(found)
