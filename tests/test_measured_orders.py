@@ -14,8 +14,8 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import MeasuredOrders, Sensor, Tacho, load_orders, record
 from autobalancer.measurement.balancing.order_table import given_orders
+from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.fitted import fitted_orders
-from autobalancer.measurement.orders.independent import independent
 
 ROTOR = """name = "rotor on springs"
 axis = "vertical"

@@ -11,7 +11,7 @@ import xarray as xr
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.table import Table, read_table
 from autobalancer.measurement.balancing.channels import Orders
-from autobalancer.measurement.orders.independent import independent
+from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.signals.unit_words import quantity_of
 
 EXAMPLE = "speed [rpm], place, direction, amplitude [um], phase [deg], amplitude deviation [um]"

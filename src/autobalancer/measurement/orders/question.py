@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
-from autobalancer.measurement.noise import densities
+from autobalancer.measurement.noise_density import densities
 from autobalancer.measurement.orders.angle import rotor_angle
 from autobalancer.measurement.orders.fitted import Tracked, fitted_orders, passed_by_fit
 from autobalancer.measurement.orders.runout import subtracted

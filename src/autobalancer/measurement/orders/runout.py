@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.orders.independent import independent
+from autobalancer.measurement.noise_density import independent
 from autobalancer.results.signals.orders import Orders
 from autobalancer.units.arguments import ends_argument
 

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -20,6 +21,8 @@ LEAST, SHOWN = (
     0.2,
 )  # frames in which all noise at a frequency is left, below which its neighbors tell; share that is left
 MOST = 300  # frames
+OF_WINDOW = 0.345  # of the window: the area of the autocorrelation of the local fit of second degree, weighted by Hann
+OF_BANDWIDTH = 0.963  # over the bandwidth: the same of 1 / (1 + (f / f0)^4), which is at -3 dB at half of the bandwidth
 HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # power of its transform at three neighboring frequencies
 
 
@@ -50,7 +53,7 @@ def densities(
     last = max(0, rest.shape[1] - length)
     starts = np.unique(np.linspace(0, last, min(MOST, 1 + -(-2 * last // length))).astype(int))
     window = np.hanning(length + 1)[:-1]
-    frequency = np.fft.rfftfreq(length, 1.0 / rate)
+    frequency = np.asarray(np.fft.rfftfreq(length, 1.0 / rate), np.float64)
     frequency = frequency[: int(np.searchsorted(frequency, highest)) + 2]
     line = np.linspace(-1.0, 1.0, length)
     power, share = np.empty((rest.shape[0], starts.size, frequency.size)), np.empty((starts.size, frequency.size))
@@ -88,3 +91,32 @@ def densities(
             row = row if row.any() else np.arange(frequency.size) >= 2
             found[c, k] = np.interp(logarithms, logarithms[row], found[c, k, row]) + local[k]
     return frequency, np.exp(found)
+
+
+def independent(orders: xr.Dataset) -> xr.Dataset:
+    """Points so far apart that as many independent readings would know as much as all points together.
+
+    That distance is the area below the autocorrelation of the noise of an amplitude. With the local fit the autocorrelation is
+    zero there, too. Orders of which it is not known how they were tracked, such as tables, are returned as they are.
+
+    Parameters
+    ----------
+    orders
+        From :func:`autobalancer.measure.orders`, over ``time``.
+    """
+    if "time" not in orders.dims or "speed" not in orders.variables:
+        return orders
+    time, speed = np.asarray(orders["time"].values, np.float64), np.asarray(orders["speed"].values, np.float64)
+    if "window_revolutions" in orders.attrs:
+        turns = np.r_[0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))] / (2.0 * np.pi)
+        place = turns / (OF_WINDOW * float(orders.attrs["window_revolutions"]))
+    elif "bandwidth" in orders.attrs:
+        place = (time - time[:1]) * float(orders.attrs["bandwidth"]) / OF_BANDWIDTH
+    else:
+        return orders
+    kept, last = [], -np.inf
+    for row, at in enumerate(place):
+        if at - last > 1.0 - 1e-9:
+            kept.append(row)
+            last = at
+    return orders.isel(time=kept)
