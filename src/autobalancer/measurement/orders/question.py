@@ -169,7 +169,7 @@ def _by_filter(signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None
         bent = bias_of(tracked.amplitude, width / rate)
         deviation, unsure, notes = _sure(signals, asked, (angle, tracked), passes, 2.0 / width)
         bias = np.sqrt(np.maximum(0.0, bent**2 - BEYOND * unsure**2))
-        flat = float((bias.max(axis=2) / np.abs(tracked.amplitude).max(axis=2)).max())
+        flat = float((bias.max(axis=2) / np.maximum(np.abs(tracked.amplitude).max(axis=(0, 2)), 1e-300)).max())
         if flat < 0.5 * FLAT or width >= widest:
             break
         width = min(widest, width * float(np.clip((4.0 * flat / FLAT) ** 0.25, 1.2, 3.0)))
@@ -247,10 +247,10 @@ def _sure(
 def _flattened(asked: _Asked, tracked: Tracked, bias: Floats, how: dict[str, Any]) -> list[str]:
     """Notes on orders whose greatest amplitude the window or the filter makes much too small."""
     cure = "more bandwidth" if "bandwidth" in how else "fewer revolutions"
-    share = bias.max(axis=2) / np.maximum(np.abs(tracked.amplitude).max(axis=2), 1e-300)
+    share = bias.max(axis=2) / np.maximum(np.abs(tracked.amplitude).max(axis=(0, 2)), 1e-300)
     return [
         f"{asked.channels[c]}: the amplitude of order {asked.orders[n]:g} changes so fast that it is wrong by up to about "
-        f"{100.0 * share[n, c]:.2g} % of its greatest value; take {cure}, or a slower run-up"
+        f"{100.0 * share[n, c]:.2g} % of the greatest; take {cure}, or a slower run-up"
         for n, c in np.argwhere(share > FLAT)
     ]
 
