@@ -30,6 +30,7 @@ A_TURN, MOST = 4, 4000  # points of a turn, and in all
 REACH = 8.0  # periods in the window beside an order beyond which noise does not matter
 FLAT, WIDER = 0.03, 8  # bias over the greatest amplitude above which a note says so; bandwidths that are tried
 GRID, FRAMES = 120, 6  # points at which the noise is judged; frames of the record, at least
+MATTERS = 0.01  # of an amplitude: a line that makes it less uncertain has no note
 BEYOND = 6.0  # twice the variance of its parts is the mean square of noise; so much is taken from that of a bias
 LINE, DOUBT, ROWS = (
     5.0,
@@ -218,7 +219,8 @@ def _sure(
     taken = every[0]
     variance = np.einsum("ntf,ctf->nct", taken, density)
     smooth = np.minimum(density, LINE * median_filter(density, (1, 1, 9), mode="nearest"))
-    lines = variance > DOUBT * np.einsum("ntf,ctf->nct", taken, smooth)
+    size = np.abs(found.amplitude[..., np.searchsorted(centers, angle[times.astype(int)]).clip(max=centers.size - 1)])
+    lines = variance > np.maximum(DOUBT * np.einsum("ntf,ctf->nct", taken, smooth), (MATTERS * size) ** 2)
     notes = []
     for n, c in np.argwhere(lines.sum(axis=2) >= ROWS):
         rows = np.flatnonzero(lines[n, c])
