@@ -313,6 +313,7 @@ def test_exactly_at_the_critical_speed_of_an_undamped_rotor_nothing_breaks() -> 
         (lambda: ab.stability.stable_windows(rig(), math.inf), "they must ascend"),
         (lambda: ab.stability.borders(with_value_at(rig(), "balancers", ())), "has no balls"),
         (lambda: ab.stability.border_curve(rig(), "mass", [1.0]), "no such name; there are viscosity, drag"),
+        (lambda: ab.stability.border_curve(rig(), "unbalanc"), "did you mean 'unbalance'"),
         (lambda: ab.stability.border_curve(rig(), "ball_mass"), "give those of 'ball_mass'"),
         (lambda: ab.stability.border_curve(rig(), "ball_mass", []), "given none"),
         (lambda: ab.stability.border_curve(rig(), "viscosity", [1e-6]), "which no viscosity changes"),

@@ -278,6 +278,11 @@ def test_an_answer_fits_80_columns_and_breaks_no_number(
     assert numbers[0] == numbers[1], "a number of the wide answer is broken in the narrow one"
 
 
+def test_a_rounded_angle_is_below_a_turn_and_a_rounded_zero_has_no_sign() -> None:
+    assert Column("angle", [359.96, -0.04, 359.94, 720.0], "deg", ".1f").cells() == ["0.0", "0.0", "359.9", "720.0"]
+    assert Column("share", [-1e-9, 360.0, -0.2], "%", ".0f").cells() == ["0", "360", "0"]
+
+
 def test_columns_without_room_follow_below_with_the_first_one_again(capsys: pytest.CaptureFixture[str]) -> None:
     columns = [
         Column("run", ["deep-n3", "deep-n20"]),

@@ -150,6 +150,8 @@ def test_an_undamped_rotor_keeps_its_motion_whatever_the_gyroscopics() -> None:
     found = modes(rigid(stiffness=(SPRING, 0.5 * SPRING)), 400.0)
     assert np.abs(found["decay_rate"].values).max() < 1e-9
     assert found["frequency"].values == pytest.approx(found["undamped_frequency"].values, rel=1e-12)
+    for name in ("damping_ratio", "decay_rate"):  # no rounding, and no zero with a sign
+        assert [f"{value:g}" for value in found[name].values] == ["0"] * found.sizes["mode"]
 
 
 def test_conical_modes_have_a_node_and_cylindrical_ones_none() -> None:

@@ -37,7 +37,7 @@ class Column:
 
     def cells(self) -> list[str]:
         """The values as they are shown; what is not known is a dash."""
-        return [_shown(value, self.form) for value in self.values]
+        return [_shown(value, self.form, self.unit) for value in self.values]
 
     @property
     def numeric(self) -> bool:
@@ -45,7 +45,20 @@ class Column:
         return not any(isinstance(value, str) for value in self.values)
 
 
-def _shown(value: Any, form: str) -> str:
+def rounded(number: float, form: str, unit: str = "") -> str:
+    """A number in a form, without the sign of a zero; 359.98 deg with one digit less is 0.0 deg."""
+    text = format(number, form)
+    if unit == "deg" and number < 360.0 and float(text) == 360.0:
+        number, text = 0.0, format(0.0, form)
+    return text.removeprefix("-") if math.isfinite(number) and float(text.rstrip("%")) == 0.0 else text
+
+
+def whole_degrees(angle: float) -> str:
+    """A direction (rad) in whole degrees, 0 to 359."""
+    return rounded(math.degrees(angle) % 360.0, ".0f", "deg")
+
+
+def _shown(value: Any, form: str, unit: str) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool) or not hasattr(value, "__float__"):
@@ -53,7 +66,7 @@ def _shown(value: Any, form: str) -> str:
     number = float(value)
     if math.isnan(number):
         return "-"
-    return str(value) if isinstance(value, int) else format(number, form)
+    return str(value) if isinstance(value, int) else rounded(number, form, unit)
 
 
 def text_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

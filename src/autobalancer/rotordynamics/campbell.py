@@ -17,7 +17,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists
 from autobalancer.rotordynamics.answers import Campbell
-from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
+from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, decay_rates, free_motions
 from autobalancer.rotordynamics.modes import check_count
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, rotor_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
@@ -93,7 +93,7 @@ def campbell(
             "speed": ("speed", omega, {"long_name": "rotor speed", "units": "rad/s"}),
         }
     )
-    both = ("branch", "speed")
+    both, decay = ("branch", "speed"), decay_rates(values)
     data: dict[str, tuple[Any, Any, str, str]] = {
         "name": (
             "branch",
@@ -102,8 +102,8 @@ def campbell(
             "",
         ),
         "frequency": (both, np.where(lacking, np.nan, values.imag), "natural frequency", "rad/s"),
-        "damping_ratio": (both, np.where(lacking, np.nan, -values.real / np.abs(values)), "damping ratio", ""),
-        "decay_rate": (both, np.where(lacking, np.nan, -values.real), "decay rate", "1/s"),
+        "damping_ratio": (both, np.where(lacking, np.nan, decay / np.abs(values)), "damping ratio", ""),
+        "decay_rate": (both, np.where(lacking, np.nan, decay), "decay rate", "1/s"),
         "whirl": (both, words, "direction of whirl", ""),
     }
     crossed = intersections(model, branches, omega, lines, motions)

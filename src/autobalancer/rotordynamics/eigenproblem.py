@@ -108,3 +108,9 @@ def _sorted(values: Complexes, vectors: Complexes, mass: Floats, later: np.ndarr
     largest = np.take_along_axis(chosen, np.argmax(np.abs(chosen), axis=1)[:, None], 1)
     turned = chosen * np.exp(-1j * np.angle(largest))
     return FreeMotions(values[order], turned, np.sort(values.real[~swings])[::-1])
+
+
+def decay_rates(values: Complexes) -> Floats:
+    """Decay of motions with these eigenvalues, 1/s; zero where it is rounding, some 1e-16 of the greatest eigenvalue."""
+    greatest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
+    return np.where(np.abs(values.real) > 1e-13 * greatest, -values.real, 0.0)

@@ -17,7 +17,7 @@ from autobalancer.assembly.rotors.softened import Softened
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.answers import Modes
-from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions
+from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, decay_rates, free_motions
 from autobalancer.rotordynamics.question import along_axis, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.rubber import ModeMotion, at_amplitude, rubber_of
 from autobalancer.rotordynamics.shapes import ellipses_of, mode_names
@@ -87,6 +87,7 @@ def modes(
     ellipses, station_ellipses = (ellipses_of(model, found.vector, places) for places in (axis, at))
     words = [whole_direction(_row(ellipses, i)) for i in range(found.count)]
     values = found.eigenvalue
+    decay = decay_rates(values)
     result = xr.Dataset(
         coords={
             "mode": ("mode", np.arange(1, found.count + 1), {"long_name": "mode, counted from 1"}),
@@ -104,8 +105,8 @@ def modes(
             "natural frequency without damping",
             "rad/s",
         ),
-        "damping_ratio": ("mode", -values.real / np.abs(values), "damping ratio", ""),
-        "decay_rate": ("mode", -values.real, "decay rate", "1/s"),
+        "damping_ratio": ("mode", decay / np.abs(values), "damping ratio", ""),
+        "decay_rate": ("mode", decay, "decay rate", "1/s"),
         "whirl": ("mode", np.array(words, dtype=object), "direction of whirl", ""),
         "station_whirl": (("mode", "station"), station_ellipses.direction, "direction of whirl at the station", ""),
     }

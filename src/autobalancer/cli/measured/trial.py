@@ -11,6 +11,7 @@ import typer
 import autobalancer as ab
 from autobalancer.cli.terminal.options import Json
 from autobalancer.cli.terminal.words import note
+from autobalancer.shown import whole_degrees
 
 
 def trial_mass(
@@ -56,7 +57,7 @@ def trial_mass(
         ("pulls with", f"{plan.force:.3g} N at this speed"),
     ]
     if not isnan(plan.angle):
-        rows.append(("place", f"{degrees(plan.angle):.0f} deg from the mark, in the sense of rotation"))
+        rows.append(("place", f"{whole_degrees(plan.angle)} deg from the mark, in the sense of rotation"))
     if not isnan(plan.change):
         rows.append(("changes the reading by", f"{100.0 * plan.change:.3g} %"))
     print_facts(rows, "Trial mass")
@@ -104,4 +105,4 @@ def split_mass(
             Column("mass", [factor * one for one in found.masses], sign, ".4g"),
         ]
     )
-    say(f"left: {factor * found.residual:.3g} {sign} at {degrees(found.residual_angle) % 360.0:.0f} deg")
+    say(f"left: {factor * found.residual:.3g} {sign} at {whole_degrees(found.residual_angle)} deg")

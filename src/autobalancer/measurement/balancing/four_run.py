@@ -16,6 +16,7 @@ from autobalancer.measurement.balancing.four_run_answer import FourRun
 from autobalancer.measurement.balancing.runs import BalanceRun
 from autobalancer.measurement.balancing.uncertainty import polar_deviations
 from autobalancer.results.provenance import provenance
+from autobalancer.shown import whole_degrees
 from autobalancer.units import optional_argument
 
 OWNER = "four-run"
@@ -121,7 +122,7 @@ def _solved(job: Job, c: int, both: bool) -> list[Meeting]:
 
 def _text(one: Meeting, unit: str) -> str:
     sign, factor = ("g", 1e3) if unit == "kg" else ("g mm", 1e6)
-    return f"{factor * abs(one.correction):.3g} {sign} at {np.degrees(np.angle(one.correction)) % 360.0:.0f} deg"
+    return f"{factor * abs(one.correction):.3g} {sign} at {whole_degrees(np.angle(one.correction))} deg"
 
 
 def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float | None) -> FourRun:

@@ -16,6 +16,7 @@ from autobalancer.plots.drawing.speed_panels import panels_of_units
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, heading, legend, look, picture
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.given import Given, result
+from autobalancer.shown import whole_degrees
 
 UNITS = {"kg": ("g", 1e3), "kg m": ("g mm", 1e6), "m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0)}
 FEW = 4  # channels that are drawn run by run
@@ -91,7 +92,7 @@ def four_run(found: Given, channel: int = 0) -> Figure:
                 mfc=UNBALANCE if n == 0 else "white",
                 label=name,
             )
-            text = f"{abs(at):.3g} {sign}, {np.degrees(np.angle(at)) % 360.0:.0f}°"
+            text = f"{abs(at):.3g} {sign}, {whole_degrees(np.angle(at))}°"
             label_point(axes, text, float(at.real), float(at.imag), color=UNBALANCE)
         edge = 1.06 * max((np.abs(places) + radii).max(), np.nanmax(np.abs(meeting)))
         axes.set_xlim(-edge, edge)
@@ -225,7 +226,7 @@ def _vectors(axes: Axes, values: Any, names: list[str], sign: str, sure: Any, mo
         axes.plot(value.real, value.imag, "o", color=color, ms=6.0)
         if np.isfinite(sure[n]):
             axes.add_patch(Circle((value.real, value.imag), sure[n], fill=False, ec=color, lw=0.8))
-        text = f"{abs(value):.3g} {sign}, {np.degrees(np.angle(value)) % 360.0:.0f}°"
+        text = f"{abs(value):.3g} {sign}, {whole_degrees(np.angle(value))}°"
         label_point(axes, text, float(value.real), float(value.imag), color=color)
     _square(axes, np.concatenate([np.asarray(values), np.asarray(more, complex)]))
     legend(axes)

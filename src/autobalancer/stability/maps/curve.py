@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import parameter_range, si_value
+from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value
 from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
@@ -84,6 +84,7 @@ def border_curve(
     """
     machine = balls_in_races(machine)
     if values is None:
+        parameter_unit(machine, parameter)  # refuses a name that is none, with what was perhaps meant
         if parameter != "unbalance" or not isinstance(machine.rotor, PlanarRotor):
             raise QuestionError(
                 f"values: give those of {parameter!r}; only for 'unbalance' of a planar rotor they follow from the machine"
