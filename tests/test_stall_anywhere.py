@@ -269,10 +269,11 @@ def test_only_resonances_that_the_run_up_meets_count() -> None:
 
 def test_release_falls_steadily_with_rolling_resistance_until_balls_are_carried_through() -> None:
     m = machine(rotor(0.08, (2e4, 3e4)), (-0.1, 0.15), beta=2e-4)
-    curve = ab.stability.border_curve(m, "rolling_resistance", np.linspace(0.0, 0.03, 12), only=("release speed",))
+    shares = np.linspace(0.0025, 0.03, 11)  # without it slow runs of planes that stall at different speeds count, too
+    curve = ab.stability.border_curve(m, "rolling_resistance", shares, only=("release speed",))
     release = curve["release_speed"].values
     known = np.isfinite(release)
-    assert 4 <= known.sum() < 12
+    assert 4 <= known.sum() < 11
     assert not known[known.sum() :].any()
     assert (np.diff(release[known]) < 0.0).all()
     assert (np.abs(np.diff(release[known], 2)) < 0.1).all()

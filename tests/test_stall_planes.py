@@ -23,6 +23,13 @@ from autobalancer.stability.stall.whirling import Whirling
 BOTH = ("release speed", "capture speed")
 FIRST = ((25000.0, 22000.0), (-0.10, 0.15), (40.0, 35.0), 0.015, 1.2e-4)  # stiffness, planes, damping, J_p, beta
 
+# planes that stall at different speeds, with balls of so many times 3 g; others that are never in step above a band
+TWO_SPEEDS, LIGHT = (
+    ((35128.4, 19754.25), (-0.09656199, 0.1227112), (23.71606, 20.71848), 0.01732947, 0.0002978126),
+    0.883878,
+)
+APART, HEAVY = ((22899.67, 26859.54), (-0.049893, 0.132217), (57.286, 43.639), 0.01709, 4.63524e-05), 1.59653
+
 
 def drawn(number: int) -> tuple[Any, ...]:
     """Machines at random, from 1; all of them from one seed."""
@@ -55,9 +62,9 @@ def machine(numbers: tuple[Any, ...], parts: tuple[float, ...] = (1.0, 1.0)) -> 
     )
 
 
-def equal(numbers: tuple[Any, ...]) -> Machine:
+def equal(numbers: tuple[Any, ...], part: float = 1.0) -> Machine:
     """Two equal balls in each plane."""
-    m = machine(numbers, (1.0,))
+    m = machine(numbers, (part,))
     for b in (1, 2):
         m = with_value_at(m, f"balancers[{b}].races[1].balls[1].count", 2)
     return m
@@ -134,6 +141,33 @@ def test_before_the_fold_balls_in_line_may_begin_to_swing() -> None:
     for share, stays in ((1.01, True), (0.99, False)):
         speeds = [(0.0, share * found.speed), (60.0, share * found.speed)]
         assert (slip(m, speeds, [[0.0], [0.02]], 0.994 * share * found.speed) < 0.02 * found.speed).all() == stays
+
+
+def test_beyond_the_balance_planes_stall_at_different_speeds_until_both_are_free() -> None:
+    """One ball in each plane: at 159.0 rad/s the state of one speed ends in a fold, but the balls go on to hang."""
+    m = machine(TWO_SPEEDS, (LIGHT,))
+    release = border(m, "release speed")
+    assert release.speed == pytest.approx(163.2, abs=0.3)
+    assert "the torque balance of balls in line ends at 159 rad/s" in release.note
+    for share, stays in ((0.99, True), (1.01, False)):
+        speeds = [(0.0, 155.0), (20.0, share * release.speed), (60.0, share * release.speed)]
+        lag = slip(m, speeds, [[0.0], [4.1]], 150.0)
+        assert (lag > 0.02 * release.speed).all() == stays
+        assert abs(lag[0] - lag[1]) < 0.1 or stays
+
+
+def test_planes_that_never_turn_in_step_fall_back_one_by_one() -> None:
+    """The second plane alone, far above the speed at which those that turn in step do."""
+    found = border(equal(APART, HEAVY), "capture speed")
+    assert found.speed == pytest.approx(213.0, abs=0.5)
+    assert "balls in line of plane 2 alone" in found.note
+    assert "the planes turn in step only below 163.3 rad/s; in step all fall back at 109.4 rad/s" in found.note
+    m = machine(APART, (2.0 * HEAVY,))
+    for share, stays in ((1.01, True), (0.99, False)):
+        speeds = [(0.0, 270.0), (60.0, share * found.speed), (100.0, share * found.speed)]
+        lag = slip(m, speeds, [[0.0], [2.0]], 260.0)
+        assert lag[0] < 0.04 * found.speed
+        assert (lag[1] < 0.2 * found.speed) == stays
 
 
 def test_where_nothing_catches_balls_the_capture_speed_says_why() -> None:

@@ -26,6 +26,7 @@ from autobalancer.stability.stall.notes import DRAGLESS, HOW, RELEASE, never
 from autobalancer.stability.stall.on_rubber import on_rubber, rubber_under_balls
 from autobalancer.stability.stall.one_plane import caught, parted
 from autobalancer.stability.stall.several_on_rubber import several_on_rubber
+from autobalancer.stability.stall.slow_runs import slow_runs
 from autobalancer.stability.states.described import Described, highest_searched, lower_critical_speed
 
 CARRIED = "balls between partitions are carried along and never stall"
@@ -45,20 +46,23 @@ def release_of(
     if not groups:
         return (Border(RELEASE, math.nan, CARRIED),)
     left_out = sum(group.count for group in groups) < p.moment.size
+    loads = Loads(groups)
     top = highest_searched(p)
     limit = _limit(machine, p) if up_to is None else up_to
     soft = rubber_under_balls(machine)
     if soft is not None:
         limit = limit if isinstance(p, Stations) else math.inf
         if len(groups) > 1:
-            found = several_on_rubber(machine, soft, Loads(groups), capture, limit)
+            found = several_on_rubber(machine, soft, loads, capture, limit)
         else:
             found = on_rubber(machine, soft, groups, capture, limit)
     elif isinstance(p, Stations):
-        found = joint_borders(p, Loads(groups), top, limit, capture)
+        runs = None if left_out else slow_runs(machine, loads)
+        found = joint_borders(p, loads, top, limit, capture, runs=runs)
     elif len(groups) > 1 or left_out:
         closed = release_border(p) if not left_out and p.isotropic and all(group.plain for group in groups) else None
-        found = joint_borders(stations(machine, largest=True), Loads(groups), top, math.inf, capture, closed)
+        runs = None if left_out or closed else slow_runs(machine, loads)
+        found = joint_borders(stations(machine, largest=True), loads, top, math.inf, capture, closed, runs)
     else:
         found = _in_one_plane(p, groups[0], capture)
     if left_out:

@@ -3,7 +3,8 @@
 Balls of one race that lie on each other turn a little slower than the rotor, beyond a resonance, with the phase between the
 planes that balances. This state is followed downward from the highest speed at which it is stable to where it ends: in a
 fold, or where it begins to swing. There balls fall back to the resonance if they can stall there. If nothing holds all of
-them there, the planes lose step with each other; then each is followed alone.
+them there, the planes lose step with each other; then each is followed alone. So they are above the speed up to which a
+state in line is stable: there each plane lags at a speed of its own, and one of them may fall back far above.
 """
 
 from __future__ import annotations
@@ -19,25 +20,29 @@ from autobalancer.stability.stall.branch import Leaving, followed
 from autobalancer.stability.stall.groups import Loads
 from autobalancer.stability.stall.linear import growth, past
 from autobalancer.stability.stall.ranges import FAR, grid
+from autobalancer.stability.stall.slow_runs import SlowRuns
 from autobalancer.stability.stall.states import Balance, States
 from autobalancer.stability.stall.whirling import Whirling
 
 BESIDE = 1e-3  # of the speed below the end of a branch, where one looks for where balls go
 LIKE, LITTLE = 2.0, 0.25  # slips that count as about the same; share of the speed that counts as turning with the rotor
+ABOVE = 1.3  # times the speed at which one plane falls back, where a run begins
 TINY = 1e-9  # slip over speed where balls just begin to slip
 TURNS = 4  # states in line through which they may go on
 LOST = "the planes lose synchronism at {0:.4g} rad/s and then fall back gradually; there is no single speed of capture"
 AGAIN = "; they stall together from {0:.4g} rad/s down"
 STEADY = "balls in line fall back gradually through the resonance; there is no single speed of capture"
 HELD = "rolling resistance holds balls in line at all speeds that were tried, or not all of them slip at one"
-NEVER = "balls of the planes do not stay in line with each other at any speed that was tried"
+NEVER = "the planes do not turn in step at any speed that was tried, nor does one of them fall back at once"
 
 
 @dataclass(frozen=True)
 class Capture:
     """Rotor speed (rad/s) and the whirl speed to which balls fall; nan with a ``reason`` where there is none.
 
-    ``lost`` is the speed at which planes lose step before, nan if they do not.
+    ``lost`` is the speed at which planes lose step before, nan if they do not, and ``step`` that above which they do not
+    turn in step, nan if they do. ``station`` is that of the balls, if they fall alone; ``later`` what happens to those of
+    all planes further down.
     """
 
     speed: float
@@ -45,10 +50,18 @@ class Capture:
     cause: str = ""
     reason: str = ""
     lost: float = math.nan
+    step: float = math.nan
+    station: int | None = None
+    later: Capture | None = None
 
 
-def captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: float) -> Capture:
-    """Where balls in line are caught in a slow run-down from above ``released``; of resonances below ``limit``, rad/s."""
+def captured(
+    rotor: Whirling, loads: Loads, released: float, top: float, limit: float, runs: SlowRuns | None = None
+) -> Capture:
+    """Where balls in line are caught in a slow run-down from above ``released``; of resonances below ``limit``, rad/s.
+
+    ``runs`` decide whether planes turn in step where they can but need not, and where one falls back if not.
+    """
     speeds = every = grid(rotor, top)
     highest = min(max(limit, 0.0), FAR * max(rotor.st.critical_speeds, default=top))
     speeds = speeds[speeds <= max(highest, 1.5 * released if math.isfinite(released) else 0.0)]
@@ -61,12 +74,42 @@ def captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: 
         begun = _beyond_all(balance, every[every <= limit])
         begun = _beyond_all(balance, every[every < next_one]) if begun is None else begun
     begun = _begun(balance, speeds) if begun is None else begun
+    several = len(set(loads.station.tolist())) > 1
     if begun is None:
-        return Capture(math.nan, reason=NEVER)
+        alone = _alone(balance, speeds) if several else None
+        return Capture(math.nan, reason=NEVER) if alone is None else alone
     found = _down(balance, begun, float(speeds[0]))
     if math.isnan(found.speed) and not math.isnan(found.lost):
-        return replace(found, reason=found.reason + _again(balance, speeds[speeds < found.lost], found.lost))
-    return found
+        found = replace(found, reason=found.reason + _again(balance, speeds[speeds < found.lost], found.lost))
+    if not several:
+        return found
+    ended = followed(balance, begun, float(speeds[-1]), ("fold", "swinging"))
+    found = replace(found, step=ended.speed if ended.cause else math.nan)
+    alone = _alone(balance, every[every <= max(ABOVE * limit, speeds[-1])])
+    before = max(one for one in (found.speed, found.lost, 0.0) if not math.isnan(one))
+    if alone is None or alone.speed <= before:
+        return found
+    alone = replace(alone, step=found.step, later=found)
+    if runs is None:
+        return alone if alone.speed > found.step else found
+    begin, slip = max(float(speeds[-1]), ABOVE * alone.speed), alone.speed - alone.whirl
+    fell = runs.fell(begin, alone.speed, slip)
+    return replace(alone, speed=fell) if fell > before else found
+
+
+def _alone(balance: Balance, speeds: Floats) -> Capture | None:
+    """Where the first plane falls back while each turns at a speed of its own; none if no one does at these speeds."""
+    found = []
+    for place in sorted(set(balance.loads.station.tolist())) if speeds.size else ():
+        one = _of(balance, place)
+        begun = _begun(one, speeds)
+        found += [] if begun is None else [replace(_down(one, begun, float(speeds[0])), station=place)]
+    return max((one for one in found if not math.isnan(one.speed)), key=lambda one: one.speed, default=None)
+
+
+def _of(balance: Balance, place: int) -> Balance:
+    """Of the groups of one station."""
+    return Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(balance.loads.station == place).tolist())))
 
 
 def _again(balance: Balance, speeds: Floats, lost: float) -> str:
@@ -107,18 +150,18 @@ def _apart(balance: Balance, leaving: Leaving, lowest: float) -> Capture:
         return Capture(speed, math.nan, leaving.cause)
     found, beyond = [], bool(past(balance, leaving.state)[0] > 0.0)
     for place in sorted(set(places.tolist())):
-        alone = Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(places == place).tolist())))
+        alone = _of(balance, place)
         below = stands(alone, (1.0 - BESIDE) * speed)
         kept = np.flatnonzero(_in_line(alone, below, beyond, leaving))
         if kept.size:
-            found.append(_down(alone, below.some(kept[:1]), lowest))
+            found.append(replace(_down(alone, below.some(kept[:1]), lowest), station=place))
         elif below.speed.size:
-            found.append(Capture(speed, float(below.whirl[0]), leaving.cause))
+            found.append(Capture(speed, float(below.whirl[0]), leaving.cause, station=place))
     known = [one for one in found if not math.isnan(one.speed)]
     if not known:
         return Capture(math.nan, reason=LOST.format(speed), lost=speed)
     first = max(known, key=lambda one: one.speed)
-    return Capture(first.speed, first.whirl, first.cause, lost=speed)
+    return replace(first, lost=speed)
 
 
 def _in_line(balance: Balance, states: States, beyond: bool, leaving: Leaving) -> NDArray[np.bool_]:

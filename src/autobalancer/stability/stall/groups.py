@@ -9,7 +9,7 @@ that runs at W the race of a ball whirls with zeta_p = v^2 sum_q H_pq S_q, so th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Complexes, Floats
+
+EQUAL = 1e-3  # relative difference up to which balls count as equal
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class StalledGroup:
     count: int
     ball: Ball
     rolling: float
+    members: tuple[int, ...] = ()  # numbers of the balls in the machine, from 0
 
     @cached_property
     def moment(self) -> float:
@@ -58,20 +61,29 @@ class StalledGroup:
 
 
 def stalled_groups(machine: Machine, station: list[int]) -> tuple[StalledGroup, ...]:
-    """Groups of equal balls; ``station`` of each ball. Balls between partitions are carried along and are left out."""
-    found: dict[tuple[object, ...], list[tuple[int, Ball, float]]] = {}
-    for place, ball in zip(station, resolve(machine), strict=True):
-        race = machine.balancers[ball.balancer].races[ball.race]
-        if race.partitions is not None:
+    """Groups of balls of one station that are equal to ``EQUAL``; ``station`` of each ball.
+
+    Balls between partitions are carried along and are left out.
+    """
+    found: list[StalledGroup] = []
+    for number, (place, ball) in enumerate(zip(station, resolve(machine), strict=True)):
+        if machine.balancers[ball.balancer].races[ball.race].partitions is not None:
             continue
-        rolling = ball.rolling_resistance
-        key = (place, ball.moment, ball.orbit_radius, ball.drag, ball.drag_curve, rolling)
-        found.setdefault(key, []).append((place, ball, rolling))
-    return tuple(
-        StalledGroup(place, len(members), ball, rolling)
-        for members in found.values()
-        for place, ball, rolling in members[:1]
-    )
+        for g, group in enumerate(found):
+            if group.station == place and _equal(group.ball, ball):
+                found[g] = replace(group, count=group.count + 1, members=(*group.members, number))
+                break
+        else:
+            found.append(StalledGroup(place, 1, ball, ball.rolling_resistance, (number,)))
+    return tuple(found)
+
+
+def _equal(one: Ball, other: Ball) -> bool:
+    """Whether balls stall like equal ones; those of a lot differ by some 1e-4."""
+    if (one.drag_curve is None) != (other.drag_curve is None) or one.rolling_resistance != other.rolling_resistance:
+        return False
+    first, second = ((ball.moment, ball.orbit_radius, ball.drag, ball.inertia) for ball in (one, other))
+    return bool(np.allclose(first, second, rtol=EQUAL, atol=0.0))
 
 
 @dataclass(frozen=True)

@@ -12,35 +12,48 @@ from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.stall.branch import LOST, followed
 from autobalancer.stability.stall.capture import captured
-from autobalancer.stability.stall.freed import freed
 from autobalancer.stability.stall.groups import Loads
 from autobalancer.stability.stall.notes import (
+    APART,
     CAPTURE,
     DRAGLESS,
     EXACTLY,
-    FREE,
     HOW,
     PASS,
     RELEASE,
+    RUN,
+    UNEQUAL,
     WORTH,
     again,
+    beyond,
     capture_border,
     never,
     others,
     which,
 )
 from autobalancer.stability.stall.ranges import HangingRange, furthest_speed, hanging_ranges, reached
+from autobalancer.stability.stall.slow_runs import SlowRuns
 from autobalancer.stability.stall.states import Balance
 from autobalancer.stability.stall.whirling import Whirling
 
 UNFOLLOWED = "; its branch could not be followed further, so it may lie a little higher"
-UPPER = 0.85  # of the highest release speed, from where on free balls of other planes are counted
+DIFFERS = 0.004  # of the speed by which the end of a slow run must differ from that of a balance
+UPPER = 0.85  # of the highest end of a balance, from where on ends are followed in slow runs
 
 
 def joint_borders(
-    st: Stations, loads: Loads, top: float, limit: float, capture: bool, closed: Border | None = None
+    st: Stations,
+    loads: Loads,
+    top: float,
+    limit: float,
+    capture: bool,
+    closed: Border | None = None,
+    runs: SlowRuns | None = None,
 ) -> tuple[Border, ...]:
-    """Groups of balls that stall together at the resonances of any rotor; ``closed``: the release speed, if known."""
+    """Groups of balls that stall at the resonances of any rotor; ``closed``: the release speed, if known.
+
+    ``runs`` of the machine follow them beyond the ends of their balances.
+    """
     if math.isfinite(limit):
         st = reduced(st, 2.0 * limit)
     rotor = Whirling(st)
@@ -48,7 +61,7 @@ def joint_borders(
     if why:
         return never(why, capture)
     if closed is not None:
-        return closed, *([_captured(rotor, loads, closed.speed, top, limit)] if capture else [])
+        return closed, *([_captured(rotor, loads, closed.speed, top, limit, runs)] if capture else [])
     ranges = hanging_ranges(rotor, loads, top, limit)
     known = reached(ranges, st.critical_speeds)
     met = [one for one in known if one.begin <= limit]
@@ -58,31 +71,35 @@ def joint_borders(
     if not met:
         release = Border(RELEASE, math.nan, "; ".join([PASS, *notes]))
         return release, *([Border(CAPTURE, math.nan, PASS)] if capture else [])
-    met = _with_free_balls(rotor, loads, met)
+    met = _followed(runs, loads, met)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
         first = f"at {furthest_speed(rotor, top):.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
     else:
-        first = f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
+        first = beyond(st, loads, last) if last.slips else f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
     first += which(st, loads, last) + (UNFOLLOWED if last.cause == LOST else "")
+    if runs is None and len({group.station for group in loads.groups}) > 1:
+        notes.append(APART)
+    if len(loads.groups) > len({group.station for group in loads.groups}):
+        notes.append(UNEQUAL)
     found = [Border(RELEASE, last.end, "; ".join([first, *others(st, loads, met, last), *notes]))]
     if capture:
-        found.append(_captured(rotor, loads, last.end, top, limit))
+        found.append(_captured(rotor, loads, last.end, top, limit, runs))
     return tuple(found)
 
 
-def _with_free_balls(rotor: Whirling, loads: Loads, met: list[HangingRange]) -> list[HangingRange]:
-    """Where balls of some planes part, with those of the others that run freely; of the ends near the highest one."""
-    highest = max(one.end for one in met)
-    places = {group.station for group in loads.groups}
-    found = []
+def _followed(runs: SlowRuns | None, loads: Loads, met: list[HangingRange]) -> list[HangingRange]:
+    """Ranges near the highest end to where the last ball leaves in a slow run, if that is elsewhere."""
+    if runs is None:
+        return met
+    highest, found = max(one.end for one in met), []
     for one in met:
-        some = len({loads.groups[g].station for g in one.groups}) < len(places)
-        end = None
-        if some and one.cause == "parting" and one.end > UPPER * highest:
-            end = freed(Balance(rotor, loads), one.groups, one.state)
-        found.append(one if end is None else replace(one, end=end.speed, whirl=end.whirl, cause=FREE))
+        last = runs.released(one) if UPPER * highest < one.end < math.inf else None
+        if last is not None and abs(last.speed / one.end - 1.0) > DIFFERS:
+            slips = tuple(last.slip.tolist())
+            one = replace(one, end=last.speed, whirl=last.speed - max(slips), cause=RUN, slips=slips)
+        found.append(one)
     return found
 
 
@@ -98,14 +115,21 @@ def _unbounded(rotor: Whirling, loads: Loads, limit: float) -> str:
     return ""
 
 
-def _captured(rotor: Whirling, loads: Loads, released: float, top: float, limit: float) -> Border:
-    found = captured(rotor, loads, released, top, limit)
+def _captured(
+    rotor: Whirling, loads: Loads, released: float, top: float, limit: float, runs: SlowRuns | None
+) -> Border:
+    found = captured(rotor, loads, released, top, limit, runs)
+    notes = [] if math.isnan(found.step) else [f"the planes turn in step only below {found.step:.4g} rad/s"]
+    if (later := found.later) is not None:
+        notes.append(later.reason or f"in step all fall back at {later.speed:.4g} rad/s")
     if math.isnan(found.speed):
-        return Border(CAPTURE, math.nan, found.reason)
-    how = "" if found.cause == "fold" else "; there they begin to swing against each other"
+        return Border(CAPTURE, math.nan, "; ".join([found.reason, *notes]))
     if found.lost > found.speed:
-        how += f"; the planes lose synchronism at {found.lost:.4g} rad/s"
-    return capture_border(found.speed, f" of {found.whirl:.4g} rad/s{how}")
+        notes.insert(0, f"the planes lose synchronism at {found.lost:.4g} rad/s")
+    if found.cause != "fold":
+        notes.insert(0, "there they begin to swing against each other")
+    balls = "" if found.station is None else f" of {rotor.st.names[found.station]} alone"
+    return capture_border(found.speed, "; ".join([f" of {found.whirl:.4g} rad/s", *notes]), balls)
 
 
 def _exactly(rotor: Whirling, loads: Loads, last: HangingRange, top: float) -> list[str]:

@@ -15,7 +15,9 @@ PASS = "the balls never stall: drag and friction carry them through"
 DRAGLESS = "a ball without drag is not dragged along"
 EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
 NO_CAPTURE = "not computed where balls are never released"
-FREE = "parting, others free"
+RUN = "end of a slow run"
+APART = "states in which the planes stall at different speeds are not sought"
+UNEQUAL = "unequal balls of one race may stall in more ways than were sought"
 OTHERS = 4  # further release speeds in a note
 WORTH = 0.002  # relative difference from which on a second release speed is said
 
@@ -26,9 +28,19 @@ def never(why: str, capture: bool) -> tuple[Border, ...]:
     return (release, Border(CAPTURE, math.nan, NO_CAPTURE, False)) if capture else (release,)
 
 
-def capture_border(speed: float, which: str) -> Border:
-    """Of balls in line."""
-    return Border(CAPTURE, speed, f"{HOW}: below it balls in line fall back to the resonance{which}")
+def capture_border(speed: float, which: str, balls: str = "") -> Border:
+    """Of balls in line, or of some of them."""
+    return Border(CAPTURE, speed, f"{HOW}: below it balls in line{balls} fall back to the resonance{which}")
+
+
+def beyond(st: Stations, loads: Loads, one: HangingRange) -> str:
+    """Where balls leave in a slow run, and how they lag there; the end of their balance is elsewhere."""
+    slips: dict[str, float] = {}
+    for group, slip in zip(loads.groups, one.slips, strict=True):
+        slips[st.names[group.station]] = max(slip, slips.get(st.names[group.station], 0.0))
+    each = ", ".join(f"those of {name} by {slip:.3g} rad/s" for name, slip in slips.items())
+    until = f"the torque balance of balls in line ends at {float(one.state.speed[0]):.4g} rad/s"
+    return f"slow run of stalled balls at the resonance of {one.whirl:.4g} rad/s: {each} slower than the rotor; {until}"
 
 
 def which(st: Stations, loads: Loads, one: HangingRange) -> str:
@@ -39,10 +51,7 @@ def which(st: Stations, loads: Loads, one: HangingRange) -> str:
     held = {loads.groups[g].station for g in one.groups}
     if len(held) < len(places):
         names = ", ".join(st.names[place] for place in sorted(held))
-        shift = (
-            "" if one.cause == FREE or math.isinf(one.end) else "; those of other planes may shift it by some percent"
-        )
-        return f", balls of {names} alone, those of other planes are free already{shift}"
+        return f", balls of {names} alone, those of other planes are free already"
     return ", the strongest balls alone"
 
 

@@ -44,6 +44,7 @@ class HangingRange:
     whirl: float
     cause: str
     state: States  # the last
+    slips: tuple[float, ...] = ()  # of all groups a little before the end of a slow run, if that has another end, rad/s
 
     def same(self, other: HangingRange) -> bool:
         """Whether both end in one place, where one was begun twice."""

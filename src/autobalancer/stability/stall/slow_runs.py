@@ -1,0 +1,172 @@
+"""Slow runs of the equations of motion, where stalled balls have no steady speed and no balance finds them.
+
+Balls of one plane that stall at v while those of another turn at v' feel each other at the frequency v - v'. To first order
+in torque over inertia that averages out, and each plane has the balance of its own speed. But v - v' is often only a few
+rad/s. Then both swing, and the second order counts: balls that go around in the whirl of others drive it along, which shifts
+the end by up to a tenth. Such motions begin where a steady one ends. They are followed by the equations themselves, without
+unbalance and in a frame in which they are slow, so that minutes take milliseconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.kernels.system import BALLS, SPEED
+from autobalancer.machine import Balancer, Machine, PrescribedSpeed, Table
+from autobalancer.simulation.record import record_for
+from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.steppers import stepper_for
+from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.stall.groups import Loads
+from autobalancer.stability.stall.ranges import HangingRange
+
+TOLERANCE, STEPS = 1e-6, 400_000  # of a run
+SPREAD = 3e-4  # of the masses of equal balls, which would never part
+SETTLED = 6.0  # s in which a start settles
+QUICK, SLOW = 2e-3, 2e-4  # of the speed by which it changes, 1/s
+SAMPLES = 4.0  # a second
+NEAR, EARLY = (
+    0.97,
+    (1.0, 0.9),
+)  # of the end of a balance, where a run begins; of its whirl, where balls do not stall there
+FURTHER, STRETCHES = 1.1, 6  # how far it goes at once, how often
+STALLED = 0.5  # of the slip of those that stall, from which on a ball stalls
+WINDOW, SHORTEST = 8.0 * math.pi, 2.0  # over the slip, and s, over which speeds are averaged
+OTHER = 2.0  # angle between planes, rad, from which a run-down begins
+AROUND, FALLEN = (
+    1.05,
+    0.75,
+)  # speeds around a balance at which it is slow; share of the slip of balls that have fallen back
+BEFORE = 0.995  # of the last speed, where slips are read
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Samples of a run: speed of the rotor (n,) and mean slip of each ball (n, balls), rad/s; the last state."""
+
+    speed: Floats
+    slip: Floats
+    last: Floats
+
+
+@dataclass(frozen=True)
+class LastSeen:
+    """Speed of the rotor at which the last ball leaves, and slip of each group a little before, rad/s."""
+
+    speed: float
+    slip: Floats
+
+
+class SlowRuns:
+    """Runs of a machine without unbalance and without contacts of its balls."""
+
+    def __init__(self, machine: Machine, loads: Loads) -> None:
+        self.loads = loads
+        plain = {"balancers": tuple(_plain(one) for one in machine.balancers), "tilting_races": "deflection"}
+        left_out = {"unbalances": (), "excitations": (), "axis": "vertical", "start": type(machine.start)()}
+        self.machine = machine.model_copy(update=plain | left_out)
+
+    @property
+    def possible(self) -> bool:
+        """Whether they take long steps; else they would take too long."""
+        return stepper_for(self._assembled((0.0,), (1.0,), 0.0), 1.0, TOLERANCE).long is not None
+
+    def released(self, one: HangingRange) -> LastSeen | None:
+        """Where the last ball leaves in a slow run-up from a balance; none if balls do not stall in it before its end."""
+        slip, near = one.end - one.whirl, NEAR * one.end
+        for begin in (near, *(min(max(share * one.whirl, 1.02 * one.begin), near) for share in EARLY)):
+            start = self._stalled(one, max(slip - (one.end - begin), 0.0))
+            path: tuple[float, ...] = (begin, near, FURTHER * near)
+            found = None
+            for _ in range(STRETCHES):
+                motion = self.run(path, start, slip, SPREAD)
+                most = motion.slip.max(axis=1)
+                ahead = motion.speed > NEAR * one.end
+                stalled = np.flatnonzero((most > STALLED * slip) & ahead)
+                if not stalled.size or (found is None and stalled[0] > np.flatnonzero(ahead)[0]):
+                    break
+                last = float(motion.speed[stalled[-1]])
+                row = int(np.searchsorted(motion.speed, BEFORE * last))
+                found = LastSeen(last, motion.slip[row, [group.members[0] for group in self.loads.groups]])
+                if last < (1.0 - 0.1 * (FURTHER - 1.0)) * motion.speed[-1]:
+                    break
+                path, start = (path[-1], FURTHER * path[-1]), motion.last
+            if found is not None:
+                return found
+        return None
+
+    def fell(self, begin: float, near: float, slip: float) -> float:
+        """Where a plane falls back to about a ``slip`` in a slow run-down, near a speed (rad/s); nan if none does.
+
+        The balls of each plane are in line by themselves; they settle, in step or not, at the speed ``begin``.
+        """
+        angles = np.zeros(sum(len(group.members) for group in self.loads.groups))
+        for group in self.loads.groups:
+            angles[list(group.members)] = OTHER * group.station
+        path = (begin, min(begin, near * AROUND), near / AROUND)
+        motion = self.run(path, np.stack([angles, np.zeros_like(angles)]), slip, 0.0)
+        fallen = np.flatnonzero(motion.slip.max(axis=1) > FALLEN * slip)
+        return float(motion.speed[fallen[0]]) if fallen.size else math.nan
+
+    def _stalled(self, one: HangingRange, slip: float) -> Floats:
+        """Angles and speeds of all balls in the rotor; those that do not stall are at rest, spread evenly over each race."""
+        found = np.zeros((2, sum(len(group.members) for group in self.loads.groups)))
+        for g, group in enumerate(self.loads.groups):
+            members = list(group.members)
+            if g in one.groups:
+                found[0, members] = one.state.phases[0, one.groups.index(g)] + 1e-2 * np.arange(len(members))
+                found[1, members] = -slip
+            else:
+                found[0, members] = 2.0 * math.pi * np.arange(len(members)) / len(members)
+        return found
+
+    def _assembled(self, times: Sequence[float], speeds: Sequence[float], spread: float) -> Assembly:
+        drive = PrescribedSpeed(profile=Table(time=tuple(times), speed=tuple(speeds)))
+        return assemble(self.machine.model_copy(update={"drive": drive}), contact=False, mass_spread=spread)
+
+    def run(self, speeds: Sequence[float], start: Floats, slip: float, spread: float) -> Motion:
+        """Along speeds of the rotor, slowly to the last of them, from a state or from angles and speeds of the balls."""
+        settling = SETTLED * (start.ndim - 1)
+        rates = [*[QUICK] * (len(speeds) - 2), SLOW]
+        lasting = [abs(math.log(b / a)) / rate for a, b, rate in zip(speeds[:-1], speeds[1:], rates, strict=True)]
+        points = [(0.0, speeds[0]), (settling, speeds[0])]
+        for time, speed in zip(lasting, speeds[1:], strict=True):
+            points.append((points[-1][0] + time, speed))
+        points = [point for k, point in enumerate(points) if k == 0 or point[0] > points[k - 1][0]]
+        times = [point[0] for point in points]
+        assembly = self._assembled(times, [point[1] for point in points], spread)
+        count = len(assembly.balls)
+        angles = slice(BALLS, BALLS + count)
+        if settling:
+            assembly.state[BALLS : BALLS + 2 * count] = start.ravel()
+        else:
+            assembly.state[:] = start
+        assembly.state[SPEED] = speeds[0]
+        record = record_for((Samples(round(SAMPLES * times[-1]) + 1),), (), assembly, times[-1])
+        stepper = stepper_for(assembly, times[-1], TOLERANCE)
+        stepper.advance(assembly.system, record, STEPS)
+        samples = record.samples[round(SAMPLES * settling) :]
+        half = max(round(0.5 * SAMPLES * max(WINDOW / slip, SHORTEST)), 1)
+        gone = samples[2 * half :, angles] - samples[: -2 * half, angles]
+        return Motion(samples[half:-half, SPEED], -gone * SAMPLES / (2.0 * half), samples[-1].copy())
+
+
+def slow_runs(machine: Machine, loads: Loads) -> SlowRuns | None:
+    """Runs of a machine whose balls may stall at several speeds; none for one group, with friction, or if they take long."""
+    if len(loads.groups) < 2 or any(group.rolling > 0.0 for group in loads.groups):
+        return None
+    runs = SlowRuns(machine, loads)
+    return runs if runs.possible else None
+
+
+def _plain(balancer: Balancer) -> Balancer:
+    """With round and concentric races in which balls feel drag and rolling resistance alone, as in the balances."""
+    nothing = {"harmonics": (), "roundness": None, "eccentricity": 0.0, "slipstream": False, "resolved": None}
+    passing = {"coincidence": True, "contact": None, "forces": ()}
+    races = tuple(race.model_copy(update=nothing | passing) for race in balancer.races)
+    return balancer.model_copy(update={"races": races})
