@@ -259,7 +259,7 @@ NARROW = Annulus(inner=0.0693, outer=0.0831, height=0.02, orbit_radius=0.07695, 
 
 def test_differences_that_would_take_far_too_long_are_refused_with_the_time_and_the_cure() -> None:
     with pytest.raises(
-        QuestionError, match=r"about [1-9]\d* minutes; take the model 'auto' or 'modes': here diffusion"
+        QuestionError, match=r"about [1-9]\d* minutes of one core; take the model 'auto' or 'modes': here diffusion"
     ):
         annulus_flow(NARROW, 1e-3, initial_speed=0.0, duration=60.0, error=1e-4, model="differences")
     with pytest.raises(QuestionError, match="take the model 'chebyshev'"):

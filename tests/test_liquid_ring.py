@@ -148,6 +148,9 @@ def test_the_rotor_is_self_excited_in_a_band_above_the_critical_speed_with_the_l
     found = ab.rotor.liquid_response(machine(), [30.0])
     a = found.attrs
     assert a["critical_speed"] < a["unstable_from"] < 30.0 < a["unstable_to"] < 2.0 * a["dry_critical_speed"]
+    ends = np.array([a["unstable_from"], a["unstable_to"]])
+    assert (growth_rate((RING,), MASS, STIFFNESS, ends) > 0.0).all(), "the ends of the band are not those of a grid"
+    assert (growth_rate((RING,), MASS, STIFFNESS, ends * [1.0 - 1e-8, 1.0 + 1e-8]) == 0.0).all()
     rate = float(found["growth_rate"][0])
     roots = whirl_speeds((RING,), MASS, STIFFNESS, 30.0)
     grows = roots[np.argmin(roots.imag)]

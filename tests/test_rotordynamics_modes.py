@@ -66,6 +66,25 @@ def first_order(machine: Machine, speed: float) -> np.ndarray:
 # one speed
 
 
+def test_modes_need_no_balancer_and_no_length() -> None:
+    disk = {"mass": 1.0, "transverse_inertia": 1e-3, "polar_inertia": 1e-3}
+    shaft = {
+        "kind": "shaft",
+        "material": {"density": 7800.0, "youngs_modulus": 2e11, "poisson_ratio": 0.3},
+        "segments": [{"length": 0.4, "diameter": 0.02, "elements": 4}],
+        "disks": [disk | {"position": 0.1}, disk | {"position": 0.2}],
+        "supports": [{"position": 0.0, "stiffness": 1e6}, {"position": 0.4, "stiffness": 1e6}],
+    }
+    bare = Machine(name="bare", axis="vertical", rotor=shaft, drive=planar().drive)
+    found = modes(bare)
+    assert found["station"].item() == "middle of the rotor"
+    placed = modes(bare, stations=[0.2])
+    assert float(found["station_x_real"][0, 0]) == pytest.approx(float(placed["station_x_real"][0, 0]))
+    resonances = [{"mass": 10.0, "frequency": w, "damping_ratio": 0.05} for w in (60.0, 300.0)]
+    modal = Machine(name="modal", axis="vertical", rotor={"kind": "modal", "resonances": resonances}, drive=bare.drive)
+    assert modes(modal)["undamped_frequency"].values == pytest.approx([60.0, 60.0, 300.0, 300.0])
+
+
 def test_the_planar_rotor_has_the_frequencies_of_an_oscillator() -> None:
     found = modes(planar(), 50.0)
     ratio = 20.0 / (2.0 * math.sqrt(12e3 * 3.0))

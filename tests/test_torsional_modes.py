@@ -120,6 +120,18 @@ def test_a_campbell_diagram_has_the_torsional_lines_and_where_the_speed_meets_th
     assert "torsional_frequency" not in ab.rotor.campbell(ab.example("rigid_rotor"), "0:3000 rpm:3")
 
 
+def test_damped_crossings_are_where_the_response_peaks_though_no_undamped_critical_speed_is_near() -> None:
+    rig = ab.catalog.rig("rodrigues_rig_motor")
+    found = ab.rotor.torsional_critical_speeds(rig)
+    assert found["critical_speed"].values == pytest.approx([8269.9 * np.pi / 30.0], rel=1e-5)
+    speeds = np.linspace(900.0, 1100.0, 401) * np.pi / 30.0
+    torque = ab.rotor.torsional_response(rig, speeds)["link_torque"].transpose(..., "speed").values.reshape(-1, 401)[-1]
+    assert found["crossing_speed"].values == pytest.approx([speeds[torque.argmax()]], rel=5e-3)
+    assert "999.5" in repr(found)
+    without = ab.rotor.torsional_critical_speeds(FREE)
+    assert without["crossing_speed"].values == pytest.approx(without["critical_speed"].values, rel=1e-6)
+
+
 def test_commands_print_what_the_functions_find(tmp_path: Path) -> None:
     told = CliRunner().invoke(app, ["torsional-modes", SAMPLE, "--json"])
     answer = json.loads(told.output)

@@ -149,9 +149,10 @@ def _differences_affordable(time: float, seen: Expected, points: tuple[int, int]
     cure += f"{error:g}"
     if seen.error <= error:
         cure = f"take the model 'auto' or 'modes': here diffusion alone is wrong by at most {seen.error:.1g}"
-    text = f"flow: the model 'differences' takes {points[0]}x{points[1]} points and about {time / 60.0:.2g} minutes; {cure}"
+    size = f"{points[0]}x{points[1]}"
+    text = f"flow: the model 'differences' takes {size} points and about {time / 60.0:.2g} minutes of one core; {cure}"
     if ours and time > LONGEST:
-        raise QuestionError(f"{text}. 'points' (--points {points[0]}x{points[1]}) starts it anyway")
+        raise QuestionError(f"{text}. 'points' (--points {size}) starts it anyway")
     warn(text, DurationWarning)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from autobalancer.assembly.rotors import LateralModel, Rows, lateral_model, reference, rows_at, with_ball_mass
 from autobalancer.assembly.rotors.model import Floats
+from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
@@ -100,7 +101,7 @@ def along_axis(machine: Machine, model: LateralModel) -> Places:
     """
     line = [(z, rows.deflection) for z, rows in model.axis.line()]
     low, high = min(z for z, _ in line), max(z for z, _ in line)
-    if model.pairs > 1:
+    if model.pairs > 1 and not isinstance(model.axis, Point):  # the modes of a rotor at one plane have no length
         if low == high:
             reach = float(np.sqrt(model.mass[1, 1] / model.mass[0, 0]))
             line += [(z, model.axis.rows(z, None).deflection) for z in (low - reach, low + reach)]

@@ -104,7 +104,7 @@ def balancer_rows(machine: Machine, model: LateralModel) -> list[Rows]:
 def reference(machine: Machine, model: LateralModel) -> tuple[str, Rows]:
     """The place whose deflection is *the* deflection of the machine, and its name.
 
-    It is the plane of the first balancer, else the first station, else the middle of the rotor.
+    It is the plane of the first balancer, else the first station, else the only disk or body, else the middle of the rotor.
     """
     if machine.balancers:
         first = machine.balancers[0]
@@ -112,6 +112,10 @@ def reference(machine: Machine, model: LateralModel) -> tuple[str, Rows]:
         return name, balancer_rows(machine, model)[0]
     if machine.stations:
         return machine.stations[0].name, rows_at(machine, model, machine.stations[0].name)
+    if len(getattr(machine.rotor, "disks", ())) > 1:  # none of them is the one
+        line = model.axis.line()
+        middle = 0.5 * (line[0][0] + line[-1][0])
+        return "middle of the rotor", min(line, key=lambda place: abs(place[0] - middle))[1]
     return "rotor", rows_at(machine, model, None, "balancers")
 
 

@@ -45,7 +45,11 @@ def torsional_modes(
     critical = ab.rotor.torsional_critical_speeds(described, harmonics=harmonic)
     files.save(found)
     if as_json:
-        modes = {"modes": _rows(found, "mode"), "critical_speeds": _rows(critical, "critical")}
+        modes = {
+            "modes": _rows(found, "mode"),
+            "critical_speeds": _rows(critical, "critical"),
+            "damped": _rows(critical, "crossing"),
+        }
         print_json({"machine": str(machine), "parts": found["part"].values.tolist(), **modes})
         return
     if as_csv:
@@ -56,8 +60,10 @@ def torsional_modes(
     else:
         typer.echo(f"{found.heading()}: none, nothing oscillates")
     print_sheet(critical.columns(speed_unit), "torsional critical speeds, without damping")
-    for text in critical.remarks():
-        note(text)
+    if critical.sizes["crossing"]:
+        print_sheet(critical.damped_columns(speed_unit), "with damping: where the frequency of a mode is met")
+    if critical.attrs["ignores"]:
+        note(f"ignores {critical.attrs['ignores']}")
     files.say()
 
 
@@ -97,6 +103,6 @@ def torsional_response(
 
 
 def _rows(found: xr.Dataset, dim: str) -> list[dict[str, Any]]:
-    names = [str(name) for name in found.data_vars]
+    names = [str(name) for name in found.data_vars if found[name].dims[0] == dim]
     return [{name: found[name].values[i].tolist() if found[name].ndim > 1 else found[name].values[i] for name in names}
             for i in range(found.sizes[dim])]  # fmt: skip

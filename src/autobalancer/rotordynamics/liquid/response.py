@@ -26,6 +26,7 @@ from autobalancer.units import list_argument
 
 LOOKS = 401  # deflections at which the balance of forces is looked at
 FARTHEST = 2.0  # greatest deflection that is looked at, over the radius of the smallest ring
+EXACT = 1e-10  # of the ends of its band, relative
 BANDS = 401  # speeds from 0.3 to 4 times the dry critical speed, at which self-excitation is looked for
 LEAVES_OUT = (
     "steady whirl, in which the liquid is at rest in the rotor: how long it takes to settle, and the damping by its viscosity, "
@@ -198,11 +199,25 @@ def _linear(balance: _Balance, omega: Floats, mass: float) -> Floats:
         return np.asarray(omega**2 * abs(balance.unbalance) / np.abs(dynamic))
 
 
+def _self_excited(balance: _Balance, speeds: Floats) -> tuple[float, float]:
+    """The first and the last speed of those searched at which small motions grow, refined by bisection; nan if none does."""
+    grows = growth_rate(balance.rings, balance.mass, balance.stiffness, speeds) > 0.0
+    if not grows.any():
+        return math.nan, math.nan
+    ends = []
+    for place, step in ((int(np.argmax(grows)), -1), (int(grows.size - 1 - np.argmax(grows[::-1])), 1)):
+        inside, outside = float(speeds[place]), float(speeds[min(max(place + step, 0), speeds.size - 1)])
+        while abs(outside - inside) > EXACT * inside:
+            middle = 0.5 * (inside + outside)
+            growing = growth_rate(balance.rings, balance.mass, balance.stiffness, middle) > 0.0
+            inside, outside = (middle, outside) if growing else (inside, middle)
+        ends.append(inside)
+    return ends[0], ends[1]
+
+
 def _attributes(machine: Machine, balance: _Balance) -> dict[str, Any]:
     dry = math.sqrt(balance.stiffness / balance.mass)
-    speeds = np.linspace(0.3, 4.0, BANDS) * dry
-    growing = speeds[growth_rate(balance.rings, balance.mass, balance.stiffness, speeds) > 0.0]
-    band = (float(growing[0]), float(growing[-1])) if growing.size else (math.nan, math.nan)
+    band = _self_excited(balance, np.linspace(0.3, 4.0, BANDS) * dry)
     return {
         "title": f"Steady response of {machine.name}",
         **provenance(),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from autobalancer.results.answers.answer import Answer, at_speed
-from autobalancer.shown import Column
+from autobalancer.shown import Column, rpm_and_si
 
 
 class TorsionalModes(Answer):
@@ -51,6 +51,23 @@ class TorsionalCriticalSpeeds(Answer):
             self.texts("name", "mode"),
             Column("excited by", [str(text) or "nothing here" for text in self["excited_by"].values], wraps=True),
         ]
+
+    def damped_columns(self, unit: str = "") -> list[Column]:
+        """Speed, order, shape and damping ratio where damped frequencies are met."""
+        return [
+            self.scaled("crossing_speed", "met at", unit),
+            Column("frequency over speed", self["crossing_harmonic"].values, form="g"),
+            self.texts("crossing_name", "mode"),
+            Column("damping ratio", 100.0 * self["crossing_damping_ratio"].values, "%", ".3g"),
+        ]
+
+    def remarks(self) -> Sequence[str]:
+        """Where frequencies with damping are met."""
+        rows = zip(
+            *(self[f"crossing_{name}"].values for name in ("speed", "harmonic", "name", "damping_ratio")), strict=True
+        )
+        met = [f"{rpm_and_si(w)} ({name}, {h:g} per turn, damping ratio {100.0 * d:.3g} %)" for w, h, name, d in rows]
+        return [*super().remarks(), f"with damping: {'; '.join(met) or 'no frequency is met'}"]
 
 
 class TorsionalResponse(Answer):

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import bisect
 
 from autobalancer.assembly.terms import Theory
-from autobalancer.assembly.torsion.model import damping_at, shakes_of, torsion_of
+from autobalancer.assembly.torsion.model import Torsion, damping_at, shakes_of, torsion_of
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
@@ -19,6 +20,8 @@ from autobalancer.rotordynamics.torsion.answers import TorsionalCriticalSpeeds, 
 from autobalancer.rotordynamics.torsion.eigenproblem import free_torsion, shape_name, undamped_torsion
 from autobalancer.units import argument
 
+SEARCHED = 401  # speeds between which damped frequencies are met once
+MET = 1e-4  # relative
 USUAL = (1.0, 2.0)  # where nothing in the machine excites its torsion
 
 
@@ -98,7 +101,9 @@ def torsional_critical_speeds(
     -------
     xarray.Dataset
         Over ``critical``, ascending: ``critical_speed`` (rad/s), ``harmonic``, ``name`` of the mode, ``excited_by``, empty where
-        the machine has nothing of this order.
+        the machine has nothing of this order. Over ``crossing`` the same with damping, as ``crossing_speed``,
+        ``crossing_harmonic``, ``crossing_name`` and ``crossing_damping_ratio``: h times the speed is the damped frequency of a
+        mode at this speed. A motor whose torque changes strongly with its speed ties parts together that swing apart without it.
 
     Raises
     ------
@@ -132,10 +137,47 @@ def torsional_critical_speeds(
         ),
     ):
         result[key] = ("critical", numbers, {"long_name": text, "units": unit})
+    damped = _crossings(machine, model, lines, max((w for w, _, _ in found), default=0.0))
+    for key, place, text, unit in (
+        ("crossing_speed", 0, "speed at which a damped frequency is met", "rad/s"),
+        ("crossing_harmonic", 1, "frequency over speed", ""),
+        ("crossing_damping_ratio", 3, "damping ratio of the mode there", ""),
+    ):
+        result[key] = (
+            "crossing",
+            np.array([row[place] for row in damped], np.float64),
+            {"long_name": text, "units": unit},
+        )
+    result["crossing_name"] = ("crossing", _texts(row[2] for row in damped), {"long_name": "name of the mode"})
     result.attrs = attributes(
         machine, f"Torsional critical speeds of {machine.name}", balls=False, theory=Theory.TORSION
     )
     return TorsionalCriticalSpeeds.of(result)
+
+
+def _crossings(
+    machine: Machine, model: Torsion, lines: Sequence[float], highest: float
+) -> list[tuple[float, float, str, float]]:
+    """Where so many times the speed is the damped frequency of a mode at this speed: speed, h, name and damping ratio."""
+
+    def above(speed: float, h: float) -> int:
+        return int((free_torsion(model, damping_at(machine, model, speed)).eigenvalue.imag > h * speed).sum())
+
+    top = max(highest, *(float(w) for w in free_torsion(model, damping_at(machine, model, 0.0)).eigenvalue.imag), 1.0)
+    found = []
+    for h in lines:
+        grid = np.linspace(0.0, 1.1 * top / min(h, 1.0), SEARCHED)
+        counts = [above(speed, h) for speed in grid.tolist()]
+        for low, high, one, other in zip(grid, grid[1:], counts, counts[1:], strict=False):
+            if one == other:
+                continue
+            speed = bisect(lambda w, h=h, one=one: 1.0 if above(w, h) == one else -1.0, low, high, rtol=1e-9)
+            modes = free_torsion(model, damping_at(machine, model, speed))
+            met = int(np.argmin(np.abs(modes.eigenvalue.imag - h * speed)))
+            value = modes.eigenvalue[met]
+            if abs(value.imag - h * speed) < MET * value.imag:  # else a mode stops to oscillate there
+                found.append((speed, h, shape_name(model.names, modes.shape[met]), float(-value.real / abs(value))))
+    return sorted(found)
 
 
 def _texts(texts: object) -> np.ndarray:
