@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
+import numpy as np
 import pytest
+from tests.references.every_key import OIL, machine, machines, variants
 
 import autobalancer as ab
 from autobalancer.assembly.terms import TERMS, Theory, declared_for, unknown
+from autobalancer.catalog.race_capability import capability_of
+from autobalancer.catalog.resolve import resolve
+from autobalancer.errors import QuestionError
 from autobalancer.machine import Balancer, Race
 from autobalancer.machine.keys import TAGS, parts_at, tables_of
 from autobalancer.machine.machine import Machine
@@ -59,6 +65,82 @@ def test_a_key_that_nobody_declared_is_known_to_no_theory(theory: Theory) -> Non
     assert unknown(braked(0.1), theory) == unknown(braked(0.0), theory) + said
 
 
+def of_states(machine: Machine) -> Any:
+    found = ab.stability.equilibria(machine, 120.0)
+    return np.concatenate([found["eigenvalue_real"].values.ravel(), found["deflection"].values])
+
+
+def of_stalled(machine: Machine) -> Any:
+    return np.array([border.speed for border in ab.stability.borders(machine, only=("release speed", "capture speed"))])
+
+
+def of_held(machine: Machine) -> Any:
+    planes = ab.stability.held_by_friction(machine, 120.0, starts=8).planes
+    return np.array([value for plane in planes for value in vars(plane).values() if isinstance(value, float)])
+
+
+def of_rotor(machine: Machine) -> Any:
+    found = ab.rotor.modes(machine, 120.0)
+    return np.concatenate(
+        [found["frequency"], found["decay_rate"], ab.rotor.response(machine, [100.0])["semi_major"][0]]
+    )
+
+
+def of_capability(machine: Machine) -> Any:
+    return np.array([capability_of(resolve(machine))])
+
+
+STATEMENTS = {
+    Theory.AT_REST: of_states,
+    Theory.STALLED: of_stalled,
+    Theory.HELD: of_held,
+    Theory.ROTOR: of_rotor,
+    Theory.CAPABILITY: of_capability,
+}
+SYMMETRIC = {"Unbalance.angle", "Schedule.time"}  # a turn of all, and what is over when the state is there
+UNMOVED = {  # known keys that change nothing in these machines
+    Theory.AT_REST: {"RadialSpring.stiffness", "RadialSpring.free_length", "RaceSprings.free_length"},
+    Theory.STALLED: {"unbalance", "speed over time", "eccentric races", "partitions", "linear drag", "drag that is not linear",
+                     "Balls.inertia", "Fluid.virtual_mass", "Race.orbit_radius", "SpeedTable.speed"},
+    Theory.HELD: {"speed over time", "Fluid.viscosity",
+                  "linear drag", "eccentric races", "Balls.inertia", "Fluid.virtual_mass", "unbalance"},
+    Theory.ROTOR: {"Balls.diameter", "Balls.inertia", "Fluid.virtual_mass", "Fluid.viscosity", "Race.orbit_radius",
+                   "Race.race_radius", "RubberFriction.breakaway_amplitude"},
+    Theory.CAPABILITY: {"Balls.inertia", "Fluid.virtual_mass", "Fluid.viscosity"},
+}  # fmt: skip
+
+
+def alike(one: Any, other: Any) -> bool:
+    size = np.nan_to_num(np.abs(one), posinf=0.0).max(initial=0.0)
+    return one.shape == other.shape and np.allclose(one, other, rtol=1e-9, atol=1e-12 * size, equal_nan=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("theory", STATEMENTS)
+def test_a_changed_key_changes_a_statement_or_is_without_effect_or_is_said_to_be_ignored(theory: Theory) -> None:
+    ask, moved, silent = STATEMENTS[theory], set[str](), set[str]()
+    for base in machines():
+        try:
+            before = ask(base)
+        except QuestionError:
+            assert not unknown(base, theory) or theory is not Theory.CAPABILITY
+            continue
+        said = unknown(base, theory)
+        for part, name, changed in variants(base):
+            if (at := f"{part.__name__}.{name}") in moved:
+                continue
+            terms = declared_for(part, name)
+            partly = any(term.names.get(theory, term.name) in said for term in terms)
+            if not alike(before, ask(changed)):
+                moved.add(at)
+                assert partly or any(theory in term.known for term in terms), f"{at}: not declared known"
+                continue
+            harmless = {at, *(term.name for term in terms)} & (SYMMETRIC | UNMOVED[theory])
+            if not (partly or harmless or any(theory in term.idle for term in terms)):
+                silent.add(at)
+    assert not silent - moved, "declared known, and without any effect"
+
+
 def test_every_answer_names_a_key_that_nobody_declared() -> None:
     machine, said = braked(0.1), "ignores balancers[1].races[1].brake (not known to any theory)"
     answers = [
@@ -77,3 +159,48 @@ def test_every_answer_names_a_key_that_nobody_declared() -> None:
     with pytest.warns(ab.errors.RangeWarning, match="minimum drag: the averaged border ignores balancers"):
         ab.stability.minimum_drag(machine, 125.0, "averaged border")
     assert said in repr(ab.rotor.modes(machine))
+
+
+BALLS = {"count": 2, "diameter": 0.01, "density": 7800.0}
+KNOWN: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "linear drag": ({"drag": {"law": "beta", "beta": 1e-3}}, {}),
+    "fluid": ({"fluid": OIL, "drag": {"law": "cd_re", "cd_re": 60.0}}, {}),
+    "eccentric races": ({"eccentricity": 2e-5, "eccentricity_angle": 1.0}, {}),
+    "unequal balls": ({"race_radius": 0.085, "balls": [BALLS | {"count": 1}, {"mass": 0.0045, "diameter": 0.011}]}, {}),
+    "points": ({"balls": [{"count": 2, "mass": 0.004, "motion": "point"}]}, {}),
+    "rollers": ({"balls": [{"body": "roller", "count": 2, "diameter": 0.01, "length": 0.01, "density": 7800.0}]}, {}),
+    "pendulums": ({"balls": [{"body": "pendulum", "count": 2, "mass": 0.004, "inertia": 1e-7}]}, {}),
+    "unbalances": ({}, {"unbalances": [{"moment": 2e-4}, {"mass": 0.01, "radius": 0.02, "angle": 1.0}]}),
+    "change of the unbalance": ({}, {"unbalances": [{"moment": 3e-4, "schedule": {"time": [1.0, 2.0], "factor": [0.2, 0.8]}}]}),
+    "damping": ({}, {"rotor": {"kind": "planar", "mass": 10.0, "stiffness": 4e4, "damping_ratio": 0.2}}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("term", KNOWN)
+def test_steady_states_of_a_known_term_are_where_runs_settle(term: str) -> None:
+    race, more = KNOWN[term]
+    place = {"orbit_radius": 0.08} if "race_radius" not in race else {}
+    entries = place | {"drag": {"law": "beta", "beta": 1e-3}, "balls": [BALLS], "coincidence": True}
+    one = machine({**entries, **race}, rotor=more.get("rotor"), unbalances=more.get("unbalances", [{"moment": 3e-4}]))
+    states = ab.stability.equilibria(one, 120.0)
+    stable = states["ball_angle_in_rotor"].values[states["verdict"].values == "stable"]
+    run = ab.simulate(one, duration=600.0, seed=3, mass_spread=0.0, progress=False)
+    ended = run["ball_angle_in_rotor"].values[-1]
+    apart = [np.abs(np.angle(np.exp(1j * (ended - angles)))).max() for angles in (*stable, *stable[:, ::-1])]
+    assert min(apart) < 1e-6
+
+
+def test_a_run_with_a_term_that_is_ignored_settles_elsewhere_and_the_statement_says_so() -> None:
+    rubbing = machine(
+        {
+            "orbit_radius": 0.08,
+            "drag": {"law": "beta", "beta": 1e-3},
+            "balls": [BALLS],
+            "friction": {"rolling_resistance": 3e-3},
+        }
+    )
+    states = ab.stability.equilibria(rubbing, 120.0)
+    assert "ignores friction" in repr(states)
+    run = ab.simulate(rubbing, duration=30.0, seed=3, progress=False)
+    ended, turned = run["ball_angle_in_rotor"].values[-1], states["ball_angle_in_rotor"].values[0]
+    assert np.abs(np.angle(np.exp(1j * (ended - turned)))).max() > 1e-2

@@ -261,7 +261,7 @@ TERMS = (
         "torque of the drive (constant speed)",
         "ConstantTorque: torque damping; TargetTorque: gain damping; TorqueTable: speed torque damping; "
         "AsynchronousMotor: rated_torque overload synchronous_speed breakdown_slip; AsynchronousDrive: damping; "
-        "TorqueRipple: torque order phase; PlanarRotor: inertia; ModalRotor: inertia",
+        "TorqueRipple: torque order phase",
         frozenset({TORSION}),
         frozenset({LOOP, CAPABILITY, ROTOR}),
         "these ask how the rotor deflects at a speed that is given",
@@ -272,15 +272,15 @@ TERMS = (
         "Constant: speed; Ramp: start end duration delay; Table: time speed; Dwell: speeds hold acceleration; "
         "Hill: start end half_time exponent; "
         "Reduction: start peak reduced end acceleration hold_peak hold_reduced dwell hold_dwell",
-        frozenset({STALLED}),
-        ALL - {STALLED},
+        frozenset({STALLED, HELD}),
+        ALL - {STALLED, HELD},
         ANY_PLACE,
     ),
     Term(
-        "starts and names",
+        "starts, names, and what counts in runs under a torque only",
         "Machine: name description; Station: name; Balancer: name; Body: name; Disk: name; Coupling: name; "
         "Start: rotor_angle speed deflection velocity; Balls: start_angles start_speeds; RunPlan: duration; "
-        "ShaftRotor: modes; MultibodyRotor: modes",
+        "ShaftRotor: modes; MultibodyRotor: modes; PlanarRotor: inertia; ModalRotor: inertia",
         frozenset(),
         ALL,
         ANY_PLACE,

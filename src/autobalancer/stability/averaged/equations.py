@@ -25,7 +25,7 @@ from autobalancer.machine import Machine
 from autobalancer.stability.averaged.stations import averaged_station_eigenvalues, averaged_station_growth
 from autobalancer.stability.host.planar import Complexes, Floats, Plane, plane
 from autobalancer.stability.host.stations import of_plane
-from autobalancer.stability.states.planar import Equilibrium, equilibria_of
+from autobalancer.stability.states.planar import Equilibrium, balanced_about
 from autobalancer.stability.states.state import StationState
 from autobalancer.units import unbalance_argument
 
@@ -77,5 +77,5 @@ def at_station(state: Equilibrium) -> StationState:
 
 def balanced_growth_rate(p: Plane, speed: float) -> float:
     """Averaged growth rate of the most stable balanced state at a speed, 1/s; nan if there is none."""
-    states = [state for state in equilibria_of(p, speed) if state.name == "balanced"]
+    states = balanced_about(p, speed, p.dynamic_stiffness(speed))
     return min((averaged_growth_rate(p, speed, state) for state in states), default=float("nan"))

@@ -61,13 +61,18 @@ def equilibria_of(p: Plane, speed: float) -> list[Equilibrium]:
         )
     if p.moment.size == 0:
         return [Equilibrium("no balls", np.zeros(0), _whirl(p, np.zeros(0), speed), 0, 0)]
-    centers = sorted({complex(c) for c in p.offset}, key=lambda c: (abs(c), cmath.phase(c)))
-    found: list[Equilibrium] = []
-    for center in centers:
-        found += states_about(p, speed, stiffness, center)
-    found += _aligned_one_center(p, speed, stiffness) if len(centers) == 1 else _aligned(p, speed, stiffness)
+    found = balanced_about(p, speed, stiffness)
+    found += (
+        _aligned(p, speed, stiffness) if len(set(p.offset.tolist())) > 1 else _aligned_one_center(p, speed, stiffness)
+    )
     order = {"balanced": 0, "coincident": 1, "in line": 2}
     return sorted(found, key=lambda e: (order[e.name], abs(e.whirl)))
+
+
+def balanced_about(p: Plane, speed: float, stiffness: complex) -> list[Equilibrium]:
+    """The states in which races of some center run true."""
+    centers = sorted({complex(c) for c in p.offset}, key=lambda c: (abs(c), cmath.phase(c)))
+    return [state for center in centers for state in states_about(p, speed, stiffness, center)]
 
 
 def _whirl(p: Plane, angles: Floats, speed: float) -> complex:
