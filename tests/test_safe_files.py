@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import ResultError
+from autobalancer.files import given
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.store import save_run
@@ -122,7 +123,11 @@ def test_a_link_is_followed_and_stays_a_link(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("autobalancer.files.machine_file.load_machine", lambda path: pytest.fail("it began"))
+    for place in (
+        "autobalancer.files.machine_file",
+        given.__name__,
+    ):  # loaded by now, so that neither keeps the stand-in
+        monkeypatch.setattr(f"{place}.load_machine", lambda path: pytest.fail("it began"))
     (tmp_path / "file").write_text("in the way")
     out = str(tmp_path / "file" / "r.nc")
     file = str(MACHINES / "discoidal.toml")

@@ -76,6 +76,9 @@ def test_a_folder_that_is_none_and_a_damaged_chunk_are_said(tmp_path: Path) -> N
     chunk.write_bytes(chunk.read_bytes()[:1000])
     with pytest.raises(ResultError, match=r"is damaged: .*; delete it, and the study runs its members again"):
         ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
+    np.savez(chunk, outcome=np.zeros(4))  # readable, but another's
+    with pytest.raises(ResultError, match="was not written by this study"):
+        ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
 
 
 def chunks_in(folder: Path) -> dict[str, bytes]:

@@ -29,6 +29,9 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):  # a pipe may have an encoding without µ: an answer must not be lost for it
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace" if stream is sys.stderr else "replace")
+    os.environ["MPLBACKEND"] = (
+        "agg"  # a notebook passes its own on, which this installation may not have; no window is opened
+    )
     columns = os.environ.get("COLUMNS", "")
     if columns.isdecimal() and int(columns) < NARROWEST:
         os.environ["COLUMNS"] = str(NARROWEST)

@@ -10,6 +10,7 @@ import contextlib
 import errno
 import os
 import shutil
+import stat
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -44,6 +45,8 @@ def write_safely(path: str | Path, write: Callable[[Path], Any]) -> Path:
         try:
             write(unfinished)
             _to_disk(unfinished)
+            if place.exists():  # as many people may read it as before
+                os.chmod(unfinished, stat.S_IMODE(place.stat().st_mode))
             os.replace(unfinished, place)
         except (OSError, RuntimeError) as reason:
             raise ResultError(f"{path}: {_why(reason, place)}") from None
@@ -90,7 +93,8 @@ def not_to_read(path: Path) -> str:
 def _beside(place: Path) -> Path:
     """A name for the unfinished file. The netCDF library never lets a file go that it could not write: not that name again."""
     again = f"{_failed.count(place)}-" if place in _failed else ""
-    return place.with_name(f"unfinished-{again}{place.name}")
+    readable = place.name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")  # libraries write no other name
+    return place.with_name(f"unfinished-{again}{readable}")
 
 
 def _drop(unfinished: Path) -> None:

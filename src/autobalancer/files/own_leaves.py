@@ -45,7 +45,7 @@ def load(path: str | Path) -> list[type[Leaf]]:
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as reason:
+    except (Exception, SystemExit) as reason:
         del sys.modules[name]
         places = [entry.lineno for entry in traceback.extract_tb(reason.__traceback__) if entry.filename == str(path)]
         line = getattr(reason, "lineno", None) or (places[-1] if places else None)

@@ -18,6 +18,7 @@ from autobalancer.assembly.rotors.mounts import Mount, beyond_sliding
 from autobalancer.assembly.rotors.multibody import RigAxis
 from autobalancer.assembly.rotors.rig_joints import assembled, joint_struts
 from autobalancer.assembly.rotors.supports import add_support
+from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor
 from autobalancer.machine.rotors.body import GROUND
 from autobalancer.machine.rotors.joint import PointJoint
@@ -68,7 +69,13 @@ def weights(model: LateralModel, found: tuple[Ground, ...], gravity: float) -> M
 def sag(model: LateralModel, gravity: float) -> Floats:
     """Coordinates of the rotor without balls under its own weight, (N,); ``gravity`` acts along -y."""
     down = -gravity * model.mass @ _translation(model)[:, 1]
-    return np.asarray(np.linalg.solve(model.stiffness_at(0.0), down), np.float64)
+    try:
+        return np.asarray(np.linalg.solve(model.stiffness_at(0.0), down), np.float64)
+    except np.linalg.LinAlgError:
+        raise MachineError(
+            "rotor: its weight has no place of rest, since the stiffness is singular; look for a support that is missing, "
+            "or one that is too stiff beside the others"
+        ) from None
 
 
 def large_motions(

@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from autobalancer.cli.terminal.exit_codes import MEND, stop_code, stopped_like_ctrl_c
+from autobalancer.cli.terminal.output import Command
 from autobalancer.errors import AutobalancerError, CacheWarning, DurationWarning, MachineError, RangeWarning
 from autobalancer.shown import printable
 
@@ -28,6 +29,7 @@ class Group(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         words = [*getattr(ctx, "_protected_args", ()), *ctx.args]  # gone when a command has run
+        Command.words, Command.written = words, []
         try:
             with stopped_like_ctrl_c(), warnings.catch_warnings():
                 others = warnings.showwarning
@@ -45,6 +47,8 @@ class Group(TyperGroup):
             sys.exit(MEND)
         except KeyboardInterrupt:
             typer.echo("stopped", err=True)
+            for path in Command.written:
+                typer.echo(f"written before: {path}", err=True)
             sys.exit(stop_code())
         except EOFError as reason:  # click takes it for the end of the input and says no more than "Aborted"
             raise RuntimeError(f"a file ended too early: {reason}") from reason

@@ -24,6 +24,13 @@ PICTURE = (".png", ".svg", ".pdf")
 MACHINE = (".toml",)
 
 
+class Command:
+    """The command that runs in this process: its words, and the files that are complete."""
+
+    words: list[str] = []
+    written: list[Path] = []
+
+
 class Files:
     """The files that were asked for; what cannot be written under its name and place is refused before the work."""
 
@@ -44,6 +51,7 @@ class Files:
         paths = self._paths()
         if len({path.resolve() for path in paths}) < len(paths):
             raise QuestionError(f"--out, --plot: given {', '.join(map(str, paths))}; must be different files")
+        _spare_inputs(paths)
         ready_to_write(*paths)
         self.folders = [folder for folder in {path.parent: None for path in paths} if not folder.exists()]
 
@@ -57,10 +65,12 @@ class Files:
                 save_machine(machine, path)
             else:
                 save_run(found, path, rescue=True)
+            Command.written.append(path)
         if self.plot is not None and draw is not None:
             from autobalancer.plots.drawing.save import save_picture
 
             save_picture(draw(), self.plot)
+            Command.written.append(self.plot)
 
     def say(self) -> None:
         """Name what was written, and the folders that were made for it."""
@@ -73,6 +83,14 @@ class Files:
 
     def _paths(self) -> list[Path]:
         return [*self.out, *([self.plot] if self.plot is not None else [])]
+
+
+def _spare_inputs(paths: Sequence[Path]) -> None:
+    """Refuse to write over a file that the command reads: its name stands twice among the words."""
+    for path in paths:
+        places = [Path(word.removeprefix("--out=")) for word in Command.words]
+        if path.exists() and sum(place.resolve() == path.resolve() for place in places) > 1:
+            raise QuestionError(f"{path}: is what the command reads; write to another file")
 
 
 def check_suffix(option: str, path: Path, allowed: Sequence[str]) -> None:

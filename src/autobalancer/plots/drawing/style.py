@@ -30,6 +30,7 @@ ALL_BALLS = "#5B6B7A"
 BALLS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#8A7A1F")
 
 LOOK: Any = {
+    "text.usetex": False,  # whatever a file of settings in the working folder says
     "font.family": "sans-serif",
     "font.size": 9.5,
     "axes.titlesize": 10.5,

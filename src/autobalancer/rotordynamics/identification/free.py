@@ -114,8 +114,8 @@ def unknowns(machine: Machine, free: Any) -> list[Unknown]:
 
 
 def _read(machine: Machine, free: FreeParameter) -> Unknown:
-    several = isinstance(free.paths, Iterable) and not isinstance(free.paths, str)
-    paths = tuple(free.paths) if several else (free.paths,)
+    single = isinstance(free.paths, str) or not isinstance(free.paths, Iterable)
+    paths: tuple[Any, ...] = (free.paths,) if single else tuple(free.paths)
     if not paths:
         raise QuestionError("identify: free: a parameter has no path; give at least one")
     if not all(isinstance(path, str) for path in paths):

@@ -80,6 +80,8 @@ def _search(rates_at: Callable[[Floats], Floats], low: float, high: float) -> tu
         return math.inf, f"none up to {high:.6g} rad/s"
     if np.isnan(rates[last]):
         return float(speeds[last + 1]), "there is no balanced state below"
+    if rate(speeds[last]) < 0.0:  # so near to zero that one speed alone rounds to the other sign
+        return float(speeds[last]), ""
     return float(brentq(rate, speeds[last], speeds[last + 1], xtol=1e-12 * high, rtol=1e-13)), ""
 
 

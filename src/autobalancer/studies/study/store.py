@@ -6,7 +6,9 @@ study is refused. A lock, which the system takes back when its process dies, kee
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 from pathlib import Path
 from typing import IO, Any
 from zipfile import BadZipFile
@@ -16,8 +18,8 @@ import numpy as np
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.safe_file import write_safely, write_text_safely
 
-LOCK, CHUNKS = "lock", "chunks"
-FORM = 2  # of the files
+LOCK, CHUNKS, CHECKSUM = "lock", "chunks", "checksum"
+FORM = 3  # of the files
 
 Arrays = dict[str, np.ndarray]
 
@@ -67,9 +69,10 @@ class Store:
 
         def write(path: Path) -> None:
             with path.open("wb") as file:  # a name would get the suffix that it lacks
-                np.savez(file, **_with_plain_names(arrays))  # type: ignore[arg-type]
+                np.savez(file, **_with_plain_names(arrays), **{CHECKSUM: checksum(name, arrays)})  # type: ignore[arg-type]
 
-        write_safely(self.folder / CHUNKS / f"{first:09d}-{last:09d}.npz", write)
+        name = f"{first:09d}-{last:09d}"
+        write_safely(self.folder / CHUNKS / f"{name}.npz", write)
 
     def close(self) -> None:
         """Give the folder back to others."""
@@ -85,7 +88,7 @@ class Store:
         try:
             stored = json.loads(self._asked.read_text(encoding="utf-8"))
             before, form = dict(stored[self._kind]), stored["form"]
-        except (OSError, ValueError, KeyError, TypeError) as reason:
+        except (OSError, ValueError, KeyError, TypeError, RecursionError) as reason:
             raise ResultError(f"{self._asked}: cannot be read: {reason}; give another folder") from None
         if form != FORM:
             raise QuestionError(
@@ -121,8 +124,8 @@ def finished(folder: Path) -> dict[tuple[int, int], Path]:
     """The files of finished chunks in the folder of a study, also while it runs, by (first, after the last) member."""
     found = {}
     for path in sorted((folder / CHUNKS).glob("*.npz")):
-        first, _, last = path.stem.partition("-")
-        if first.isdecimal() and last.isdecimal():
+        if re.fullmatch(r"[0-9]{9,}-[0-9]{9,}", path.stem):
+            first, _, last = path.stem.partition("-")
             found[int(first), int(last)] = path
     return found
 
@@ -137,9 +140,22 @@ def read_chunk(path: Path) -> Arrays:
     """
     try:
         with np.load(path, allow_pickle=False) as stored:
-            return {name.replace("|", "/"): stored[name] for name in stored.files}
+            arrays = {name.replace("|", "/"): stored[name] for name in stored.files}
+            if arrays.pop(CHECKSUM).tolist() != checksum(path.stem, arrays).tolist():
+                raise ValueError("what is in it was not written by this study")
+            return arrays
     except (OSError, ValueError, EOFError, KeyError, BadZipFile) as reason:
         raise ResultError(f"{path}: is damaged: {reason}; delete it, and the study runs its members again") from None
+
+
+def checksum(name: str, arrays: Arrays) -> np.ndarray:
+    """SHA-256 of a chunk: its members, and the names and contents of its arrays; 32 bytes."""
+    content = hashlib.sha256(name.encode())
+    for key in sorted(arrays):
+        array = np.ascontiguousarray(arrays[key])
+        content.update(f"{key} {array.dtype.str} {array.shape}".encode())
+        content.update(array.tobytes())
+    return np.frombuffer(content.digest(), np.uint8)
 
 
 def _with_plain_names(arrays: Arrays) -> Arrays:
