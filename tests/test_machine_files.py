@@ -480,7 +480,10 @@ mass = 12.0
 critical_speed = ["700 rpm", "712 rpm"]
 damping_ratio = "3 %"
 [[balancers]]
-races = [{ orbit_radius = "70 mm", drag = { law = "beta", beta = 1e-4 }, balls = [{ count = 2, mass = "7 g", motion = "point" }] }]
+[[balancers.races]]
+orbit_radius = "70 mm"
+drag = { law = "beta", beta = 1e-4 }
+balls = [{ count = 2, mass = "7 g", motion = "point" }]
 [drive]
 kind = "speed"
 profile = { kind = "constant", speed = 125.0 }

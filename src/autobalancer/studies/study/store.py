@@ -141,7 +141,7 @@ def read_chunk(path: Path) -> Arrays:
     try:
         with np.load(path, allow_pickle=False) as stored:
             arrays = {name.replace("|", "/"): stored[name] for name in stored.files}
-            if arrays.pop(CHECKSUM).tolist() != checksum(path.stem, arrays).tolist():
+            if arrays.pop(CHECKSUM, np.zeros(0)).tolist() != checksum(path.stem, arrays).tolist():
                 raise ValueError("what is in it was not written by this study")
             return arrays
     except (OSError, ValueError, EOFError, KeyError, BadZipFile) as reason:
