@@ -19,7 +19,7 @@ from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.maps.speeds import borders_of
+from autobalancer.stability.maps.speeds import BUDGET, borders_of, work_of
 from autobalancer.stability.states.linear import eigensystem, kept
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
 from autobalancer.stability.states.spread import spread_range
@@ -444,6 +444,19 @@ def test_a_border_that_is_never_reached_is_not_called_so_twice(name: str, value:
     never = [one for one in ab.stability.borders(ab.with_parameter(rig(), name, value)) if math.isinf(one.speed)]
     assert never
     assert not [one for one in never if one.note.startswith("never") or not one.note]
+
+
+def test_a_check_says_which_border_it_did_not_look_for_and_the_question_itself_has_no_budget() -> None:
+    race = {
+        "orbit_radius": 0.07695,
+        "drag": {"law": "beta", "beta": 5e-6},
+        "balls": [{"count": 3, "mass": 1e-3, "diameter": 2e-3}],
+    }
+    few, many = (rig(races=[race | {"eccentricity": 1e-5 * (1 + k)} for k in range(count)]) for count in (2, 4))
+    found = {border.name: border for border in ab.check(many).borders}
+    assert not found["averaged border"].known
+    assert "not looked for, with 12 balls" in found["averaged border"].note
+    assert work_of(plane(few), "averaged border") < BUDGET < work_of(plane(many), "averaged border")
 
 
 def test_on_a_horizontal_axis_all_borders_are_those_without_gravity_and_say_so() -> None:

@@ -13,7 +13,7 @@ from autobalancer.assembly.off_center import OffCenter, off_center
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import highest_prescribed, largest_unbalance
 from autobalancer.assembly.system import assemble
-from autobalancer.assembly.terms import Theory, ignores
+from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.catalog.odd_sizes import odd_sizes
 from autobalancer.catalog.race_capability import race_capability
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
@@ -28,7 +28,8 @@ from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction
-from autobalancer.stability.maps.speeds import Border, borders
+from autobalancer.stability.maps.speeds import BUDGET, Border, borders_of
+from autobalancer.stability.states.described import described
 from autobalancer.stability.summary.rotor import StationSummary, frame_of, rubber_texts
 from autobalancer.stability.summary.rows import SpeedText, summary_rows
 from autobalancer.stability.summary.service import Service, service_of
@@ -122,7 +123,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     found: tuple[Border, ...] = ()
     reason = ""
     try:
-        found = borders(machine)
+        found = borders_of(machine, described(weightless(machine), None), budget=BUDGET)
     except QuestionError as error:
         reason = str(error)
     friction = held_by_friction(machine) if balls else None
