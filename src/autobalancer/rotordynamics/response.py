@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.ellipses.steady import Ellipses, steadily
@@ -26,6 +27,16 @@ from autobalancer.units import list_argument, unbalance_argument
 Quantity = Literal["displacement", "velocity", "acceleration"]
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # each is the rate of the one before
 AT_ONCE = 4_000_000  # entries of the dynamic stiffnesses that are solved together
+STEP, FEWEST, MOST_STEPS = 0.2, 50, 20_000  # of a run-up, over 1/sqrt(growth of the speed); least and greatest number
+ROOT = 6.0**0.5
+RADAU_TIMES = ((4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0, 1.0)
+RADAU = np.array(  # Hairer and Wanner (1996), table 5.6
+    [
+        [(88.0 - 7.0 * ROOT) / 360.0, (296.0 - 169.0 * ROOT) / 1800.0, (-2.0 + 3.0 * ROOT) / 225.0],
+        [(296.0 + 169.0 * ROOT) / 1800.0, (88.0 + 7.0 * ROOT) / 360.0, (-2.0 - 3.0 * ROOT) / 225.0],
+        [(16.0 - ROOT) / 36.0, (16.0 + ROOT) / 36.0, 1.0 / 9.0],
+    ]
+)
 
 
 def response(
@@ -38,8 +49,9 @@ def response(
     ball_angles: Sequence[float | str] | None = None,
     quantity: Quantity = "displacement",
     smooth: bool = False,
+    time: Sequence[float | str] | Floats | None = None,
 ) -> Response:
-    """Steady response of the rotor to its unbalance over the speed.
+    """Response of the rotor to its unbalance over the speed: steady, or on the way through these speeds.
 
     Rubber that softens with the amplitude has the stiffness and loss of its own deflection: exactly where the machine is alike
     along x and y and moves in circles, else with the first harmonic of its force.
@@ -64,6 +76,9 @@ def response(
         ``displacement``, ``velocity`` or ``acceleration``.
     smooth
         Adds speeds between the given ones where the response changes much, so that a picture shows every peak in full.
+    time
+        When the rotor has these speeds, s, ascending: the response of this run-up or run-down in place of the steady one, which
+        a resonance is late to reach. It begins steadily. Not for rubber that softens.
 
     Returns
     -------
@@ -98,20 +113,45 @@ def response(
     places = chosen_places(machine, model, stations, owner)
     load = load_of(machine, model, unbalance, ball_angles, owner)
     soft = rubber_of(machine, model)
+    when = None if time is None else list_argument("time", time, "s")
+    if when is not None:
+        if len(when) != omega.size or len(when) < 4 or not (np.diff(when) > 0.0).all() or smooth or soft is not None:
+            raise QuestionError(
+                f"{owner}: time: given {len(when)} times for {omega.size} speeds; give four or more that ascend, one for each "
+                "speed, without smooth, and for a rotor without rubber that softens"
+            )
+        motion = _followed(model, np.asarray(when, np.float64), omega, load.load, list(UNITS).index(quantity))
+        n = model.pairs
+        x, y = (motion[:, k * n : (k + 1) * n] @ places.deflection.T for k in (0, 1))
+        return _labeled(machine, omega, places, (x, y), load, quantity, balls, ball_angles)
     if smooth:
         omega = smooth_speeds(omega, lambda between: np.hstack(amplitudes(model, between, load, places, soft)))
     steady = None if soft is None else steadily(soft, omega, load.load, owner)
     x, y = amplitudes(model, omega, load, places, soft) if steady is None else seen_at(steady, model, places)
     rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
+    found = _labeled(machine, omega, places, (x * rate, y * rate), load, quantity, balls, ball_angles)
+    if soft is not None and steady is not None:
+        add_rubber(found, soft, steady)
+    return found
+
+
+def _labeled(
+    machine: Machine,
+    omega: Floats,
+    places: Places,
+    seen: tuple[Complexes, Complexes],
+    load: Load,
+    quantity: Quantity,
+    balls: bool,
+    ball_angles: Sequence[float | str] | None,
+) -> Response:
     title = f"Unbalance response of {machine.name}"
-    found = _dataset(omega, places, x * rate, y * rate, load.direction, quantity)
+    found = _dataset(omega, places, *seen, load.direction, quantity)
     found.attrs = attributes(machine, title, balls=balls or ball_angles is not None) | {
         "quantity": quantity,
         "unbalance_angle_in_rotor": load.direction,
         "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
     }
-    if soft is not None and steady is not None:
-        add_rubber(found, soft, steady)
     return Response.of(found)
 
 
@@ -160,6 +200,85 @@ def _motion(model: LateralModel, speeds: Floats, load: Complexes) -> Complexes:
     if model.isotropic:
         found = np.concatenate([found, -1j * found, np.zeros((speeds.size, model.size - 2 * n))], axis=1)
     return np.asarray(found, np.complex128)
+
+
+def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes, rate: int) -> Complexes:
+    """Q of q = Re(Q e^(i theta)) while the speed changes, or of its first or second derivative; (S, N).
+
+    M (Q'' + 2 i w Q' + (i w' - w²) Q) + (C + w G) (Q' + i w Q) + (K + w' G/2) Q = (w² - i w') load, by the method Radau IIA of
+    order five, whose steps are short for the time in which the run-up passes an undamped resonance, 1/sqrt(w').
+    """
+    course = make_interp_spline(time, speeds, k=3)
+    growth, span = course.derivative(), float(time[-1] - time[0])
+    steps = int(np.clip(np.ceil(span * np.sqrt(np.abs(growth(time)).max()) / STEP), FEWEST, MOST_STEPS))
+    h, n = span / steps, model.pairs
+    clock = time[0] + h * np.arange(steps + 1)
+    isotropic, force = model.isotropic, np.concatenate([load, -1j * load, np.zeros(model.size - 2 * n)])
+    force = load if isotropic else force
+    size = force.size
+    mass = model.complex_matrices(0.0)[0] if isotropic else model.mass
+
+    def of_speed(at: Floats) -> tuple[Complexes, Complexes]:
+        """Matrix and constant part of the rate of (Q, Q') at times."""
+        w, up = np.clip(course(at), 0.0, model.top_speed), growth(at)
+        parts = [
+            model.complex_matrices(float(v))[1:]
+            if isotropic
+            else (model.damping_at(float(v)) + v * model.gyroscopic, model.stiffness_at(float(v)))
+            for v in (w if model.speeds.size > 1 else (0.0, 1.0))
+        ]
+        turning, stiff = (np.array([part[k] for part in parts], np.complex128) for k in (0, 1))
+        whirl = turning[1] - turning[0] if model.speeds.size == 1 else _gyroscopic(model, isotropic)
+        w, up = w[:, None, None], up[:, None, None]
+        if model.speeds.size == 1:
+            turning, stiff = turning[0] + w * whirl, stiff[0] + 0.0 * w
+        lower = -np.linalg.solve(
+            mass, np.concatenate([(1j * up - w**2) * mass + 1j * w * turning + stiff + 0.5 * up * whirl,
+                                  2j * w * mass + turning], axis=2)
+        )  # fmt: skip
+        upper = np.broadcast_to(np.eye(size, 2 * size, size), lower.shape)
+        pushed = (w**2 - 1j * up)[:, :, 0] * np.linalg.solve(mass, force)
+        return np.concatenate([upper, lower], axis=1), np.concatenate([np.zeros_like(pushed), pushed], axis=1)
+
+    def at_rest(w: float) -> Complexes:
+        return _motion(model, np.array([w]), load)[0, :size]
+
+    w, slope = float(speeds[0]), 1e-4 * float(speeds[0])
+    states = np.empty((steps + 1, 2 * size), np.complex128)
+    states[0] = np.r_[at_rest(w), growth(time[0]) * (at_rest(w + slope) - at_rest(w - slope)) / (2.0 * slope)]
+    per = max(1, AT_ONCE // (6 * size) ** 2)
+    for first in range(0, steps, per):
+        here = clock[first : min(first + per, steps)]
+        stages = [of_speed(here + h * c) for c in RADAU_TIMES]
+        whole = np.concatenate(
+            [np.concatenate([(i == j) * np.eye(2 * size) - h * RADAU[i, j] * a for j in range(3)], axis=2)
+             for i, (a, _) in enumerate(stages)], axis=1
+        )  # fmt: skip
+        right = np.concatenate([np.concatenate([a, b[:, :, None]], axis=2) for a, b in stages], axis=1)
+        rates = np.linalg.solve(whole, right).reshape(here.size, 3, 2 * size, 2 * size + 1)
+        moved = h * np.einsum("i,kiab->kab", RADAU[2], rates)
+        for k, step in enumerate(moved, first):
+            states[k + 1] = states[k] + step[:, :-1] @ states[k] + step[:, -1]
+    matrices, pushes = of_speed(clock)
+    rates = np.einsum("kab,kb->ka", matrices, states) + pushes
+    q, first_rate = (
+        CubicHermiteSpline(clock, one[:, :size], two[:, :size])(time)
+        for one, two in ((states, rates), (states[:, size:], rates[:, size:]))
+    )
+    w, up = speeds[:, None], growth(time)[:, None]
+    if rate == 1:
+        q = first_rate + 1j * w * q
+    elif rate == 2:
+        second = CubicHermiteSpline(clock, rates[:, size:], np.gradient(rates[:, size:], clock, axis=0))(time)
+        q = second + 2j * w * first_rate + (1j * up - w**2) * q
+    if isotropic:
+        q = np.concatenate([q, -1j * q, np.zeros((time.size, model.size - 2 * n))], axis=1)
+    return np.asarray(q, np.complex128)
+
+
+def _gyroscopic(model: LateralModel, isotropic: bool) -> Complexes:
+    n, g = model.pairs, model.gyroscopic
+    return np.asarray(g[:n, :n] + 1j * g[n : 2 * n, :n] if isotropic else g, np.complex128)
 
 
 def _dataset(
