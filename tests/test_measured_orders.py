@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 import autobalancer as ab
@@ -133,9 +134,44 @@ def test_orders_of_a_fast_run_up_give_back_the_rotor_if_trials_run_up_too(
     found = ab.rotor.identify(start, free, [MeasuredOrders(tracked, steady=False)]).data
     assert abs(float(found["value"][0]) - 100.0) < 4.0 * float(found["uncertainty"][0]) < 2.0
     assert found.attrs["scatter_ratio"] == pytest.approx(1.0, abs=0.2)
-    still = ab.rotor.identify(start, free, [MeasuredOrders(tracked)]).data
-    assert float(still["value"][0]) > 105.0  # the run-up is too fast for a steady response
-    assert any("times the stated errors" in note for note in still.attrs["notes"])  # and that is said
+    along = ab.rotor.identify(
+        start, free, [MeasuredOrders(tracked)]
+    ).data  # the linear rotor follows the measured speed
+    assert abs(float(along["value"][0]) - 100.0) < 4.0 * float(along["uncertainty"][0]) < 2.0
+
+
+def test_a_misfit_enlarges_the_uncertainties(rotor: ab.machine.Machine, tracked: xr.Dataset) -> None:
+    start, free = ab.with_parameter(rotor, "rotor.damping", 130.0), {"rotor.damping": FREE["rotor.damping"]}
+    table = tracked.sel(order=1.0).reset_coords().set_coords(["place", "direction", "quantity"]).swap_dims(time="speed")
+    still = ab.rotor.identify(
+        start, free, [MeasuredOrders(table.drop_vars("time"))]
+    ).data  # without times it is taken as steady
+    ratio = still.attrs["scatter_ratio"]
+    assert float(still["value"][0]) > 105.0
+    assert ratio > 2.0
+    alone = 1.0 / np.sqrt(float(still["singular_value"][0]) ** 2)  # of the logarithm of the damping
+    assert float(still["uncertainty"][0]) == pytest.approx(ratio * alone * float(still["value"][0]), rel=0.01)
+    assert any(f"the uncertainties above are enlarged {ratio:.1f} times" in note for note in still.attrs["notes"])
+
+
+def test_a_rotor_that_passes_its_resonance_moves_as_its_equation_says(rotor: ab.machine.Machine) -> None:
+    time = np.linspace(0.0, 8.0, 801)
+
+    def rates(t: float, s: np.ndarray) -> list[complex]:  # q = Re(Q e^(i theta)) of 10 kg, 100 kN/m, 100 N s/m
+        w, force = 50.0 + 16.25 * t, 400e-6 * np.exp(1j * np.pi / 6.0)
+        here = 10.0 * (16.25j - w**2) + 100j * w + 100e3
+        return [s[1], (force * (w**2 - 16.25j) - (20j * w + 100.0) * s[1] - here * s[0]) / 10.0]
+
+    found = ab.rotor.response(rotor, 50.0 + 16.25 * time, time=time)
+    begin = [400e-6 * np.exp(1j * np.pi / 6.0) * 2500.0 / (75e3 + 5e3j), 0j]
+    exact = solve_ivp(rates, (0.0, 8.0), begin, t_eval=time, rtol=1e-8, atol=1e-13, method="DOP853").y[0]
+    away = np.abs((found["x_real"] + 1j * found["x_imag"]).values[:, 0] - exact)
+    assert away[200:].max() < 1e-4 * np.abs(exact).max()  # both begin a little differently
+    steady_one = ab.rotor.response(rotor, 50.0 + 16.25 * time)
+    assert (
+        np.abs((steady_one["x_real"] + 1j * steady_one["x_imag"]).values[:, 0] - exact).max()
+        > 0.2 * np.abs(exact).max()
+    )
 
 
 def test_an_own_run_up_has_the_orders_that_were_tracked_in_it(run: xr.Dataset, tracked: xr.Dataset) -> None:

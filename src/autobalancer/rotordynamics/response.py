@@ -243,9 +243,11 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
     def at_rest(w: float) -> Complexes:
         return _motion(model, np.array([w]), load)[0, :size]
 
-    w, slope = float(speeds[0]), 1e-4 * float(speeds[0])
+    begin, slope = float(speeds[0]), 1e-4 * float(speeds[0])
     states = np.empty((steps + 1, 2 * size), np.complex128)
-    states[0] = np.r_[at_rest(w), growth(time[0]) * (at_rest(w + slope) - at_rest(w - slope)) / (2.0 * slope)]
+    states[0] = np.r_[
+        at_rest(begin), growth(time[0]) * (at_rest(begin + slope) - at_rest(begin - slope)) / (2.0 * slope)
+    ]
     per = max(1, AT_ONCE // (6 * size) ** 2)
     for first in range(0, steps, per):
         here = clock[first : min(first + per, steps)]

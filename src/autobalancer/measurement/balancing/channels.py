@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.measurement.balancing.arrays import Complexes, Floats
+from autobalancer.rotordynamics.question import rotor_of
 from autobalancer.rotordynamics.response import response
+from autobalancer.rotordynamics.rubber import rubber_of
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,8 @@ class Orders:
     """Complex amplitudes (S, C) with their lead over the mark, standard deviations along and across them, and channels.
 
     Times are nan where orders are over the speed. ``shared`` is the part of the deviations that is one and the same error of all
-    speeds of a channel, (C,): that of the run-out that was subtracted.
+    speeds of a channel, (C,): that of the run-out that was subtracted. ``course`` has times and speeds of the whole run-up or
+    run-down, along which a linear rotor is followed.
     """
 
     times: Floats
@@ -32,6 +35,7 @@ class Orders:
     directions: tuple[Any, ...]
     quantities: tuple[str, ...]
     shared: Floats
+    course: tuple[Floats, Floats] | None = None
 
     def at(self, rows: NDArray[Any]) -> Orders:
         """Some of the speeds."""
@@ -40,7 +44,7 @@ class Orders:
 
 
 def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str, **options: Any) -> Complexes:
-    """Complex amplitudes (S, C) of the steady response to an unbalance; options are those of the response.
+    """Complex amplitudes (S, C) of the response to an unbalance, followed along the course of the speed where that is known.
 
     Raises
     ------
@@ -52,7 +56,11 @@ def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str
         raise QuestionError(
             f"{owner}: channel {known.places.index('') + 1} has no place; name the station at which it was measured"
         )
-    speeds, back = np.unique(known.speeds, return_inverse=True)
+    if known.course is None or rubber_of(*rotor_of(machine, balls=False)) is not None:
+        speeds, back = np.unique(known.speeds, return_inverse=True)
+    else:  # a resonance is late when the speed changes
+        time, speeds = known.course
+        options["time"], back = time, np.searchsorted(time, known.times).clip(max=time.size - 1)
     found = np.empty((known.speeds.size, len(known.places)), complex)
     stations = None if places == [""] else places
     for quantity in dict.fromkeys(known.quantities):

@@ -111,6 +111,12 @@ def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
 
     if not isinstance(orders, xr.Dataset):
         orders = load_run(orders) if Path(orders).suffix.lower() == ".nc" else load_orders(orders)
+    course = None
+    tracked = {"window_revolutions", "bandwidth"} & set(orders.attrs)  # and not measured at one speed after the other
+    if tracked and "time" in orders.dims and "speed" in orders.variables and orders.sizes["time"] > 3:
+        course = np.asarray(orders["time"].values, float), np.asarray(orders["speed"].values, float)
+        if not ((np.diff(course[0]) > 0.0).all() and (course[1] > 0.0).all()):
+            course = None
     orders = independent(orders)
     times = (
         np.asarray(orders["time"].values, float)
@@ -155,6 +161,7 @@ def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
         tuple(_direction(way, owner) for way in found["direction"].values),
         tuple(map(str, quantities)),
         np.asarray(found["runout_deviation"].values if "runout_deviation" in found else np.zeros(amplitude.shape[1])),
+        course,
     )
 
 

@@ -31,9 +31,10 @@ Floats = NDArray[np.float64]
 class MeasuredOrders:
     """Amplitude and phase of the first order, for :func:`autobalancer.rotor.identify`.
 
-    A machine gives its steady unbalance response in their place, so the run-up must be slow; or the orders of a simulated run-up,
-    tracked by the same method. Of tracked orders those points count whose noise is independent; in a steady response what the
-    window probably takes away is part of the deviation.
+    A machine gives its unbalance response in their place, along the measured speed over the time; the steady one where
+    only speeds are known or rubber softens, so that the run-up must be slow. Or the orders of a simulated run-up, tracked alike.
+    Of tracked orders those points count whose noise is independent; in a response what the window probably takes away is part of
+    the deviation.
 
     Parameters
     ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -109,7 +110,8 @@ def _open(path: Path) -> Any:
 def _told(path: Path, reader: Any) -> Iterator[Any]:
     """What ffmpeg says of a file that it cannot read becomes one sentence."""
     try:
-        yield from reader
+        with closing(reader):
+            yield from reader
     except (OSError, RuntimeError, StopIteration, ValueError, IndexError, KeyError) as reason:
         lines = [line.strip() for line in str(reason).splitlines() if line.strip()]
         raise ResultError(f"{path}: cannot be read as a film: {lines[-1] if lines else 'it has no pictures'}") from None
@@ -117,7 +119,7 @@ def _told(path: Path, reader: Any) -> Iterator[Any]:
 
 def read_pictures(path: str | Path) -> Iterator[Gray]:
     """The pictures of a film in shades of gray, (rows, columns) each; raises as :func:`film_facts`."""
-    reader = _open(Path(path))
-    columns, rows = next(reader)["size"]
-    for data in reader:
-        yield np.frombuffer(data, np.uint8).reshape(rows, columns)
+    with closing(_open(Path(path))) as reader:
+        columns, rows = next(reader)["size"]
+        for data in reader:
+            yield np.frombuffer(data, np.uint8).reshape(rows, columns)

@@ -86,11 +86,14 @@ def dataset(
         result[key] = (dims, numbers, {"long_name": text})
     freedom = deviation.size - known.rank - int(at_bound.sum())
     ratio = float(np.sqrt((deviation**2).sum() / freedom)) if freedom > 0 else float("nan")
+    misfit = float(np.sqrt((weight * deviation**2).sum() / freedom)) if freedom > 0 else 1.0
+    result["uncertainty"] = result["uncertainty"] * max(1.0, misfit)
+    result["uncertainty"].attrs["long_name"] = "standard uncertainty, SI"
     notes = list(known.notes)
     if ratio > TOO_LARGE:
         notes.append(
-            f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors, "
-            "and the uncertainties are too small by about this factor"
+            f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors; "
+            f"the uncertainties above are enlarged {max(1.0, misfit):.1f} times"
         )
     if fit.starts > 1 and fit.agreeing == 1:
         notes.append(f"only one of {fit.starts} starts ended at the best fit; give more starts, or narrower bounds")
