@@ -28,7 +28,8 @@ class DescribedChannel:
     quantity, unit, place, direction
         Of the channel; the unit is that of the numbers in the file. The quantity ``time`` says that the column has the instants.
     sensitivity
-        Of the sensor, voltage over quantity, such as "10.2 mV/(m/s^2)"; the numbers of the file are then voltages.
+        Of the sensor, voltage over quantity, such as "100 mV/g", "200 mV/mil" or "4 mV/(mm/s)"; the numbers of the file
+        are then voltages.
     full_scale
         Value at the greatest number that the file can hold, such as "20 m/s^2"; for sound files.
     uncertainty
