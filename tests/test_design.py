@@ -114,6 +114,12 @@ def test_a_design_goes_on_in_its_folder_with_the_same_bits_and_refuses_that_of_a
 ) -> None:
     few = changed(candidates={"count": [2], "fluids": ["silicone oil 20"]})
     first = ab.design(few, folder=tmp_path / "parts")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("autobalancer.studies.design.design.judge_borders", None)  # a second call asks nothing again
+        kept = ab.design(few, folder=tmp_path / "parts")
+    assert repr(kept) == repr(first)
+    assert kept.attrs == first.attrs
+    (tmp_path / "parts" / "answer.nc").unlink()
     for path in list((tmp_path / "parts").rglob("*.npz"))[:1]:
         path.unlink()
     again = ab.design(few, folder=tmp_path / "parts", workers=1)

@@ -10,6 +10,7 @@ import pytest
 
 import autobalancer as ab
 from autobalancer import patience
+from autobalancer.cli.terminal import progress
 
 
 class ZMQInteractiveShell:
@@ -44,3 +45,12 @@ def test_quick_functions_show_nothing(monkeypatch: pytest.MonkeyPatch, capsys: p
     monkeypatch.setattr(patience, "SOON", 60.0)
     ab.simulate(ab.example("stall_and_release"), duration=0.2)
     assert capsys.readouterr().err == ""
+
+
+def test_a_pipe_gets_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    now = iter([0.0, 1.0, 21.0, 30.0, 61.0, 90.0])
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: next(now)))
+    with progress.progress_bar("runs") as update:
+        for done in (10, 400, 500, 900, 1100):
+            update(done, 12000)
+    assert capsys.readouterr().err == "runs: 400 of 12000 after 21 s\nruns: 900 of 12000 after 61 s\n"

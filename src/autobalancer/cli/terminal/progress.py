@@ -1,12 +1,16 @@
-"""Progress bars on a terminal; nothing at all in a pipe."""
+"""Progress bars on a terminal; in a pipe a line now and then of what takes long."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from autobalancer.cli.terminal.patience import FIRST
+
 Update = Callable[..., None]
+LONGEST = 300.0  # s between two lines in a pipe
 
 
 @contextmanager
@@ -19,7 +23,7 @@ def progress_bar(text: str, *columns: Any) -> Iterator[Update]:
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda done, total=None, **fields: None
+        yield _Words(text, console) if not columns else lambda done, total=None, **fields: None
         return
     usual = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
     with Progress(*(columns or usual), console=console, transient=True) as bar:
@@ -29,6 +33,21 @@ def progress_bar(text: str, *columns: Any) -> Iterator[Update]:
             bar.update(task, completed=done, total=total, **fields)
 
         yield update
+
+
+class _Words:
+    """Says now and then how far something has come: after 20 s, then each time after half as long again, 5 minutes at most."""
+
+    def __init__(self, text: str, console: Any) -> None:
+        self.text, self.console, self.begin, self.next = text, console, time.monotonic(), FIRST
+
+    def __call__(self, done: float, total: float | None = None, **fields: Any) -> None:
+        waited = time.monotonic() - self.begin
+        if waited < self.next or not total:
+            return
+        self.next = waited + min(max(0.5 * waited, FIRST), LONGEST)
+        how_far = fields.get("now") or f"{done:g} of {total:g}"
+        self.console.print(f"{self.text}: {how_far} after {waited:.0f} s", highlight=False)
 
 
 def of_time(update: Update) -> Callable[[float, float], None]:
