@@ -80,14 +80,33 @@ def test_the_first_page_says_what_decides_and_where_it_stands(page: str) -> None
     first = page[page.index("In short</h2>") : page.index('class="sign"')]
     rows = [re.findall(r"<td[^>]*>([^<]*)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", first, re.DOTALL)]
     found = {row[0]: row[1:] for row in rows if row}
-    assert all(where in dict(heads).values() for _, _, where in found.values())
+    assert all(where in dict(heads).values() for *_, where in found.values())
+    assert all(condition for question, (_, condition, *_) in found.items() if question != "notes on the machine")
     capability = ab.check(MACHINE).capability
-    assert found["capability of the balls, all races"][:2] == [
+    assert found["capability of the balls, all races"][:3] == [
         f"{1e6 * capability:.0f} g mm for 594 g mm, 1.72 times as much",
+        "unbalance and fluid of the machine file",
         "yes",
     ]
-    assert found["residual unbalance, race off the axis as is typical (not given)"][1] == "measure it"
-    assert found["release speed"][1] == found["exact border"][1] == "yes"
+    assert found["residual unbalance, race off the axis as is typical (not given)"][2] == "measure it"
+    assert found["release speed"][2] == found["exact border"][2] == "yes"
+    ranks = [{"NO": 0, "yes": 2, "-": 3}.get(word, 1) for *_, word, _ in found.values()]
+    assert ranks == sorted(ranks)  # what is not enough comes first
+
+
+def test_a_capability_at_the_limit_is_hardly_enough() -> None:
+    for unbalance, word, text in (
+        ("400 g*mm", "yes", "times as much: enough."),
+        ("900 g*mm", "hardly", "enough, but hardly (1.14)"),
+        ("1100 g*mm", "NO", "NOT enough"),
+    ):
+        page = machine_pages.capability_page(
+            ab.check(ab.with_parameter(ab.load_machine(MACHINE), "unbalance", unbalance))
+        )
+        assert page.decisive[0].enough == word
+        assert text in str(page.blocks[-1])
+        if word == "hardly":
+            assert "Look at: capability of the balls, all races (hardly)" in str(blocks.first_page([page]).blocks[0])
 
 
 def test_small_changes_are_those_of_the_closed_forms(page: str) -> None:

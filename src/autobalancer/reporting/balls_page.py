@@ -64,7 +64,8 @@ def _pressure(page: Section, balls: tuple[Ball, ...], top: float) -> None:
             radius = 0.5 * float(ball.diameter)
             pressure = greatest_pressure(force, STEEL, radius, float(ball.orbit_radius) + radius)
             text = f"{1e-6 * pressure:.0f} MPa, {100.0 * pressure / STATIC:.3g} % of the static limit of ball bearings (4200 MPa)"
-            page.decisive.append(Decisive(f"pressure of a ball, {name}", text, yes_or_no(pressure <= STATIC)))
+            enough = yes_or_no(pressure <= STATIC)
+            page.decisive.append(Decisive(f"pressure of a ball, {name}", text, enough, "the highest speed of the run"))
         rows.append((name, force_text(force), text))
     page.blocks.append(Rows(("race", "greatest force of a ball on the wall", "greatest pressure (Hertz)"), tuple(rows)))
     page.blocks.append(

@@ -53,10 +53,15 @@ def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
     label, count = str(best["label"].values[place - 1]), best.sizes["design"]
     page.blocks += [Paragraph(f"This machine is place {place} of {count}: {label}.", strong=True)]
     out = ", ".join(f"{stage} {many}" for stage, many in found.ruled_out().items()) or "none"
-    page.decisive.append(Decisive("design", f"place {place} of {count}: {label}; ruled out before: {out}"))
+    about = _about(found)
+    page.decisive.append(
+        Decisive("design", f"place {place} of {count}: {label}; ruled out before: {out}", condition=about)
+    )
     other = min(place, count - 1) if place == 1 else 0  # the next best, or the best
     if count > 1:
-        page.decisive.append(Decisive(f"instead of place {other + 1}", _beside(best, place - 1, other)))
+        page.decisive.append(
+            Decisive(f"instead of place {other + 1}", _beside(best, place - 1, other), condition=about)
+        )
     page.blocks += [facts(found.facts()), columns_table(found.isel(design=found.order()[:WIDTH]).columns("rpm"))]
     page.blocks += [Paragraph(f"{text}.") for text in found.meanings()]
     page.blocks.append(
@@ -77,6 +82,12 @@ def _beside(best: xr.Dataset, one: int, other: int) -> str:
         words = [f"{significant(factor * value)} {sign}" if math.isfinite(value) else "never" for value in values]
         said.append(f"{name.replace('_', ' ')} {words[0]} for {words[1]}")
     return f"{best['label'].values[other]}: {', '.join(said)}"
+
+
+def _about(found: Designed) -> str:
+    """Of which runs the numbers of a design are."""
+    known = dict(found.facts())
+    return f"{found.attrs['members']} runs from random starts, {known['unbalance']}, {known['temperature']}"
 
 
 def _rotor(found: Designed, command: str) -> list[Section]:
@@ -125,7 +136,9 @@ def _limits(found: Designed, place: int, command: str) -> Section:
             words = name.replace("_", " ")
             rows.append((words, asked, reached, share, enough))
             beyond = f"; {share} of the runs are beyond it" if share != "-" else ""
-            page.decisive.append(Decisive(f"limit: {words} {asked}", f"{reached}{beyond}", enough))
+            many = f"{100.0 * float(found.attrs['share']):g} % of " * (name in found)
+            of = f"{many}{_about(found)}" if share != "-" else "the worst of all unbalances and temperatures"
+            page.decisive.append(Decisive(f"limit: {words} {asked}", f"{reached}{beyond}", enough, of))
     head = ("limit", "asked", "reached", "share of the runs beyond it, 95 % interval", "kept")
     page.blocks.append(Rows(head, tuple(rows), (False, True, True, False, False)))
     page.blocks.append(

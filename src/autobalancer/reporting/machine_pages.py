@@ -10,14 +10,17 @@ from autobalancer.errors import AutobalancerError
 from autobalancer.laws.balance_quality import grade_name, permissible_unbalance
 from autobalancer.machine import Machine
 from autobalancer.patience import silent
-from autobalancer.reporting.page import Decisive, Paragraph, Rows, Section, drawing, facts, yes_or_no
-from autobalancer.results.number_text import moment_text, significant
+from autobalancer.reporting.page import NO, YES, Decisive, Paragraph, Rows, Section, drawing, facts, yes_or_no
+from autobalancer.results.number_text import length_text, moment_text, significant
 from autobalancer.shown import rpm_and_si
 from autobalancer.sketch.machine import machine as sketch
 from autobalancer.stability.maps.stability_map import map as stability_map
 from autobalancer.stability.summary.summary import Summary
+from autobalancer.studies.design.answer import USUAL
 
 MAP = (41, 31)  # speeds and viscosities
+HARDLY = "hardly"  # enough, with less than the usual margin
+SETTLED = "balls settled, at the end of the run-up"
 TYPICAL = "race off the axis as is typical (not given)"
 UNKNOWN = "measure it"  # what nobody has said of the machine
 DECIDES = ("release speed", "exact border")
@@ -64,13 +67,22 @@ def capability_page(found: Summary) -> Section:
     if not planes and found.unbalance > 0.0:
         planes = [("all races", found.capability, found.unbalance)]
     for name, capability, required in planes:
-        enough = "enough" if capability >= required else "NOT enough"
-        said = f"{moment_text(capability)} for {moment_text(required)}, {capability / required:.3g} times as much"
-        page.decisive.append(Decisive(f"capability of the balls, {name}", said, yes_or_no(capability >= required)))
+        ratio = capability / required
+        word = NO if ratio < 1.0 else HARDLY if ratio < USUAL else YES
+        said = f"{moment_text(capability)} for {moment_text(required)}, {ratio:.3g} times as much"
+        page.decisive.append(
+            Decisive(f"capability of the balls, {name}", said, word, "unbalance and fluid of the machine file")
+        )
+        enough = {
+            NO: "NOT enough",
+            YES: "enough",
+            HARDLY: f"enough, but hardly ({ratio:.3g}): with less than {USUAL:g} to 2 times balls stand nearly side by side and "
+            "react slowly",
+        }[word]
         page.blocks.append(
             Paragraph(
-                f"{name}: {moment_text(capability)} for an unbalance of {moment_text(required)}, "
-                f"{capability / required:.3g} times as much: {enough}.",
+                f"{name}: {moment_text(capability)} for an unbalance of {moment_text(required)}, {ratio:.3g} times as much: "
+                f"{enough}.",
                 strong=True,
             )
         )
@@ -97,28 +109,29 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
         page.blocks.append(Paragraph("Not stated: the drive names no service speed, or the machine has no unbalance."))
         return page
     mass = 1e3 * service.unbalance * service.speed / service.grade
+    size = moment_text(found.unbalance)
     rows = [
-        ("without balancing", service.unbalance),
-        ("balls settled, at the end of the run-up", settled),
-        *_worst(found),
+        ("without balancing", service.unbalance, ""),
+        (SETTLED, settled, f"one run-up with {size}, from the start of the machine file"),
+        *_worst(found, size),
     ]
     allowed = math.inf if grade is None else permissible_unbalance(grade, mass, service.speed)
-    known = [(name, value) for name, value in rows if math.isfinite(value)]
+    known = [row for row in rows if math.isfinite(row[1])]
     heads: tuple[str, ...] = ("state", "unbalance", "velocity of the mass center (mm/s)", "grade reached")
-    cells = [_quality_row(name, value, 1e3 * value * service.speed / mass) for name, value in known]
+    cells = [_quality_row(name, value, 1e3 * value * service.speed / mass) for name, value, _ in known]
     if grade is not None:
         heads = (*heads, f"G {grade:g}")
         cells = [
             (*row, "reached" if value <= allowed else "NOT reached")
-            for row, (_, value) in zip(cells, known, strict=True)
+            for row, (_, value, _) in zip(cells, known, strict=True)
         ]
         page.blocks.append(
             Paragraph(f"G {grade:g} at {rpm_and_si(service.speed)} permits {moment_text(allowed)}.", strong=True)
         )
     page.blocks.append(Rows(heads, tuple(cells), (False, True, True, False, False)[: len(heads)]))
-    for row, (_, value) in list(zip(cells, known, strict=True))[1:]:
+    for row, (_, value, condition) in list(zip(cells, known, strict=True))[1:]:
         asked = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(value <= allowed)
-        page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", asked))
+        page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", asked, condition))
     return page
 
 
@@ -126,17 +139,26 @@ def _quality_row(name: str, unbalance: float, grade: float) -> tuple[str, ...]:
     return name, moment_text(unbalance), significant(grade), grade_name(grade)
 
 
-def _worst(found: Summary) -> list[tuple[str, float]]:
-    """What eccentric races and friction may leave."""
+def _worst(found: Summary, size: str) -> list[tuple[str, float, str]]:
+    """What eccentric races and friction may leave, and of what; ``size`` is the unbalance in words."""
     rows = []
     if found.off_center is not None and len(found.off_center.planes) == 1:
         (plane,) = found.off_center.planes
         kind = "race off the axis as given" if plane.given else TYPICAL
-        rows.append((kind, plane.residual))
+        rows.append(
+            (kind, plane.residual, f"{length_text(plane.eccentricity)} off the axis, the balls in their best places")
+        )
     held = found.friction_settled or found.friction
     if held is not None and len(held.planes) == 1:
-        rows.append(("95 % of the balls that friction stops end below", held.planes[0].residual_95))
-        rows.append(("worst that friction and eccentricity hold", held.planes[0].greatest_residual))
+        at = f"{size}, released at rest at the constant speed of {rpm_and_si(held.speed)}, no run-up"
+        rows.append(
+            (
+                "95 % of the balls that friction stops end below",
+                held.planes[0].residual_95,
+                f"{at}; {held.starts} starts",
+            )
+        )
+        rows.append(("worst that friction and eccentricity hold", held.planes[0].greatest_residual, at))
     return rows
 
 
@@ -158,7 +180,14 @@ def margin_page(found: Summary) -> Section:
             said = (
                 "never" if math.isinf(one.speed) else f"{rpm_and_si(one.speed)}; the highest speed is {margin} above it"
             )
-            page.decisive.append(Decisive(one.name, said, yes_or_no(one.speed < top)))
+            page.decisive.append(
+                Decisive(
+                    one.name,
+                    said,
+                    yes_or_no(one.speed < top),
+                    f"{moment_text(found.unbalance)}, fluid of the machine file",
+                )
+            )
     if rows:
         page.blocks.append(
             Rows(("border", "speed", "highest speed above it by", "note"), tuple(rows), (False, False, True, False))

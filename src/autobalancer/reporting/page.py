@@ -53,15 +53,16 @@ Block = Paragraph | Rows | Drawing | Listing
 
 @dataclass(frozen=True)
 class Decisive:
-    """What decides, for the first page: what is asked, what was found, and whether that is enough, ``"-"`` where nobody asked."""
+    """What decides, for the first page: what is asked and found, whether that is enough, ``"-"`` where nobody asked, of what."""
 
     question: str
     found: str
     enough: str = "-"
+    condition: str = ""  # of which unbalance, temperature, share of which runs
 
 
 YES, NO = "yes", "NO"
-WIDE = (True, True, False, False)  # columns of the first page
+WIDE = (True, True, True, False, False)  # columns of the first page
 
 
 def yes_or_no(holds: bool) -> str:
@@ -90,18 +91,20 @@ class Report:
 
 
 def first_page(pages: Sequence[Section]) -> Section:
-    """What decides, gathered from all pages, each with the number of its page behind this one."""
+    """What decides, gathered from all pages, each with the number of its page behind this one; what is not enough comes first."""
     page = Section("In short")
-    rows = [
-        (one.question, one.found, one.enough, f"{number} {section.title}")
-        for number, section in enumerate(pages, start=2)
-        for one in section.decisive
+    known = [
+        (one, f"{number} {section.title}") for number, section in enumerate(pages, start=2) for one in section.decisive
     ]
-    missed = [question for question, _, word, _ in rows if word == NO]
+    ranks = {NO: 0, YES: 2, "-": 3}
+    known.sort(key=lambda pair: ranks.get(pair[0].enough, 1))
+    rows = [(one.question, one.found, one.condition, one.enough, where) for one, where in known]
+    missed = [f"{one.question}: {one.found}" for one, _ in known if one.enough == NO]
     said = f"Not enough: {'; '.join(missed)}." if missed else "Nothing that was asked for is missed."
-    left = [f"{question} ({word})" for question, _, word, _ in rows if word not in (YES, NO, "-")]
-    said += f" Not settled: {'; '.join(left)}." if left else ""
-    page.blocks += [Paragraph(said, strong=True), Rows(("question", "found", "enough", "page"), tuple(rows), wide=WIDE)]
+    left = [f"{one.question} ({one.enough})" for one, _ in known if one.enough not in ranks]
+    said += f" Look at: {'; '.join(left)}." if left else ""
+    heads = ("question", "found", "of what", "enough", "page")
+    page.blocks += [Paragraph(said, strong=True), Rows(heads, tuple(rows), wide=WIDE)]
     return page
 
 

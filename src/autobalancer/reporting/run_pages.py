@@ -50,7 +50,8 @@ def run_page(run: xr.Dataset, held: xr.Dataset, command: str) -> Section:
     judged = verdict(run, held)
     headline, rows, notes = verdict_lines(judged, rpm_and_si)
     page = Section("Run-up", [Paragraph(headline, strong=True)], command)
-    page.decisive.append(Decisive("one run-up", headline.partition(";")[0], yes_or_no(judged.word == BALANCED)))
+    about = "one run of the machine file"
+    page.decisive.append(Decisive("one run-up", headline.partition(";")[0], yes_or_no(judged.word == BALANCED), about))
     page.blocks.append(
         drawing(
             run_up(run, held=held), "Rotor and ball speeds, deflection (shaded) and ball angles in the rotor over time."
@@ -78,7 +79,11 @@ def starts_page(found: Ensemble, command: str) -> Section:
     page.blocks += [Paragraph(text) for text in (*found.spread(), *found.without())]
     share, low, high = (100.0 * one for one in found.share_of(found["balanced"].values))
     page.decisive.append(
-        Decisive("run-ups from random starts", f"{share:.3g} % ({low:.3g} to {high:.3g} %) end balanced")
+        Decisive(
+            "run-ups from random starts",
+            f"{share:.3g} % ({low:.3g} to {high:.3g} %) end balanced",
+            condition=f"{found.sizes['member']} starts of the machine file, with its unbalance and its fluid",
+        )
     )
     peaks = found["peak_deflection"].values
     known = peaks[np.isfinite(peaks)]
@@ -105,7 +110,8 @@ def fan_page(machine: Machine, starts: int, seed: int, command: str) -> Section:
     rows = [(name, *(length_text(float(row.max())) for row in part)) for name, part in parts]
     heads = ("", "greatest of the median", "of 95 % of the runs", "of all runs")
     said = "; ".join(f"{row[0]} {row[2]}" for row in rows)
-    page.decisive.append(Decisive("deflection that 95 % of the runs stay below", said))
+    about = f"{int(fan.attrs['members'])} random starts of the machine file"
+    page.decisive.append(Decisive("deflection that 95 % of the runs stay below", said, condition=about))
     page.blocks.append(Rows(heads, tuple(rows), (False, True, True, True)))
     words = "Deflection of run-ups from random starts, and back down as fast as up" if down else "Deflection of run-ups"
     page.blocks.append(
