@@ -31,7 +31,7 @@ from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
 from autobalancer.app.store.names import new_name, run_folder, user_folder
 from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
 from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
-from autobalancer.app.text.problems import read
+from autobalancer.app.text.problems import drawable, read
 from autobalancer.app.view.packed import packed
 from autobalancer.app.view.widget import module_text
 from autobalancer.errors import QuestionError, ResultError
@@ -415,6 +415,23 @@ def test_a_page_says_that_another_one_changed_the_machine_and_brings_its_text_ba
     assert other.text == "mass = 12"
     one.set_text("mass = 12 # again the same text as on the other page")
     assert told == ["other"]
+
+
+@pytest.mark.parametrize(
+    ("number", "kept"),
+    [("20,5", "20.5 s"), (" -0,25", "-0.25 s"), (",5", ".5 s"), ("1,500", "1,500 s"), ("1,5,5", "1,5,5 s")],
+)
+def test_a_decimal_comma_is_taken_unless_it_may_be_of_thousands(number: str, kept: str) -> None:
+    assert written(number, "s", "s") == kept
+
+
+def test_a_machine_is_drawn_as_soon_as_its_lengths_are_known() -> None:
+    text = with_value(EMPTY, ORBIT, "60 mm")
+    assert drawable(text) is None
+    text = with_value(text, ("balancers", 0, "races", 0, "balls", 0, "diameter"), "10 mm")
+    assert drawable(text) == drawable(with_value(text, ("unbalances", 0, "mass"), "1 g"))
+    assert isinstance(drawable(text), Machine)
+    assert drawable(with_value(text, ("rotor", "kind"), "shaft")) is None
 
 
 def test_an_emptied_number_leaves_no_unit_behind() -> None:

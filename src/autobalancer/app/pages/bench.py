@@ -6,6 +6,7 @@ from pathlib import Path
 
 from autobalancer.app.pages.typed import Typed
 from autobalancer.app.store.jobs import Jobs
+from autobalancer.app.text.document import EMPTY
 from autobalancer.app.text.problems import Reading, read
 from autobalancer.files.examples import example_text
 
@@ -20,6 +21,7 @@ class Bench(Typed):
         self.user, self.home, self.jobs = user, home, jobs
         self.long = long if long is not None else jobs  # of studies, one at a time, as each takes all cores
         self._reading: Reading = read(self._text)
+        self.begun = self._text == EMPTY  # a machine from nothing: what is not filled in yet is no mistake
 
     @property
     def reading(self) -> Reading:
@@ -29,3 +31,10 @@ class Bench(Typed):
 
     def _understand(self) -> None:
         self._reading = read(self._text)
+        self.begun = self._reading.machine is None and (self.begun or self._text == EMPTY)
+
+    def insist(self) -> None:
+        """From now on, what is missing is wrong."""
+        if self.begun:
+            self.begun = False
+            self.tell(None)

@@ -14,7 +14,7 @@ from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.jobs import Latest
-from autobalancer.app.text.document import EMPTY
+from autobalancer.app.text.problems import drawable
 from autobalancer.either_kind import check
 from autobalancer.errors import AutobalancerError, unwarned
 from autobalancer.shown import rpm_and_si
@@ -22,6 +22,15 @@ from autobalancer.sketch.machine import machine as machine_picture
 
 POOL = ThreadPoolExecutor(1, thread_name_prefix="check")
 PENCIL = ThreadPoolExecutor(1, thread_name_prefix="drawing")
+WANTED = "The facts come when there is enough to know. Still wanted, or not possible yet:"
+NEUTRAL = """<svg role="img" aria-label="a rotor on its springs, with balls in a race, not to scale" class="begun"
+ viewBox="0 0 320 130">
+<path d="M20 60H180M75 20H125V100H75ZM40 60v30m-8 0h16M160 60v30m-8 0h16" />
+<path d="M36 90l8 6-8 6 8 6-8 6M156 90l8 6-8 6 8 6-8 6" />
+<circle cx="255" cy="60" r="48" /><circle cx="255" cy="60" r="32" /><circle cx="255" cy="60" r="4" />
+<circle cx="222" cy="83" r="8" class="ball" /><circle cx="226" cy="32" r="8" class="ball" />
+<path d="M255 60L290 45" class="heavy" />
+</svg>"""
 
 
 class Check:
@@ -63,11 +72,19 @@ class Check:
             )
             self.busy.set_visibility(False)
             self.facts.classes(remove="old")
-            if self.bench.text == EMPTY:
+            message = escape(self.bench.reading.message)
+            if not self.bench.begun:
+                self.drawing.classes(add="old")
+                self.facts.set_content(f'<div class="wrong">{message}</div>')
+                return
+            self.facts.set_content(f'<div class="quiet">{WANTED}</div><div class="quiet told">{message}</div>')
+            begun = drawable(self.bench.text)
+            if begun is None:
                 self.pencil.number += 1
-                self.drawing.set_content("")  # of the machine before, with which this one begins nothing
-            self.drawing.classes(add="old")
-            self.facts.set_content(f'<div class="wrong">{escape(self.bench.reading.message)}</div>')
+                self.drawing.set_content(NEUTRAL)
+                self.drawing.classes(remove="old")
+            else:
+                self.pencil.start(partial(_said, _drawing, begun), partial(self._later, self.drawing))
             return
         self.busy.set_visibility(True)
         for shown in (self.drawing, self.facts):
@@ -81,7 +98,7 @@ class Check:
             core.loop.call_soon_threadsafe(self._put, target, content)
 
     def _put(self, target: Any, content: str) -> None:
-        possible = self.bench.reading.machine is not None
+        possible = self.bench.reading.machine is not None or (target is self.drawing and self.bench.begun)
         if target.is_deleted or (target is self.facts and not possible):
             return
         with target:

@@ -45,6 +45,7 @@ def _sources(bench: Bench) -> None:
         box.reset()
         try:
             bench.set_text(content[: LARGEST + 1].decode("utf-8-sig").replace("\r\n", "\n"))
+            bench.insist()
         except ValueError:
             ui.notify("this file is no text; a machine file is TOML", type="negative")
 

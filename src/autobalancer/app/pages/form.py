@@ -11,8 +11,8 @@ from nicegui import ui
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.inputs import entry_of
-from autobalancer.app.text.document import Path, data_of, spelled, with_entry, with_value, without
-from autobalancer.app.text.fields import Field, chosen, fields_of, root_of, tag_of, word_of
+from autobalancer.app.text.document import EMPTY, Path, data_of, spelled, value_at, with_entry, with_value, without
+from autobalancer.app.text.fields import Field, asked_of, chosen, fields_of, root_of, tag_of, word_of
 from autobalancer.machine.part import Part
 
 
@@ -23,15 +23,25 @@ class Form:
         self.bench = bench
         self.shut: set[Path] = set()
         self.shown: dict[Path, Any] = {}  # what shows the message of a path
+        self.empty: set[Path] = set()  # of keys that were added and are not filled in yet; the text does not have them
+        self.fresh: set[Path] = set()  # what was added, in which nothing is wrong until it was left
+        self.left: set[Path] = set()
+        self.editing = False
         with ui.column().classes("form") as self.place:
             self.build()
         bench.on_change(self._changed)
 
     def _changed(self, origin: object) -> None:
         """Follow at once, also behind another part of the page: nobody may write into fields that are soon replaced."""
+        if not self.editing or self.bench.text == EMPTY:
+            self._forget()
         if origin is not self:
             self.build()
         self.mark()
+
+    def _forget(self) -> None:
+        for paths in (self.empty, self.fresh, self.left):
+            paths.clear()
 
     def build(self) -> None:
         """Make the whole form again."""
@@ -55,7 +65,7 @@ class Form:
             while near not in self.shown and near:
                 near = near[:-1]
             tail = ".".join(str(step) for step in path[len(near) :] if isinstance(step, str))
-            if near in words:
+            if near in words and self._met(near):
                 words[near].append(f"{tail}: {message}" if tail else message)
         for path, target in self.shown.items():
             text = "; ".join(words[path])
@@ -65,13 +75,28 @@ class Form:
             else:
                 target.error = text or None
 
+    def _met(self, near: Path) -> bool:
+        """Whether somebody has been where a message belongs: what is not filled in yet is no mistake."""
+        if not (self.bench.begun or any(near[: len(path)] == path for path in self.fresh)):
+            return True
+        if not isinstance(self.shown[near], ui.label):
+            return near in self.left
+        inside = [path for path, one in self.shown.items() if path[:-1] == near and not isinstance(one, ui.label)]
+        return bool(inside) and all(path in self.left for path in inside)
+
     def _fields(self, part: type[Part], path: Path, data: dict[str, Any]) -> None:
         """The keys of one table, and below them its tables."""
         fields = fields_of(part)
-        given = [field for field in fields if field.name in data or field.required]
+        asked = asked_of(part, data)
+        given = [
+            field
+            for field in fields
+            if field.name in data or field.required or field.name in asked or (*path, field.name) in self.empty
+        ]
         with ui.element("div").classes("fields"):
             for field in (field for field in given if field.kind not in ("table", "tables")):
-                self._entry(field, (*path, field.name), data.get(field.name))
+                bare = field.required or (field.name in asked and (*path, field.name) not in self.empty)
+                self._entry(field, (*path, field.name), data.get(field.name), removable=not bare)
         for field in (field for field in given if field.kind == "table"):
             self._table(field, (*path, field.name), data.get(field.name))
         for field in (field for field in given if field.kind == "tables"):
@@ -80,14 +105,26 @@ class Form:
         if missing:
             self._adder(missing, path)
 
-    def _entry(self, field: Field, path: Path, value: Any) -> None:
+    def _entry(self, field: Field, path: Path, value: Any, *, removable: bool) -> None:
         def changed(new: Any) -> None:
-            self.edit(lambda text: without(text, path) if new is None else with_value(text, path, new))
+            if new in (None, ""):
+                self.empty.add(path)  # its field stays
+            else:
+                self.left.add(path)
+            self.edit(lambda text: _without(text, path) if new in (None, "") else with_value(text, path, new))
 
         def dropped() -> None:
-            self.edit(lambda text: without(text, path), again=True)
+            self.empty.discard(path)
+            self.edit(lambda text: _without(text, path), again=True)
 
-        self.shown[path] = entry_of(field, path, value, changed, None if field.required else dropped)
+        def left() -> None:
+            if path not in self.left:
+                self.left.add(path)
+                self.mark()
+
+        self.shown[path] = shown = entry_of(field, path, value, changed, dropped if removable else None)
+        if value is None:
+            shown.on("blur", left)
 
     def _table(self, field: Field, path: Path, data: Any) -> None:
         with self._box(path, field.name, field.meaning, None if field.required else path):
@@ -102,8 +139,9 @@ class Form:
 
         def more() -> None:
             part = field.parts[0]
-            fresh = {tag_of(part): word_of(part)} if tag_of(part) else {}
-            self.edit(lambda text: with_entry(text, path, fresh), again=True)
+            first = {tag_of(part): word_of(part)} if tag_of(part) else {}
+            self.fresh.add((*path, len(entries)))
+            self.edit(lambda text: with_entry(text, path, first), again=True)
 
         if path not in self.shown and not entries:
             self.shown[path] = ui.label("").classes("wrong")
@@ -140,6 +178,7 @@ class Form:
             if removable is not None:
 
                 def drop(_: Any = None, path: Path = removable) -> None:
+                    self._forget()  # entries behind it move up
                     self.edit(lambda text: without(text, path), again=True)
 
                 button = marked(ui.button(icon="delete_outline"), label=f"remove {title}")
@@ -153,7 +192,17 @@ class Form:
 
         def add(field: Field) -> None:
             menu.close()  # before the form is made anew: what shuts it must be there still
-            self.edit(lambda text: _with_new(text, path, field), again=True)
+            new = (*path, field.name)
+            self.fresh.add(new)
+            first = _first(field)
+            if first is None:
+                self.empty.add(new)
+                self.build()
+            elif field.kind == "tables":
+                self.fresh.add((*new, 0))
+                self.edit(lambda text: with_entry(text, new, first), again=True)
+            else:
+                self.edit(lambda text: with_value(text, new, first), again=True)
 
         label = "add a key" if path else "add a part"
         button = ui.button(label, icon="add").props("flat dense no-caps size=sm")
@@ -168,28 +217,35 @@ class Form:
 
     def edit(self, change: Callable[[str], str], *, again: bool = False) -> None:
         """Change the text; ``again`` where other fields belong to it."""
+        before = self.bench.text
+        self.editing = True
         try:
             self.bench.edit(change, None if again else self)
         except (ValueError, LookupError, TypeError):  # what was typed into the text a moment ago
             with self.place:
                 ui.notify("not taken: the text of the machine has just changed", type="warning")
+        finally:
+            self.editing = False
+        if again and self.bench.text == before:
+            self.build()
 
 
-def _with_new(text: str, path: Path, field: Field) -> str:
-    """The text with a key that is ready to be filled in."""
-    if field.kind == "tables":
+def _first(field: Field) -> Any:
+    """What is written for a key that is added; ``None`` where its field waits to be filled in, in the unit that people take."""
+    if field.kind in ("table", "tables"):
         part = field.parts[0]
-        return with_entry(text, (*path, field.name), {tag_of(part): word_of(part)} if tag_of(part) else {})
-    if field.kind == "table":
-        part = field.parts[0]
-        return with_value(text, (*path, field.name), {tag_of(part): word_of(part)} if tag_of(part) else {})
-    default = re.search(r'default "?([^"]+)"?$', field.allowed)
-    first: Any = field.choices[-1] if field.choices else default[1] if default and field.kind == "text" else ""
+        return {tag_of(part): word_of(part)} if tag_of(part) else {}
     if field.kind == "switch":
-        first = True
-    if field.kind == "quantity":
-        first = float(default[1]) if default and re.fullmatch(r"[-+\d.e]+", default[1]) else f"0 {field.unit}".strip()
-    return with_value(text, (*path, field.name), first)
+        return True
+    if field.kind == "choice":
+        return field.choices[-1]
+    default = re.search(r'default "?([^"]+)"?$', field.allowed)
+    return default[1] if default and field.kind == "text" else None
+
+
+def _without(text: str, path: Path) -> str:
+    """The text without a key, if it has it."""
+    return without(text, path) if value_at(data_of(text), path) is not None else text
 
 
 def _names(parts: tuple[type[Part], ...], word: str) -> set[str]:

@@ -12,16 +12,18 @@ from nicegui import ui
 from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.text.document import Path, spelled
 from autobalancer.app.text.fields import Field, in_unit, number_and_unit, written
+from autobalancer.app.text.numbers import USUAL
+from autobalancer.catalog import fluids, materials
 
 Changed = Callable[[Any], None]
-SHORT = 9  # letters of a name that are seen beside a unit
+SHORT = 6  # letters of a name that are seen beside a unit
 LOOK = "dense outlined debounce=350"
 
 
 def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Callable[[], None] | None) -> Any:
     """Put the entry on the page; gives what shows its error."""
     with_unit = field.kind == "quantity" and (value is None or number_and_unit(value, field.unit) is not None)
-    long = field.name == "description" or (with_unit and len(field.name) > SHORT)
+    long = field.name == "description" or value is None or (with_unit and len(field.name) > SHORT)
     with ui.row().classes("entry no-wrap" + (" wide" if long else "")):
         if with_unit:
             shown = _quantity(field, path, value, changed)
@@ -32,6 +34,10 @@ def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Ca
         elif field.kind == "switch":
             shown = ui.select({True: "yes", False: "no"}, value=bool(value), label=field.name)
             shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+        elif field.kind == "text" and isinstance(value, str | None) and _known(path):
+            options = list(dict.fromkeys([*_known(path), *([value] if value else [])]))
+            shown = ui.select(options, value=value or None, label=field.name, with_input=True, new_value_mode="add")
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value or ""))
         elif field.kind == "text" and isinstance(value, str | None):
             shown = ui.input(field.name, value=value or "").props(
                 LOOK + (" autogrow" if field.name == "description" else "")
@@ -42,6 +48,8 @@ def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Ca
             shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
         marked(shown.classes("field").without_auto_validation(), at=spelled(path), about=field.help)
         hinted(shown, field.help)
+        if value is None:
+            shown.props["hint"] = field.meaning
         if dropped is not None:
             button = ui.button(icon="close", on_click=dropped).props("flat dense round size=xs color=grey tabindex=-1")
             marked(button.classes("drop"), label=f"remove {field.name}")
@@ -50,7 +58,7 @@ def entry_of(field: Field, path: Path, value: Any, changed: Changed, dropped: Ca
 
 def _quantity(field: Field, path: Path, value: Any, changed: Changed) -> Any:
     """A number and its unit; another unit keeps the quantity and changes the number."""
-    number, unit = number_and_unit(value, field.unit) or ("", _usual(field))
+    number, unit = number_and_unit(value, field.unit) or ("", _usual(field, path))
     units = list(field.units) if unit in field.units else [*field.units, unit]
     entry = ui.input(field.name, value=number).props(f"{LOOK} inputmode=decimal")
     if units == [""]:
@@ -84,10 +92,17 @@ def empty_again(box: Any) -> None:
     ui.timer(0.05, lambda: box.set_value(None), once=True)
 
 
-def _usual(field: Field) -> str:
-    """The unit that most people take."""
-    wanted = {"m": "mm", "rad/s": "rpm", "rad": "deg", "kg*m": "g*mm", "m^2/s": "mm^2/s", "K": "degC"}
-    return wanted.get(field.unit, field.unit)
+def _usual(field: Field, path: Path) -> str:
+    """The unit that most people take; balls and unbalances are weighed in grams."""
+    small = field.unit == "kg" and path[0] in ("unbalances", "balancers")
+    return "g" if small else (USUAL | {"K": "degC"}).get(field.unit, field.unit)
+
+
+def _known(path: Path) -> list[str]:
+    """Names of the catalog that may stand at a path."""
+    if path[-2:] == ("fluid", "name"):
+        return [one.name for one in fluids()]
+    return [one.name for one in materials()] if path[-1] == "material" else []
 
 
 def _as_toml(value: Any) -> str:

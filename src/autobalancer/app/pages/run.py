@@ -70,7 +70,8 @@ class RunPage:
         if not self.duration.validate():
             return
         if self.bench.reading.machine is None:
-            ui.notify("the machine is not possible yet; see its form", type="warning")
+            self.bench.insist()
+            ui.notify("the machine is not possible yet; see its form on the page Describe", type="warning")
             return
         text, length = self.bench.text, (self.duration.value or "").strip()
         if length:

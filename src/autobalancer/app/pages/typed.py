@@ -66,10 +66,14 @@ class Typed:
         self._understand()
         with contextlib.suppress(OSError):
             write_text_safely(self._path, text)
-        for listener in self._listeners:
-            listener(origin)
+        self.tell(origin)
         if other is not None:
             self.on_other_page()
+
+    def tell(self, origin: object) -> None:
+        """Call everyone who wants to know."""
+        for listener in self._listeners:
+            listener(origin)
 
     def _of_other_page(self) -> str | None:
         """What another page has written into the file since this one read or wrote it."""

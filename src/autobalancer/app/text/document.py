@@ -18,8 +18,26 @@ axis = "horizontal"
 [rotor]
 kind = "planar"
 
+[[unbalances]]
+
+[[balancers]]
+
+[[balancers.races]]
+
+[balancers.races.fluid]
+
+[balancers.races.drag]
+law = "discoidal"
+
+[[balancers.races.balls]]
+count = 2
+material = "steel"
+
 [drive]
 kind = "speed"
+
+[drive.profile]
+kind = "ramp"
 
 [run]
 duration = "10 s"

@@ -36,6 +36,19 @@ UNITS = {  # beside the SI unit, those in which a quantity is usually given
     "N*s/m": ("kN*s/m",),
     "Pa": ("GPa",),
 }
+COMMA = re.compile(r"([-+]?\d*),(\d{1,2}|\d{4,})")  # three digits after it may be thousands: the reader asks then
+ASKED: dict[
+    str, tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
+] = {  # keys to fill in, unless one of the others is given
+    "PlanarRotor": (
+        (("critical_speed", "stiffness"), ("rubber",)),
+        (("damping_ratio",), ("damping", "half_power_bandwidth", "rubber")),
+    ),
+    "Unbalance": tuple(((key,), ("moment", "couple", "misalignment")) for key in ("mass", "radius")),
+    "Race": ((("orbit_radius", "bearing"), ("race_radius",)),),
+    "Fluid": ((("name",), ("density", "viscosity")),),
+    "Balls": ((("diameter", "mass"), ()), (("material",), ("density",))),
+}
 
 
 @dataclass(frozen=True)
@@ -69,6 +82,12 @@ def fields_of(part: type[Part]) -> tuple[Field, ...]:
     return tuple(
         _field(part, key.name, key.value_and_default, key.meaning) for key in keys_of(part) if key.name not in TAGS
     )
+
+
+def asked_of(part: type[Part], data: dict[str, Any]) -> set[str]:
+    """Optional keys of a part that a form asks for: one of several ways to say what has to be said, and none is taken yet."""
+    groups = ASKED.get(part.__name__, ())
+    return {key for keys, others in groups if not {*keys, *others} & set(data) for key in keys}
 
 
 def tag_of(part: type[Part]) -> str:
@@ -111,7 +130,7 @@ def in_unit(number: str, written: str, wanted: str, unit: str) -> str:
 
 def written(number: str, chosen_unit: str, unit: str) -> Any:
     """What stands in the file for a number in a unit: a text, a plain number where the quantity has no unit, else nothing."""
-    number = number.strip()
+    number = COMMA.sub(r"\1.\2", number.strip()) if COMMA.fullmatch(number.strip()) else number.strip()
     if not number:
         return ""
     if not unit and not chosen_unit and PLAIN.fullmatch(number):

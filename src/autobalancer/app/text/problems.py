@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from autobalancer.app.text.document import data_of
+from autobalancer.app.text.document import data_of, with_value, without
 from autobalancer.errors import AutobalancerError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.samples import example_path
@@ -19,6 +19,15 @@ if TYPE_CHECKING:
 
 SOURCE = "machine"
 LINE = re.compile(r"^\s*(?:machine: )?([a-z_]+(?:\[\d+\])*(?:\.[a-z_]+(?:\[\d+\])*)*): (.+)$")
+STAND_INS = {  # for keys of the rotor, the drive and the race that its drawing does not show
+    "mass": "1 kg",
+    "stiffness": "1 N/m",
+    "damping": "1 N*s/m",
+    "end": "1 rpm",
+    "duration": "1 s",
+    "fluid": {"name": "water"},
+}
+STAGES = 4  # in which a machine is read: what belongs to a part is looked at when the part itself is right
 LARGEST = 1_000_000  # characters of a text on the page
 
 
@@ -44,6 +53,22 @@ def read(text: str) -> Reading:
         return Reading(parse_machine(text, SOURCE, folder=folder))
     except AutobalancerError as error:
         return Reading(None, str(error).removeprefix(f"{SOURCE}: "), by_path(str(error)))
+
+
+def drawable(text: str) -> Machine | ChamberMachine | None:
+    """The machine of a text that is still being filled in, with stand-ins for what no drawing shows; ``None`` without lengths."""
+    for _ in range(STAGES):
+        reading = read(text)
+        if reading.machine is not None or not reading.problems:
+            return reading.machine
+        for path in reading.problems:
+            if path[0] == "unbalances":
+                text = without(text, path[:1]) if "unbalances" in (data_of(text) or {}) else text
+            elif path[-1] in STAND_INS and (path[0] in ("rotor", "drive")) != (path[-1] == "fluid"):
+                text = with_value(text, path, STAND_INS[str(path[-1])])
+            else:
+                return None
+    return None
 
 
 def files_in(data: Any) -> Iterator[str]:
