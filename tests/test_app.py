@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import ast
 import asyncio
+import csv
 import gc
+import io
 import json
 import os
+import socket
 import subprocess
 import sys
 import threading
@@ -23,7 +26,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.app.pages.typed import Typed
 from autobalancer.app.server.guard import LARGEST, Guard, Rules
-from autobalancer.app.server.serve import rules_for
+from autobalancer.app.server.serve import refuse_taken, rules_for, writable
 from autobalancer.app.store.archive import UNREADABLE, Archive, differences
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.export import exported, script
@@ -38,6 +41,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import keys_of
+from autobalancer.results.places import plane_vectors
 from autobalancer.units import to_si
 
 DISCOIDAL = example_text("discoidal")
@@ -161,6 +165,50 @@ def test_a_user_cannot_fill_the_queue() -> None:
     jobs.start("bob", "another user", lambda job: None)
     gate.set()
     jobs.close()
+
+
+def test_users_take_turns_and_what_needs_too_much_memory_fails_alone() -> None:
+    jobs, gate, begun = Jobs(workers=1), threading.Event(), []
+    first = jobs.start("ada", "first", lambda job: gate.wait(5))
+    while first.state == "waiting":
+        time.sleep(0.001)
+    waiting = [jobs.start(user, "", lambda job: begun.append(job.user)) for user in ("ada", "ada", "ada", "bob", "eve")]
+
+    def large(_job: Job) -> None:
+        raise MemoryError
+
+    failed = jobs.start("eve", "", large)
+    jobs.cancel(waiting[0])
+    assert waiting[0].state == "cancelled", "at once"
+    gate.set()
+    for job in (*waiting, failed):
+        over(job)
+    assert begun == ["bob", "eve", "ada", "ada"]
+    assert "more memory" in failed.message
+    jobs.close()
+
+
+def test_a_user_has_one_worker_where_several_share_them() -> None:
+    jobs, gate = Jobs(workers=2, each=1), threading.Event()
+    mine = [jobs.start("ada", "", lambda job: gate.wait(5)) for _ in range(2)]
+    over(jobs.start("bob", "", lambda job: None))
+    assert [job.state for job in mine] == ["running", "waiting"]
+    gate.set()
+    over(mine[1])
+    jobs.close()
+
+
+def test_a_folder_that_cannot_be_written_and_a_port_that_is_taken_are_said_before_the_server_starts(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(QuestionError, match=r"cannot be written .*--folder"):
+        writable(tmp_path / "file" / "bench")
+    assert writable(tmp_path / "new" / "bench").is_dir()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(QuestionError, match=rf"port: {port} .*--port"):
+            refuse_taken("127.0.0.1", port)
 
 
 def asked(rules: Rules, path: str = "/", query: str = "", **headers: str) -> tuple[int, dict[str, Any], dict[str, str]]:
@@ -336,11 +384,40 @@ def test_an_archive_keeps_finds_tags_and_deletes_runs(tmp_path: Path) -> None:
     (entry,) = again.entries("first")
     assert entry.tags == ["first", "x" * 40]
     assert Archive(tmp_path / "bob").entries() == []
-    assert exported(again, name, "measures.csv").startswith(b"measure,value,unit,meaning")  # type: ignore[union-attr]
+    assert exported(again, name, "measures.csv").startswith(b"measure,of,value,unit,meaning")  # type: ignore[union-attr]
     with pytest.raises(QuestionError, match="no such form"):
         exported(again, name, "../machine.toml")
     again.delete(name)
     assert again.entries() == []
+
+
+def test_every_plane_and_every_ball_of_a_run_has_its_measures_its_picture_and_its_curve(tmp_path: Path) -> None:
+    archive, job = Archive(tmp_path), Job(1, "ada", "run", 60.0)
+    job.begun = time.monotonic()
+    name = archive.simulate(example_text("two_plane_rotor"), job, duration="0.3 s")
+    run, kept = archive.run(name), archive.entry(name).measures
+    found = ab.measures(run)
+    for measure, of, names in (
+        ("residual_unbalance", "plane", ["lower", "upper"]),
+        ("vibration", "place", ["lower", "upper", "support 1", "support 2"]),
+        ("stalled_time", "ball", ["ball 1", "ball 2", "ball 3", "ball 4"]),
+    ):
+        assert [kept[f"{measure}[{which}]"][0] for which in names] == found[measure].values.tolist()
+        assert found[measure].dims == (of,)
+    assert kept["peak_deflection"][0] == float(found["peak_deflection"])
+    table = csv.DictReader(io.StringIO(exported(archive, name, "measures.csv").decode()))  # type: ignore[union-attr]
+    assert {(row["measure"], row["of"]) for row in table} >= {
+        ("residual_unbalance", "upper"),
+        ("stalled_time", "ball 4"),
+    }
+    head, array = unpacked(archive.file(name, "view.bin").read_bytes())
+    assert head["names"] == ["lower", "upper"]
+    heavy = array("heavy_re") + 1j * array("heavy_im")
+    assert np.abs(heavy[-1]) == pytest.approx(run["plane_unbalance"].values[-1], rel=1e-6)
+    panels = {panel["title"]: panel["lines"] for panel in head["panels"]}
+    assert array(panels["unbalance, upper"][0]["high"])[-1] == pytest.approx(
+        1e6 * float(np.abs(sum(plane_vectors(run)))[-1, 1]), rel=1e-5
+    )
 
 
 def test_a_hundred_malformed_questions_change_nothing(tmp_path: Path) -> None:
@@ -444,7 +521,12 @@ import sys
 from pathlib import Path
 import autobalancer.app.pages.main
 from autobalancer.app.server.loading import load_packages
+from autobalancer.app.server.serve import limit_memory
 load_packages()
+limit_memory()
+if sys.platform == "linux":
+    import resource
+    assert 0 < resource.getrlimit(resource.RLIMIT_DATA)[0] < 2**62
 before = set(sys.modules)
 import autobalancer as ab
 from autobalancer.app.store.drawn import svg_of

@@ -197,15 +197,16 @@ def _overlay(entries: list[Entry], curves: list[list[list[float]]]) -> dict[str,
 def _table(entries: list[Entry], texts: list[str]) -> str:
     """Measures side by side, and the entries in which the machines differ from the first."""
     heads = "".join(f"<th>{number}: {escape(entry.machine)}</th>" for number, entry in enumerate(entries, 1))
-    names = [name for name in entries[0].measures if all(name in entry.measures for entry in entries)]
+    meanings = {name: values[2] for entry in entries for name, values in entry.measures.items()}
     rows = [
         f"<tr><td>verdict</td>{''.join(f'<td>{escape(entry.verdict or entry.outcome)}</td>' for entry in entries)}</tr>"
     ]
     lengths = "".join(f"<td class='number'>{entry.seconds:.6g} s</td>" for entry in entries)
     rows.append(f"<tr><td>length of the run</td>{lengths}</tr>")
-    for name in names:
-        cells = "".join(f"<td class='number'>{escape(shown(*entry.measures[name][:2]))}</td>" for entry in entries)
-        rows.append(f"<tr><td>{escape(entries[0].measures[name][2])}</td>{cells}</tr>")
+    for name, meaning in meanings.items():
+        texts_of = [shown(*entry.measures[name][:2]) if name in entry.measures else "–" for entry in entries]
+        cells = "".join(f"<td class='number'>{escape(text)}</td>" for text in texts_of)
+        rows.append(f"<tr><td>{escape(meaning)}</td>{cells}</tr>")
     changed: dict[str, list[str]] = {}
     for number, text in enumerate(texts[1:], 1):
         for path, first, other in differences(texts[0], text):

@@ -114,8 +114,11 @@ class Form:
             self.edit(lambda text: _without(text, path) if new in (None, "") else with_value(text, path, new))
 
         def dropped() -> None:
+            waiting = path in self.empty
             self.empty.discard(path)
             self.edit(lambda text: _without(text, path), again=True)
+            if waiting:  # the text does not have it, so nobody was told
+                self.build()
 
         def left() -> None:
             if path not in self.left:
@@ -217,7 +220,6 @@ class Form:
 
     def edit(self, change: Callable[[str], str], *, again: bool = False) -> None:
         """Change the text; ``again`` where other fields belong to it."""
-        before = self.bench.text
         self.editing = True
         try:
             self.bench.edit(change, None if again else self)
@@ -226,8 +228,6 @@ class Form:
                 ui.notify("not taken: the text of the machine has just changed", type="warning")
         finally:
             self.editing = False
-        if again and self.bench.text == before:
-            self.build()
 
 
 def _first(field: Field) -> Any:

@@ -30,9 +30,9 @@ LONGER = 12.0  # times as long as other jobs a study or design may take before i
 OTHER_PAGE = "Another page had changed the machine meanwhile. Undo twice brings its text."
 
 
-def build(root: Path, limit: float) -> Any:
-    """Make the page; runs are kept below ``root``, and a job may take ``limit`` seconds."""
-    jobs, long = Jobs(limit=limit), Jobs(workers=1, limit=LONGER * limit)
+def build(root: Path, limit: float, *, several: bool = False) -> Any:
+    """Make the page; runs are kept below ``root``, and a job may take ``limit`` seconds. ``several`` users share the workers."""
+    jobs, long = Jobs(limit=limit, each=1 if several else None), Jobs(workers=1, limit=LONGER * limit)
     keep_warnings()
     confirm()
     app.on_shutdown(jobs.close)

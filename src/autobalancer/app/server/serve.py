@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import gc
 import secrets
+import socket
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from autobalancer.app.server.guard import LOOPBACK, Rules
 from autobalancer.app.store.names import LOCAL, user_folder
-from autobalancer.errors import AutobalancerError, QuestionError, unwarned
+from autobalancer.errors import AutobalancerError, QuestionError, ResultError, unwarned
+from autobalancer.safe_file import ready_to_write
 
 FOLDER = Path.home() / "autobalancer-bench"
 SHORTEST = 12  # characters of a token
+SHARE, LEAST = 0.8, 2_000_000_000  # of the free memory, and bytes, that the server may take
 GRACE = 3.0  # s that jobs have at the end of the server to keep what they computed
 
 
@@ -63,11 +66,12 @@ def serve(
     from autobalancer.app.server.guard import Guard
     from autobalancer.app.server.loading import load_packages
 
-    home = Path(folder).expanduser().resolve()
-    home.mkdir(parents=True, exist_ok=True)
-    app = build(home, limit)
+    home = writable(folder)
+    refuse_taken(host, port)
+    app = build(home, limit, several=len(rules.tokens) > 1)
     app.add_middleware(Guard, rules=rules)
     load_packages()
+    limit_memory()
     threading.Thread(target=_warm_up, daemon=True).start()
     shown = f"[{host}]" if ":" in host else host
     token = next(iter(rules.tokens), "")
@@ -91,6 +95,55 @@ def serve(
         )
     finally:
         app.state.jobs.wait(GRACE)
+
+
+def writable(folder: str | Path) -> Path:
+    """The folder of the runs; it is made if there is none.
+
+    Raises
+    ------
+    QuestionError
+        If it cannot be written.
+    """
+    home = Path(folder).expanduser().resolve()
+    try:
+        ready_to_write(home / "trial")
+        home.mkdir(parents=True, exist_ok=True)
+    except (OSError, ResultError) as reason:
+        why = str(reason).rpartition(": ")[2]
+        raise QuestionError(f"folder: {home} cannot be written ({why}); name another with --folder") from None
+    return home
+
+
+def refuse_taken(host: str, port: int) -> None:
+    """Try the port before anything is said of it.
+
+    Raises
+    ------
+    QuestionError
+        If another program listens there, or the address is not one of this computer.
+    """
+    try:
+        with socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET):
+            pass
+    except OSError as reason:
+        where = f"port: {port} of {host} cannot be taken: {reason.strerror or reason}"
+        raise QuestionError(f"{where}; another program may have it: take another with --port") from None
+
+
+def limit_memory() -> None:
+    """Let what would take more memory than this computer has fail by itself, before the system ends the server for all."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    from autobalancer.studies.ensemble.room import free_memory
+
+    _, most = resource.getrlimit(resource.RLIMIT_DATA)
+    wanted = SHARE * free_memory()
+    if wanted < float("inf"):
+        limit = max(int(wanted), LEAST)
+        resource.setrlimit(resource.RLIMIT_DATA, (limit if most == resource.RLIM_INFINITY else min(limit, most), most))
 
 
 def rules_for(host: str, tokens: Sequence[str]) -> Rules:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import shutil
 import threading
 import time
@@ -31,6 +32,7 @@ STARTED = time.time()
 LONGEST = 3600.0  # s, in which a run that has its folder has its note, too
 FILES = threading.Lock()  # the netCDF library is not made for several threads
 TAG = 40  # characters of a tag
+EACH = 16  # balls with a measure of their own
 
 
 @dataclass
@@ -203,19 +205,34 @@ def _text(data: Any) -> str:
 
 
 def _measured(run: xr.Dataset) -> dict[str, Any]:
-    """Measures that are one number, by name: value, unit, meaning."""
+    """Measures by name: value, unit, meaning; of those with a number for each ball, place or plane ``name[of which]``."""
     try:
         found = measures(run)
     except AutobalancerError:
         return {}
     rows = {}
     for name in found:
-        if found[name].size == 1 and found[name].dtype.kind == "f":
-            value = float(found[name].values.item())
-            about = found[name].attrs
-            if value == value and abs(value) != float("inf"):
-                rows[str(name)] = [value, str(about.get("units", "")), str(about.get("long_name", name))]
+        if found[name].ndim > 1 or found[name].dtype.kind != "f":
+            continue
+        about = found[name].attrs
+        for which, value in _each(found[name]):
+            if math.isfinite(value):
+                meaning = f"{about.get('long_name', name)}{f': {which}' if which else ''}"
+                rows[f"{name}[{which}]" if which else str(name)] = [value, str(about.get("units", "")), meaning]
     return rows
+
+
+def _each(found: xr.DataArray) -> list[tuple[str, float]]:
+    """Of which each number is; of many balls the ends alone."""
+    values = [float(value) for value in found.values.ravel()]
+    if len(values) == 1:
+        return [("", values[0])]
+    if len(values) > EACH:
+        known = [value for value in values if math.isfinite(value)]
+        return [("least", min(known)), ("greatest", max(known))] if known else []
+    (of,) = found.dims
+    names = [str(name) for name in found[of].values] if of in found.coords else [str(k + 1) for k in range(len(values))]
+    return list(zip([f"{of} {name}" if name.isdigit() else name for name in names], values, strict=True))
 
 
 def _judged(run: xr.Dataset, machine: Any) -> str:

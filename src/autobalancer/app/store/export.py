@@ -91,7 +91,8 @@ def _table(archive: Archive, name: str) -> str:
         entry = archive.entry(name)
     out = io.StringIO()
     writer = csv.writer(out)
-    writer.writerow(["measure", "value", "unit", "meaning"])
+    writer.writerow(["measure", "of", "value", "unit", "meaning"])
     for key, (value, unit, meaning) in entry.measures.items():
-        writer.writerow([key, repr(value), unit, meaning])
+        name, _, which = key.removesuffix("]").partition("[")
+        writer.writerow([name, which, repr(value), unit, meaning])
     return out.getvalue()

@@ -8,6 +8,7 @@ import threading
 import time
 import traceback
 import warnings
+from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ from autobalancer.errors import AutobalancerError, QuestionError
 
 State = Literal["waiting", "running", "done", "failed", "cancelled"]
 QUEUED = 20  # jobs of one user that wait or run
+TOO_MUCH = "this needs more memory than the server may take; ask for less: fewer balls, samples or points"
 KEPT = 200  # finished jobs that are remembered
 CLEARED = 20  # jobs after which memory that they hold in circles is freed: Python itself may wait for hundreds
 here = threading.local()  # the job of this thread
@@ -55,12 +57,17 @@ class Job:
 
 
 class Jobs:
-    """The queue of a server."""
+    """The queue of a server: whoever has fewest jobs under way is next, and of these who has waited longest.
 
-    def __init__(self, workers: int = 2, limit: float = 600.0) -> None:
-        self.limit = limit
+    ``each`` is how many jobs of one user may run at the same time; by default as many as there are workers.
+    """
+
+    def __init__(self, workers: int = 2, limit: float = 600.0, each: int | None = None) -> None:
+        self.limit, self.each = limit, each or workers
+        self._waiting: dict[int, Callable[[Job], Any]] = {}
+        self._served: dict[str, int] = {}  # the last job of each user that was begun, counted
         self._pool = ThreadPoolExecutor(workers, thread_name_prefix="job")
-        self._numbers = itertools.count(1)
+        self._numbers, self._turns = itertools.count(1), itertools.count(1)
         self._jobs: dict[int, Job] = {}
         self._lock = threading.Lock()
 
@@ -78,10 +85,11 @@ class Jobs:
                 raise QuestionError(f"{QUEUED} jobs wait or run already; wait for one of them, or cancel it")
             job = Job(next(self._numbers), user, title, self.limit)
             self._jobs[job.number] = job
+            self._waiting[job.number] = work
             finished = [number for number, one in self._jobs.items() if one.over]
             for number in finished[: max(len(finished) - KEPT, 0)]:
                 del self._jobs[number]
-        self._pool.submit(self._run, job, work)
+        self._pool.submit(self._work)
         return job
 
     def of(self, user: str) -> list[Job]:
@@ -92,11 +100,14 @@ class Jobs:
     def cancel(self, job: Job) -> None:
         """End a job: at once if it waits, else at its next look at the clock."""
         job.stop.set()
+        with self._lock:
+            if self._waiting.pop(job.number, None) is not None:
+                job.state = "cancelled"
 
     def close(self) -> None:
         """End all jobs, for the end of the server."""
         for job in list(self._jobs.values()):
-            job.stop.set()
+            self.cancel(job)
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def wait(self, seconds: float) -> None:
@@ -105,11 +116,27 @@ class Jobs:
         while time.monotonic() < end and any(one.state == "running" for one in list(self._jobs.values())):
             time.sleep(0.05)
 
+    def _work(self) -> None:
+        """Do what may be done now, until nothing of that waits."""
+        while (picked := self._next()) is not None:
+            self._run(*picked)
+
+    def _next(self) -> tuple[Job, Callable[[Job], Any]] | None:
+        with self._lock:
+            running = Counter(one.user for one in self._jobs.values() if one.state == "running")
+            first: dict[str, Job] = {}
+            for number in self._waiting:
+                first.setdefault(self._jobs[number].user, self._jobs[number])
+            able = [job for job in first.values() if running[job.user] < self.each]
+            if not able:
+                return None
+            job = min(able, key=lambda one: (running[one.user], self._served.get(one.user, 0)))
+            self._served[job.user] = next(self._turns)
+            job.state, job.begun = "running", time.monotonic()
+            return job, self._waiting.pop(job.number)
+
     def _run(self, job: Job, work: Callable[[Job], Any]) -> None:
-        if job.stop.is_set():
-            job.state = "cancelled"
-            return
-        job.state, job.begun, here.job = "running", time.monotonic(), job
+        here.job = job
         try:
             job.result = work(job)
             job.state, job.share = ("cancelled" if job.stop.is_set() else "done"), 1.0
@@ -117,6 +144,8 @@ class Jobs:
             job.state = "cancelled"
         except AutobalancerError as error:
             job.state, job.message = "failed", str(error)
+        except MemoryError:
+            job.state, job.message = "failed", TOO_MUCH
         except Exception as error:
             traceback.print_exc()  # for whoever looks at the server; nothing of this is the user's fault
             job.state, job.message = "failed", f"unexpected: {type(error).__name__}: {error}"

@@ -14,9 +14,13 @@ function prepared(canvas) {
   return { c, wide, high };
 }
 
-export function createPolar(canvas, run, colors) {
+const titled = (text, head, plane) => (head.names?.[plane] ? `${text}: ${head.names[plane]}` : text);
+
+// One plane of the rotor each.
+export function createPolar(canvas, run, colors, plane) {
   const { head, arrays } = run;
-  const reach = Math.max(...head.balls.map((one) => one.orbit + one.radius));
+  const numbers = head.balls.map((_, k) => k).filter((k) => head.planes.length < 2 || head.balls[k].plane === plane);
+  const reach = Math.max(...head.balls.map((one) => one.orbit + one.radius)); // planes to one scale
   const TRAIL = 40;
   return (t) => {
     const { c, wide, high } = prepared(canvas);
@@ -30,7 +34,8 @@ export function createPolar(canvas, run, colors) {
       my - scale * (ball.center[1] + (ball.orbit - inside) * Math.sin(angle)),
     ];
     c.strokeStyle = look.line;
-    for (const ball of head.balls) {
+    for (const k of numbers) {
+      const ball = head.balls[k];
       for (const radius of [ball.orbit - ball.radius, ball.orbit + ball.radius]) {
         c.beginPath();
         c.arc(mx + scale * ball.center[0], my - scale * ball.center[1], scale * Math.max(radius, 0), 0, 2 * Math.PI);
@@ -38,7 +43,8 @@ export function createPolar(canvas, run, colors) {
       }
     }
     const count = head.balls.length;
-    head.balls.forEach((ball, k) => {
+    numbers.forEach((k) => {
+      const ball = head.balls[k];
       c.strokeStyle = c.fillStyle = look.shade(ball.color);
       c.globalAlpha = 0.35;
       c.lineWidth = 3;
@@ -58,8 +64,9 @@ export function createPolar(canvas, run, colors) {
       c.strokeStyle = look.ink;
       c.stroke();
     });
-    const heavy = Math.atan2(at.heavy[1], at.heavy[0]);
-    if (Math.hypot(...at.heavy) > 0) {
+    const pull = at.heavy[Math.min(plane, at.heavy.length - 1)];
+    const heavy = Math.atan2(pull[1], pull[0]);
+    if (Math.hypot(...pull) > 0) {
       c.strokeStyle = "#D55E00";
       c.lineWidth = 2;
       c.beginPath();
@@ -73,14 +80,14 @@ export function createPolar(canvas, run, colors) {
     c.fillText("180°", Math.max(mx - scale * reach - 34, 1), my + 4);
     c.fillStyle = look.ink;
     c.font = "600 11.5px system-ui, sans-serif";
-    c.fillText("races, in the rotor", 4, 13);
+    c.fillText(titled("races, in the rotor", head, plane), 4, 13);
     c.font = "11px system-ui, sans-serif";
     c.fillStyle = "#D55E00";
     c.fillText("unbalance", 4, high - 6);
   };
 }
 
-export function createOrbit(canvas, run, colors) {
+export function createOrbit(canvas, run, colors, plane) {
   const { head, arrays } = run;
   const planes = head.planes.length;
   const unitOf = (most) => [["nm", 1e9], ["µm", 1e6], ["mm", 1e3]].find(([, s]) => most * s < 1000) || ["m", 1];
@@ -92,7 +99,7 @@ export function createOrbit(canvas, run, colors) {
     const from = Math.max(i - 60, 0);
     const to = Math.min(i + 60, arrays.time.length - 1);
     const points = [];
-    for (let n = from; n <= to; n++) points.push([arrays.re[n * planes], arrays.im[n * planes]]);
+    for (let n = from; n <= to; n++) points.push([arrays.re[n * planes + plane], arrays.im[n * planes + plane]]);
     const most = Math.max(...points.map(([x, y]) => Math.hypot(x, y)), 1e-12);
     const [name, factor] = unitOf(most);
     const scale = (0.5 * Math.min(wide, high) - 28) / most;
@@ -112,13 +119,13 @@ export function createOrbit(canvas, run, colors) {
     c.beginPath();
     points.forEach(([x, y], n) => (n ? c.lineTo(mx + scale * x, my - scale * y) : c.moveTo(mx + scale * x, my - scale * y)));
     c.stroke();
-    const now = stateAt(run, t).planes[0];
+    const now = stateAt(run, t).planes[plane];
     c.fillStyle = look.ink;
     c.beginPath();
     c.arc(mx + scale * now[0], my - scale * now[1], 4, 0, 2 * Math.PI);
     c.fill();
     c.font = "600 11.5px system-ui, sans-serif";
-    c.fillText("orbit, in the rotor", 4, 13);
+    c.fillText(titled("orbit, in the rotor", head, plane), 4, 13);
     c.font = "11px system-ui, sans-serif";
     c.fillStyle = look.soft;
     c.fillText(`circle: ${+(most * factor).toPrecision(3)} ${name}`, 4, high - 6);

@@ -105,6 +105,7 @@ def _races(run: xr.Dataset) -> bytes:
     ]
     reach = float(races.orbit_radius.max(initial=0.05))
     planes = sorted({(ball["plane"], ball["z"]) for ball in balls}) or [(0, 0.0)]
+    names = [str(name) for name in run["plane"].values] if "plane" in run.coords else []
     head = {
         "kind": "races",
         "name": str(run.attrs.get("machine_name", "")),
@@ -112,6 +113,7 @@ def _races(run: xr.Dataset) -> bytes:
         "balls": balls,
         "bodies": _bodies(layout, reach),
         "planes": [z for _, z in planes],
+        "names": names if len(names) == len(planes) > 1 else [],  # of the planes, where there are several
         "springs": []
         if layout is None
         else [[float(one.place), float(one.radius)] for one in layout.springs if one.grounded],
@@ -127,7 +129,7 @@ def _races(run: xr.Dataset) -> bytes:
     out.add("ball", motion.ball_angle[thin], "float64")
     out.add("slip", motion.ball_slip[thin])
     out.add("inside", motion.ball_inside[thin])
-    heavy = motion.unbalance_in_rotor[thin]
+    heavy = motion.plane_unbalance_in_rotor[thin]  # a column a plane
     out.add("heavy_re", heavy.real)
     out.add("heavy_im", heavy.imag)
     Panels(out).races(run)

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.plots.drawing.style import ALL_BALLS, INK, UNBALANCE, ball_color
+from autobalancer.results.places import plane_vectors
 
 POINTS = 6001  # of a curve
 CURVES = 12  # balls with a curve of their own
@@ -50,14 +51,13 @@ class Panels:
             angle = np.degrees(run["ball_angle_in_rotor"].values)
             lines = [(f"ball {k + 1}", ball_color(k), time, _wrapped(angle[:, k])) for k in range(angle.shape[1])]
             self._panel("ball angle in the rotor", "°", lines, (-180.0, 180.0))
-        if "residual_unbalance" in run:
-            left, whole = run["residual_unbalance"].values, run["unbalance"].values
+        for title, whole, left in _unbalances(run):
             unit, scale = _unit(np.append(left, whole), MOMENTS)
             curves = [
                 ("rotor and balls", ball_color(2), time, scale * left),
                 ("rotor alone", UNBALANCE, time, scale * whole),
             ]
-            self._panel("unbalance", unit, curves)
+            self._panel(title, unit, curves)
         if "turn_x" in run:
             self.out.add("orbit_x", run["turn_x"].values)
             self.out.add("orbit_y", run["turn_y"].values)
@@ -90,6 +90,18 @@ class Panels:
             self.number += 1
             lines.append({"name": name, "color": color, **keys})
         self.panels.append({"title": title, "unit": unit, "lines": lines, "limits": limits})
+
+
+def _unbalances(run: xr.Dataset) -> list[tuple[str, Any, Any]]:
+    """Name, size of the unbalance, and what the balls leave of it, of every plane."""
+    if "plane_balls" in run and run.sizes["plane"] > 1:
+        whole, balls = plane_vectors(run)
+        left = np.abs(whole + balls)
+        names = [str(name) for name in run["plane"].values]
+        return [(f"unbalance, {name}", np.abs(whole[:, k]), left[:, k]) for k, name in enumerate(names)]
+    if "residual_unbalance" in run:
+        return [("unbalance", run["unbalance"].values, run["residual_unbalance"].values)]
+    return []
 
 
 def _unit(values: Any, units: tuple[tuple[str, float], ...]) -> tuple[str, float]:

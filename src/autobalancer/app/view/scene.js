@@ -127,9 +127,13 @@ export function createScene(root, run, lib, colors) {
   const mark = new THREE.Mesh(new THREE.BoxGeometry(0.1, 0.025, 0.025), new THREE.MeshBasicMaterial({ color: 0x222222 }));
   mark.position.set(rim * unit + 0.05, 0, (chambers ? head.chambers[0] : (head.planes[0] ?? 0)) * unit);
   bent.add(mark);
-  const arrow = new THREE.ArrowHelper(new THREE.Vector3(1, 0, 0), new THREE.Vector3(), 0.5 * rim * unit, 0xd55e00, 0.12, 0.07);
-  arrow.position.z = middle * unit;
-  if (!chambers) bent.add(arrow);
+  const columns = chambers ? 0 : arrays.heavy_re.length / arrays.time.length;
+  const arrows = (head.planes || []).slice(0, columns).map((z) => {
+    const arrow = new THREE.ArrowHelper(new THREE.Vector3(1, 0, 0), new THREE.Vector3(), 0.5 * rim * unit, 0xd55e00, 0.12, 0.07);
+    arrow.position.z = (columns > 1 ? z : middle) * unit;
+    bent.add(arrow);
+    return arrow;
+  });
 
   const state = { frame: "rotor", scale: scaleOf(run), time: arrays.time[0] };
   const matrix = new THREE.Matrix4();
@@ -165,9 +169,11 @@ export function createScene(root, run, lib, colors) {
       const y = ball.center[1] + r * Math.sin(at.balls[k]);
       place(k, x * unit, y * unit, ball.z * unit, ball.radius * unit);
     });
-    const heavy = Math.hypot(...at.heavy);
-    arrow.visible = heavy > 0;
-    if (heavy > 0) arrow.setDirection(new THREE.Vector3(at.heavy[0] / heavy, at.heavy[1] / heavy, 0));
+    arrows.forEach((arrow, p) => {
+      const heavy = Math.hypot(...at.heavy[p]);
+      arrow.visible = heavy > 0;
+      if (heavy > 0) arrow.setDirection(new THREE.Vector3(at.heavy[p][0] / heavy, at.heavy[p][1] / heavy, 0));
+    });
   }
 
   function showChamber(at) {

@@ -55,6 +55,10 @@ export function stateAt(run, t) {
     return cubic(arrays.ball[at], arrays.ball[at + count], arrays.slip[at] * step, arrays.slip[at + count] * step, s);
   });
   state.inside = head.balls.map((_, k) => mix(arrays.inside, i * count + k, (i + 1) * count + k));
-  state.heavy = [mix(arrays.heavy_re, i, i + 1), mix(arrays.heavy_im, i, i + 1)];
+  const columns = arrays.heavy_re.length / arrays.time.length; // one in blocks of older runs
+  state.heavy = head.planes.slice(0, columns).map((_, p) => [
+    mix(arrays.heavy_re, i * columns + p, (i + 1) * columns + p),
+    mix(arrays.heavy_im, i * columns + p, (i + 1) * columns + p),
+  ]);
   return state;
 }

@@ -45,11 +45,14 @@ export function createView(root, buffer, lib, dark = false) {
   let scene = null;
   const flats = [];
   if (head.kind === "races") {
-    const row = make("div", left, { class: "abv-flat" });
     const sides = [[createPolar, "Balls in their races"], [createOrbit, "Orbit of the rotor"]];
-    for (const [create, label] of head.balls.length ? sides : sides.slice(1)) {
-      flats.push(create(make("canvas", row, { role: "img", "aria-label": label }), run, colors));
-    }
+    head.planes.forEach((_, plane) => {
+      const row = make("div", left, { class: "abv-flat" });
+      const name = head.names?.[plane] ? `: ${head.names[plane]}` : "";
+      for (const [create, label] of head.balls.length ? sides : sides.slice(1)) {
+        flats.push(create(make("canvas", row, { role: "img", "aria-label": label + name }), run, colors, plane));
+      }
+    });
   }
   const state = { t: first, playing: false, before: 0 };
   const waves = createWaves(right, run, colors, (t) => go(t));
