@@ -34,14 +34,15 @@ from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
 from autobalancer.app.store.names import new_name, run_folder, user_folder
 from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
 from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
-from autobalancer.app.text.problems import drawable, read
+from autobalancer.app.text.problems import drawable, for_page, read
 from autobalancer.app.view.packed import packed
 from autobalancer.app.view.widget import module_text
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import keys_of
-from autobalancer.results.places import plane_vectors
+from autobalancer.results.places import NO_TURNS, plane_vectors
+from autobalancer.shown import rpm_and_si
 from autobalancer.units import to_si
 
 DISCOIDAL = example_text("discoidal")
@@ -418,6 +419,17 @@ def test_every_plane_and_every_ball_of_a_run_has_its_measures_its_picture_and_it
     assert array(panels["unbalance, upper"][0]["high"])[-1] == pytest.approx(
         1e6 * float(np.abs(sum(plane_vectors(run)))[-1, 1]), rel=1e-5
     )
+
+
+def test_the_words_of_the_page_name_neither_functions_nor_commands() -> None:
+    assert for_page(NO_TURNS).endswith("(a run that is interrupted keeps none)")
+    machine = read(with_value(example_text("stall_and_release"), ("axis",), "horizontal")).machine
+    texts = [text for _, text in ab.check(machine).rows(rpm_and_si)]
+    assert any("autobalancer catalog" in text for text in texts)
+    assert not any("autobalancer" in for_page(text) for text in texts)
+    with pytest.raises(QuestionError) as told:
+        ab.stability.equilibria(machine)
+    assert for_page(str(told.value)).endswith("run it, or take the basin of the page Stability")
 
 
 def test_a_hundred_malformed_questions_change_nothing(tmp_path: Path) -> None:

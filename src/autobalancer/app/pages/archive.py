@@ -12,6 +12,7 @@ from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.run import shown
 from autobalancer.app.store.archive import UNREADABLE, Archive, Entry, differences
+from autobalancer.app.text.problems import for_page
 from autobalancer.errors import AutobalancerError, QuestionError
 
 SHOWN = 60  # runs of a list
@@ -83,7 +84,9 @@ class ArchivePage:
         box.on_value_change(lambda event: self._choose(entry.name, bool(event.value)))
         with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
             ui.label(entry.machine).classes("key ellipsis")
-            ui.label(f"{entry.made} UTC · {entry.seconds:.6g} s · {entry.verdict or entry.outcome}").classes("quiet")
+            ui.label(f"{entry.made} UTC · {entry.seconds:.6g} s · {for_page(entry.verdict or entry.outcome)}").classes(
+                "quiet"
+            )
         tags = ui.input_chips(value=entry.tags, new_value_mode="add-unique").props('dense borderless label="tags"')
         tags.style("width: 210px; flex: 0 0 auto").on_value_change(
             lambda event: self._tag(entry.name, list(event.value or []))

@@ -14,7 +14,7 @@ from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.jobs import Latest
-from autobalancer.app.text.problems import drawable
+from autobalancer.app.text.problems import drawable, for_page
 from autobalancer.either_kind import check
 from autobalancer.errors import AutobalancerError, unwarned
 from autobalancer.shown import rpm_and_si
@@ -130,6 +130,8 @@ def _facts(machine: Any) -> str:
 
 def facts_html(found: Any) -> str:
     """Rows and notes of what is known."""
-    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in found.rows(rpm_and_si))
-    notes = "".join(f'<div class="note">{escape(text)}</div>' for text in found.warnings)
+    rows = "".join(
+        f"<tr><td>{escape(name)}</td><td>{escape(for_page(text))}</td></tr>" for name, text in found.rows(rpm_and_si)
+    )
+    notes = "".join(f'<div class="note">{escape(for_page(text))}</div>' for text in found.warnings)
     return f'<table class="facts">{rows}</table>{notes}'

@@ -10,7 +10,7 @@ from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.check import Check
 from autobalancer.app.pages.editor import toml_editor
 from autobalancer.app.pages.form import Form
-from autobalancer.app.pages.inputs import empty_again
+from autobalancer.app.pages.inputs import empty_again, say_refused
 from autobalancer.app.text.document import EMPTY
 from autobalancer.files.examples import example_text, examples
 from autobalancer.files.rigs import rig_text, rigs
@@ -60,7 +60,7 @@ def _sources(bench: Bench) -> None:
         rig.props("dense outlined options-dense").style("width: 220px").props('data-at="rig"')
         rig.on_value_change(lambda event: take(event, rig_text))
         box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
-        box.on("rejected", lambda: ui.notify("a machine file has at most 1 MB", type="negative"))
+        box.on("rejected", lambda event: say_refused(event, "a machine file", ".toml", LARGEST))
         box.props("accept=.toml").classes("hidden").props('data-at="upload"')
         ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
             "outline dense no-caps"

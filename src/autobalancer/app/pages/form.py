@@ -15,6 +15,8 @@ from autobalancer.app.text.document import EMPTY, Path, data_of, spelled, value_
 from autobalancer.app.text.fields import Field, asked_of, chosen, fields_of, root_of, tag_of, word_of
 from autobalancer.machine.part import Part
 
+ROOM = 100  # entries of lists that have fields: each takes the server a while, with every edit
+
 
 class Form:
     """Fields for every key that is given or required; others are added from a list."""
@@ -26,6 +28,7 @@ class Form:
         self.empty: set[Path] = set()  # of keys that were added and are not filled in yet; the text does not have them
         self.fresh: set[Path] = set()  # what was added, in which nothing is wrong until it was left
         self.left: set[Path] = set()
+        self.room = ROOM  # for entries of lists
         self.editing = False
         with ui.column().classes("form") as self.place:
             self.build()
@@ -46,7 +49,7 @@ class Form:
     def build(self) -> None:
         """Make the whole form again."""
         self.place.clear()
-        self.shown = {}
+        self.shown, self.room = {}, ROOM
         data = data_of(self.bench.text)
         with self.place:
             if data is None:
@@ -137,6 +140,10 @@ class Form:
         entries = data if isinstance(data, list) else [data] if isinstance(data, dict) else []
         for number, entry in enumerate(entries):
             inner = (*path, number)
+            if self.room <= 0:
+                ui.label(f"{len(entries) - number} more: they stand in the text").classes("quiet")
+                break
+            self.room -= 1
             with self._box(inner, f"{_one(field.name)} {number + 1}", field.meaning, inner):
                 self._kind_and_fields(field, inner, entry if isinstance(entry, dict) else {})
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Callable
 from typing import Any
@@ -85,6 +86,12 @@ def _quantity(field: Field, path: Path, value: Any, changed: Changed) -> Any:
     entry.on_value_change(say)
     choice.on_value_change(other)
     return entry
+
+
+def say_refused(event: Any, what: str, ends: str, largest: int) -> None:
+    """Say why the browser did not take a file: its kind or its size."""
+    kind = "accept" in json.dumps(event.args, default=str)
+    ui.notify(f"{what} ends in {ends}" if kind else f"{what} has at most {largest // 1_000_000} MB", type="negative")
 
 
 def empty_again(box: Any) -> None:

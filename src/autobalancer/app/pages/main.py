@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ from autobalancer.app.store.names import user_folder
 LOOK = Path(__file__).with_name("look.css")
 LONGER = 12.0  # times as long as other jobs a study or design may take before it waits to be resumed
 
+OPENING = "opening"  # a file that is there while a page is made
+ASIDE = "The page could not be opened with its texts last time. They are set aside, as *draft.aside in the folder of the runs."
 OTHER_PAGE = "Another page had changed the machine meanwhile. Undo twice brings its text."
 
 
@@ -48,9 +51,25 @@ def build(root: Path, limit: float, *, several: bool = False) -> Any:
         user = user_of(request)
         home = user_folder(root, user)
         home.mkdir(parents=True, exist_ok=True)
+        aside = _set_aside(home / OPENING)
         _page(Bench(user, home, jobs, long))
+        with contextlib.suppress(OSError):
+            (home / OPENING).unlink()
+        if aside:
+            ui.notify(ASIDE, type="warning", timeout=0, close_button="close")
 
     return app
+
+
+def _set_aside(mark: Path) -> bool:
+    """Put away the texts with which the page did not open last time, and mark that it is being opened."""
+    aside = mark.exists()
+    with contextlib.suppress(OSError):
+        if aside:
+            for draft in mark.parent.glob("*draft.toml"):
+                draft.replace(draft.with_suffix(".aside"))
+        mark.touch()
+    return aside
 
 
 def _page(bench: Bench) -> None:

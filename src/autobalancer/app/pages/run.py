@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import time
+from collections.abc import Iterator
 from html import escape
+from itertools import groupby
+from typing import Any
 
 from nicegui import ui
 
@@ -15,6 +19,8 @@ from autobalancer.app.store.archive import Archive, Entry
 from autobalancer.app.store.export import film as film_of
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.text.document import with_value
+from autobalancer.app.text.fields import PLAIN, written
+from autobalancer.app.text.problems import for_page
 from autobalancer.errors import AutobalancerError, UnitError
 from autobalancer.results.display_units import moment_text
 from autobalancer.units import to_si
@@ -73,7 +79,7 @@ class RunPage:
             self.bench.insist()
             ui.notify("the machine is not possible yet; see its form on the page Describe", type="warning")
             return
-        text, length = self.bench.text, (self.duration.value or "").strip()
+        text, length = self.bench.text, _decimal(self.duration.value)
         if length:
             text = with_value(text, ("run", "duration"), length)
 
@@ -93,6 +99,7 @@ class RunPage:
     def _watch(self, job: Job) -> None:
         self.job = job
         self.start.disable()
+        self.word.classes(add="quiet", remove="wrong")
         for one in (self.cancel, self.bar):
             one.set_visibility(True)
         self._pale(picture=True, words=True)
@@ -137,7 +144,10 @@ class RunPage:
             self.show(job.result)
         words = {"failed": job.message, "cancelled": job.message or "cancelled"}
         self.word.set_text(words.get(job.state, job.message or f"done in {job.seconds:.2g} s"))
-        self._pale(picture=False, words=False)
+        failed = job.state == "failed"
+        self.word.classes(add="wrong" if failed else "quiet", remove="quiet" if failed else "wrong")
+        old = job.result is None  # what is shown is of a run before
+        self._pale(picture=old, words=old)
         self._idle()
 
     def show(self, name: str) -> None:
@@ -155,7 +165,7 @@ class RunPage:
         self.verdict.clear()
         with self.verdict:
             color = "good" if entry.verdict.startswith("balanced") else ""
-            said = escape(entry.verdict or entry.outcome)
+            said = escape(for_page(entry.verdict or entry.outcome))
             title = f"<h2>{escape(entry.machine)}</h2><div class='{color}'>{said}</div>"
             notes = "".join(f'<div class="note">{escape(text)}</div>' for text in entry.notes)
             ui.html(f"{title}<div class='quiet'>{escape(entry.outcome)}; {entry.made} UTC</div>{notes}", sanitize=False)
@@ -167,7 +177,7 @@ class RunPage:
                 film.props('flat dense no-caps data-at="film.gif"')
         self.more.clear()
         with self.more:
-            rows = "".join(_row(*entry.measures[key]) for key in entry.measures)
+            rows = "".join(_rows(entry.measures))
             ui.html(f"<h2>Measures</h2><table class='facts'>{rows}</table>", sanitize=False).props('data-at="measures"')
 
     def _film(self, name: str) -> None:
@@ -188,9 +198,18 @@ def _wrong(duration: str | None) -> str | None:
     if not (duration or "").strip():
         return None
     try:
-        return None if to_si(str(duration).strip(), "s") > 0.0 else "must be above 0 s"
+        return None if to_si(_decimal(duration), "s") > 0.0 else "must be above 0 s"
     except UnitError:
-        return 'write it as "20 s"'
+        if "," in str(duration):
+            return "write a decimal point"
+        number = PLAIN.fullmatch(str(duration).strip())
+        return f'write it as "{number[0] if number else 20} s"'
+
+
+def _decimal(duration: str | None) -> str:
+    """What was typed, a decimal comma as a point."""
+    number, unit = re.fullmatch(r"\s*([-+\d.,eE]*)\s*(.*?)\s*", duration or "").groups()  # type: ignore[union-attr]
+    return written(number, unit, "s") if number else unit
 
 
 def _told(job: Job) -> str:
@@ -204,8 +223,16 @@ def _told(job: Job) -> str:
     return f"{100.0 * job.share:.0f} %"
 
 
-def _row(value: float, unit: str, meaning: str) -> str:
-    return f"<tr><td>{escape(meaning)}</td><td class='number'>{escape(shown(value, unit))}</td></tr>"
+def _rows(measures: dict[str, Any]) -> Iterator[str]:
+    """A row for each measure; numbers of several balls, places or planes stand in one, each after its name."""
+    for _, keys in groupby(measures, lambda key: str(key).partition("[")[0]):
+        cells, meaning = [], ""
+        for key in keys:
+            value, unit, meaning = measures[key]
+            which = key.partition("[")[2].removesuffix("]")
+            cells.append(f"<span class='which'>{escape(which)}</span> <span>{escape(shown(value, unit))}</span>")
+            meaning = meaning.removesuffix(f": {which}") if which else meaning
+        yield f"<tr><td>{escape(meaning)}</td><td class='number'>{'<br>'.join(cells)}</td></tr>"
 
 
 def shown(value: float, unit: str) -> str:

@@ -27,6 +27,12 @@ STAND_INS = {  # for keys of the rotor, the drive and the race that its drawing 
     "duration": "1 s",
     "fluid": {"name": "water"},
 }
+ON_THE_PAGE = (
+    (r"; in Python, save must hold \w+\(\)", ""),
+    (r"simulate it instead, or ask basin with random starts", "run it, or take the basin of the page Stability"),
+    (r"; typical coefficients: autobalancer catalog friction", ""),
+    (r"ask basin with random starts", "take the basin of the page Stability"),
+)
 STAGES = 4  # in which a machine is read: what belongs to a part is looked at when the part itself is right
 LARGEST = 1_000_000  # characters of a text on the page
 
@@ -69,6 +75,13 @@ def drawable(text: str) -> Machine | ChamberMachine | None:
             else:
                 return None
     return None
+
+
+def for_page(text: str) -> str:
+    """What is said of a run or a machine, with the way on the page in place of that in Python or on the command line."""
+    for words, here in ON_THE_PAGE:
+        text = re.sub(words, here, text)
+    return text
 
 
 def files_in(data: Any) -> Iterator[str]:

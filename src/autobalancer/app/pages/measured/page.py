@@ -10,7 +10,7 @@ from nicegui import events, run, ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted, marked
-from autobalancer.app.pages.inputs import empty_again
+from autobalancer.app.pages.inputs import empty_again, say_refused
 from autobalancer.app.pages.measured.columns import Columns
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.jobs import Job
@@ -57,7 +57,7 @@ class MeasuredPage:
 
         with ui.row().classes("items-center gap-2 w-full"):
             box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
-            box.on("rejected", lambda: ui.notify(f"a file has at most {LARGEST // 1_000_000} MB", type="negative"))
+            box.on("rejected", lambda event: say_refused(event, "a measured file", ", ".join(SUFFIXES), LARGEST))
             box.classes("hidden").props('data-at="measured upload"').props["accept"] = ",".join(SUFFIXES)
             button = ui.button("Open a file", icon="upload_file", on_click=lambda: box.run_method("pickFiles"))
             button.props('unelevated no-caps data-at="open measured"')

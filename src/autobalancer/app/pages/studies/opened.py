@@ -10,7 +10,7 @@ from nicegui import events, ui
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.editor import toml_editor
 from autobalancer.app.pages.hint import marked
-from autobalancer.app.pages.inputs import empty_again
+from autobalancer.app.pages.inputs import empty_again, say_refused
 from autobalancer.app.pages.studies.define_design import DefineDesign
 from autobalancer.app.pages.studies.define_study import FIRST, DefineStudy
 from autobalancer.app.pages.studies.kept import KeptList
@@ -102,7 +102,7 @@ class Opened:
             marked(select.props("dense outlined options-dense").style("width: 220px"), at=f"sample {kind}")
             select.on_value_change(take)
             box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
-            box.on("rejected", lambda: ui.notify(f"the file of a {kind} has at most 1 MB", type="negative"))
+            box.on("rejected", lambda event: say_refused(event, f"the file of a {kind}", ".toml", LARGEST))
             marked(box.props("accept=.toml").classes("hidden"), at=f"{kind} upload")
             ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
                 "outline dense no-caps"
