@@ -428,7 +428,7 @@ def test_the_words_of_the_page_name_neither_functions_nor_commands() -> None:
     assert any("autobalancer catalog" in text for text in texts)
     assert not any("autobalancer" in for_page(text) for text in texts)
     with pytest.raises(QuestionError) as told:
-        ab.stability.equilibria(machine)
+        ab.stability.equilibria(machine, 100.0)
     assert for_page(str(told.value)).endswith("run it, or take the basin of the page Stability")
 
 
