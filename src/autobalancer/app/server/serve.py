@@ -137,7 +137,7 @@ def limit_memory() -> None:
         import resource
     except ImportError:  # Windows
         return
-    from autobalancer.studies.ensemble.room import free_memory
+    from autobalancer.memory import free_memory
 
     _, most = resource.getrlimit(resource.RLIMIT_DATA)
     wanted = SHARE * free_memory()
