@@ -79,8 +79,8 @@ def captured(
         alone = _alone(balance, speeds) if several else None
         return Capture(math.nan, reason=NEVER) if alone is None else alone
     found = _down(balance, begun, float(speeds[0]))
-    if math.isnan(found.speed) and not math.isnan(found.lost):
-        found = replace(found, reason=found.reason + _again(balance, speeds[speeds < found.lost], found.lost))
+    if not math.isnan(found.lost):
+        found = _again(balance, speeds[speeds < found.lost], found)
     if not several:
         return found
     ended = followed(balance, begun, float(speeds[-1]), ("fold", "swinging"))
@@ -112,14 +112,18 @@ def _of(balance: Balance, place: int) -> Balance:
     return Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(balance.loads.station == place).tolist())))
 
 
-def _again(balance: Balance, speeds: Floats, lost: float) -> str:
-    """From where on down all stall together."""
+def _again(balance: Balance, speeds: Floats, found: Capture) -> Capture:
+    """Where planes lose step: from where on down all stall together, if that is before one of them falls back."""
     for speed in speeds[::-1].tolist():
         here = stands(balance, speed)
         stalled = np.flatnonzero(past(balance, here) <= 0.0)
         if stalled.size:
-            return AGAIN.format(followed(balance, here.some(stalled[-1:]), lost, ("fold", "swinging")).speed)
-    return ""
+            leaving = followed(balance, here.some(stalled[-1:]), found.lost, ("fold", "swinging"))
+            if math.isnan(found.speed):
+                return replace(found, reason=found.reason + AGAIN.format(leaving.speed))
+            together = Capture(leaving.speed, leaving.whirl, "fold", lost=found.lost)
+            return together if leaving.speed > found.speed else found
+    return found
 
 
 def _down(balance: Balance, begun: States, lowest: float) -> Capture:

@@ -18,6 +18,7 @@ from autobalancer.stability.stall.notes import (
     CAPTURE,
     DRAGLESS,
     EXACTLY,
+    GRADUAL,
     HOW,
     PASS,
     RELEASE,
@@ -93,12 +94,13 @@ def _followed(runs: SlowRuns | None, loads: Loads, met: list[HangingRange]) -> l
     """Ranges near the highest end to where the last ball leaves in a slow run, if that is elsewhere."""
     if runs is None:
         return met
-    highest, found = max(one.end for one in met), []
+    ends = np.array([one.end for one in met])
+    highest, found = float(ends.max()), []
     for one in met:
         last = runs.released(one) if UPPER * highest < one.end < math.inf else None
-        if last is not None and abs(last.speed / one.end - 1.0) > DIFFERS:
-            slips = tuple(last.slip.tolist())
-            one = replace(one, end=last.speed, whirl=last.speed - max(slips), cause=RUN, slips=slips)
+        if last is not None and (np.abs(last.speed / ends - 1.0) > DIFFERS).all():
+            slips, cause = tuple(last.slip.tolist()), GRADUAL if last.gradual else RUN
+            one = replace(one, end=last.speed, whirl=last.speed - max(slips), cause=cause, slips=slips)
         found.append(one)
     return found
 

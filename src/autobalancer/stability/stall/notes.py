@@ -15,7 +15,7 @@ PASS = "the balls never stall: drag and friction carry them through"
 DRAGLESS = "a ball without drag is not dragged along"
 EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
 NO_CAPTURE = "not computed where balls are never released"
-RUN = "end of a slow run"
+RUN, GRADUAL = "end of a slow run", "half of the slip in a slow run"
 APART = "states in which the planes stall at different speeds are not sought"
 UNEQUAL = "unequal balls of one race may stall in more ways than were sought"
 OTHERS = 4  # further release speeds in a note
@@ -40,7 +40,9 @@ def beyond(st: Stations, loads: Loads, one: HangingRange) -> str:
         slips[st.names[group.station]] = max(slip, slips.get(st.names[group.station], 0.0))
     each = ", ".join(f"those of {name} by {slip:.3g} rad/s" for name, slip in slips.items())
     until = f"the torque balance of balls in line ends at {float(one.state.speed[0]):.4g} rad/s"
-    return f"slow run of stalled balls at the resonance of {one.whirl:.4g} rad/s: {each} slower than the rotor; {until}"
+    gradually = ", to half of it gradually" if one.cause == GRADUAL else ""
+    each += f" slower than the rotor{gradually}; {until}"
+    return f"slow run of stalled balls at the resonance of {one.whirl:.4g} rad/s: {each}"
 
 
 def which(st: Stations, loads: Loads, one: HangingRange) -> str:

@@ -35,14 +35,15 @@ NEAR, EARLY = (
     (1.0, 0.9),
 )  # of the end of a balance, where a run begins; of its whirl, where balls do not stall there
 FURTHER, STRETCHES = 1.1, 6  # how far it goes at once, how often
-STALLED = 0.5  # of the slip of those that stall, from which on a ball stalls
+STALLED, LAGS = 0.5, 0.2  # of its greatest slip, and of that with the whirl of the balance, from which on a ball stalls
+DROP = 0.6  # of the slip before, below which it is after a release; else balls go over to the rotor gradually
 WINDOW, SHORTEST = 8.0 * math.pi, 2.0  # over the slip, and s, over which speeds are averaged
 OTHER = 2.0  # angle between planes, rad, from which a run-down begins
 AROUND, FALLEN = (
     1.05,
     0.75,
 )  # speeds around a balance at which it is slow; share of the slip of balls that have fallen back
-BEFORE = 0.995  # of the last speed, where slips are read
+BESIDE = 0.005  # of the last speed, before and after which slips are read
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,11 @@ class Motion:
 
 @dataclass(frozen=True)
 class LastSeen:
-    """Speed of the rotor at which the last ball leaves, and slip of each group a little before, rad/s."""
+    """Speed of the rotor at which the last ball leaves, and slip of each group a little before, rad/s; whether gradually."""
 
     speed: float
     slip: Floats
+    gradual: bool
 
 
 class SlowRuns:
@@ -82,18 +84,19 @@ class SlowRuns:
         for begin in (near, *(min(max(share * one.whirl, 1.02 * one.begin), near) for share in EARLY)):
             start = self._stalled(one, max(slip - (one.end - begin), 0.0))
             path: tuple[float, ...] = (begin, near, FURTHER * near)
-            found = None
+            found, greatest = None, np.array([slip])
             for _ in range(STRETCHES):
                 motion = self.run(path, start, slip, SPREAD)
-                most = motion.slip.max(axis=1)
-                ahead = motion.speed > NEAR * one.end
-                stalled = np.flatnonzero((most > STALLED * slip) & ahead)
-                if not stalled.size or (found is None and stalled[0] > np.flatnonzero(ahead)[0]):
+                most, w = motion.slip.max(axis=1), motion.speed
+                greatest = np.maximum.accumulate(np.maximum(most, greatest[-1]))
+                stalled = np.flatnonzero((most > np.maximum(STALLED * greatest, LAGS * (w - one.whirl))) & (w > near))
+                if not stalled.size or (found is None and stalled[0] > np.flatnonzero(w > near)[0]):
                     break
-                last = float(motion.speed[stalled[-1]])
-                row = int(np.searchsorted(motion.speed, BEFORE * last))
-                found = LastSeen(last, motion.slip[row, [group.members[0] for group in self.loads.groups]])
-                if last < (1.0 - 0.1 * (FURTHER - 1.0)) * motion.speed[-1]:
+                last = float(w[stalled[-1]])
+                before, after = np.searchsorted(w, [(1.0 - BESIDE) * last, (1.0 + BESIDE) * last])
+                gradual = bool(after < w.size and most[after] > DROP * most[before])
+                found = LastSeen(last, motion.slip[before, [group.members[0] for group in self.loads.groups]], gradual)
+                if after < w.size:
                     break
                 path, start = (path[-1], FURTHER * path[-1]), motion.last
             if found is not None:
