@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.units import argument
 
+FAR = 1000.0  # m: no mark of a rotor is so far away
+
 
 @dataclass(frozen=True)
 class Mark:
@@ -40,9 +42,10 @@ class Mark:
         x, y = (argument("place of a mark", one, "m") for one in self.place)
         radius = argument("radius of a mark", self.radius, "m")
         known = [x, y, radius, *(self.pixel or ())]
-        if not (all(map(math.isfinite, known)) and radius > 0.0):
+        if not (all(map(math.isfinite, known)) and 0.0 < radius < FAR and math.hypot(x, y) < FAR):
             raise QuestionError(
-                f"mark: given place {self.place}, radius {self.radius}, pixel {self.pixel}; finite numbers, radius > 0"
+                f"mark: given place {self.place}, radius {self.radius}, pixel {self.pixel}; finite numbers, radius > 0, "
+                f"all within {FAR:g} m"
             )
         object.__setattr__(self, "place", (x, y))
         object.__setattr__(self, "radius", radius)
