@@ -148,9 +148,7 @@ def test_a_filter_is_as_wide_as_a_resonance_needs_and_a_narrow_one_says_what_it_
     peak = np.abs(motion).max()
     found = ab.measure.orders(measured({"a": motion.real}), method="vold-kalman")
     assert float(found["amplitude"].max()) == pytest.approx(peak, rel=0.02)
-    with pytest.warns(
-        RangeWarning, match="a: the amplitude of order 1 .* % of the greatest; take more bandwidth"
-    ):
+    with pytest.warns(RangeWarning, match="a: the amplitude of order 1 .* % of the greatest; take more bandwidth"):
         narrow = ab.measure.orders(measured({"a": motion.real}), method="vold-kalman", bandwidth=1.0)
     assert float(narrow["amplitude"].max()) < 0.95 * peak
     assert float((narrow["amplitude"] + narrow["bias"]).max()) > 0.97 * peak

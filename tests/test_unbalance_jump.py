@@ -92,7 +92,7 @@ def test_settling_counts_from_the_jump_and_is_said(lost: Machine, lost_run: xr.D
     assert after.duration == pytest.approx(after.settled_at - 5.0)
     assert 0.05 < after.duration < 2.0
     settled = ab.settling_time(lost_run)
-    assert set(settled["counted_from"].values) == {"jump"}
+    assert str(settled["counted_from"].values) == "jump"
     assert float(settled.max()) == pytest.approx(after.duration, abs=1e-9)
     numbers = ab.measures(lost_run)
     assert float(numbers["jump_time"][0]) == 5.0

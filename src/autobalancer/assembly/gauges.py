@@ -82,7 +82,7 @@ def desk_for(gauges: Gauges, states: int, bins: int = 0, hits: int = 0) -> Desk:
         ),
         np.zeros(size), np.zeros(size), np.zeros(2 * most), np.zeros(states),
         np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros((bins, balls)), np.zeros((bins, balls)),
-        np.zeros((6, balls)),
+        np.zeros((4, balls)),
         np.zeros((5, most)),
         complexes(max(states, columns, planes), columns + most + planes + 1),
         complexes(max(size, columns, planes), max(size + planes + 1, columns + most, planes + 2)),
@@ -90,7 +90,6 @@ def desk_for(gauges: Gauges, states: int, bins: int = 0, hits: int = 0) -> Desk:
         np.zeros((4, hits)),
         np.zeros(1, np.int64),
         np.zeros(OF_IMPACTS),
-        np.zeros(balls, np.int64),
     )  # fmt: skip
 
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.kernels.measures.columns import COLUMNS, WIDTH
+from autobalancer.kernels.measures.columns import COLUMNS, SINCE_RELEASE, WIDTH
 from autobalancer.kernels.measures.limits import COUNT, IMPULSE, LATE_POWER, LATE_RATE, POWER, SPEED
 from autobalancer.results.measure import InSweep, Measure, OfAll, needed
 from autobalancer.results.places import sizes
-from autobalancer.results.recorded import Recorded
+from autobalancer.results.recorded import SETTLING_FROM, Recorded
 from autobalancer.results.series import (
     Floats,
     crests,
@@ -30,6 +30,8 @@ from autobalancer.results.series import (
 
 HERE = "the reference station"  # in a text; a run has the name of its own there
 LAST = "in the last revolutions"
+RUN_UP, RELEASED = "from the end of the run-up", "from the last release, if a ball stalls"
+SINCE = f"{RUN_UP} or a later jump of the unbalance"
 PER_BALL = "ball_angle_to_unbalance"
 
 MEASURES = (
@@ -132,10 +134,10 @@ MEASURES = (
     ),
     Measure(
         "settling_time",
-        *("s", "ball", "settling time, from the release, a jump of the unbalance or the end of the run-up"),
+        *("s", "ball", f"settling time, {SINCE}; zero if settled before, none if not settled"),
         lambda r: r.settled.duration,
         OfAll(
-            "settling time of the last ball, from its release, a jump of the unbalance or the end of the run-up",
+            f"settling time of the last ball, {SINCE}; zero if settled before, none if not settled",
             lambda r: r.settled.duration[greatest_at(r.settled.at)],
         ),
     ),
@@ -262,9 +264,16 @@ def numbers(recorded: Recorded) -> dict[str, Any]:
     return {m.name: m.of(recorded) for m in SWEPT if _has(recorded, m.needs)}
 
 
-def in_row(row: Floats) -> dict[str, Any]:
+def in_row(row: Floats, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
     """The same by name out of a row of kernels/measures/row.py, or out of many rows; nan for what a run did not record."""
-    return {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in SWEPT}
+    found = {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in SWEPT}
+    return found if settling_from == SETTLING_FROM[0] else found | {"settling_time": row[..., SINCE_RELEASE]}
+
+
+def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
+    """Long name and unit of a measure; the long name says from where settling times count."""
+    text = measure.text if settling_from == SETTLING_FROM[0] else measure.text.replace(RUN_UP, RELEASED)
+    return {"long_name": text, "units": measure.unit}
 
 
 def _in_sweep(m: Measure) -> Iterator[InSweep]:

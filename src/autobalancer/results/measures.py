@@ -10,10 +10,10 @@ from autobalancer.kernels.measures.limits import LAST, SETTLED
 from autobalancer.results.answers.labeled import SOURCE, Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.jumps import jump_times, parts_between_jumps
-from autobalancer.results.measure_table import HERE, measured
+from autobalancer.results.measure_table import HERE, label_of, measured
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import vibration
-from autobalancer.results.recorded import settling
+from autobalancer.results.recorded import SETTLING_FROM, known_origin, settling
 from autobalancer.results.recorded_of import (
     away_from_standing,
     bins_of,
@@ -113,17 +113,25 @@ def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> floa
 
 
 @of_a_run()
-def settling_time(run: xr.Dataset, tolerance: float = SETTLED) -> xr.DataArray:
-    """Time (s) that each ball takes to stay within ``tolerance`` (rad) of its final angle in the rotor.
+def settling_time(run: xr.Dataset, tolerance: float = SETTLED, settling_from: str = SETTLING_FROM[0]) -> xr.DataArray:
+    """Time (s) that each ball takes to stay within ``tolerance`` (rad) of the angle in the rotor to which it goes.
 
-    It counts from the ball's release, from a jump of the unbalance, from the end of the run-up or from the start of the run,
-    whichever is the last one before the ball has settled; the coordinate ``counted_from`` says which, ``settled_at`` (s) is
-    the time in the run. The run-up ends where the speed stays within 0.1 % of its last value. nan for a ball that still moves at
-    the end (faster than 1/1000 of the rotor speed).
+    It counts from one moment for all balls, zero for a ball that has settled before: from the end of the run-up, where the speed
+    comes to stay within 0.1 % of its last value, or with ``settling_from="release"`` from the last release of a stalled ball, if
+    one stalls; in any case from a jump of the unbalance that is later. The coordinate ``counted_from`` says which it is,
+    ``settled_at`` (s) is the time in the run. Between samples angles are interpolated.
+
+    nan for a ball that has not settled: it has been near its last angle for less than a twentieth of the run, or the way that is
+    still to come, extrapolated from its motion there as an exponential approach, is longer than the tolerance.
+
+    Raises
+    ------
+    QuestionError
+        If the machine has no balls, the run kept nothing of them, or ``settling_from`` is another word.
     """
-    found = settling(known_balls(run), critical_speed_of(run), jump_times(run), tolerance)
+    found = settling(known_balls(run), critical_speed_of(run), jump_times(run), known_origin(settling_from), tolerance)
     return _per_ball(run, found.duration, "settling time", "s").assign_coords(
-        settled_at=("ball", found.at), counted_from=("ball", found.counted_from)
+        settled_at=("ball", found.at), counted_from=found.counted_from
     )
 
 
@@ -158,26 +166,24 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
 
 
 @of_a_run()
-def measures(run: xr.Dataset) -> Measured:
+def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Measured:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 
     They are those of :data:`autobalancer.results.measure_table.MEASURES` for which the run kept the data: those over
-    ``place``, ``plane`` and ``support`` ask for its last revolutions.
+    ``place``, ``plane`` and ``support`` ask for its last revolutions. ``settling_from`` is as for :func:`settling_time`.
     """
-    recorded = recorded_of(run)
+    recorded = recorded_of(run, known_origin(settling_from))
     where = repr(run.attrs.get("reference_station", "the rotor"))
     found = xr.Dataset(attrs={key: run.attrs[key] for key in SOURCE if key in run.attrs})
     for measure, values in measured(recorded):
-        found[measure.name] = (
-            (measure.along,) if measure.along else (),
-            values,
-            {"units": measure.unit, "long_name": measure.text.replace(HERE, where)},
-        )
+        about = label_of(measure, settling_from)
+        about["long_name"] = about["long_name"].replace(HERE, where)
+        found[measure.name] = ((measure.along,) if measure.along else (), values, about)
     for name in ("ball", "place", "plane", "support", "link"):
         if name in found.dims:
             found = found.assign_coords({name: run[name].values})
     if recorded.balls is not None:
-        found = found.assign_coords(counted_from=("ball", recorded.settled.counted_from))
+        found = found.assign_coords(counted_from=recorded.settled.counted_from)
     if recorded.parts is not None:
         begins = [begin for begin, _, _ in parts_between_jumps(run) if begin > 0.0]
         about = {"units": "s", "long_name": "time of a jump of the unbalance"}

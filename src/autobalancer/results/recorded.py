@@ -10,19 +10,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.kernels.measures.limits import LAST, SETTLED
+from autobalancer.errors import QuestionError
+from autobalancer.kernels.measures.limits import LAST, RELEASE, RUN_UP, SETTLED
 from autobalancer.results.impacts import Impacts, noise_of
 from autobalancer.results.places import Complexes, Floats, moved, sizes
 from autobalancer.results.series import (
-    counted,
+    creeps,
     end_of_run_up,
     fastest,
+    greatest_known,
     last_deflection,
+    origin_of,
     release_rows,
     settled_from,
     stalled_times,
+    time_since,
     values_at,
 )
+
+SETTLING_FROM = ("run-up", "release")  # whose end settling times count from, the usual one first
 
 
 class Bins(NamedTuple):
@@ -73,11 +79,12 @@ class Links(NamedTuple):
 
 
 class Settled(NamedTuple):
-    """Of each ball how long it takes to settle (s), when it has (s), and from where it counts."""
+    """Of each ball how long it takes to settle (s) and when it has (s); from where all of them count, and when that was (s)."""
 
     duration: Floats
     at: Floats
-    counted_from: list[str]
+    counted_from: str
+    begin: float
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,7 @@ class Recorded:
     without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m
     final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
     parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
+    settling_from: str = SETTLING_FROM[0]
     impacts: Impacts | None = None  # of balls on each other, partitions and walls
     links: Links | None = None  # of the drive train
     lifted: tuple[Floats, Floats] | None = (
@@ -147,7 +155,20 @@ class Recorded:
     def settled(self) -> Settled:
         """How the balls settle; asks for ``balls``."""
         assert self.balls is not None
-        return settling(self.balls, self.critical_speed, self.jumps)
+        return settling(self.balls, self.critical_speed, self.jumps, self.settling_from)
+
+    @cached_property
+    def since(self) -> float:
+        """From when the run was left alone, s: the end of the run-up, or the last jump of the unbalance."""
+        bins = self.bins
+        start = float(bins.end[0] - bins.width[0])
+        return origin_of(end_of_run_up(bins.end, bins.speed, start), RUN_UP, start, self.end, self.jumps)[0]
+
+    @cached_property
+    def creeps(self) -> bool:
+        """Whether a ball that has not settled drifts at the end."""
+        balls = self.balls
+        return balls is not None and creeps(balls.time, balls.angle, self.settled.at, self.since, self.end)
 
     @cached_property
     def released(self) -> Floats:
@@ -180,9 +201,33 @@ class Recorded:
         return release_rows(self.balls.speed, self.balls.rate, self.critical_speed)
 
 
-def settling(balls: Balls, critical_speed: float, jumps: Sequence[float], tolerance: float = SETTLED) -> Settled:
-    """How long each ball takes to stay within ``tolerance`` (rad) of its last angle, and from where it counts."""
-    at = settled_from(balls.time, balls.angle, balls.speed, tolerance)
-    released = values_at(release_rows(balls.speed, balls.rate, critical_speed), balls.time)
-    duration, names = counted(at, released, end_of_run_up(balls.time, balls.speed), balls.start, jumps)
-    return Settled(duration, at, names)
+def settling(
+    balls: Balls,
+    critical_speed: float,
+    jumps: Sequence[float],
+    settling_from: str = SETTLING_FROM[0],
+    tolerance: float = SETTLED,
+) -> Settled:
+    """How long each ball takes to stay within ``tolerance`` (rad) of the angle to which it goes, and from where all count."""
+    at = settled_from(balls.time, balls.angle, balls.rate, balls.start, tolerance)
+    after, cause = end_of_run_up(balls.time, balls.speed, balls.start), RUN_UP
+    if settling_from == SETTLING_FROM[1]:
+        rows = release_rows(balls.speed, balls.rate, critical_speed)
+        released = greatest_known(values_at(rows, balls.time))
+        after, cause = (released, RELEASE) if released > balls.start else (after, cause)
+    begin, name = origin_of(after, cause, balls.start, float(balls.time[-1]), jumps)
+    return Settled(time_since(begin, at), at, name, begin)
+
+
+def known_origin(settling_from: str) -> str:
+    """The same word if settling times can count from it.
+
+    Raises
+    ------
+    QuestionError
+        If they cannot.
+    """
+    if settling_from not in SETTLING_FROM:
+        allowed = " or ".join(map(repr, SETTLING_FROM))
+        raise QuestionError(f"settling_from: given {settling_from!r}; must be {allowed}")
+    return settling_from

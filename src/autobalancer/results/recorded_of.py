@@ -13,13 +13,13 @@ from autobalancer.kernels.measures.limits import LAST
 from autobalancer.results.impacts import impacts_of
 from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.places import Floats, plane_sizes, turns_of
-from autobalancer.results.recorded import Balls, Bins, Links, Recorded
+from autobalancer.results.recorded import SETTLING_FROM, Balls, Bins, Links, Recorded
 from autobalancer.results.series import lifted_from, wrapped
 from autobalancer.results.standing import NONE, load_of, standing_in
 
 
-def recorded_of(run: xr.Dataset) -> Recorded:
-    """All that a run recorded.
+def recorded_of(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Recorded:
+    """All that a run recorded; settling times count from the end of the run-up, or from the last release.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def recorded_of(run: xr.Dataset) -> Recorded:
     jumps = jump_times(run)
     if jumps:
         parts = [part for begin, _, part in parts_between_jumps(run) if begin > 0.0]
-        told["parts"] = tuple(_without_turns(part) for part in parts)
+        told["parts"] = tuple(_without_turns(part, settling_from) for part in parts)
     return Recorded(
         end=end,
         centered=centered,
@@ -52,6 +52,7 @@ def recorded_of(run: xr.Dataset) -> Recorded:
         balls=balls,
         jumps=jumps,
         impacts=impacts_of(run),
+        settling_from=settling_from,
         **told,
         **of_turns,
     )
@@ -144,7 +145,7 @@ def _bin_ends(run: xr.Dataset) -> Floats:
     return np.asarray(run["envelope_end" if "envelope_end" in run else "envelope_time"].values, np.float64)
 
 
-def _without_turns(part: xr.Dataset) -> Recorded:
+def _without_turns(part: xr.Dataset, settling_from: str) -> Recorded:
     """What a part of a run between jumps of the unbalance recorded."""
     return Recorded(
         end=float(part.attrs["end_time"]),
@@ -153,6 +154,7 @@ def _without_turns(part: xr.Dataset) -> Recorded:
         bins=bins_of(part),
         balls=balls_of(part),
         jumps=jump_times(part),
+        settling_from=settling_from,
     )
 
 

@@ -30,14 +30,20 @@ def plain(values: ArrayLike) -> Floats:
     return np.require(values, np.float64, ["C", "W"])
 
 
-def settled_from(time: Floats, angle: Floats, rotor_speed: Floats, tolerance: float) -> Floats:
-    """Time from which each ball stays within ``tolerance`` (rad) of its last angle; nan if it still moves.
+def settled_from(time: Floats, angle: Floats, rate: Floats, start: float, tolerance: float) -> Floats:
+    """Time from which each ball stays within ``tolerance`` (rad) of the angle to which it goes; nan if it has not settled.
 
-    ``angle`` is (time, ball), in the rotor. Balls that swing under gravity come to rest in the mean over a revolution.
+    ``angle`` and ``rate`` are (time, ball), in the rotor; ``start`` (s) is where the record begins. A ball has settled that has
+    been within the tolerance of its last angle for a twentieth of the record, and whose way still to come is not longer.
     """
     found = np.empty(angle.shape[1])
-    compiled().settled_from(plain(time), plain(angle), plain(rotor_speed), tolerance, found)
+    compiled().settled_from(plain(time), plain(angle), plain(rate), start, tolerance, found)
     return found
+
+
+def creeps(time: Floats, angle: Floats, settled: Floats, since: float, end: float) -> bool:
+    """Whether a ball that has not ``settled`` (nan) drifts in the last fifth of a run of ``end`` seconds, after ``since`` (s)."""
+    return bool(compiled().creeps(plain(time), plain(angle), plain(settled), since, end))
 
 
 def release_rows(rotor_speed: Floats, rate: Floats, critical_speed: float) -> Floats:
@@ -82,22 +88,24 @@ def lifted_from(values: Floats, floor: Floats) -> Floats:
     return np.array([values[row] if row < values.size else np.nan for row in rows])
 
 
-def end_of_run_up(time: Floats, rotor_speed: Floats) -> float:
-    """Time from which the rotor speed stays within 0.1 % of its last value; the first time if it does from there on."""
-    return float(compiled().end_of_run_up(plain(time), plain(rotor_speed)))
+def end_of_run_up(time: Floats, rotor_speed: Floats, start: float) -> float:
+    """Time from which the rotor speed stays within 0.1 % of its last value; ``start`` (s) if it always does."""
+    return float(compiled().end_of_run_up(plain(time), plain(rotor_speed), start))
 
 
-def counted(
-    settled: Floats, released: Floats, run_up: float, start: float, jumps: Sequence[float] = ()
-) -> tuple[Floats, list[str]]:
-    """Duration of settling of each ball, and from where it counts: the last of these times that is not after it.
+def origin_of(after: float, cause: int, start: float, end: float, jumps: Sequence[float] = ()) -> tuple[float, str]:
+    """From when (s) settling counts in a run from ``start`` to ``end``, and what happened then.
 
-    ``settled`` and ``released`` (s) are (ball,), nan where there is none; ``run_up`` is the end of the run-up, ``jumps`` (s) are
-    those of the unbalance. The last of them up to ``start`` counts in its place.
+    That is ``after`` (nan if there is none; ``cause`` is of kernels/measures/limits.py) or a jump of the unbalance, if that is
+    later.
     """
-    duration, origin = np.empty(settled.size), np.empty(settled.size, np.int64)
-    compiled().counted(plain(settled), plain(released), run_up, start, plain(list(jumps)), duration, origin)
-    return duration, [ORIGINS[code] for code in origin]
+    begin, code = compiled().origin_of(after, cause, start, end, plain(list(jumps)))
+    return float(begin), ORIGINS[code]
+
+
+def time_since(begin: float, settled: Floats) -> Floats:
+    """How long after ``begin`` (s) balls have settled: zero if they had before, nan if they have not."""
+    return np.array([compiled().time_since(begin, at) for at in settled], np.float64)
 
 
 def wrapped(angle: ArrayLike) -> Floats:

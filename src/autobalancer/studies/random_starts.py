@@ -23,7 +23,7 @@ from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
 from autobalancer.results.measures import peak_deflection
 from autobalancer.results.shares import wilson_interval
-from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
+from autobalancer.results.verdict.rule import BALANCED, WORDS
 from autobalancer.simulation.run import simulate_races
 from autobalancer.simulation.sampling import Envelope
 from autobalancer.stability.basins.basin import REVOLUTIONS, released
@@ -34,7 +34,7 @@ from autobalancer.studies.ensemble.members import without_start_angles
 from autobalancer.studies.sweep import sweep
 
 FAILED = "failed"
-ENDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, FAILED)
+ENDS = (*WORDS, FAILED)
 KEPT = ("vibration", "residual_unbalance", "static_deflection", "support_force", "settling_time", "peak_deflection")
 DECAYS = 10.0  # decay times after which a motion counts no longer: exp(-10)
 

@@ -18,8 +18,9 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.swept import Swept
-from autobalancer.results.measure_table import SWEPT
+from autobalancer.results.measure_table import SWEPT, label_of
 from autobalancer.results.provenance import provenance
+from autobalancer.results.recorded import SETTLING_FROM, known_origin
 from autobalancer.results.verdict.rule import BALANCED
 from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.ensemble.execute import run_groups
@@ -44,6 +45,7 @@ def sweep(
     seeds: int | None = None,
     workers: int | None = None,
     max_steps: int = 10_000_000,
+    settling_from: str = SETTLING_FROM[0],
     progress: Callable[[int, int], None] | None = None,
 ) -> Swept:
     """Run a machine once for every combination of parameters.
@@ -62,7 +64,7 @@ def sweep(
     duration, tolerance
         As for :func:`autobalancer.simulate`.
     bins
-        Resolution in time of the measures.
+        Resolution in time of the measures; settling times are interpolated within a bin.
     seed, vary_seed
         Start positions of balls that have none; ``vary_seed`` gives each run its own.
     seeds
@@ -72,6 +74,9 @@ def sweep(
         Threads; by default one for each core. The result does not depend on it.
     max_steps
         Of one run, which ends with the outcome "budget spent" then.
+    settling_from
+        From where settling times count: the end of the ``"run-up"``, or the last ``"release"`` of a stalled ball, see
+        :func:`autobalancer.settling_time`.
     progress
         Called with (runs done, runs in all).
 
@@ -89,7 +94,7 @@ def sweep(
     MachineError
         If a combination makes no possible machine; the message names it. Nothing has run by then.
     """
-    duration = optional_argument("duration", duration, "s")
+    duration, _ = optional_argument("duration", duration, "s"), known_origin(settling_from)
     machine = balls_in_races(machine)
     variations = {name: listed(machine, name, values) for name, values in variations.items()}
     if duration is None and machine.run is None:
@@ -112,8 +117,9 @@ def sweep(
     rows: list[dict[str, Any]] = [{}] * (len(points) * (seeds or 1))
     for one in ran:
         for number, row, steps in zip(one.group.numbers, one.found.rows, one.found.counts[:, 0], strict=True):
-            rows[number] = named(row, end, int(steps))
-    found = _dataset(machine, variations, grid, shape, rows, end, tolerance, seed)
+            rows[number] = named(row, end, int(steps), settling_from)
+    about = {"duration": end, "tolerance": tolerance, "bins": bins, "seed": seed, "settling_from": settling_from}
+    found = _dataset(machine, variations, grid, shape, rows, about)
     return Swept.of(found.assign_coords(seed=drawn) if drawn is not None else found)
 
 
@@ -134,16 +140,14 @@ def _dataset(
     grid: bool,
     shape: tuple[int, ...],
     rows: list[dict[str, Any]],
-    end: float,
-    tolerance: float,
-    seed: int,
+    about: dict[str, Any],
 ) -> xr.Dataset:
     names = [dimension_of_path(path) for path in variations]
     dims = (tuple(names) if grid else ("run",)) if names else ()
     dims = dims if len(dims) == len(shape) else (*dims, "seed")
     variables: dict[str, Any] = {}
     for measure in SWEPT:
-        name, label = measure.name, {"long_name": measure.text, "units": measure.unit}
+        name, label = measure.name, label_of(measure, about["settling_from"])
         if measure.per_ball:
             each = [row.get(name, np.zeros(0)) for row in rows]
             padded = np.full((len(rows), max(values.size for values in each)), np.nan)
@@ -172,8 +176,6 @@ def _dataset(
             "machine": machine_text(machine),
             "machine_name": machine.name,
             "parameters": list(variations),
-            "duration": end,
-            "tolerance": tolerance,
-            "seed": seed,
+            **about,
         },
     )

@@ -21,6 +21,7 @@ from autobalancer.kernels.measures.row import judged, measure_row
 from autobalancer.kernels.system import Floats
 from autobalancer.results.impacts import Impacts
 from autobalancer.results.measure_table import in_row
+from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.results.standing import NONE, static_load
 from autobalancer.results.verdict.rule import WORDS
 from autobalancer.simulation.outcome import outcome
@@ -62,7 +63,7 @@ def completed(row: Floats, assembly: Assembly, places: Places, gauges: Gauges) -
     return row
 
 
-def named(row: Floats, end: float, steps: int) -> dict[str, Any]:
+def named(row: Floats, end: float, steps: int, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
     """The numbers of a row by name, with ``outcome`` and ``verdict`` in words; the run was to reach ``end`` (s)."""
     ended = outcome(int(row[STATUS]), row[END], end, interrupted=False, steps=steps).name
-    return {"outcome": ended, "verdict": WORDS[int(row[VERDICT])], **in_row(row)}
+    return {"outcome": ended, "verdict": WORDS[int(row[VERDICT])], **in_row(row, settling_from)}

@@ -52,7 +52,7 @@ def basin(
     from autobalancer.cli.terminal.quantities import optional, quantity
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.results.verdict.rule import NO_VERDICT
+    from autobalancer.results.verdict.rule import NO_VERDICT, NOT_SETTLED
     from autobalancer.studies.basin import basin as ask
     from autobalancer.studies.worst_start import worst_start
 
@@ -92,9 +92,8 @@ def basin(
     say(_counted(runs, overlapping, seed if random else None))
     for line in (*found.left(), *([_worst_line(found)] if random else [])):
         say(line, indent="  ")
-    changing = (
-        "a run without a verdict still changes at its end; give a longer --hold" if shares.get(NO_VERDICT) else ""
-    )
+    late = [word for word in (NO_VERDICT, NOT_SETTLED) if shares.get(word)]
+    changing = f"runs with the end {' or '.join(map(repr, late))} still change; give a longer --hold" if late else ""
     ignored = f"ignores {found.attrs['ignores']}" if found.attrs.get("ignores") else ""
     for text in (changing, left["note"], left["gravity_note"], ignored):
         if text:

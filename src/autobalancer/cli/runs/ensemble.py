@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, Seed, SpeedUnit, Unit
+from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, Seed, Settling, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import say, speed_sign
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -26,6 +26,7 @@ def ensemble(
     seed: Seed = 0,
     duration: Annotated[str, typer.Option(help='Such as "20 s"; by default run.duration of the file.')] = "",
     tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-7,
+    settling_from: Settling = "run-up",
     record: Annotated[
         bool, typer.Option("--record-impossible", help="Note members that no machine can be, and run the others.")
     ] = False,
@@ -71,6 +72,7 @@ def ensemble(
             seed=seed,
             duration=optional("--duration", duration, "s"),
             tolerance=tolerance,
+            settling_from=settling_from,
             impossible="record" if record else "refuse",
             workers=workers or None,
             progress=update,

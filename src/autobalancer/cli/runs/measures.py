@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from autobalancer.cli.terminal.options import Csv, Json, SpeedUnit, Unit
+from autobalancer.cli.terminal.options import Csv, Json, Settling, SpeedUnit, Unit
 
 
 def measures(
@@ -15,6 +15,7 @@ def measures(
     last: Annotated[
         str, typer.Option(help="Deep chamber: time at the end that is the steady state; by default a tenth of the run.")
     ] = "",
+    settling_from: Settling = "run-up",
     speed_unit: Unit = SpeedUnit.RPM,
     as_json: Json = False,
     as_csv: Csv = False,
@@ -31,6 +32,7 @@ def measures(
 
     one_form(as_json, as_csv)
     asked: dict[str, Any] = {"last": quantity("--last", last, "s")} if last else {}
+    asked |= {"settling_from": settling_from} if settling_from != "run-up" else {}
     found = measured(open_run(result), **asked)
     if as_json:
         print_json({"result": str(result), "measures": {str(name): found[name].values for name in found}})

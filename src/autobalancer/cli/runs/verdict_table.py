@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from autobalancer.cli.terminal.console import Console
     from autobalancer.results.verdict.judged import Verdict
 
-COLORS = {"balanced": "green", "partly balanced": "yellow", "no verdict": "yellow"}
+COLORS = {"balanced": "green", "partly balanced": "yellow", "no verdict": "yellow", "not settled yet": "yellow"}
 
 
 def print_verdict(found: Verdict, console: Console) -> None:

@@ -33,5 +33,8 @@ FrequencyUnit = Annotated[
     SpeedUnit, typer.Option("--frequency-unit", case_sensitive=False, help="Unit in which frequencies are shown.")
 ]
 Seed = Annotated[int, typer.Option(help="Chooses among the random numbers; equal seeds, equal results.")]
+Settling = Annotated[
+    str, typer.Option("--settling-from", help="From where settling times count: the end of the run-up, or release.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 Csv = Annotated[bool, typer.Option("--csv", help="Print the table as CSV, with units in its first line.")]

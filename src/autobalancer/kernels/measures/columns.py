@@ -37,11 +37,14 @@ COLUMNS = (
     "goes_round",
     "vibration_before",
     "vibration_after",
+    "creeps",
+    "vibration_to_come",  # change, over its mean at the end
+    "settling_since_release",  # settling_time, counted from the last release
 )
 WIDTH = len(COLUMNS)
 (
     PEAK, PEAK_SPEED, PEAK_TIME, NEAR_PEAK, AT_RESONANCE, RESIDUAL, STATIC, VIBRATION, WITHOUT, VELOCITY, LEFT, SHARE, FORCE,
     SETTLING, SETTLED_AT, RELEASE_SPEED, RELEASE_TIME, STALLED, BALL_SPEED,
     IMPACTS, IMPACT_SPEED, IMPACT_POWER, IMPULSE, LATE_RATE, LATE_POWER,
-    STATUS, VERDICT, END, END_SPEED, CHANGES, ROUND, BEFORE, AFTER,
+    STATUS, VERDICT, END, END_SPEED, CHANGES, ROUND, BEFORE, AFTER, CREEPS, TO_COME, SINCE_RELEASE,
 ) = range(WIDTH)  # fmt: skip

@@ -96,7 +96,7 @@ class Desk(NamedTuple):
     speed: Floats  # (B,) at their ends, rad/s
     angle: Matrix  # (B, n) of the balls in the rotor, rad
     rate: Matrix  # (B, n) rad/s
-    of_balls: Matrix  # (6, n) work
+    of_balls: Matrix  # (4, n) work
     of_places: Matrix  # (5, most) work: rows of places and supports
     columns: Complexes  # (T, columns) work of the fit of what stands still
     small: Complexes  # (rows, columns) work of equations
@@ -104,14 +104,13 @@ class Desk(NamedTuple):
     hits: Matrix  # (4, I) time, speed, energy and impulse of the impacts that were noted
     noted: Integers  # (1,) how many stand there
     found: Floats  # (FOUND,) measures of the impacts
-    origins: Integers  # (n,) work
 
 
 desk_type = types.NamedTuple(
     [
         seen_type, vector_type, vector_type, vector_type, vector_type, vector_type, vector_type, vector_type, vector_type,
         matrix_type, matrix_type, matrix_type, matrix_type, complex_matrix_type, complex_matrix_type, complexes_type,
-        matrix_type, integers_type, vector_type, integers_type,
+        matrix_type, integers_type, vector_type,
     ],
     Desk,
 )  # fmt: skip

@@ -24,6 +24,7 @@ from autobalancer.kernels.measures.columns import (
     BALL_SPEED,
     BEFORE,
     CHANGES,
+    CREEPS,
     END,
     END_SPEED,
     FORCE,
@@ -40,9 +41,11 @@ from autobalancer.kernels.measures.columns import (
     SETTLED_AT,
     SETTLING,
     SHARE,
+    SINCE_RELEASE,
     STALLED,
     STATIC,
     STATUS,
+    TO_COME,
     VELOCITY,
     VERDICT,
     VIBRATION,
@@ -60,25 +63,39 @@ from autobalancer.kernels.measures.gauges import (
     gauges_type,
 )
 from autobalancer.kernels.measures.impacts import impact_measures
-from autobalancer.kernels.measures.limits import FASTEST, LAST, LINEAR, NO_VERDICT, SETTLED, STEADY
+from autobalancer.kernels.measures.limits import (
+    FASTEST,
+    LAST,
+    LINEAR,
+    NO_VERDICT,
+    NOT_SETTLED,
+    RELEASE,
+    RUN_UP,
+    SETTLED,
+    SPEED_CHANGES,
+    STEADY,
+)
 from autobalancer.kernels.measures.motion import mean_size, moved, standing
 from autobalancer.kernels.measures.response import with_balls_held
 from autobalancer.kernels.measures.seen import ball_at, see, turns_of
 from autobalancer.kernels.measures.series import (
-    counted,
+    creeps,
     end_of_run_up,
     fastest,
     goes_round,
     greatest_at,
     greatest_known,
     last_deflection,
+    origin_of,
     release_rows,
     settled_from,
     speed_changes,
     stalled_times,
     time_at_resonance,
     time_near_peak,
+    time_since,
     value_at,
+    vibration_to_come,
     wrapped,
 )
 from autobalancer.kernels.measures.tables import unbalance_at
@@ -127,19 +144,24 @@ def _course(p: System, r: Record, g: Gauges, d: Desk, count: int, now: float, ro
     row[AFTER] = twentieth(middle, low, high, now, 0.95, centered)
     if centered == 1:
         row[RESIDUAL] = last_deflection(middle, high, now - LAST * now)
-    n = g.ball_mass.size
+    n, begin = g.ball_mass.size, r.bin_edges[0]
+    run_up = end_of_run_up(time, speed, begin)
+    since, _ = origin_of(run_up, RUN_UP, begin, now, g.jumps)
+    row[TO_COME] = vibration_to_come(middle, low, high, since, now, centered)
     if n == 0:
         return
-    begin, settled, rows = r.bin_edges[0], d.of_balls[0], d.of_balls[1]
-    released, duration, other = d.of_balls[2], d.of_balls[3], d.of_balls[4]
-    settled_from(time, angle, speed, SETTLED, settled)
+    settled, rows, released, other = d.of_balls[0], d.of_balls[1], d.of_balls[2], d.of_balls[3]
+    settled_from(time, angle, rate, begin, SETTLED, settled)
     release_rows(speed, rate, g.scalars[CRITICAL], rows)
     for i in range(n):
         released[i] = value_at(rows[i], time)
-    counted(settled, released, end_of_run_up(time, speed), begin, g.jumps, duration, d.origins)
-    last = greatest_at(settled)
-    row[SETTLING], row[SETTLED_AT] = duration[last], settled[last]
+    row[CREEPS] = 1.0 if creeps(time, angle, settled, since, now) else 0.0
+    last = settled[greatest_at(settled)]
     row[RELEASE_TIME] = greatest_known(released)
+    row[SETTLED_AT], row[SETTLING], row[SINCE_RELEASE] = last, time_since(since, last), time_since(since, last)
+    if row[RELEASE_TIME] > begin:
+        free, _ = origin_of(row[RELEASE_TIME], RELEASE, begin, now, g.jumps)
+        row[SINCE_RELEASE] = time_since(free, last)
     for i in range(n):
         released[i] = value_at(rows[i], speed)
     row[RELEASE_SPEED] = greatest_known(released)
@@ -206,8 +228,13 @@ def judged(row: Floats) -> int:
     without = row[WITHOUT]
     if row[STATUS] != FINISHED or not without > 0.0:
         return NO_VERDICT
-    reason = changing(row[CHANGES] != 0.0, row[ROUND] != 0.0, row[BEFORE], row[AFTER], without)
-    return class_of(row[VIBRATION] / without) if reason == STEADY else NO_VERDICT
+    vibration, moves = row[VIBRATION], row[CREEPS] == 1.0
+    reason = changing(
+        row[CHANGES] != 0.0, row[ROUND] != 0.0, moves, row[BEFORE], row[AFTER], row[TO_COME], vibration, without
+    )
+    if reason == STEADY:
+        return class_of(vibration / without)
+    return NO_VERDICT if reason == SPEED_CHANGES else NOT_SETTLED
 
 
 @njit(void(system_type, record_type, memory_type, gauges_type, desk_type, int64, vector_type), **EXACT)

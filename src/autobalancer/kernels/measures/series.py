@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import math
 
-from numba import boolean, float64, int64, void
+from numba import boolean, float64, int64, types, void
 
 from autobalancer.kernels.flags import EXACT, njit
 from autobalancer.kernels.measures.limits import (
     CONSTANT,
     JUMP,
+    LAST,
+    LATE,
+    LEAST_CHANGE,
+    LEAST_DRIFT,
     NEAR_CRITICAL,
-    NOWHERE,
-    RELEASE,
-    REST,
-    RUN_UP,
     SAME_SPEED,
+    SETTLED,
     STALL_MARGIN,
     STALL_SHARE,
     START,
+    TREND,
 )
-from autobalancer.kernels.system import Floats, Integers, Matrix, integers_type, matrix_type, vector_type
+from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
+
+strided_type = types.Array(types.float64, 1, "A")
+HALVINGS = 40  # of a bin, in which the instant of a crossing is found
 
 
 @njit(int64(vector_type), **EXACT)
@@ -90,33 +95,121 @@ def last_deflection(time: Floats, high: Floats, begin: float) -> float:
     return found
 
 
-@njit(void(vector_type, matrix_type, vector_type, float64, vector_type), **EXACT)
-def settled_from(time: Floats, angle: Matrix, speed: Floats, tolerance: float, found: Floats) -> None:
-    """Time from which each ball stays within ``tolerance`` (rad) of its last angle; nan if it still moves.
+@njit(types.UniTuple(float64, 2)(vector_type, strided_type, strided_type, float64, float64, float64), **EXACT)
+def drift(
+    time: Floats, values: Floats, others: Floats, share: float, begin: float, least: float
+) -> tuple[float, float]:
+    """Where values go: their mean in the last third of the time from ``begin`` to the end, and the change still to come.
 
-    ``angle`` is (T, n), in the rotor. Balls that swing under gravity come to rest in the mean over a revolution.
+    The values are ``values`` less a ``share`` of ``others``. Means of the thirds of an exponential approach are a geometric
+    series; the change to come is its sum. It is infinite where the changes do not become smaller, and zero where the last one is
+    smaller than ``least`` or than a fifth of the spread in the last third, or has another sign; nan without any time.
     """
-    count = time.size
-    last = count - 1
-    end = abs(speed[last])
-    since = time[last] - 2.0 * math.pi / max(end, 1e-300)
-    first = count - 1  # the last time that is not after the begin of the last turn
-    while first >= 0 and time[first] > since:
-        first -= 1
-    first = min(max(first, 0), count - 2)
-    passed = time[last] - time[first] if count > 1 else 1.0
+    last = time.size - 1
+    begin = max(begin, time[0])
+    third = (time[last] - begin) / 3.0
+    if not third > 0.0:
+        return math.nan, math.nan
+    first, second, mean, low, high = 0.0, 0.0, 0.0, math.inf, -math.inf
+    for k in range(3):
+        since, until, total = begin + k * third, begin + (k + 1) * third, 0.0
+        for t in range(last, 0, -1):  # linear between two values
+            if time[t] <= since:
+                break
+            left, right = max(time[t - 1], since), min(time[t], until)
+            if left >= right:
+                continue
+            one, other = values[t - 1] - share * others[t - 1], values[t] - share * others[t]
+            middle = (0.5 * (left + right) - time[t - 1]) / (time[t] - time[t - 1])
+            total += (right - left) * (one + middle * (other - one))
+            if k == 2:
+                low, high = min(low, other), max(high, other)
+        first, second, mean = second, total / third - mean, total / third
+    if abs(second) <= max(least, TREND * (high - low)) or first * second <= 0.0:
+        return mean, 0.0
+    if abs(second) >= abs(first):
+        return mean, math.copysign(math.inf, second)
+    return mean, second * second / (first - second)
+
+
+@njit(float64(vector_type, matrix_type, matrix_type, int64, float64, float64, float64), **EXACT)
+def within_since(
+    time: Floats, angle: Matrix, rate: Matrix, i: int, goal: float, tolerance: float, start: float
+) -> float:
+    """Time from which ball i stays within ``tolerance`` of an angle; ``start`` if it always was, nan if it is not at the end.
+
+    Between two samples the angle is the cubic of both angles and rates.
+    """
+    away = time.size - 1
+    if not abs(angle[away, i] - goal) <= tolerance:
+        return math.nan
+    while away >= 0 and abs(angle[away, i] - goal) <= tolerance:
+        away -= 1
+    if away < 0:
+        return start
+    step, a, b = time[away + 1] - time[away], angle[away, i], angle[away + 1, i]
+    u, v = step * rate[away, i], step * rate[away + 1, i]
+    outside, inside = 0.0, 1.0
+    for _ in range(HALVINGS):
+        s = 0.5 * (outside + inside)
+        there = a + s * (u + s * (3.0 * (b - a) - 2.0 * u - v + s * (u + v - 2.0 * (b - a))))
+        if abs(there - goal) <= tolerance:
+            inside = s
+        else:
+            outside = s
+    return time[away] + inside * step
+
+
+@njit(void(vector_type, matrix_type, matrix_type, float64, float64, vector_type), **EXACT)
+def settled_from(time: Floats, angle: Matrix, rate: Matrix, start: float, tolerance: float, found: Floats) -> None:
+    """Time from which each ball stays within ``tolerance`` (rad) of the angle to which it goes; nan if it has not settled.
+
+    ``angle`` and ``rate`` are (T, n), in the rotor; ``start`` (s) is where the first step begins. A ball has settled that has
+    been within the tolerance of its last angle for a twentieth of the time, and whose way still to come, extrapolated from how
+    it moved in the second half of this time, is not longer than the tolerance. Where it turned round in this half, its second
+    half counts.
+    """
+    last = time.size - 1
     for i in range(angle.shape[1]):
         found[i] = math.nan
-        begin = angle[first, i] if count > 1 else angle[last, i]
-        if abs(angle[last, i] - begin) > REST * end * passed:
+        since = within_since(time, angle, rate, i, angle[last, i], tolerance, start)
+        if not time[last] - since >= LAST * (time[last] - start):
             continue
-        away = last
-        while away >= 0 and not abs(angle[away, i] - angle[last, i]) > tolerance:
-            away -= 1
-        if away < 0:
-            found[i] = time[0]
-        elif away + 1 < last:
-            found[i] = time[away + 1]
+        least, stay = LEAST_DRIFT * tolerance, time[last] - since
+        mean_angle, to_come = drift(time, angle[:, i], angle[:, i], 0.0, time[last] - 0.5 * stay, least)
+        if math.isinf(to_come):
+            mean_angle, to_come = drift(time, angle[:, i], angle[:, i], 0.0, time[last] - 0.25 * stay, least)
+        found[i] = within_since(time, angle, rate, i, mean_angle + to_come, tolerance, start)
+
+
+@njit(boolean(vector_type, matrix_type, vector_type, float64, float64), **EXACT)
+def creeps(time: Floats, angle: Matrix, settled: Floats, since: float, end: float) -> bool:
+    """Whether a ball that has not ``settled`` (n,) drifts in one direction in the last fifth of a run of ``end`` seconds.
+
+    That is after ``since`` (s), when the run-up ended and the unbalance jumped last. ``angle`` is (T, n) in the rotor, rad.
+    """
+    begin = max(since, LATE * end)
+    for i in range(angle.shape[1]):
+        if math.isnan(settled[i]):
+            _, to_come = drift(time, angle[:, i], angle[:, i], 0.0, begin, LEAST_DRIFT * SETTLED)
+            if abs(to_come) > 0.0:
+                return True
+    return False
+
+
+@njit(float64(vector_type, vector_type, vector_type, float64, float64, int64), **EXACT)
+def vibration_to_come(time: Floats, low: Floats, high: Floats, since: float, end: float, centered: int) -> float:
+    """Change of the vibration that is still to come, over the vibration at the end of a run; nan if it is not known.
+
+    It is extrapolated from the last fifth of a run of ``end`` seconds, after ``since`` (s), when the run-up ended and the
+    unbalance jumped last. ``time`` are the middles of bins.
+    """
+    if time.size == 0:
+        return math.nan
+    share, last = 0.0 if centered != 0 else 1.0, time.size - 1  # else the range
+    least = LEAST_CHANGE * (high[last] - share * low[last])
+    mean_size, to_come = drift(time, high, low, share, max(since, LATE * end), least)
+    return to_come / mean_size if mean_size > 0.0 else math.nan
 
 
 @njit(void(vector_type, matrix_type, float64, vector_type), **EXACT)
@@ -178,41 +271,48 @@ def fastest(speed: Floats, rate: Matrix, found: Floats) -> None:
             found[i] = max(found[i], abs(rate[t, i] + speed[t]))
 
 
-@njit(float64(vector_type, vector_type), **EXACT)
-def end_of_run_up(time: Floats, speed: Floats) -> float:
-    """Time from which the rotor speed stays within 0.1 % of its last value; the first time if it does from there on."""
-    last = speed.size - 1
-    for t in range(last - 1, -1, -1):
-        if abs(speed[t] - speed[last]) > CONSTANT * abs(speed[last]):
-            return time[t + 1]
-    return time[0]
+@njit(float64(vector_type, vector_type, float64), **EXACT)
+def end_of_run_up(time: Floats, speed: Floats, start: float) -> float:
+    """Time from which the rotor speed stays within 0.1 % of its last value; ``start`` if it always does.
 
-
-@njit(void(vector_type, vector_type, float64, float64, vector_type, vector_type, integers_type), **EXACT)
-def counted(
-    settled: Floats, released: Floats, run_up: float, start: float, jumps: Floats, duration: Floats, origin: Integers
-) -> None:
-    """Duration of settling of each ball, and from where it counts: the last of these times that is not after it.
-
-    ``settled`` and ``released`` (s) are (n,), nan where there is none; ``run_up`` is the end of the run-up, ``jumps`` (s) are
-    those of the unbalance. The last of them up to ``start`` counts in its place.
+    Between two samples the speed goes on as before, up to the second one: exact where a ramp ends between them.
     """
-    first, kind = start, START
+    last = speed.size - 1
+    limit = CONSTANT * abs(speed[last])
+    for t in range(last - 1, -1, -1):
+        off = abs(speed[t] - speed[last]) - limit
+        if off > 0.0:
+            step = time[t + 1] - time[t]
+            slope = (off + limit - abs(speed[t + 1] - speed[last])) / step
+            if t > 0:
+                slope = max(slope, (abs(speed[t - 1] - speed[last]) - limit - off) / (time[t] - time[t - 1]))
+            return time[t] + min(off / slope, step) if slope > 0.0 else time[t + 1]
+    return start
+
+
+@njit(types.Tuple((float64, int64))(float64, int64, float64, float64, vector_type), **EXACT)
+def origin_of(after: float, cause: int, start: float, end: float, jumps: Floats) -> tuple[float, int]:
+    """From when settling counts in a run from ``start`` to ``end`` (s), and what happened then.
+
+    That is ``after`` (s, what ``cause`` says; nan if it did not happen) or a jump of the unbalance, whichever is later; if there
+    is neither, the start, or the last jump up to then.
+    """
+    begin, kind = start, START
     for k in range(jumps.size):
-        if jumps[k] <= start and (kind == START or jumps[k] > first):
-            first, kind = jumps[k], JUMP
-    for i in range(settled.size):
-        begin, cause = math.nan, NOWHERE
-        if first <= settled[i]:
-            begin, cause = first, kind
-        if run_up > start and run_up <= settled[i] and not run_up <= begin:
-            begin, cause = run_up, RUN_UP
-        if released[i] <= settled[i] and not released[i] <= begin:
-            begin, cause = released[i], RELEASE
-        for k in range(jumps.size):
-            if jumps[k] > start and jumps[k] <= settled[i] and not jumps[k] <= begin:
-                begin, cause = jumps[k], JUMP
-        duration[i], origin[i] = settled[i] - begin, cause
+        if jumps[k] <= start and (kind == START or jumps[k] > begin):
+            begin, kind = jumps[k], JUMP
+    if after > start:
+        begin, kind = after, cause
+    for k in range(jumps.size):
+        if start < jumps[k] <= end and jumps[k] >= begin:
+            begin, kind = jumps[k], JUMP
+    return begin, kind
+
+
+@njit(float64(float64, float64), **EXACT)
+def time_since(begin: float, settled: float) -> float:
+    """How long after ``begin`` a ball has settled, s: zero if it had before, nan if it has not."""
+    return 0.0 if settled <= begin else settled - begin
 
 
 @njit(float64(float64), **EXACT)

@@ -33,18 +33,33 @@ def twentieth(time: Floats, low: Floats, high: Floats, end: float, begin: float,
     return greatest if centered != 0 else 0.5 * (greatest - least)
 
 
-@njit(int64(boolean, boolean, float64, float64, float64), **EXACT)
-def changing(speed: bool, uneven: bool, before: float, after: float, without: float) -> int:
+@njit(int64(boolean, boolean, boolean, float64, float64, float64, float64, float64), **EXACT)
+def changing(
+    speed: bool,
+    uneven: bool,
+    creeps: bool,
+    before: float,
+    after: float,
+    to_come: float,
+    vibration: float,
+    without: float,
+) -> int:
     """Why a run has no verdict: its speed changes, or its vibration, ``before`` and ``after`` in the last two twentieths (m).
 
-    ``uneven``: a ball goes round in the rotor. ``without`` is the greatest vibration without balls (m): below a tenth of it a
-    vibration may change.
+    ``uneven``: a ball goes round in the rotor; ``creeps``: one that has not settled drifts. ``to_come`` is the change of the
+    vibration that is still to come, over what it is; nan if that is not known. ``vibration`` and ``without`` are the greatest of
+    all places, that without balls (m): below a tenth of it a vibration may change.
     """
     if speed:
         return SPEED_CHANGES
-    greater, smaller = max(before, after), min(before, after)
-    if greater > FIRST * without and greater > (UNEVEN if uneven else SAME_VIBRATION) * smaller:
+    if creeps and not uneven and vibration > FIRST * without:
         return VIBRATION_CHANGES
+    greater, smaller = max(before, after), min(before, after)
+    if greater > FIRST * without:
+        if greater > (UNEVEN if uneven else SAME_VIBRATION) * smaller:
+            return VIBRATION_CHANGES
+        if not uneven and (1.0 + to_come > SAME_VIBRATION or (1.0 + to_come) * SAME_VIBRATION < 1.0):
+            return VIBRATION_CHANGES
     return STEADY
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from autobalancer.plots.drawing.labels import BEHIND
 from autobalancer.plots.drawing.style import CRITICAL, INK, picture
 from autobalancer.results.number_text import LENGTHS, length_text, moment_text
-from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
+from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, NOT_SETTLED, PARTLY, WORSE
 
 MOVING = "balls not at rest"
 COLORS = {
@@ -32,6 +32,7 @@ VERDICTS = {
     NOT: "#D55E00",
     WORSE: "#8C2D04",
     NO_VERDICT: "#56B4E9",
+    NOT_SETTLED: "#7B68B5",
     MOVING: "#0072B2",
     "failed": "#222222",
 }

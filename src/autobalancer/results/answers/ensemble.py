@@ -12,11 +12,11 @@ from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import axis_unit
 from autobalancer.results.number_text import length_text, moment_text, significant
 from autobalancer.results.shares import wilson_interval
-from autobalancer.results.verdict.rule import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE
+from autobalancer.results.verdict.rule import WORDS
 from autobalancer.shown import Column, rpm_and_si
 
 FINISHED, NOT_RUN, IMPOSSIBLE = "finished", "not run", "impossible"
-CLASSES = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT)
+CLASSES = WORDS
 MOST_GROUPS = 8  # values of a column that are shown one by one
 QUANTILES = (0.05, 0.5, 0.95)
 TOLD = ("peak_deflection", "peak_speed", "vibration", "residual_unbalance", "settling_time", "release_speed")

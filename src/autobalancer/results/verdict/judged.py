@@ -16,8 +16,17 @@ from autobalancer.results.places import plane_vectors, residual_unbalance, suppo
 from autobalancer.results.recorded_of import recorded_of
 from autobalancer.results.series import mean
 from autobalancer.results.standing import NONE, load_of
-from autobalancer.results.verdict.passage import Peak, RunPart, Settling, parts_of, peak_of, settling_of
-from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, goes_round, verdict_word
+from autobalancer.results.verdict.passage import (
+    Forecast,
+    Peak,
+    RunPart,
+    Settling,
+    forecast_of,
+    parts_of,
+    peak_of,
+    settling_of,
+)
+from autobalancer.results.verdict.rule import NO_VERDICT, NOT_SETTLED, Course, goes_round, unsteady, verdict_word
 from autobalancer.results.verdict.text import verdict_html, verdict_lines
 
 NOTES = (
@@ -69,14 +78,15 @@ class SupportVerdict:
 class Verdict:
     """What a run says of balancing, SI but for the grades.
 
-    ``word`` is *balanced*, *partly balanced*, *not balanced*, *worse than without balls* or *no verdict*, and then
-    ``because`` says why. ``ratio`` is the greatest vibration of all places over the greatest without balls. ``unbalance``
-    and ``residual`` (kg m) are those of the rotor in its plane, or summed over several planes; ``grade_before`` and
-    ``grade_after`` are the grade G of ISO 21940-11 of both, U W/M at the last speed in mm/s. Of two planes
-    ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual`` (kg m^2) its couple about the middle
-    between them; ``static_unbalance`` and ``couple_unbalance`` are those of their unbalances. ``parts`` are those of the run
-    between jumps of the unbalance; none without a jump. ``without_held`` says that no run with held balls was given,
-    ``bodies`` what rolls, "balls" or "cylinders".
+    ``word`` is *balanced*, *partly balanced*, *not balanced*, *worse than without balls*, *not settled yet* or *no
+    verdict*, and of the last two ``because`` says why; else it names a free vibration that does not count. ``forecast``
+    says where balls go that have not settled. ``ratio`` is the greatest vibration of all places over the greatest
+    without balls. ``unbalance`` and ``residual`` (kg m) are those of the rotor in its plane, or summed over several
+    planes; ``grade_before`` and ``grade_after`` are the grade G of ISO 21940-11 of both, U W/M at the last speed in
+    mm/s. Of two planes ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual``
+    (kg m^2) its couple about the middle between them; ``static_unbalance`` and ``couple_unbalance`` are those of their
+    unbalances. ``parts`` are those of the run between jumps of the unbalance; none without a jump. ``without_held``
+    says that no run with held balls was given, ``bodies`` what rolls, "balls" or "cylinders".
     """
 
     word: str
@@ -101,6 +111,7 @@ class Verdict:
     parts: tuple[RunPart, ...] = ()
     without_held: bool = False
     bodies: str = "balls"
+    forecast: Forecast | None = None
 
     @property
     def balanced(self) -> bool:
@@ -187,36 +198,50 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     unbalance, residual = _rotor(run.isel(turn=turns), planes)
     speed, mass = float(run["turn_speed"].values[-1]), float(run.attrs["turning_mass"])
     without = max(place.without_balls for place in places)
-    ratio = max(place.vibration for place in places) / without if without > 0.0 else np.nan
-    because = stopped or _because(run, without, unbalance, planes)
+    greatest = max(place.vibration for place in places)
+    ratio = greatest / without if without > 0.0 else np.nan
+    course = _course(run)
+    word, because = (NO_VERDICT, stopped) if stopped else _because(run, course, greatest, without, unbalance, planes)
+    settling = settling_of(run)
+    creeping = settling is not None and settling.moving and not course.uneven and word != NO_VERDICT
     before, after = (
         balance_grade(abs(size), mass, abs(speed)) if np.isfinite(size) else np.nan for size in (unbalance, residual)
     )
     return Verdict(
-        NO_VERDICT if because else verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after,
-        places, planes, supports, peak, other_peak, settling_of(run), notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
+        word or verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after, places, planes, supports, peak,
+        other_peak, settling, notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
+        forecast=forecast_of(run, course.since) if creeping or word == NOT_SETTLED else None,
     )  # fmt: skip
 
 
-def _because(run: xr.Dataset, without: float, unbalance: float, planes: tuple[PlaneVerdict, ...]) -> str:
+def _because(
+    run: xr.Dataset,
+    course: Course,
+    vibration: float,
+    without: float,
+    unbalance: float,
+    planes: tuple[PlaneVerdict, ...],
+) -> tuple[str, str]:
+    """Why there is no verdict, after the word for it; empty texts if there is one."""
     if not run.sizes.get("ball", 0):
-        return "the machine has no balls"
+        return NO_VERDICT, "the machine has no balls"
     if np.isnan(without):
         if "vibration_without_balls" in run:
-            return "the speed is a critical speed of a rotor without damping"
-        return (
+            return NO_VERDICT, "the speed is a critical speed of a rotor without damping"
+        return NO_VERDICT, (
             "the machine has an external excitation, bearings that harden, or rubber whose steady motion is not known; give "
             "'held', its run with hold_balls=True"
         )
     if without == 0.0 or unbalance + sum(plane.unbalance for plane in planes) == 0.0:
-        return "the rotor has no unbalance"
-    return changing_because(_course(run), without)
+        return NO_VERDICT, "the rotor has no unbalance"
+    return unsteady(course, vibration, without)
 
 
 def _course(run: xr.Dataset) -> Course:
     for prefix in ("", "envelope_", "turn_"):
         if f"{prefix}speed" in run:
-            time, speed = run[f"{prefix}time"].values, run[f"{prefix}speed"].values
+            when = "envelope_end" if prefix == "envelope_" and "envelope_end" in run else f"{prefix}time"
+            time, speed = run[when].values, run[f"{prefix}speed"].values
             angle = f"{prefix}ball_angle_in_rotor"
             angles = run[angle].values if angle in run else np.zeros((time.size, 0))
             break
@@ -226,7 +251,12 @@ def _course(run: xr.Dataset) -> Course:
     )
     centered = load_of(run.attrs) == NONE
     end = float(run.attrs["end_time"])
-    return Course(end, centered, time, speed, goes_round(time, angles, end), *envelope)
+    try:
+        recorded = recorded_of(run)
+        left_alone = recorded.since, recorded.creeps
+    except QuestionError:  # it kept its last revolutions alone
+        left_alone = 0.0, False
+    return Course(end, centered, time, speed, goes_round(time, angles, end), *envelope, *left_alone)
 
 
 def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:

@@ -2,10 +2,11 @@
 
 The vibration with balls, at the place where it is greatest, is compared with the vibration of the same machine with its
 balls spread evenly and held, where that is greatest. Up to a tenth of it is *balanced*, up to nine tenths *partly
-balanced*, up to eleven tenths *not balanced*; more is *worse than without balls*. There is no verdict on a run that has
-not come to its end, whose speed changes by more than a hundredth in its last twentieth, or whose vibration in the last two
-twentieths differs by more than a fifth, or by a factor of two where a ball goes round in the rotor. Below a tenth of that
-without balls it may change.
+balanced*, up to eleven tenths *not balanced*; more is *worse than without balls*. There is *no verdict* on a run that was
+stopped, or whose speed changes by more than a hundredth in its last twentieth. *Not settled yet* is one whose vibration in
+the last two twentieths differs by more than a fifth, or would still change by more than that: its means in the thirds of the
+last fifth are continued as an exponential approach; or whose balls drift and have not settled. Where a ball goes round in the
+rotor only the twentieths count, which may differ by a factor of two. Below a tenth of that without balls a vibration may change.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from autobalancer.results.series import compiled, plain
 Floats = NDArray[np.float64]
 
 BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
-NO_VERDICT = "no verdict"
-WORDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT)  # in the order of kernels/measures/limits.py
+NO_VERDICT, NOT_SETTLED = "no verdict", "not settled yet"
+WORDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, NOT_SETTLED)  # in the order of kernels/measures/limits.py
 LIMITS = tuple(zip(bounds, WORDS[:3], strict=True))
 
 
@@ -45,27 +46,31 @@ class Course(NamedTuple):
     envelope_time: Floats  # (B,) s; empty without an envelope
     low: Floats  # (B,) m
     high: Floats  # (B,) m
+    since: float = 0.0  # from when the run was left alone, s
+    creeps: bool = False  # whether a ball that has not settled drifts at the end
 
 
-def changing_because(course: Course, without_balls: float) -> str:
-    """Why a run has no verdict: its speed or vibration still changes; else an empty text.
+def unsteady(course: Course, vibration: float, without_balls: float) -> tuple[str, str]:
+    """The word and the reason where a run has not come to its end: its speed or its vibration still changes; else empty texts.
 
-    ``without_balls`` is the greatest vibration without balls (m): below a tenth of it a vibration may change.
+    ``vibration`` is the greatest of all places, ``without_balls`` that without balls (m): below a tenth of it a vibration may
+    change.
     """
     from autobalancer.kernels.measures.verdict import changing, twentieth
 
     envelope = plain(course.envelope_time), plain(course.low), plain(course.high)
     before, after = (twentieth(*envelope, course.end, begin, course.centered) for begin in (0.9, 0.95))
+    to_come = compiled().vibration_to_come(*envelope, course.since, course.end, course.centered)
     moves = speed_changes(course.time, course.speed, course.end)
-    reason = changing(moves, course.uneven, before, after, without_balls)
+    reason = changing(moves, course.uneven, course.creeps, before, after, to_come, vibration, without_balls)
     if reason == SPEED_CHANGES:
-        return (
+        return NO_VERDICT, (
             "the speed still changes in the last twentieth of the run, so the numbers are those of its last revolutions and "
             "not of a steady state; run longer"
         )
-    if reason == VIBRATION_CHANGES:
-        return "the vibration still changes in the last tenth of the run; run longer"
-    return ""
+    return (
+        (NOT_SETTLED, "the vibration still changes at the end of the run") if reason == VIBRATION_CHANGES else ("", "")
+    )
 
 
 def speed_changes(time: Floats, speed: Floats, end: float) -> bool:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from autobalancer.kernels.measures.limits import LIMITS
 from autobalancer.laws.balance_quality import grade_name
 from autobalancer.results.number_text import (
     couple_text,
@@ -18,15 +19,17 @@ from autobalancer.results.number_text import (
     velocity_text,
     worded,
 )
+from autobalancer.results.verdict.rule import BALANCED, NOT_SETTLED, WORDS
 
 if TYPE_CHECKING:
     from autobalancer.results.verdict.judged import Verdict
-    from autobalancer.results.verdict.passage import Peak, RunPart, Settling
+    from autobalancer.results.verdict.passage import Forecast, Peak, RunPart, Settling
 
 Lines = list[tuple[str, str]]
 NOT_COMPARED = "not computed; verdict(run, held) compares it, with held = simulate(machine, hold_balls=True)"
 LISTED = 8  # balls that are named
-GREATER = 1.5  # times the greatest deflection without balls, from which on the headline says so
+GREATER = LIMITS[-1]  # times the greatest deflection without balls, from which on the headline says so
+LEAST_SHARE = 1e-3  # of an unbalance, below which an extrapolated residual is not said in figures
 
 
 def rpm_text(speed: float) -> str:
@@ -82,15 +85,19 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
     if found.parts:
         rows += _parts(found.parts, speed_text)
     elif found.settling is not None:
-        rows.append(("balls settle", _settling(found.settling)))
+        rows.append(("balls settle", _settling(found.settling, None if found.word == NOT_SETTLED else found.forecast)))
     rows = [(worded(label, found.bodies), worded(text, found.bodies)) for label, text in rows]
     return headline(found), rows, list(found.notes)
 
 
 def headline(found: Verdict) -> str:
     """The verdict in a sentence, with the greatest deflection of the run where balls have made it much greater."""
-    reason = found.because or f"vibration {share_text(found.ratio)} of that without balls"
-    return worded(f"{found.word}: {reason}{_transient(found)}", found.bodies)
+    vibration = f"vibration {share_text(found.ratio)} of that without balls"
+    if found.word in WORDS[:4]:
+        beside = f"; {found.because}" if found.because else ""
+        return worded(f"{found.word}{_transient(found)}: {vibration}{beside}", found.bodies)
+    still = _still(found) if found.word == NOT_SETTLED else ""
+    return worded(f"{found.word}: {still or found.because}{_transient(found)}", found.bodies)
 
 
 def verdict_html(found: Verdict) -> str:
@@ -110,11 +117,34 @@ def _without(value: float, text: Callable[[float], str]) -> str:
 
 
 def _transient(found: Verdict) -> str:
+    """The passage of the resonance, where balls have made it worse."""
     if found.peak is None or found.peak_without_balls is None or not found.peak_ratio > GREATER:
         return ""
     here, other = length_text(found.peak.deflection), length_text(found.peak_without_balls.deflection)
-    times = significant(found.peak_ratio)
-    return f"; the greatest deflection of the run is {times} times that without balls ({here}, {other} without)"
+    share = found.peak_ratio - 1.0
+    much = share_text(share) + " worse than" if share < 1.0 else f"{significant(found.peak_ratio)} times that"
+    joined = ", but" if found.word == BALANCED else ", and" if found.word in WORDS[:4] else ";"
+    return f"{joined} the greatest deflection on the way is {much} without balls ({here}, without {other})"
+
+
+def _still(found: Verdict) -> str:
+    """What still changes at the end of a run, where it goes, and how long a run shows it."""
+    ahead = found.forecast
+    if ahead is None:
+        return f"{found.because}; run longer (run.duration)"
+    said = found.because
+    if found.settling is not None and found.settling.moving:
+        said = f"balls still move {significant(math.degrees(ahead.speed), 2)} deg/s"
+    if math.isnan(ahead.duration):
+        return f"{said}; run longer (run.duration)"
+    return (
+        f"{said}; residual {share_text(found.residual_share)} now, {_later(ahead)} when they have settled (extrapolated); run "
+        f"for about {significant(ahead.duration, 2)} s to see it (run.duration)"
+    )
+
+
+def _later(ahead: Forecast) -> str:
+    return "below 0.1 %" if ahead.share < LEAST_SHARE else f"about {share_text(ahead.share)}"
 
 
 def _peak(peak: Peak, speed_text: Callable[[float], str]) -> str:
@@ -132,13 +162,17 @@ def _parts(parts: tuple[RunPart, ...], speed_text: Callable[[float], str]) -> Li
     return rows
 
 
-def _settling(settling: Settling) -> str:
+def _settling(settling: Settling, ahead: Forecast | None = None) -> str:
     moving = settling.moving
+    later = ""
+    if ahead is not None and not math.isnan(ahead.duration):
+        later = f"; a run of about {significant(ahead.duration, 2)} s shows them settled (extrapolated)"
     if not settling.ball:
-        return f"none; {'it still moves' if len(moving) == 1 else 'all still move'} at the end"
+        return f"none; {'it still moves' if len(moving) == 1 else 'all still move'} at the end{later}"
     at = f" (at {settling.settled_at:.5g} s)" if settling.counted_from != "start" else ""
-    text = f"{settling.duration:.3g} s after the {settling.counted_from}{at}, ball {settling.ball} last"
+    when = f"{settling.duration:.3g} s after" if settling.duration > 0.0 else "before"
+    text = f"{when} the {settling.counted_from}{at}, ball {settling.ball} last"
     if moving:
         named = ", ".join(map(str, moving[:LISTED])) + (", ..." if len(moving) > LISTED else "")
-        text += f"; still moving: {len(moving)} ({named})"
+        text += f"; not settled: {len(moving)} ({named}){later}"
     return text

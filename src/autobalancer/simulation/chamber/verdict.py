@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import xarray as xr
 
@@ -11,17 +13,19 @@ from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber.balls import ball_settling_time, balls_carried, residual_of_balls, window
 from autobalancer.results.chamber.shape import bodies_of, unbalance_of
+from autobalancer.results.number_text import length_text
 from autobalancer.results.of_a_run import of_a_run
-from autobalancer.results.places import Complexes, moved
+from autobalancer.results.places import Complexes, Floats, moved
 from autobalancer.results.standing import calm_mean
 from autobalancer.results.verdict.judged import PlaceVerdict, SupportVerdict, Verdict
 from autobalancer.results.verdict.passage import Peak, Settling
-from autobalancer.results.verdict.rule import NO_VERDICT, Course, changing_because, speed_changes, verdict_word
+from autobalancer.results.verdict.rule import NO_VERDICT, Course, speed_changes, unsteady, verdict_word
 from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
 from autobalancer.simulation.chamber.tilting import tilting_note
 from autobalancer.units import optional_argument
 
 MIDDLE = "middle of the rotor"
+TWENTIETHS = 20
 
 
 @of_a_run(runs="simulate_chamber")
@@ -29,7 +33,9 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     """Whether a run of a deep chamber ends balanced, by the rule of balls in races.
 
     The vibration is the greatest distance of the middle of the rotor from its mean position, across the axis. That without
-    balls is the steady one of the same body with the balls as masses in the middles of their chambers.
+    balls is the steady one of the same body with the balls as masses in the middles of their chambers. Where all balls go around
+    with the rotor, what does not turn with it and becomes smaller is a free vibration that decays: it does not count, and
+    ``because`` says how large it is.
 
     A run whose speed still changes has no steady state: without ``last`` only its greatest deflection is said, from the rest
     position of the machine without balls.
@@ -63,10 +69,13 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     ratio = float(vibration[0]) / without if without > 0.0 else np.nan
     residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean())
     mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
-    because = _because(run, z - static[0], without)
+    free, turning = _free_vibration(run, z - static[0], steady)
+    if free:
+        ratio = turning / without if without > 0.0 else np.nan
+    word, because = _because(run, z - static[0], without, free)
     return Verdict(
-        word=NO_VERDICT if because else verdict_word(ratio),
-        because=because,
+        word=word or verdict_word(ratio),
+        because=because or free,
         speed=speed,
         ratio=ratio,
         unbalance=abs(described[0]),
@@ -137,22 +146,54 @@ def _stopped(run: xr.Dataset) -> str:
     return "" if outcome == "finished" else f"the run did not finish: {run.attrs.get('outcome_text', outcome)}"
 
 
-def _because(run: xr.Dataset, away: Complexes, without: float) -> str:
+def _turning(z: Complexes, angle: Floats) -> tuple[Complexes, float]:
+    """What of x + i y turns with the rotor, either way: its course and its greatest size, m."""
+    turn = np.exp(1j * angle)
+    forward, backward = calm_mean((z / turn)[:, None])[0], calm_mean((z * turn)[:, None])[0]
+    return forward * turn + backward / turn, float(abs(forward) + abs(backward))
+
+
+def _free_vibration(run: xr.Dataset, away: Complexes, steady: slice) -> tuple[str, float]:
+    """A text where a free vibration still decays, else none; and the size of what turns with the rotor, m."""
+    angle, time = run["rotor_angle"].values, run["time"].values
+    before = slice(max(0, 2 * steady.start - steady.stop), steady.start)
+    if before.stop - before.start < 2 or not bool(balls_carried(run).all()):
+        return "", np.nan
+    (_, turning), rest = _turning(away[steady], angle[steady]), []
+    for part in (before, steady):
+        still = away[part] - calm_mean(away[part, None])[0]
+        rest.append(float(np.sqrt(np.mean(np.abs(still - _turning(still, angle[part])[0]) ** 2))))
+    earlier, later = rest
+    if not turning < later < earlier:
+        return "", turning
+    decay = (time[steady.stop - 1] - time[steady.start]) / np.log(earlier / later)
+    return (
+        f"a free vibration still decays, {length_text(later)} rms, to a third in {1.1 * decay:.2g} s, and does not count; "
+        f"{length_text(turning)} turn with the rotor"
+    ), turning
+
+
+def _because(run: xr.Dataset, away: Complexes, without: float, free: str) -> tuple[str, str]:
     stopped = _stopped(run)
     if stopped:
-        return stopped
+        return NO_VERDICT, stopped
     if not without > 0.0:
-        return (
+        return NO_VERDICT, (
             "the rotor has no unbalance"
             if without == 0.0
             else "the speed is a critical speed of a body without damping"
         )
     time = run["time"].values
     uneven = not bool(balls_carried(run).all())
-    return changing_because(
-        Course(float(time[-1]), True, time, run["speed"].values, uneven, time, np.zeros_like(time), np.abs(away)),
-        without,
-    )
+    middles, size = time, np.abs(away)
+    if free:  # what turns with the rotor in each twentieth
+        edges = np.linspace(0, time.size, TWENTIETHS + 1).astype(int)
+        parts = [slice(*pair) for pair in itertools.pairwise(edges)]
+        angle = run["rotor_angle"].values
+        middles = np.array([0.5 * (time[part.start] + time[part.stop - 1]) for part in parts])
+        size = np.array([_turning(away[part], angle[part])[1] for part in parts])
+    end, low = float(time[-1]), np.zeros_like(middles)
+    return unsteady(Course(end, True, time, run["speed"].values, uneven, middles, low, size), float(size[-1]), without)
 
 
 def _across(run: xr.Dataset, name: str) -> Complexes:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.shares import wilson_interval
-from autobalancer.results.verdict.rule import NO_VERDICT, WORSE
+from autobalancer.results.verdict.rule import NO_VERDICT, NOT_SETTLED, WORSE
 from autobalancer.studies.design.running import Case
 from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import MEASURED, STALL, Spec
@@ -71,7 +71,7 @@ def stalled(found: Studied) -> Flags:
     """
     restless = ~np.isfinite(values_of(found, "settling_time"))
     hung = found["stalled_time"].values > 0.0
-    bad = np.isin(found["verdict"].values.astype(str), (WORSE, NO_VERDICT)) | ~np.isfinite(
+    bad = np.isin(found["verdict"].values.astype(str), (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(
         found["release_speed"].values
     )
     stuck = found["time_at_resonance"].values > 0.5 * float(found.attrs["duration"])

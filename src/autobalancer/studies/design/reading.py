@@ -15,6 +15,7 @@ from autobalancer.files.text import read_toml
 from autobalancer.machine import Machine
 from autobalancer.machine.bare_numbers import bare_entry
 from autobalancer.machine.part import unknown_key
+from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.studies.design.contradictions import refuse_contradictions
 from autobalancer.studies.design.measured import KEYS as ROTOR
 from autobalancer.studies.design.measured import read_rotor, with_rotor, with_some_unbalance
@@ -49,6 +50,7 @@ KEYS = (
     "search",
     "scatter",
 )
+SEARCH = ("members", "budget", "generations", "objectives", "seed", "tolerance", "settling_from")
 UNITS = {  # of numbers that a specification has besides those of its machine
     "operation.speed": "rad/s",
     "unbalance": "kg*m",
@@ -114,7 +116,7 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Spec:
         temperature=_ends("temperature", data.get("temperature", ROOM), "K"),
         limits=_limits(_table(data, "limits", (*MEASURED, STALL, MARGIN, ENOUGH, PRESSURE, SHARE))),
         options=read_options(machine, data.get("candidates")),
-        search=_search(_table(data, "search", ("members", "budget", "generations", "objectives", "seed", "tolerance"))),
+        search=_search(_table(data, "search", SEARCH)),
         scatter=dict(_table(data, "scatter", None)),
         measured=measured.fit if measured is not None else None,
         remarks=_read_as(data),
@@ -244,4 +246,5 @@ def _search(table: Mapping[str, Any]) -> Search:
         objectives=(str(objectives[0]), str(objectives[1])),
         seed=whole("search.seed", table.get("seed", 0), 0),
         tolerance=number("search.tolerance", table.get("tolerance", 1e-5), 1e-13, 1e-2),
+        settling_from=one_of("search.settling_from", table.get("settling_from", SETTLING_FROM[0]), SETTLING_FROM),
     )

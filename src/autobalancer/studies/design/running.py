@@ -129,6 +129,7 @@ def study_of(spec: Spec, machine: Machine, one: Candidate, seed: int) -> dict[st
         "seed": seed,
         "tolerance": spec.search.tolerance,
         "impossible": "truncate",
+        "settling_from": spec.search.settling_from,
         "vary": vary,
     }
 

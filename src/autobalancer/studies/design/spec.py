@@ -8,6 +8,7 @@ from typing import Any
 
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.rotordynamics.receptance.answer import FittedReceptance
 from autobalancer.studies.design.fluids import Filling
 
@@ -70,6 +71,7 @@ class Search:
     objectives: tuple[str, str]
     seed: int
     tolerance: float
+    settling_from: str = SETTLING_FROM[0]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from autobalancer.kernels.measures.columns import STATUS, VERDICT, WIDTH
 from autobalancer.kernels.measures.limits import NO_VERDICT
 from autobalancer.machine.plain_names import dimension_of
 from autobalancer.results.answers.ensemble import IMPOSSIBLE, NOT_RUN
-from autobalancer.results.measure_table import SWEPT, in_row
+from autobalancer.results.measure_table import SWEPT, in_row, label_of
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict.rule import BALANCED, WORDS
 from autobalancer.simulation.outcome import outcome
@@ -30,7 +30,7 @@ Variable = tuple[Any, Any, Any]  # dimensions, values, label
 def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], plan: Plan) -> xr.Dataset:
     """The dataset; a member that did not run has no numbers."""
     found = xr.Dataset(
-        ensemble_variables(members, ran, reasons),
+        ensemble_variables(members, ran, reasons, plan.settling_from),
         coords={"member": ("member", np.arange(1, members.count + 1), {"long_name": "number of the member"})},
         attrs={
             "title": f"Ensemble of {members.machine.name}",
@@ -41,6 +41,7 @@ def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], 
             "duration": plan.end,
             "tolerance": plan.tolerance,
             "bins": plan.bins,
+            "settling_from": plan.settling_from,
         },
     )
     found = found.assign_coords(_coordinates(members))
@@ -49,7 +50,9 @@ def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], 
     return found
 
 
-def ensemble_variables(members: Members, ran: list[Ran], reasons: dict[int, str]) -> dict[str, Variable]:
+def ensemble_variables(
+    members: Members, ran: list[Ran], reasons: dict[int, str], settling_from: str
+) -> dict[str, Variable]:
     """The variables of the dataset by name, each with its dimensions, values and label."""
     count, balls = members.count, max((one.group.balls for one in ran), default=ball_count(members.machine))
     numbers, starts = np.full((count, WIDTH + balls), np.nan), np.full((count, balls), np.nan)
@@ -66,9 +69,9 @@ def ensemble_variables(members: Members, ran: list[Ran], reasons: dict[int, str]
         outcomes[number] = _outcome(int(numbers[number, STATUS]))
     found: dict[str, Variable] = {}
     words = np.where(np.isfinite(numbers[:, VERDICT]), numbers[:, VERDICT], NO_VERDICT).astype(int)
-    for measure, values in zip(SWEPT, in_row(numbers).values(), strict=True):
+    for measure, values in zip(SWEPT, in_row(numbers, settling_from).values(), strict=True):
         dims = ("member", "ball") if measure.per_ball else ("member",)
-        found[measure.name] = (dims, values, {"long_name": measure.text, "units": measure.unit})
+        found[measure.name] = (dims, values, label_of(measure, settling_from))
     verdicts = np.array(WORDS, dtype=object)[words]
     found["outcome"] = ("member", outcomes, {})
     found["verdict"] = ("member", verdicts, {})

@@ -18,6 +18,7 @@ from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.ensemble import Ensemble
 from autobalancer.results.measure_table import SWEPT
+from autobalancer.results.recorded import SETTLING_FROM, known_origin
 from autobalancer.simulation.steppers import Method
 from autobalancer.studies.ensemble.columns import ball_count, columns_of
 from autobalancer.studies.ensemble.dataset import ensemble_dataset
@@ -44,6 +45,7 @@ def ensemble(
     keep_states: bool = False,
     workers: int | None = None,
     max_steps: int = 10_000_000,
+    settling_from: str = SETTLING_FROM[0],
     progress: Callable[[int, int], None] | None = None,
     keep_on_interrupt: bool = False,
 ) -> Ensemble:
@@ -66,7 +68,7 @@ def ensemble(
     duration, tolerance, method
         As for :func:`autobalancer.simulate`.
     bins
-        Resolution in time of the measures.
+        Resolution in time of the measures; settling times are interpolated within a bin.
     impossible
         What to do with members that no machine can be: ``"refuse"`` raises an error that names the first one, ``"record"`` gives
         them the outcome ``impossible`` and runs the others. Either way that is known before anything runs.
@@ -76,6 +78,9 @@ def ensemble(
         Threads; by default one for each core. The result does not depend on it.
     max_steps
         Of one member, which ends with the outcome "budget spent" then.
+    settling_from
+        From where settling times count: the end of the ``"run-up"``, or the last ``"release"`` of a stalled ball, see
+        :func:`autobalancer.settling_time`.
     progress
         Called with (members done, members in all).
     keep_on_interrupt
@@ -109,7 +114,7 @@ def ensemble(
         raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
-    end = _duration(machine, duration)
+    end, _ = _duration(machine, duration), known_origin(settling_from)
     refuse_what_does_not_fit(
         "ensemble",
         given.count * (seeds or 1),
@@ -120,7 +125,8 @@ def ensemble(
     drawn = None if seeds is None else np.arange(seed, seed + seeds, dtype=np.int64)
     if drawn is not None or given.seeds is not None:
         machine = without_start_angles(machine)
-    members, plan = Members(machine, given, drawn, seed, "member"), Plan(end, tolerance, bins, max_steps, method)
+    members = Members(machine, given, drawn, seed, "member")
+    plan = Plan(end, tolerance, bins, max_steps, method, settling_from)
     groups, reasons = members.sorted(plan, impossible)
     ran, seconds, interrupted = run_groups(groups, workers, progress, keep_states)
     if interrupted and not keep_on_interrupt:

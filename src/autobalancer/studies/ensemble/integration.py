@@ -19,6 +19,7 @@ from autobalancer.kernels.integrators.record import Record, record_type
 from autobalancer.kernels.measures.columns import WIDTH
 from autobalancer.kernels.measures.gauges import Gauges, gauges_type
 from autobalancer.kernels.system import VX, Integers, Matrix, System, system_type
+from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.simulation.steppers import Stepper, stepper_for
@@ -36,6 +37,7 @@ class Plan(NamedTuple):
     bins: int
     max_steps: int
     method: str = "auto"
+    settling_from: str = SETTLING_FROM[0]
 
 
 class Integration(NamedTuple):

@@ -115,7 +115,9 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
         raise KeyboardInterrupt
     arrays = {
         name: values.astype(str) if values.dtype.kind == "O" else values
-        for name, (_, values, _) in ensemble_variables(made.members, ran, made.reasons).items()
+        for name, (_, values, _) in ensemble_variables(
+            made.members, ran, made.reasons, made.study.settling_from
+        ).items()
         if name != "reason"
     }
     arrays[STALLED] = (arrays["stalled_time"] > 0.0) & ~np.isfinite(arrays["settled_at"])

@@ -11,7 +11,7 @@ import xarray as xr
 
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine.plain_names import dimension_of
-from autobalancer.results.measure_table import SWEPT
+from autobalancer.results.measure_table import SWEPT, label_of
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict.rule import BALANCED
 from autobalancer.stability.basins.starts import START_ANGLE, axis_name
@@ -60,7 +60,11 @@ def study_dataset(study: Study, chunks: Mapping[tuple[int, int], Arrays], count:
     for name, values in arrays.items():
         if not name.startswith("vary:") and name != "seed":
             dims = ("member", "ball") if values.ndim == 2 else ("member",)
-            found[name] = (dims, values.astype(object) if values.dtype.kind == "U" else values, _label(name))
+            found[name] = (
+                dims,
+                values.astype(object) if values.dtype.kind == "U" else values,
+                _label(name, study.settling_from),
+            )
     seconds = sum(float(chunks[span][SECONDS][0]) for span in spans)
     if RUN in study.results and kept.any():
         found.attrs["run_time_per_member"] = seconds / int(kept.size)
@@ -86,6 +90,7 @@ def _attributes(study: Study) -> dict[str, Any]:
         **({} if study.sudden is None else {"sudden_unbalance": study.sudden.place, "before": study.sudden.before}),
         "tolerance": study.tolerance,
         "bins": study.bins,
+        "settling_from": study.settling_from,
         "starts": "random" if study.random_starts else "machine",
     }
 
@@ -126,12 +131,12 @@ def _labeled(study: Study, name: str, values: list[Any]) -> tuple[Any, dict[str,
     return found, label
 
 
-def _label(name: str) -> dict[str, Any]:
+def _label(name: str, settling_from: str) -> dict[str, Any]:
     if name in {one.name for one in STANDING.values()}:
         return attributes_of(name)
     measure = next((one for one in SWEPT if one.name == name), None)
     if measure is not None:
-        return {"long_name": measure.text, "units": measure.unit}
+        return label_of(measure, settling_from)
     if name == BALANCED:
         return {"long_name": "whether the verdict is 'balanced'"}
     if name == "start_ball_angle_in_rotor":

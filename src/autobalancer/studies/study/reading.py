@@ -13,6 +13,7 @@ from autobalancer.files.samples import beside
 from autobalancer.files.text import read_toml
 from autobalancer.machine import Machine
 from autobalancer.machine.part import unknown_key
+from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.studies.study.entries import number, one_of, whole
 from autobalancer.studies.study.outputs import OUTPUTS, RUN, quantity_kind
 from autobalancer.studies.study.run_up import RUN_UP, check_length, with_run_up
@@ -32,6 +33,7 @@ DEFAULTS: dict[str, Any] = {
     "duration": None,
     "tolerance": 1e-6,
     "bins": 500,
+    "settling_from": SETTLING_FROM[0],
     "results": ["run"],
     "impossible": "refuse",
     TABLE: None,
@@ -115,6 +117,7 @@ def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
         show=_shown(given["show"], results),
         base=base if base is not machine else None,
         sudden=sudden,
+        settling_from=one_of("settling_from", given["settling_from"], SETTLING_FROM),
         written={key: value for key, value in data.items() if key != "machine"},
     )
     _checkwhole(study)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
+from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.study.distributions import Distribution, joined
 from autobalancer.studies.study.samples import Plan, correlated, drawn_again, shares
@@ -48,6 +49,7 @@ class Study:
     show: tuple[str, ...] = ()  # quantities of the table; none: the usual ones
     base: Machine | None = None  # as it was given, where the study drives it in its own way
     sudden: Sudden | None = None  # with an unbalance of the machine that appears at speed
+    settling_from: str = SETTLING_FROM[0]
     written: dict[str, Any] = field(default_factory=dict)  # as the user wrote it
 
     @property
@@ -85,6 +87,7 @@ class Study:
             "bins": self.bins,
             "results": list(self.results),
             "impossible": self.impossible,
+            "settling_from": self.settling_from,
             **({} if self.sudden is None else {"sudden_unbalance": repr(self.sudden)}),
             **({} if self.plan == "random" else {"members": self.members}),
         }
