@@ -14,6 +14,7 @@ from tests.references.stalled_pair import run_up
 import autobalancer as ab
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.results.measure_table import MEASURES, SWEPT
+from autobalancer.results.recorded import Balls, settling
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
@@ -113,23 +114,17 @@ def test_a_ball_that_still_moves_has_not_settled() -> None:
     assert np.isnan(ab.release_speed(run)).all()
 
 
-def creeping_run(rest: float, amplitude: float, rate: float, end: float = 20.0) -> xr.Dataset:
-    """A run at constant speed whose two balls go to ``rest`` (rad) as an exponential does."""
+def creeping_balls(rest: float, amplitude: float, rate: float, end: float = 20.0) -> Balls:
+    """Two balls on a rotor of constant speed that go to ``rest`` (rad) as an exponential does."""
     time = np.linspace(0.0, end, 2001)
     angle = rest + amplitude * np.exp(-rate * time)[:, None] * np.array([1.0, -1.0])
-    spin = -rate * (angle - rest)
-    course = {"ball_angle_in_rotor": angle, "ball_speed_in_rotor": spin}
-    run = xr.Dataset(
-        {name: (("time", "ball"), values) for name, values in course.items()}, {"time": time, "ball": [1, 2]}
-    )
-    run["speed"] = ("time", np.full(time.size, 500.0))
-    return run.assign_attrs(end_time=end, critical_speeds=[250.0])
+    return Balls(0.0, time, np.full(time.size, 500.0), angle, -rate * (angle - rest))
 
 
 @pytest.mark.parametrize("rate", [0.01, 0.1, 0.15, 0.3, 3.0])
 def test_a_ball_has_settled_where_its_way_to_come_is_no_longer_than_the_tolerance(rate: float) -> None:
     """However slowly it goes: against the place to which the exponential leads, not against the last one."""
-    found = ab.settling_time(creeping_run(1.0, 0.5, rate))
+    found = settling(creeping_balls(1.0, 0.5, rate), 250.0, ()).duration
     exact = np.log(0.5 / np.deg2rad(2.0)) / rate  # there it comes within the tolerance
     if 20.0 - exact >= 0.05 * 20.0:
         np.testing.assert_allclose(found, exact, atol=1e-3)
