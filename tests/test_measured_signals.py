@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +45,126 @@ def test_lines_of_a_logger_above_the_names_are_left_out(tmp_path: Path) -> None:
     file.write_text("x [m];y [m]\n1;1\na;b\n3;3\n", encoding="utf-8")
     with pytest.raises(ResultError, match="line 3, column 'x': 'a' is not a number"):
         ab.measure.load_signals(file, rate=1000.0)
+
+
+def rows(head: str, mark: str, *columns: Callable[[int], str], count: int = 40) -> str:
+    return "\n".join([head, *(mark.join(column(i) for column in columns) for i in range(count))]) + "\n"
+
+
+def second(i: int) -> str:
+    return f"{i / 2000:.4f}"
+
+
+def tenth(i: int) -> str:
+    return f"{0.1 * i:.1f}"
+
+
+def comma(column: Callable[[int], str]) -> Callable[[int], str]:
+    return lambda i: column(i).replace(".", ",")
+
+
+MIDNIGHT = tuple(f"23:59:59.{980 + i}" if i < 20 else f"00:00:00.{i - 20:03d}" for i in range(40))
+TENTHS = 1e-4 * np.arange(40)  # of mm
+LOGGERS = {
+    "units below": (rows("Time,Ch 1\ns,mm", ",", second, tenth), {"Ch_1": TENTHS}),
+    "lines above": (rows("Bench;3\nRate;2000\nTime;Ch 1\n[s];[mm]", ";", second, tenth), {"Ch_1": TENTHS}),
+    "LabVIEW": (rows("X_Value\tx [mm]", "\t", second, tenth), {"x": TENTHS}),
+    "slashes": (rows("time/s\tx/mm\tv/(mm/s)", "\t", second, tenth, tenth), {"x": TENTHS, "v": TENTHS}),
+    "underscore": (rows("time_s;x [mm]", ";", second, tenth), {"x": TENTHS}),
+    "catman": (rows("Zeit  1 - Standard [s]\tWeg [mm]", "\t", comma(second), comma(tenth)), {"Weg": TENTHS}),
+    "blanks": (rows("time [s]  x [mm]", "   ", second, tenth), {"x": TENTHS}),
+    "both marks, each sure": (rows("time [s];x [mm]", ";", second, comma(tenth)), {"x": TENTHS}),
+    "German thousands": (
+        rows("time [s];f [N]", ";", comma(second), lambda i: f"1.{500 + i},5"),
+        {"f": 1500.5 + np.arange(40)},
+    ),
+    "quoted thousands": (
+        rows("time [s],f [N]", ",", second, lambda i: f'"1,{500 + i}.5"'),
+        {"f": 1500.5 + np.arange(40)},
+    ),
+    "Swiss thousands": (rows("time [s],f [N]", ",", second, lambda i: f"1'{500 + i}"), {"f": 1500.0 + np.arange(40)}),
+    "thousands of millions": (
+        rows("time [s];f [N]", ";", second, lambda i: f"1,{500 + i},000"),
+        {"f": 1e3 * (1500.0 + np.arange(40))},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LOGGERS)
+def test_tables_of_loggers_are_read_as_they_write_them(tmp_path: Path, name: str) -> None:
+    text, known = LOGGERS[name]
+    (tmp_path / "s.csv").write_text(text, encoding="utf-8")
+    found = ab.measure.load_signals(tmp_path / "s.csv", implausible=True)
+    assert found["time"].values == pytest.approx(np.arange(40) / 2000.0)
+    assert {str(key): pytest.approx(found[key].values) for key in found.data_vars} == known
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (rows("time [s]\tn [rad/s]", "\t", second, lambda i: f"1,{500 + i}"), "line 2, column 'n': '1,500' may have"),
+        (rows("time [s];n [rad/s]", ";", comma(second), lambda i: f"1.{500 + i}"), "line 2, column 'n': '1.500' may"),
+        (rows("time [s];x [mm]", ";", second, lambda i: "0,5" if i else "1.5"), "line 3, .* another decimal mark"),
+        (rows("time [s],x [mm]", ",", comma(second), tenth), "3 cells for 2 columns; where commas are decimal marks"),
+        (rows("time [s];x [mm]", ";", second, lambda i: "1e400"), "samples are no numbers"),
+        (rows("time [s];x [mm]", ";", second, lambda i: "1e308"), None),
+        (rows("1e400;x [mm]", ";", lambda i: "1e400", tenth), "not a number"),
+        (rows("0;0", ";", second, tenth), "does not name its columns"),
+        (rows("x [mm];n", ";", tenth, lambda i: "a" if i == 30 else "1"), "line 32, column 'n': 'a' is not a number"),
+    ],
+)
+def test_what_may_mean_two_things_or_nothing_is_refused_at_its_place(
+    tmp_path: Path, text: str, words: str | None
+) -> None:
+    (tmp_path / "s.csv").write_text(text, encoding="utf-8")
+    if words is None:
+        with pytest.warns(RangeWarning, match="is constant"):
+            ab.measure.load_signals(tmp_path / "s.csv")
+        return
+    with pytest.raises(AutobalancerError, match=words):
+        ab.measure.load_signals(tmp_path / "s.csv")
+
+
+@pytest.mark.parametrize("date", ["", "2026-11-12T", "12.11.2026 "])
+def test_clock_times_and_time_stamps_are_seconds_from_the_first_also_past_midnight(tmp_path: Path, date: str) -> None:
+    late = date.replace("12T", "13T").replace("12.11", "13.11")
+    stamps = [(late if clock < "12" else date) + clock for clock in MIDNIGHT]
+    text = rows("Zeitpunkt;Bemerkung;x [mm]", ";", stamps.__getitem__, lambda i: "ok", tenth)
+    (tmp_path / "s.csv").write_text(text, encoding="utf-8")
+    with pytest.warns(RangeWarning, match="column 'Bemerkung': no numbers, left out"):
+        found = ab.measure.load_signals(tmp_path / "s.csv")
+    assert found["time"].values == pytest.approx(1e-3 * np.arange(40), abs=1e-9)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "cp1252"])
+def test_tables_are_read_in_the_encodings_of_notepad_and_excel(tmp_path: Path, encoding: str) -> None:
+    text = rows("Zeit [s]\tLänge [µm]", "\t", comma(second), comma(tenth))
+    (tmp_path / "s.txt").write_bytes(text.replace("\n", "\r\n").encode(encoding))
+    assert ab.measure.load_signals(tmp_path / "s.txt")["Länge"].values == pytest.approx(1e-3 * TENTHS)
+
+
+def test_a_rate_takes_the_place_of_times_that_are_rounded_too_coarsely(tmp_path: Path) -> None:
+    file = tmp_path / "s.csv"
+    file.write_text(rows("time [ms];x [mm]", ";", lambda i: str(i // 2), tenth, count=400), encoding="utf-8")
+    with pytest.raises(QuestionError, match=r"after 0 s comes 0 s. If the samples are even .* rate='2005 Hz'"):
+        ab.measure.load_signals(file, implausible=True)
+    with pytest.warns(RangeWarning, match=r"rate of 2000 Hz is used, not the column of time$"):
+        found = ab.measure.load_signals(file, rate="2 kHz", implausible=True)
+    assert found["time"].values == pytest.approx(np.arange(400) / 2000.0)
+    with pytest.warns(RangeWarning, match=r"by it the file lasts 0\.199 s, by the rate 0\.3325 s"):
+        ab.measure.load_signals(file, rate="1.2 kHz", implausible=True)
+
+
+def test_columns_that_are_left_out_and_a_likely_tacho_are_named(tmp_path: Path) -> None:
+    file = table(tmp_path / "s.csv", "time [s],x,y [mm],Drehzahlimpuls [V]", TIME, WAVE, 1e3 * WAVE, 1e5 * WAVE)
+    with pytest.warns(RangeWarning, match="x has no unit and was left out"):
+        found = ab.measure.load_signals(file)
+    assert list(found.data_vars) == ["y", "Drehzahlimpuls"]
+    with pytest.raises(QuestionError, match=r"'Drehzahlimpuls' is the tacho, say .*--tacho Drehzahlimpuls"):
+        ab.measure.rotor_angle(found)
+    file = table(tmp_path / "s.csv", "time [s],x,tacho [V]", TIME, WAVE, 1e5 * np.sin(300.0 * TIME))
+    with pytest.warns(RangeWarning), pytest.raises(QuestionError, match=r"none of tacho is .*x has no unit"):
+        ab.measure.orders(ab.measure.load_signals(file))
 
 
 def test_channels_are_described_beside_the_file_or_by_a_dict(tmp_path: Path) -> None:
@@ -204,6 +327,70 @@ def test_time_records_of_universal_files_are_read_in_ascii_and_binary(tmp_path: 
         ab.measure.load_signals(tmp_path / "r.uff")
 
 
+def test_universal_files_are_read_whatever_stands_between_their_functions(tmp_path: Path) -> None:
+    file, mark, values = tmp_path / "r.uff", b"    -1\n", np.sin(40.0 * TIME)
+    one, two = universal("58", values), universal("58b", values)
+    for content in (
+        one + one[len(mark) :] + one[len(mark) :],  # one mark between two functions
+        two.replace(b"\n" + mark, mark) * 3,  # a mark that follows binary numbers at once
+        (one * 3).replace(b"\n", b"\r\n").replace(b"    -1\r", b"    -1" + b" " * 74 + b"\r"),
+    ):
+        file.write_bytes(content)
+        assert len(ab.measure.load_signals(file)) == 3
+    swallowed = (two + two).replace(b"%12d" % 3200, b"%12d" % (3200 + len(two)), 1)
+    file.write_bytes(swallowed)
+    with pytest.warns(RangeWarning, match="1 of 2 functions .* could be read"):
+        assert len(ab.measure.load_signals(file)) == 1
+    label = "µm/s²".ljust(20)
+    for encoding in ("utf-8", "latin-1"):
+        file.write_bytes(one.decode().replace("g".ljust(20), label).encode(encoding))
+        found = ab.measure.load_signals(file)["acceleration_12_x"]
+        assert found.values == pytest.approx(-1e-6 * values, abs=1e-11)
+    file.write_bytes(one.replace(b"    1         1", b"   12         1") + one)
+    with pytest.warns(RangeWarning, match="1 of 2 functions are no time records, left out"):
+        ab.measure.load_signals(file)
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+def test_universal_files_are_those_of_pyuff_in_both_directions(tmp_path: Path, binary: int) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    values = np.sin(np.outer(np.arange(1, 5), 40.0 * TIME))
+    kinds = {"rsp_dir": 3, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 0, "abscissa_axis_units_lab": "s"}
+    sets = [
+        pyuff.prepare_58(
+            func_type=1, rsp_node=k, data=row, x=TIME, binary=binary, abscissa_spec_data_type=17, id1=f"channel {k}",
+            abscissa_spacing=1, abscissa_min=0.0, abscissa_inc=1e-3, num_pts=TIME.size, ref_node=0, ref_dir=0,
+            ordinate_axis_units_lab="m/s^2", **kinds,
+        )
+        for k, row in enumerate(values, 1)
+    ]  # fmt: skip
+    pyuff.UFF(str(tmp_path / "theirs.uff")).write_sets(sets)
+    found = ab.measure.load_signals(tmp_path / "theirs.uff")
+    assert list(found.data_vars) == [f"acceleration_{k}_z" for k in range(1, 5)]
+    np.testing.assert_allclose([found[name] for name in found.data_vars], values, atol=1e-11)
+    ab.save_run(found, tmp_path / "ours.uff")
+    again = pyuff.UFF(str(tmp_path / "ours.uff")).read_sets()
+    np.testing.assert_allclose([one["data"] for one in again], values, atol=1e-11)
+    np.testing.assert_allclose(again[0]["x"], TIME, atol=1e-9)
+    hertz, ratio = np.arange(1.0, 65.0), np.exp(1j * np.arange(64.0)) * np.arange(1.0, 65.0)
+    response = kinds | {"func_type": 4, "orddenom_spec_data_type": 13, "orddenom_axis_units_lab": "N"}
+    one = pyuff.prepare_58(
+        rsp_node=7, ref_node=7, ref_dir=3, data=ratio, x=hertz, binary=binary, abscissa_spec_data_type=18, id1="hammer",
+        abscissa_spacing=1, abscissa_min=1.0, abscissa_inc=1.0, num_pts=64, ordinate_axis_units_lab="m/s^2",
+        **(response | {"abscissa_axis_units_lab": "Hz"}),
+    )  # fmt: skip
+    pyuff.UFF(str(tmp_path / "hammer.uff")).write_sets(one)
+    for kind, label in ((12, "m/s^2"), (0, "(1/N)*(m/s²)")):
+        text = (tmp_path / "hammer.uff").read_bytes().replace(b"m/s^2".ljust(20), label.encode().ljust(20))
+        if kind == 0:  # a unit of the whole, as some programs write it
+            text = text.replace(b"%10d" % 12 + b" " * 4, b"%10d" % 1 + b" " * 4).replace(b"        13 ", b"         0 ")
+            text = text.replace(b"N".ljust(20), b"NONE".ljust(20))
+        (tmp_path / "hammer.uff").write_bytes(text)
+        measured = ab.measure.load_receptance(tmp_path / "hammer.uff")
+        known = -ratio / (2.0 * np.pi * hertz) ** 2
+        np.testing.assert_allclose(measured["receptance_real"] + 1j * measured["receptance_imag"], known, rtol=1e-9)
+
+
 def test_signals_that_are_written_as_a_universal_file_come_back_as_they_were(tmp_path: Path) -> None:
     channels = {
         "x": Channel(1e-4 * np.sin(40.0 * TIME), "displacement", "A", "x"),
@@ -253,3 +440,80 @@ def test_sound_files_need_a_full_scale(tmp_path: Path) -> None:
     assert found["a"].values == pytest.approx(20.0 * WAVE / 1e-4, abs=2e-3)
     with pytest.raises(QuestionError, match="describe the channels"):
         ab.measure.load_signals(tmp_path / "s.wav")
+
+
+def test_files_of_libraries_are_read(tmp_path: Path) -> None:
+    h5py, nptdms = pytest.importorskip("h5py"), pytest.importorskip("nptdms")
+    with h5py.File(tmp_path / "s.mat", "w", userblock_size=512) as file:
+        file["time"], file["x [um]"] = TIME[None], 1e6 * WAVE[None]
+    with (tmp_path / "s.mat").open("r+b") as head:
+        head.write(b"MATLAB 7.3 MAT-file")
+    with h5py.File(tmp_path / "s.h5", "w") as file:
+        file["bench/rate"] = 1000.0
+        file["bench/x"] = 1e6 * WAVE
+        file["bench/x"].attrs["units"] = "um"
+    wave = {"wf_increment": 1e-3, "unit_string": "um"}
+    with nptdms.TdmsWriter(tmp_path / "s.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("bench", "x", 1e6 * WAVE, properties=wave)])
+    body = rows("X_Value\tx\tComment", "\t", "{:.3f}".format, lambda i: f"{1e6 * WAVE[i]:.9f}", count=0)
+    body += "".join(f"{t:.6f}\t{1e6 * x:.9f}\n" for t, x in zip(TIME, WAVE, strict=True))
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\n***End_of_Header***\t\n\t\n"
+    kind = "Channels\t1\t\nSamples\t400\t\nY_Unit_Label\tum\t\nX0\t0.0\t\nDelta_X\t0.001\t\n***End_of_Header***\t\t\n"
+    (tmp_path / "s.lvm").write_text(head + kind + body, encoding="utf-8")
+    for name in ("s.mat", "s.h5", "s.tdms", "s.lvm"):
+        found = ab.measure.load_signals(tmp_path / name)
+        assert found["x"].values == pytest.approx(WAVE, abs=1e-11), name
+        assert found.attrs["sampling_rate"] == pytest.approx(1000.0)
+    assert not (tmp_path / "s.lvm.pkl").exists()
+
+
+def test_a_missing_library_is_named_with_the_way_to_get_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "nptdms", None)
+    (tmp_path / "s.tdms").write_bytes(b"TDSm")
+    with pytest.raises(ResultError, match=r'is TDMS; pip install "autobalancer\[signals\]"'):
+        ab.measure.load_signals(tmp_path / "s.tdms")
+
+
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [
+        (b"PAR1", "is Parquet, which is not read; export it as .csv. What is read: tables"),
+        (b"\x1f\x8b\x08", "compressed by gzip, .* unpack it first"),
+        (b"MDF     4.10", "is MDF"),
+        (b"\x93NUMPY\x01", "write .npz"),
+        (b"PK\x03\x04", "as of Excel, which is not read; save the table as .csv"),
+        (bytes(range(256)), "is no text"),
+        (b"\x89HDF\r\n\x1a\n", "cannot be read"),
+    ],
+)
+def test_what_is_no_table_is_named_as_what_it_is(tmp_path: Path, start: bytes, words: str) -> None:
+    (tmp_path / "s.csv").write_bytes(start)
+    with pytest.raises(ResultError, match=words):
+        ab.measure.load_signals(tmp_path / "s.csv")
+
+
+def test_files_that_would_fill_the_memory_or_never_end_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from scipy.io import savemat
+
+    from autobalancer.measurement.signals import formats
+
+    h5py = pytest.importorskip("h5py")
+    monkeypatch.setattr(formats, "HARMLESS", 1_000_000)
+    zeros = np.zeros(1_000_000)
+    np.savez_compressed(tmp_path / "z.npz", x=zeros)
+    savemat(tmp_path / "z.mat", {"x": zeros}, do_compression=True)
+    with h5py.File(tmp_path / "z.h5", "w") as file:
+        file.create_dataset("x", data=zeros, compression="gzip")
+    np.save(tmp_path / "x.npy", np.zeros(100))
+    with zipfile.ZipFile(tmp_path / "hollow.npz", "w") as archive:  # an array that claims more than it has
+        archive.writestr("x.npy", (tmp_path / "x.npy").read_bytes().replace(b"(100,), }      ", b"(100000000,), }"))
+    for name in ("z.npz", "z.mat", "z.h5", "hollow.npz"):
+        with pytest.raises(ResultError, match=r"unpacks to \d.* MB or more; at most 100 times the file"):
+            ab.measure.load_signals(tmp_path / name)
+    os.mkfifo(tmp_path / "pipe")
+    for place in (tmp_path / "pipe", Path("/dev/zero")):
+        for read in (ab.measure.load_signals, ab.measure.load_receptance, ab.load_run, ab.measure.load_orders):
+            with pytest.raises(ResultError, match="is a device or a pipe"):
+                read(place)

@@ -225,6 +225,38 @@ def test_an_orbit_is_the_ellipse_of_its_forward_and_backward_circle() -> None:
         ab.measure.orbit(turning(measured("velocity", x=z.real, y=z.imag), angle), at=5.0)
 
 
+@pytest.mark.parametrize(("first", "second"), [(45.0, 135.0), (-45.0, 45.0), (90.0, 0.0), (20.0, 80.0)])
+def test_the_orbit_of_probes_that_look_anywhere_is_that_along_the_axes(first: float, second: float) -> None:
+    angle = SPEED * TIME
+    z = 3e-5 * np.exp(1j * (angle + 0.4)) + 1e-5 * np.exp(-1j * (angle - 1.0))
+    seen = {
+        name: ab.measure.Channel((z * np.exp(-1j * np.radians(way))).real, "displacement", "A", way)
+        for name, way in (("one", first), ("other", second))
+    }
+    signals = turning(ab.measure.signals(TIME, seen), angle)
+    right = (second - first) % 360.0 == 90.0
+    names = {} if right else {"x": "one", "y": "other"}
+    found = ab.measure.orbit(signals, **names, at=5.0, orders=(1.0,))
+    assert (found["forward"].item(), found["backward"].item()) == pytest.approx((3e-5, 1e-5), rel=1e-3)
+    assert found["tilt"].item() == pytest.approx(0.5 * (0.4 + 1.0), abs=1e-3)
+    chosen = ab.measure.orbit(signals, x="one", y="other", at=5.0, orders=(1.0,))
+    np.testing.assert_allclose(chosen["x"], found["x"], atol=1e-12)
+
+
+def test_an_orbit_offers_only_pairs_that_it_takes() -> None:
+    wave = 1e-5 * np.cos(SPEED * TIME)
+    ways: dict[str, str | float] = {"a": 10.0, "b": 12.0, "c": "", "d": 100.0, "e": "x", "f": "y"}
+    channels = {name: ab.measure.Channel(wave, "displacement", "B" * (name in "ef"), way) for name, way in ways.items()}
+    signals = turning(ab.measure.signals(TIME, channels), SPEED * TIME)
+    with pytest.raises(QuestionError, match=r"several pairs .* x='a', y='d' or x='b', y='d' or x='e', y='f'"):
+        ab.measure.orbit(signals)
+    assert ab.measure.orbit(signals, x="a").attrs["title"].startswith("orbit of a and d")
+    with pytest.raises(QuestionError, match="a and b look along 10 and 12 deg, nearly one line"):
+        ab.measure.orbit(signals, x="a", y="b")
+    with pytest.raises(QuestionError, match=r"no two displacements at right angles .* c \(no direction\)"):
+        ab.measure.orbit(signals.drop_vars(["d", "e", "f"]))
+
+
 def test_spectra_are_kept_in_files_and_questions_without_an_answer_refused(tmp_path: Path) -> None:
     signals = measured(x=1e-5 * np.cos(300.0 * TIME))
     found = ab.measure.spectrum(signals)

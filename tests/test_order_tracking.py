@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -200,6 +201,17 @@ def test_runout_is_told_from_unbalance_by_its_growth_with_the_speed(motion: np.n
         measured({"a": seen}), slow_roll=ab.measure.orders(measured({"a": seen})).isel(time=slice(40))
     )
     assert float(again["runout_amplitude"][0, 0]) == pytest.approx(12e-6, rel=0.08)
+
+
+def test_what_a_tacho_that_stops_leaves_out_is_said() -> None:
+    turned, still = angle(TIME), (TIME < 3.0) | (TIME > 15.0)
+    with pytest.warns(RangeWarning) as told:
+        found = ab.measure.rotor_angle(measured({}, np.where(still, 0.0, tacho(turned))))
+    words = "\n".join(str(one.message) for one in told)
+    assert re.search(r"first pulse comes at 3 s; the 3 s before it, 15 % of the record, are left out", words)
+    assert re.search(r"last pulse comes at 1[45]\.\d+ s; the 5\.\d+ s after it, 25\.\d %", words)
+    assert words in found.attrs["warnings"]
+    assert not ab.measure.rotor_angle(measured({})).attrs["warnings"]
 
 
 @pytest.mark.filterwarnings("ignore:tacho. none of its 6 pulses")

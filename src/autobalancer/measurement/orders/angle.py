@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,7 @@ from autobalancer.results.signals.signals import Signals
 from autobalancer.units import argument
 
 Floats = NDArray[np.float64]
+LIKELY = ("puls", "phasor", "tach", "drehzahl", "trig", "once", "marke")  # in names of channels that may be a tacho
 
 
 def rotor_angle(
@@ -95,7 +97,7 @@ def rotor_angle(
         raise QuestionError(
             f"tacho: the speed is not above zero at {time[i]:.6g} s; use a piece in which the rotor turns"
         )
-    remarks = odd_remarks(found)
+    remarks = [*odd_remarks(found), *_left_out(t, found.times)]
     turned = smooth.spline(time)
     if index:
         turned = turned - _at_index(signals, index, smooth.spline, time)
@@ -130,8 +132,30 @@ def _chosen(signals: xr.Dataset, tacho: str) -> str:
     found = by["tacho"] or by["angle"]
     if len(found) != 1:
         what = f"several, {', '.join(found)}; choose one by tacho='{found[0]}'" if found else f"none; there are {there}"
+        likely = next((str(n) for n, v in signals.data_vars.items() if _pulses(str(n), v)), "")
+        if likely and not found:
+            what += f". If {likely!r} is the tacho, say tacho='{likely}' (--tacho {shlex.quote(likely)})"
         raise QuestionError(f"tacho: of the channels with the quantity tacho or angle there is {what}")
     return found[0]
+
+
+def _pulses(name: str, channel: xr.DataArray) -> bool:
+    """Whether a channel is called like one with the pulses of a rotor, and may be one."""
+    return channel.attrs.get("quantity") == "voltage" and any(word in name.lower() for word in LIKELY)
+
+
+def _left_out(t: Floats, pulses: Floats) -> list[str]:
+    """What of a record lies before the first or after the last pulse, where that is more than turns in which none was due."""
+    ends = (
+        (pulses[0] - t[0], pulses[1] - pulses[0], f"first pulse comes at {pulses[0]:.4g} s", "before"),
+        (t[-1] - pulses[-1], pulses[-1] - pulses[-2], f"last pulse comes at {pulses[-1]:.4g} s", "after"),
+    )
+    whole = t[-1] - t[0]
+    return [
+        f"tacho: its {words}; the {gap:.4g} s {side} it, {100.0 * gap / whole:.3g} % of the record, are left out"
+        for gap, turn, words, side in ends
+        if gap > 2.0 * turn
+    ]
 
 
 def _at_index(signals: xr.Dataset, index: str, spline: BSpline, time: Floats) -> float:

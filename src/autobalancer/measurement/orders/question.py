@@ -285,7 +285,10 @@ def vibrations(signals: xr.Dataset, given: str | Sequence[str] | None) -> list[s
     there = [str(name) for name, entry in signals.data_vars.items() if entry.attrs.get("quantity") in VIBRATIONS]
     if given is None:
         if not there:
-            raise QuestionError(f"channels: none of {', '.join(map(str, signals.data_vars))} is a vibration")
+            own = [str(name) for name in signals.data_vars if not str(name).startswith(("rotor_angle", "speed"))]
+            left = "; ".join(line for line in str(signals.attrs.get("warnings", "")).split("\n") if "left out" in line)
+            words = f"none of {', '.join(own)} is a vibration" + f" ({left})" * bool(left)
+            raise QuestionError(f"channels: {words}; say of the others what they are with channels (--channels)")
         return there
     asked = [given] if isinstance(given, str) else list(given)
     for name in asked:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from itertools import permutations
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.angle import rotor_angle
@@ -15,7 +17,11 @@ from autobalancer.results.provenance import provenance
 from autobalancer.results.signals.signals import Signals
 from autobalancer.units import optional_argument
 
+Floats = NDArray[np.float64]
 POINTS = 181  # of a turn
+RIGHT = 5.0  # degrees by which a right angle may be off
+LEAST = 0.3  # sine of the angle between two sensors
+NAMED = 3  # pairs that a message names
 
 
 def orbit(
@@ -32,9 +38,10 @@ def orbit(
     Parameters
     ----------
     signals
-        With two displacements at right angles and a tacho.
+        With two displacements along different lines and a tacho.
     x, y
-        Names of the channels; by default those with the directions x and y.
+        Names of the channels; by default the only two at one place at right angles. Where they look along other directions
+        than x and y, their motion is turned to these axes.
     at
         Instant, s; by default the middle.
     revolutions
@@ -52,7 +59,7 @@ def orbit(
     Raises
     ------
     QuestionError
-        If there are not two such channels, or the window is not within the signals.
+        If there are not two such channels, they look along one line, or the window is not within the signals.
     """
     if not isinstance(signals, Signals):
         raise QuestionError("orbit: give measured signals, from ab.measure.load_signals or ab.measure.signals")
@@ -68,7 +75,7 @@ def orbit(
         raise QuestionError(
             f"at: with {revolutions:g} revolutions, at least 2, it must be from {low:.4g} s to {high:.4g} s"
         )
-    values = np.array([signals[name].values for name in (x, y)])
+    values = _along_axes(signals, x, y)
     wanted = np.array(sorted(orders), np.float64)
     tracked = fitted_orders(angle, values, wanted, np.array([center]), revolutions).amplitude[:, :, 0]
     inside = np.abs(angle - center) <= half
@@ -104,20 +111,69 @@ def orbit(
 
 
 def _pair(signals: xr.Dataset, x: str, y: str) -> tuple[str, str]:
-    there = [str(name) for name, v in signals.data_vars.items() if v.attrs.get("quantity") == "displacement"]
-    found = []
-    for given, direction in ((x, "x"), (y, "y")):
-        fits = [name for name in there if signals[name].attrs.get("direction") == direction]
+    """The channels of an orbit: those that were named, else the only two at one place at right angles."""
+    there = {str(n): _direction(v) for n, v in signals.data_vars.items() if v.attrs.get("quantity") == "displacement"}
+    if not there:
+        raise QuestionError(
+            "orbit: the signals have no displacement; bring velocities or accelerations to displacements with "
+            "ab.measure.converted(signals, 'displacement', corner='2 Hz')"
+        )
+    for word, given in (("x", x), ("y", y)):
         if given and given not in there:
-            raise QuestionError(f"{direction}: no displacement {given!r}; there are {', '.join(there) or 'none'}")
-        if not there:
-            raise QuestionError(
-                "orbit: the signals have no displacement; bring velocities or accelerations to displacements with "
-                "ab.measure.converted(signals, 'displacement', corner='2 Hz')"
-            )
-        if not given and len(fits) != 1:
-            raise QuestionError(
-                f"{direction}: {len(fits)} displacements along {direction}; name one of {', '.join(there) or 'none'}"
-            )
-        found.append(given or fits[0])
-    return found[0], found[1]
+            raise QuestionError(f"{word}: no displacement {given!r}; there are {', '.join(there)}")
+    if x and y:
+        return x, y
+    either = 180.0 if x or y else 360.0  # without a name the second sensor is a quarter turn ahead of the first
+    pairs = [
+        (one, other)
+        for one, other in permutations(there, 2)
+        if (x or one) == one
+        and (y or other) == other
+        and _place(signals, one) == _place(signals, other)
+        and abs(_turn(there[one], there[other]) % either - 90.0) < RIGHT
+    ]
+    if len(pairs) == 1:
+        return pairs[0]
+    if pairs:
+        some = " or ".join(f"x='{one}', y='{other}'" for one, other in pairs[:NAMED])
+        raise QuestionError(f"orbit: several pairs of displacements at right angles; name one, {some}")
+    known = ", ".join(f"{name} ({'no direction' if way is None else f'{way:g} deg'})" for name, way in there.items())
+    raise QuestionError(
+        f"orbit: no two displacements at right angles at one place; there are {known}. Name both, x and y, or say their "
+        "directions in the description of the channels"
+    )
+
+
+def _direction(channel: xr.DataArray) -> float | None:
+    """Where a sensor looks, degrees from x; ``None`` where it is not known."""
+    known = channel.attrs.get("direction", "")
+    return {"x": 0.0, "y": 90.0}.get(known) if isinstance(known, str) else float(known)
+
+
+def _place(signals: xr.Dataset, name: str) -> str:
+    return str(signals[name].attrs.get("place", ""))
+
+
+def _turn(one: float | None, other: float | None) -> float:
+    return math.nan if one is None or other is None else other - one
+
+
+def _along_axes(signals: xr.Dataset, x: str, y: str) -> Floats:
+    """The motion along x and y from two sensors that look anywhere; a direction that is not known is that of the axis.
+
+    Raises
+    ------
+    QuestionError
+        If they look along nearly the same line.
+    """
+    values = np.array([signals[name].values for name in (x, y)], np.float64)
+    ways = [_direction(signals[name]) for name in (x, y)]
+    if None in ways:
+        return values
+    looks = np.radians(np.array(ways, np.float64))
+    rows = np.column_stack([np.cos(looks), np.sin(looks)])  # what each sensor sees of x and y
+    if abs(np.linalg.det(rows)) < LEAST:
+        raise QuestionError(
+            f"orbit: {x} and {y} look along {ways[0]:g} and {ways[1]:g} deg, nearly one line; take others"
+        )
+    return np.asarray(np.linalg.solve(rows, values), np.float64)
