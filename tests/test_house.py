@@ -36,6 +36,7 @@ MANY = {
     "simulation/chamber/run.py simulate_chamber": "everything one may ask of a run",
     "simulation/run.py simulate_races": "everything one may ask of a run",
     "studies/ensemble/ensemble.py ensemble": "everything one may ask of thousands of runs",
+    "studies/sweep.py sweep": "everything one may ask of many runs",
     "studies/stepped_response.py stepped_response": "everything one may ask of a stepped measurement",
 }
 INNER = {
