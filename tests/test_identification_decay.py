@@ -113,3 +113,14 @@ def test_amplitude_and_phase_of_a_mode_scatter_as_their_uncertainties_say() -> N
     scatter = np.sqrt(np.mean(np.square(off), axis=0))
     assert (scatter > 0.6).all(), scatter  # of 30 draws; one standard deviation of the scatter is 0.13
     assert (scatter < 1.4).all(), scatter
+
+
+def test_intervals_hold_the_decay_under_pink_noise() -> None:
+    time, off = np.arange(3000) / 1000.0, []
+    shape = np.r_[0.0, np.fft.rfftfreq(6000, 1e-3)[1:] ** -0.5]
+    for seed in range(24):
+        noise = np.fft.irfft(shape * np.fft.rfft(np.random.default_rng(seed).standard_normal(6000)))[:3000]
+        found = decay_rate(time, np.exp(-2.0 * time) * np.cos(126.0 * time) + 0.005 * noise / noise.std())
+        off.append((found["decay_rate"].item() - 2.0) / found["decay_rate_uncertainty"].item())
+    assert (np.abs(off) < 1.96).mean() > 0.87
+    assert np.std(off) < 1.4

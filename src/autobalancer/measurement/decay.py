@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.linalg import lstsq
+from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
@@ -19,6 +20,7 @@ Complexes = NDArray[np.complex128]
 PARTS, SPARE = (1, 2, 4), (1, 3)  # beginnings of the signal; poles more than asked, one for what the mean leaves
 MOST, WIDEST = 1200, 300  # samples and columns of the matrix of which the first guess is made
 PLAIN = 5.0  # standard deviations of its amplitude by which a mode must stand out of the noise
+BINS = 12  # on each side of a frequency, from which the noise there is judged
 OUTLIER = 3.0  # from how many standard deviations of the scatter on a sample counts less
 
 
@@ -161,7 +163,15 @@ def _refined(y: Floats, clock: Floats, start: Complexes, robust: bool) -> tuple[
     variance = float((weight * result.fun**2).sum() / (y.size - u.size))
     norm = np.linalg.norm(scaled, axis=0)
     inverse = np.linalg.pinv((scaled / norm).T @ (scaled / norm))
-    return u, np.asarray(np.sqrt(variance * np.maximum(np.diag(inverse), 0.0)) / norm), np.asarray(result.fun)
+    own = np.maximum(np.diag(inverse), 0.0) * variance
+    takes = (inverse @ (scaled / norm).T) * np.sqrt(weight)  # of each sample, (unknown, sample)
+    lines = np.abs(np.fft.rfft(takes, 2 * y.size, axis=1)) ** 2
+    power = np.abs(np.fft.rfft(np.where(weight > 0.5, result.fun, 0.0) * np.hanning(y.size), 2 * y.size)) ** 2
+    power /= float((np.hanning(y.size) ** 2).sum())
+    near = 2 * BINS + 1  # lines of the spectrum, of which the mean is the noise there
+    smooth = uniform_filter1d(power, near, mode="nearest")
+    colored = (lines * smooth).sum(axis=1) / y.size
+    return u, np.asarray(np.sqrt(np.maximum(own, colored)) / norm), np.asarray(result.fun)
 
 
 def _dataset(t: Floats, y: Floats, clock: Floats, size: float, found: tuple[Floats, Floats, Floats]) -> xr.Dataset:
