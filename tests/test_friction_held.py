@@ -239,7 +239,7 @@ def test_no_row_says_a_bound_that_trapped_starts_exceed() -> None:
     said = dict(found.rows)
     assert found.trapped_share > 0.0
     assert found.greatest_residual > found.worst_residual
-    assert said["residual"].endswith("where balls stop on their way to balance")
+    assert said["residual"].endswith("if the balls stick before they reach balance")
     assert said["trapped"].endswith(f"with up to {moment_text(found.greatest_residual)}")
 
 
@@ -333,9 +333,9 @@ def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherenc
     assert settled(2.0 * limit).drive_acceleration == pytest.approx(2.0 * limit)
     assert settled(2.0 * limit).carried_on
     assert settled(2.0 * limit).settled_sentence.endswith(
-        f"; the drive rises by {2.0 * limit:.3g} rad/s^2 and carries them on"
+        f"; this drive ({2.0 * limit:.3g} rad/s^2) moves them again"
     )
-    assert settled(0.5 * limit).settled_sentence.endswith("; the drive rises more slowly")
+    assert settled(0.5 * limit).settled_sentence.endswith("; this drive rises more slowly")
     constant = with_value_at(machine(1e-3), "drive.profile", {"kind": "constant", "speed": 125.0})
     assert "the drive" not in ab.stability.held_by_friction(constant, 80.0).planes[0].settled_sentence
 

@@ -57,7 +57,7 @@ def test_a_ball_thrown_over_the_top_too_slowly_would_have_left_its_race() -> Non
     # the guided ball swings back, and the race presses it again where it left it
     back = float(run["time"][np.flatnonzero(psi > leaves)[-1]])
     assert run.attrs["left_race_end"] == pytest.approx(back, abs=2.01 * 0.4 / 8000)
-    assert f"to {run.attrs['left_race_end']:.5g} s, after which all stay on it" in run.attrs["left_race_text"]
+    assert f"to {run.attrs['left_race_end']:.5g} s, 1 ball" in run.attrs["left_race_text"]
 
 
 def test_a_ball_that_is_off_its_race_at_the_end_of_a_run_is_said_so() -> None:

@@ -50,7 +50,7 @@ def run(
     """Run a machine file and write a result file. Ctrl-C, or SIGTERM, ends the run and keeps what was computed.
 
     The exit code is 0 for a run that finished or was ended by an event, 3 if the motion left all bounds, 4 if the step became too
-    small, 5 if the steps were spent, 130 after Ctrl-C and 143 after SIGTERM; 2 for something you can mend.
+    small, 5 if the steps were spent, 130 after Ctrl-C and 143 after SIGTERM; 2 for an error that you can fix.
 
     Example: autobalancer simulate stall_and_release.toml \\
       --out stall.nc

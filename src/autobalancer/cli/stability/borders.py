@@ -39,7 +39,7 @@ def borders(
     as_json: Json = False,
     as_csv: Csv = False,
 ) -> None:
-    """Print averaged border, exact border, release and capture speed, each under its name and with what there is to say.
+    """Print the averaged border, the exact border, the release speed and the capture speed, each with its notes.
 
     With --over also as a table over a parameter, which --out and --plot write.
 

@@ -91,10 +91,9 @@ def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Asse
     time = float(times[pressed[-1] + 1 if pressed.size else 0])
     back = np.flatnonzero((force[last:][:, pulled[last]] >= 0.0).all(axis=1))
     after = float(times[last + back[0] if back.size else -1])
-    until = "to the end of the run" if not back.size else f"to {after:.5g} s, after which all stay on it"
+    until = "to the end of the run" if not back.size else f"to {after:.5g} s"
     text = (
         f"from {time:.5g} s {until}, {count} {'ball' if count == 1 else 'balls'} (first ball {ball}) would have left the race "
-        "at times, since the normal force is negative; guided balls stay on their path and do not rub there. Balls with "
-        "'resolved' contact can leave it"
+        "at times: the normal force is negative. Guided balls cannot leave it; simulate with 'resolved' balls to see it"
     )
     return {"left_race_ball": ball, "left_race_time": time, "left_race_end": after, "left_race_text": text}

@@ -65,7 +65,7 @@ class HeldPlane:
             return (("", "the weight of the balls moves them in each turn; friction does not hold them at rest"),)
         off = self.eccentric_residual > 0.0
         first = (
-            f"balls at rest stay put while their race is less than {length_text(self.held_whirl)} off the axis of rotation; "
+            f"balls at rest do not move unless the race whirls by more than {length_text(self.held_whirl)}; "
             f"the unbalance of {moment_text(self.required)} {'and the eccentricity' if off else 'alone'} "
             f"{'make' if off else 'makes'} {length_text(self.unbalance_whirl)}"
         )
@@ -90,9 +90,7 @@ class HeldPlane:
     @property
     def settled_rows(self) -> tuple[tuple[str, str], ...]:
         """What is left if the balls settle at this speed, and the speed then rises without moving them."""
-        rise = (
-            f"they stay while the speed then rises by less than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
-        )
+        rise = f"they keep these places only if the speed rises slower than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
         return ("", f"balls that settle there: {self._worst}"), ("starts", self._starts), ("rise", rise)
 
     @property
@@ -107,10 +105,10 @@ class HeldPlane:
 
     @property
     def _worst(self) -> str:
-        most = f"at most {moment_text(self.worst_residual)}"
+        worst = moment_text(self.worst_residual)
         if self.holds:
-            return f"{most}, unbalance and balls together"
-        where = f"{most} where balls stop on their way to balance"
+            return f"at most {worst}, unbalance and balls together"
+        where = f"at worst {worst}, if the balls stick before they reach balance"
         if self.eccentric_residual > 0.0:
             where += f"; {moment_text(self.eccentric_residual)} of it is left by the eccentric race, and friction holds the rest"
         return where
@@ -129,8 +127,8 @@ class HeldPlane:
         if not self.drive_acceleration:  # a torque, or no rise at all
             return ""
         if self.carried_on:
-            return f"; the drive rises by {self.drive_acceleration:.3g} rad/s^2 and carries them on"
-        return "; the drive rises more slowly"
+            return f"; this drive ({self.drive_acceleration:.3g} rad/s^2) moves them again"
+        return "; this drive rises more slowly"
 
 
 @dataclass(frozen=True)

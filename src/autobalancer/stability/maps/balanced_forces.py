@@ -35,7 +35,7 @@ class ForcedBalls(MostStable):
         left = float(np.abs(state.whirl).max())
         alone = float((speed**2 * np.abs(bare.rows @ st.compliance(speed) @ bare.fixed_load)).max())
         return (
-            f"there the balls leave {left / alone:.3g} of the deflection {length_text(alone)}"
+            f"at this speed the balls reduce the deflection of {length_text(alone)} to {100.0 * left / alone:.3g} %"
             if alone > 0.0 and left > NONE * alone
             else ""
         )

@@ -87,7 +87,8 @@ def border_curve(
         parameter_unit(machine, parameter)  # refuses a name that is none, with what was perhaps meant
         if parameter != "unbalance" or not isinstance(machine.rotor, PlanarRotor):
             raise QuestionError(
-                f"values: give those of {parameter!r}; only for 'unbalance' of a planar rotor they follow from the machine"
+                f"values: none given; give those of {parameter!r}. Only for 'unbalance' of a planar rotor they follow from the "
+                "machine"
             )
         values = unbalances_to_capability(machine)
     if isinstance(values, str):

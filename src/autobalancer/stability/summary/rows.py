@@ -136,7 +136,7 @@ def _rows_of(title: str, held: HeldByFriction, planes: list[tuple[Row, ...]], sa
 
 def _borders(found: Summary, said: SpeedText) -> Iterator[Row]:
     if not found.borders:
-        yield "border speeds", f"none: {found.no_borders_because}"
+        yield "border speeds", f"none ({found.no_borders_because.removeprefix('border speeds: ')})"
         return
     if not math.isnan(found.sommerfeld_number):
         yield "Sommerfeld number S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)"
