@@ -504,6 +504,29 @@ def test_a_page_says_that_another_one_changed_the_machine_and_brings_its_text_ba
     assert other.text == "mass = 12"
     one.set_text("mass = 12 # again the same text as on the other page")
     assert told == ["other"]
+    other.typing = lambda: None
+    other.look()
+    assert other.text == "mass = 12", "somebody types"
+    seen: list[object] = []
+    other.on_change(seen.append)
+    other.look()
+    other.look()
+    assert other.text == one.text
+    assert seen == [None]
+    other.undo()
+    assert other.text == "mass = 12"
+
+
+def test_a_disk_that_is_full_leaves_the_text_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(path: Path, _text: str) -> None:
+        raise ResultError(f"{path}: the disk is full")
+
+    page = Typed(tmp_path / "draft.toml", "mass = 10")
+    page.set_text("mass = 11")
+    monkeypatch.setattr("autobalancer.app.pages.typed.write_text_safely", full)
+    page.set_text("mass = 12")
+    page.look()
+    assert page.text == "mass = 12"
 
 
 @pytest.mark.parametrize(

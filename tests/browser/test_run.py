@@ -135,6 +135,13 @@ def test_the_archive_finds_tags_and_compares_runs_and_survives_a_restart(page: A
     page.get_by_role("tab", name="Archive").click()
     page.get_by_role("button", name="see").first.click()
     page.wait_for_selector(READY, timeout=COMPILING)
+    latest = sorted(path.parent.name for path in (server.folder / "local" / "runs").glob("*/about.json"))[-1]
+    expect(page).to_have_url(f"{server.address}#run/{latest}")
+    page.reload()  # the address finds the run
+    page.wait_for_selector(READY, timeout=COMPILING)
+    expect(at(page, "machine.toml")).to_have_attribute("href", f"/run/{latest}/machine.toml")
+    page.go_back()
+    expect(at(page, "tab archive")).to_have_attribute("aria-selected", "true")
 
 
 def test_the_rest_of_the_server_says_nothing_of_other_files(page: Any, server: Any) -> None:

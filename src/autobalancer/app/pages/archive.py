@@ -216,4 +216,4 @@ def _table(entries: list[Entry], texts: list[str]) -> str:
             changed.setdefault(path, [first] * len(texts))[number] = other
     for path, values in changed.items():
         rows.append(f"<tr><td>{escape(path)}</td>{''.join(f'<td>{escape(value[:80])}</td>' for value in values)}</tr>")
-    return f"<table class='facts'><tr><th></th>{heads}</tr>{''.join(rows)}</table>"
+    return f"<table class='facts'><tr><td></td>{heads}</tr>{''.join(rows)}</table>"

@@ -11,6 +11,11 @@ from autobalancer.app.pages.typed import Typed
 
 PAUSE = 0.4  # s
 LIGHT: Literal["githubLight"] = "githubLight"
+NAMED = """(() => {
+  document.querySelectorAll(".cm-content:not([aria-label])").forEach((one) =>
+    one.setAttribute("aria-label", one.closest("[aria-label]")?.getAttribute("aria-label") || "text"));
+  return document.body.classList.contains("body--dark");
+})()"""
 DARK: Literal["githubDark"] = "githubDark"
 
 
@@ -41,9 +46,10 @@ def toml_editor(of: Typed, dark: Any) -> Any:
 
     async def as_browser() -> None:
         """Until somebody chooses, the page is as the browser is set."""
-        if dark.value is None:
-            with contextlib.suppress(TimeoutError):  # the page was closed
-                shade(await ui.run_javascript("document.body.classList.contains('body--dark')"))
+        with contextlib.suppress(TimeoutError):  # the page was closed
+            shaded = await ui.run_javascript(NAMED)
+            if dark.value is None:
+                shade(shaded)
 
     shade(dark.value)
     dark.on_value_change(lambda _event: shade(dark.value))

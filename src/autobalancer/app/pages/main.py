@@ -24,10 +24,20 @@ from autobalancer.app.pages.studies.page import StudiesPage
 from autobalancer.app.pages.tabs import Tabs
 from autobalancer.app.store.jobs import Jobs, keep_warnings
 from autobalancer.app.store.names import user_folder
+from autobalancer.errors import AutobalancerError
 
 LOOK = Path(__file__).with_name("look.css")
 LONGER = 12.0  # times as long as other jobs a study or design may take before it waits to be resumed
 
+PARTS = {
+    "describe": "tune",
+    "run": "play_circle_outline",
+    "stability": "grid_on",
+    "studies": "scatter_plot",
+    "measured": "sensors",
+    "archive": "inventory_2",
+}
+LOOKS = 2.0  # s between looks whether another page has changed the machine
 OPENING = "opening"  # a file that is there while a page is made
 ASIDE = "The page could not be opened with its texts last time. They are set aside, as *draft.aside in the folder of the runs."
 OTHER_PAGE = "Another page had changed the machine meanwhile. Undo twice brings its text."
@@ -46,7 +56,7 @@ def build(root: Path, limit: float, *, several: bool = False) -> Any:
     serve_measured(root)
     serve_studies(root)
 
-    @ui.page("/", title="autobalancer", dark=None)
+    @ui.page("/", title="autobalancer", dark=None, language="en-US")
     def page(request: Request) -> None:
         user = user_of(request)
         home = user_folder(root, user)
@@ -78,14 +88,10 @@ def _page(bench: Bench) -> None:
     ui.colors(primary="#0072B2", negative="#b42318", positive="#00795a")
     dark = ui.dark_mode(None)
     with ui.header().classes("items-center q-py-xs q-px-md gap-3 no-wrap"):
-        ui.label("autobalancer").classes("text-weight-bold").style("font-size: 1.05rem")
+        ui.html("<h1>autobalancer</h1>", sanitize=False)
         with Tabs().props("dense no-caps inline-label") as tabs:
-            ui.tab("describe", "Describe", icon="tune")
-            ui.tab("run", "Run", icon="play_circle_outline")
-            ui.tab("stability", "Stability", icon="grid_on")
-            ui.tab("studies", "Studies", icon="scatter_plot")
-            ui.tab("measured", "Measured", icon="sensors")
-            ui.tab("archive", "Archive", icon="inventory_2")
+            for part, icon in PARTS.items():
+                marked(ui.tab(part, part.capitalize(), icon=icon), at=f"tab {part}")
         ui.space()
         name = ui.label().classes("quiet ellipsis")
         for icon, what, act in (("undo", "undo", bench.undo), ("redo", "redo", bench.redo)):
@@ -104,6 +110,7 @@ def _page(bench: Bench) -> None:
 
     bench.on_change(follow)
     bench.on_other_page = lambda: ui.notify(OTHER_PAGE, type="warning", timeout=15_000)
+    ui.timer(LOOKS, bench.look)
     follow()
     with ui.column().classes("page"), ui.tab_panels(value="describe", animated=False, keep_alive=True) as panels:
         with ui.tab_panel("describe"):
@@ -123,6 +130,15 @@ def _page(bench: Bench) -> None:
         def see(name: str) -> None:
             tabs.go("run")
             run.show(name)
+
+        def asked(event: Any) -> None:
+            """The address names a run."""
+            try:
+                run.show(str(event.args))
+            except AutobalancerError as error:
+                ui.notify(str(error), type="warning")
+
+        ui.on("run_asked", asked)
 
         with ui.tab_panel("archive"):
             archive = ArchivePage(bench, see)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import time
 from collections.abc import Iterator
@@ -152,12 +153,13 @@ class RunPage:
 
     def show(self, name: str) -> None:
         """Show a run of the archive."""
+        entry = self.archive.entry(name)
         self.name = name
         if self.drawn != name:
             self.drawn = name
             self.view.show(name)
-        entry = self.archive.entry(name)
         self._tell(entry)
+        ui.run_javascript(f"shownRun({json.dumps(name)})")
         self._pale(picture=False, words=False)
         self._room()
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from autobalancer.app.text.problems import LARGEST
+from autobalancer.errors import ResultError
 from autobalancer.safe_file import write_text_safely
 
 UNDONE = 200  # texts that can be brought back
@@ -62,10 +63,11 @@ class Typed:
         if keep:
             self.past = [*self.past, *([] if other is None else [other]), self._text][-UNDONE:]
             self.future = []
-        self._text = self._written = text
+        self._text = text
         self._understand()
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, ResultError):  # a full disk: the page goes on
             write_text_safely(self._path, text)
+            self._written = text
         self.tell(origin)
         if other is not None:
             self.on_other_page()
@@ -74,6 +76,15 @@ class Typed:
         """Call everyone who wants to know."""
         for listener in self._listeners:
             listener(origin)
+
+    def look(self) -> None:
+        """Follow another page that has changed the file, unless somebody types here; undo brings the text of this one back."""
+        other = self._of_other_page() if self.typing is None else None
+        if other is not None:
+            self.past = [*self.past, self._text][-UNDONE:]
+            self._text = self._written = other
+            self._understand()
+            self.tell(None)
 
     def _of_other_page(self) -> str | None:
         """What another page has written into the file since this one read or wrote it."""
