@@ -145,7 +145,7 @@ def _at_last_speed(run: xr.Dataset, start: float, end: float) -> Curve | None:
         return None
     level = float(run["vibration_without_balls"].values[0])
     time = run["time"].values
-    first = max(end_of_run_up(time, run["speed"].values), _last_change(run), start)
+    first = max(end_of_run_up(time, run["speed"].values, float(time[0])), _last_change(run), start)
     first = min(first, float(time[-2]))
     last = min(end, float(run["time"].values[-1]))
     return Curve("", np.array([first, last]), np.full(2, level)) if np.isfinite(level) and first < last else None

@@ -246,17 +246,17 @@ def _course(run: xr.Dataset) -> Course:
             angles = run[angle].values if angle in run else np.zeros((time.size, 0))
             break
     none = np.zeros(0)
-    envelope = tuple(
+    middle, low, high = (
         run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
     )
     centered = load_of(run.attrs) == NONE
     end = float(run.attrs["end_time"])
     try:
         recorded = recorded_of(run)
-        left_alone = recorded.since, recorded.creeps
+        since, creeps = recorded.since, recorded.creeps
     except QuestionError:  # it kept its last revolutions alone
-        left_alone = 0.0, False
-    return Course(end, centered, time, speed, goes_round(time, angles, end), *envelope, *left_alone)
+        since, creeps = 0.0, False
+    return Course(end, centered, time, speed, goes_round(time, angles, end), middle, low, high, since, creeps)
 
 
 def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:

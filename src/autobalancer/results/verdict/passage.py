@@ -132,7 +132,7 @@ def _followed(time: Floats, angle: Floats, unbalance: Complexes, moment: Floats)
     unbalance, moment = unbalance / size, moment / size
 
     def left(balls: Floats, of: Complexes) -> Complexes:
-        return of + np.exp(1j * balls) @ moment.T
+        return np.asarray(of + np.exp(1j * balls) @ moment.T, np.complex128)
 
     edges = np.linspace(0, time.size - 1, BLOCKS + 1).astype(int)
     gains = np.zeros((len(moment), len(moment)), np.complex128)
