@@ -10,12 +10,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-Kind = Literal["printed", "closed form", "words", "external", "fitted", "internal"]
+Kind = Literal["printed", "misprint", "closed form", "words", "external", "excluded model", "fitted", "internal"]
 KINDS: dict[Kind, str] = {
     "printed": "a number or a curve that the source prints; nothing was fitted to it",
+    "misprint": "what is right where the source prints something else, which the note gives",
     "closed form": "a formula of the source against an independent computation, such as a simulation",
     "words": "a statement of the source in words: yes or no, an order, or a wide range",
     "external": "the result of other software for the same machine",
+    "excluded model": "a number of the source that a model held to be wrong must miss: a hit is that it stays away",
     "fitted": "parameters, or the range that is compared, were chosen to meet this target or after seeing it",
     "internal": "this software against itself or against its own closed form; a check, not a reproduction",
 }
@@ -26,6 +28,7 @@ assert set(KINDS) == set(get_args(Kind))
 class Found:
     """One comparison. Target, obtained and tolerance are in ``unit``; a ``note`` says why a target is missed.
 
+    An excluded model hits where it has a number, and this stays away from the target by more than the tolerance.
     ``figure`` is where the source has the target, if it is not that of :func:`compared_all`.
     """
 
@@ -51,6 +54,8 @@ def compared_all(source: str, figure: str, found: Iterable[Found]) -> list[dict[
         if entry.kind not in KINDS:
             raise ValueError(f"{entry.quantity}: kind {entry.kind!r}; must be one of {', '.join(KINDS)}")
         deviation = float(entry.obtained) - float(entry.target)
+        size = abs(deviation)  # no number, no hit: each comparison with nan is false
+        hit = size > entry.tolerance if entry.kind == "excluded model" else size <= entry.tolerance
         row = {
             "source": source,
             "figure": entry.figure or figure,
@@ -61,7 +66,7 @@ def compared_all(source: str, figure: str, found: Iterable[Found]) -> list[dict[
             "obtained": float(entry.obtained),
             "deviation": deviation,
             "tolerance": float(entry.tolerance),
-            "verdict": "hit" if abs(deviation) <= entry.tolerance else "missed",
+            "verdict": "hit" if hit else "missed",
         }
         rows.append(row | ({"note": entry.note} if entry.note else {}))
     return rows

@@ -17,7 +17,7 @@ from autobalancer.studies.chamber_many import Cell
 
 def test_a_row_of_no_known_kind_is_refused_with_those_there_are() -> None:
     row = Found("guessed", "speed", "rad/s", 1.0, 1.0, 0.1)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match=r"speed: kind 'guessed'; must be one of printed, closed form, words"):
+    with pytest.raises(ValueError, match=r"speed: kind 'guessed'; must be one of printed, misprint, closed form"):
         compared_all("A 2000", "1", [row])
 
 
@@ -31,17 +31,21 @@ def test_totals_count_hits_and_misses_of_each_kind() -> None:
             Found("fitted", "three", "1", 1.0, 1.0, 0.0, figure="2"),
             Found("words", "not a number", "1", 1.0, math.nan, 0.1),
             said("four", True),
+            Found("excluded model", "five", "1", 1.0, 1.2, 0.1),
+            Found("excluded model", "six", "1", 1.0, 1.05, 0.1),
+            Found("excluded model", "no number", "1", 1.0, math.nan, 0.1),
         ],
     )
-    assert [row["verdict"] for row in rows] == ["hit", "missed", "hit", "missed", "hit"]
-    assert [row["figure"] for row in rows] == ["1", "1", "2", "1", "1"]
-    assert [row.get("note") for row in rows] == [None, "why", None, None, None]
+    assert [row["verdict"] for row in rows] == ["hit", "missed", "hit", "missed", "hit", "hit", "missed", "missed"]
+    assert [row["figure"] for row in rows] == ["1", "1", "2", "1", "1", "1", "1", "1"]
+    assert [row.get("note") for row in rows] == [None, "why", None, None, None, None, None, None]
     kept = REPRODUCTIONS.checked(rows)
     assert totals(REPRODUCTIONS, kept) == [
         {"kind": "printed", "rows": 2, "hits": 1, "missed": 1},
         {"kind": "words", "rows": 2, "hits": 1, "missed": 1},
+        {"kind": "excluded model", "rows": 3, "hits": 1, "missed": 2},
         {"kind": "fitted", "rows": 1, "hits": 1, "missed": 0},
-        {"kind": "all", "rows": 5, "hits": 3, "missed": 2},
+        {"kind": "all", "rows": 8, "hits": 4, "missed": 4},
     ]
     assert "| A 2000 | 1 | printed | two |" in markdown(list(REPRODUCTIONS.shown), kept)
 

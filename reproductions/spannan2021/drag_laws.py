@@ -14,7 +14,7 @@ import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.laws.drag import annulus_cd_re
 from autobalancer.plots.drawing.save import save_picture
-from reproductions import Found, compared_all
+from reproductions import Found, Kind, compared_all
 
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
@@ -23,8 +23,9 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     print_of = discoidal(0.74)
     rows = [Found("printed", "c_d Re for W1/rb = 2.10, rb/eps = 0.07", "1", 327.0, annulus_cd_re(2.10, 0.07), 1.0,
                   figure="5.22")]  # fmt: skip
-    for power, (value, half) in enumerate([(2.72, 0.005), (-1.25, 0.005), (0.121, 0.0005), (0.038, 0.0005)]):
+    for power, (value, half) in enumerate([(2.72, 0.005), (-1.25, 0.005), (0.121, 0.0005), (0.0038, 0.00005)]):
         quantity = f"coefficient of x^{power} with the plateau 0.74"
-        note = "a decimal point is moved in the print: 0.0038" if power == 3 else ""
-        rows.append(Found("printed", quantity, "1", value, print_of.coefficients[power], half, note, figure="6.9"))
+        kind: Kind = "misprint" if power == 3 else "printed"
+        note = "printed is 0.038: a decimal point is moved" if power == 3 else ""
+        rows.append(Found(kind, quantity, "1", value, print_of.coefficients[power], half, note, figure="6.9"))
     return compared_all("Spannan 2021", "6.9", rows)

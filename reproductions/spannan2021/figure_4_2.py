@@ -15,6 +15,7 @@ from autobalancer.simulation.sampling import Envelope, Samples
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"
+CHOSEN = "that (4.73) gives the printed 383 rad/s is no evidence: the drag of the machine was chosen for it"
 
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
@@ -28,7 +29,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     left = 1e6 * ab.residual_vibration(run, 0.5)
     released = float(ab.release_speed(run).max())
     rows = [
-        Found("closed form", "release speed, against (4.73)", "rad/s", release, released, 0.01 * release),
+        Found("closed form", "release speed, against (4.73)", "rad/s", release, released, 0.01 * release, CHOSEN),
         Found("closed form", "peak deflection, against 2 m_b eps w_c / b of the stalled balls alone", "mm", whirl, peak,
               0.1 * whirl),
         Found("words", "deflection at the end, to be below 1 um", "um", 0.0, left, 1.0),

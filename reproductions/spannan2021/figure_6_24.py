@@ -46,7 +46,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         said("the averaged border says that balls in 0.65 mm^2/s never balance", not math.isfinite(averaged)),
         Found("printed", "(4.74) with the factor 50 of the source, against the measured border", "rad/s", MEASURED, fifty,
               1.0),
-        Found("printed", "measured border: release speed, linear drag, no friction", "rad/s", MEASURED, released,
+        Found("excluded model", "measured border: release speed, linear drag, no friction", "rad/s", MEASURED, released,
               HALF_STEP, "linear drag, far outside of its range: Re is 20 000 at the measured slip"),
     ]  # fmt: skip
     return compared_all("Spannan 2021", "6.24", rows)

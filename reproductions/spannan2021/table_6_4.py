@@ -33,7 +33,11 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """k, M, b by static stiffness, natural frequency and decay, as in section 6.1.7."""
     machine = rig("discoidal_rig")
     assumed = equivalent_planar(machine, "race", frequency="natural").data.sel(way="static", direction="x")
-    rows = [row("printed", name, "with assumed heights", float(assumed[name]), IN_KIND, HEIGHTS) for name in TABLE]
+    farthest = max(TABLE, key=lambda name: abs(float(assumed[name]) / TABLE[name][0] - 1.0))
+    heights = f"{HEIGHTS}; stiffness, mass and damping miss by the same share"
+    rows = [
+        row("printed", farthest, "farthest of three with assumed heights", float(assumed[farthest]), IN_KIND, heights)
+    ]
     free = [
         FreeParameter(BUSHINGS + "shear_stiffness", "5 kN/m", "50 kN/m"),
         FreeParameter(BUSHINGS + "axial_stiffness", "20 kN/m", "1000 kN/m"),
