@@ -239,3 +239,27 @@ def test_a_folder_a_machine_and_a_unit_too_many_are_named_in_words(tmp_path: Pat
         ab.load_run(machine)
     with pytest.raises(ab.errors.UnitError, match=r"a number without a unit is wanted here, such as 0\.02 or \"2 %\""):
         ab.units.to_si("40 N*s/m", "")
+
+
+DOORS: dict[str, tuple[Any, str]] = {
+    "parse_machine": (lambda: ab.parse_machine(None), "given a NoneType; wanted is the text of a file"),  # type: ignore[arg-type]
+    "machine_text": (lambda: ab.machine_text(None), "machine: given a NoneType; wanted is a machine"),  # type: ignore[arg-type]
+    "save_run": (lambda: ab.save_run("x", "y.nc"), "save_run: given a str; give a result"),  # type: ignore[arg-type]
+    "load_run": (lambda: ab.load_run(None), r"path: given None \(NoneType\); give the path of a file"),  # type: ignore[arg-type]
+    "load_machine": (lambda: ab.load_machine(3), r"path: given 3 \(int\); give the path of a file"),  # type: ignore[arg-type]
+    "save_machine": (lambda: ab.save_machine(ab.example("design"), "a\0b.toml"), "has no zero character"),
+    "measures": (lambda: ab.measures(None), "measures: given a NoneType; it measures a run"),  # type: ignore[arg-type]
+    "verdict": (lambda: ab.verdict(3), "verdict: given a int; it measures a run"),  # type: ignore[arg-type]
+    "save": (
+        lambda: ab.simulate(ab.example("design"), duration="1 ms", save=None),
+        r"save: given None; give Samples\(\)",
+    ),
+    "tolerance": (lambda: ab.simulate(ab.example("design"), tolerance="x"), "tolerance: given 'x'"),
+}
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_an_argument_of_another_kind_is_refused_in_words(door: str) -> None:
+    ask, words = DOORS[door]
+    with pytest.raises(ab.errors.AutobalancerError, match=words):
+        ask()

@@ -15,11 +15,28 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from autobalancer.errors import ResultError
+from autobalancer.errors import QuestionError, ResultError
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _failed: list[Path] = []  # places of files that could not be written
 LITTLE = 65536  # bytes; with less room left a failure without a reason of its own is laid to the full disk
+
+
+def as_path(path: str | Path) -> Path:
+    """The path of a file as an argument names it.
+
+    Raises
+    ------
+    QuestionError
+        If it is neither a text nor a path, or no file can have this name.
+    """
+    if not isinstance(path, (str, os.PathLike)):
+        raise QuestionError(
+            f"path: given {str(path)[:40]} ({type(path).__name__}); give the path of a file as text or Path"
+        )
+    if "\0" in str(path):
+        raise QuestionError(f"path: given {str(path)!r}; the name of a file has no zero character")
+    return Path(path)
 
 
 def write_safely(path: str | Path, write: Callable[[Path], Any]) -> Path:
@@ -37,7 +54,7 @@ def write_safely(path: str | Path, write: Callable[[Path], Any]) -> Path:
     ResultError
         If the place is a folder or a device, or cannot be written, or the disk is full. What was there before is kept.
     """
-    path = Path(path)
+    path = as_path(path)
     with _told(path):
         place = _place(path)
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -70,7 +87,7 @@ def ready_to_write(*paths: str | Path | None) -> None:
     ResultError
         As :func:`write_safely` would later.
     """
-    for path in (Path(path) for path in paths if path is not None):
+    for path in (as_path(path) for path in paths if path is not None):
         with _told(path):
             place = _place(path)
             folder = next(folder for folder in place.parents if folder.exists())

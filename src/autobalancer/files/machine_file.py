@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import MachineError, MachineFileError
+from autobalancer.errors import MachineError, MachineFileError, QuestionError
 from autobalancer.files.bounds import refuse_out_of_bounds
 from autobalancer.files.profiles import with_profiles
 from autobalancer.files.text import MACHINE, parsed_toml, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
-from autobalancer.safe_file import write_text_safely
+from autobalancer.safe_file import as_path, write_text_safely
 
 LISTED = 20  # problems named in one message
 FREE_BALLS = (
@@ -68,7 +68,7 @@ def load_machine(path: str | Path) -> Machine | ChamberMachine:
     MachineFileError
         With the file, every key at fault, what was given, what is allowed and what to do.
     """
-    path = Path(path)
+    path = as_path(path)
     _refuse_result(path)
     return parse_machine(read_text(path, MACHINE, MachineFileError), str(path), folder=path.parent)
 
@@ -119,9 +119,19 @@ def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
 
 
 def machine_text(machine: Machine | ChamberMachine) -> str:
-    """The machine as the text of a machine file; quantities keep the units in which they were written."""
+    """The machine as the text of a machine file; quantities keep the units in which they were written.
+
+    Raises
+    ------
+    QuestionError
+        If it is no machine.
+    """
     import tomli_w
 
+    if not isinstance(machine, Machine | ChamberMachine):
+        raise QuestionError(
+            f"machine: given a {type(machine).__name__}; wanted is a machine, as of load_machine or example"
+        )
     return tomli_w.dumps(_plain(machine))
 
 

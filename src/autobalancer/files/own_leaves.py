@@ -9,7 +9,7 @@ from pathlib import Path
 
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine.leaves import Leaf, register
-from autobalancer.safe_file import not_to_read
+from autobalancer.safe_file import as_path, not_to_read
 
 
 def load(path: str | Path) -> list[type[Leaf]]:
@@ -34,7 +34,7 @@ def load(path: str | Path) -> list[type[Leaf]]:
         If the file cannot be read or executed, defines none, or one that was written for another version or has the name of
         a built-in one.
     """
-    path = Path(path).resolve()
+    path = as_path(path).resolve()
     if missing := not_to_read(path):
         raise QuestionError(f"{path}: {missing}")
     name = f"own_{path.stem}"

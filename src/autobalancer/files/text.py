@@ -77,8 +77,10 @@ def parsed_toml(text: str, place: str, error: type[AutobalancerError] = Question
     Raises
     ------
     AutobalancerError
-        Of the given kind, if it is no TOML, or holds a date.
+        Of the given kind, if it is no text, no TOML, or holds a date.
     """
+    if not isinstance(text, str):
+        raise error(f"{place}: given a {type(text).__name__}; wanted is the text of a file")
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as reason:  # also a number of thousands of digits

@@ -46,7 +46,7 @@ from autobalancer.reporting.run_pages import (
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
-from autobalancer.safe_file import ready_to_write, write_text_safely
+from autobalancer.safe_file import as_path, ready_to_write, write_text_safely
 from autobalancer.shown import speeds_in_rpm
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.summary.summary import Summary
@@ -129,7 +129,7 @@ def report(
     ResultError
         If the file cannot be written.
     """
-    path = Path(path)
+    path = as_path(path)
     if path.suffix.lower() not in FORMS:
         raise QuestionError(f"{path}: a report is written as .html or .pdf; end the name with one of these")
     ready_to_write(path)

@@ -10,6 +10,7 @@ from autobalancer.errors import ResultError
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import RunFolder
 from autobalancer.results.store import load_run
+from autobalancer.safe_file import as_path
 
 
 def open_run(path: str | Path) -> xr.Dataset:
@@ -20,7 +21,7 @@ def open_run(path: str | Path) -> xr.Dataset:
     ResultError
         If there is neither, or it cannot be read. For the folder of a whole archive it names the runs.
     """
-    path = Path(path)
+    path = as_path(path)
     if not path.is_dir():
         return load_run(path)
     if not (path / "run.json").exists():

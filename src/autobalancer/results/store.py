@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from autobalancer.errors import ResultError
+from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.answers.kinds import as_kind, kind_of
 from autobalancer.results.export import WRITERS
 from autobalancer.results.provenance import MAKER, provenance
 from autobalancer.results.signals.universal_file import UNIVERSAL, universal_text
-from autobalancer.safe_file import not_to_read, ready_to_write, write_safely, write_text_safely
+from autobalancer.safe_file import as_path, not_to_read, ready_to_write, write_safely, write_text_safely
 
 NUMBERS = {
     "time",
@@ -51,15 +51,20 @@ def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path
 
     Raises
     ------
+    QuestionError
+        If it is no result.
     ResultError
         If the suffix is another one, or the file cannot be written.
     """
+    path = as_path(path)
+    if not isinstance(run, xr.Dataset):
+        raise QuestionError(f"save_run: given a {type(run).__name__}; give a result of this package, such as a run")
     try:
-        return _write(run, Path(path))
+        return _write(run, path)
     except ResultError as reason:
         if not rescue:
             raise
-        raise ResultError(f"{reason}\n{_rescued(run, Path(path).name[-60:])}") from None
+        raise ResultError(f"{reason}\n{_rescued(run, path.name[-60:])}") from None
 
 
 def _write(run: xr.Dataset, path: Path) -> Path:
@@ -100,7 +105,7 @@ def load_run(path: str | Path) -> xr.Dataset:
     ResultError
         If the file does not exist, is damaged, or was not written by this package.
     """
-    path = Path(path)
+    path = as_path(path)
     if reason := not_to_read(path):
         raise ResultError(f"{path}: {reason}")
     if path.suffix == ".toml":

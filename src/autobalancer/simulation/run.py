@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -47,7 +47,7 @@ from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples,
 from autobalancer.simulation.saved.dataset import run_dataset
 from autobalancer.simulation.steppers import Method, Stepper, stepper_for
 from autobalancer.simulation.stiffness import slow_because
-from autobalancer.units import to_si
+from autobalancer.units import argument, shortened, to_si
 
 DEFAULT_SAVE = (Samples(), Envelope(), LastRevolutions())
 CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
@@ -130,6 +130,7 @@ def simulate_races(
     end = _duration(machine, duration)
     if max_steps < 1:
         raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")
+    tolerance = argument("tolerance", tolerance, "")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
     if frame not in ("auto", "rotor", "space"):
@@ -148,11 +149,7 @@ def simulate_races(
     places = places_of(machine, assembly)
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
-    if isinstance(save, str):
-        raise QuestionError(
-            f"save: given {save!r}; give Samples(), SampleTimes(), Envelope(), LastRevolutions() or several"
-        )
-    wishes = [save] if isinstance(save, Sampling) else list(save)
+    wishes = _wishes(save)
     if save is DEFAULT_SAVE and any(event.ends_run for event in events):
         wishes.remove(LastRevolutions())  # nobody asked for them, and a run that may end at any time pays for them
     jumps = unbalance_jumps(machine, end)
@@ -223,6 +220,16 @@ def simulate_races(
         machine, assembly, np.vstack([record.samples[: int(state.counts[NEXT_SAMPLE])], state.state])
     )
     return run.assign_attrs(coincidence_text=text) if text else run
+
+
+def _wishes(save: Sampling | Sequence[Sampling]) -> list[Sampling]:
+    """What is kept of a run, as a list."""
+    wishes = [save] if isinstance(save, Sampling) else list(save) if isinstance(save, Iterable) else [save]
+    if not all(isinstance(wish, Sampling) for wish in wishes):
+        raise QuestionError(
+            f"save: given {shortened(save)}; give Samples(), SampleTimes(), Envelope(), LastRevolutions() or several"
+        )
+    return wishes
 
 
 def reduction_attributes(assembly: Assembly) -> dict[str, float | int]:

@@ -13,6 +13,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.kernels.system import Floats, Matrix
 from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
 from autobalancer.studies.stepping import Plan, rate
+from autobalancer.units import argument
 
 
 def at_constant_speed(machine: Machine, speed: float) -> Machine:
@@ -80,6 +81,7 @@ def checked_plan(
         raise QuestionError("settle, longest: give both or none; 'longest' ends a motion that never settles")
     if longest is not None and longest < dwell + window:
         raise QuestionError(f"longest: given {longest:g} s; must be at least dwell and window, {dwell + window:g} s")
+    tolerance = argument("tolerance", tolerance, "")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2")
     if max_steps < 1:

@@ -15,6 +15,7 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.store import load_run, save_run
+from autobalancer.safe_file import as_path
 from autobalancer.studies.stepping import Row
 
 
@@ -30,7 +31,7 @@ class StepStore:
     """
 
     def __init__(self, path: str | Path, question: dict[str, Any]) -> None:
-        self.path = Path(path)
+        self.path = as_path(path)
         if self.path.suffix != ".nc":
             raise QuestionError(f"store: given {str(path)!r}; give a result file that ends with .nc")
         self.journal = self.path.with_name(self.path.name + ".journal")

@@ -12,6 +12,7 @@ from autobalancer.catalog.fluid_table import fluid
 from autobalancer.errors import CatalogError, ResultError
 from autobalancer.files.table import Table, read_table
 from autobalancer.measurement.angle.statics import Floats, TurnedRace
+from autobalancer.safe_file import as_path
 
 EXAMPLE = "fluid, density [kg/m^3], viscosity [mm^2/s], speed [rpm], angle [deg]"
 
@@ -51,7 +52,7 @@ def load_angle_series(path: str | Path) -> list[AngleSeries]:
     ResultError
         If the file, a column, a unit or a number is missing or cannot be read, or a fluid is unknown or ambiguous.
     """
-    table = read_table(Path(path), EXAMPLE)
+    table = read_table(as_path(path), EXAMPLE)
     speeds, angles = table.numbers("speed", "rad/s"), table.numbers("angle", "rad")
     described = [name for name in ("density", "viscosity") if name in table.heads]
     if len(described) == 1:

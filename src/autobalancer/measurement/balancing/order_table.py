@@ -13,6 +13,7 @@ from autobalancer.files.table import Table, read_table
 from autobalancer.measurement.balancing.channels import Orders
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.signals.unit_words import quantity_of
+from autobalancer.safe_file import as_path
 
 EXAMPLE = "speed [rpm], place, direction, amplitude [um], phase [deg], amplitude deviation [um]"
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
@@ -42,7 +43,7 @@ def load_orders(path: str | Path) -> xr.Dataset:
     QuestionError
         If a sensor has no line at some speed; it names both.
     """
-    table = read_table(Path(path), EXAMPLE)
+    table = read_table(as_path(path), EXAMPLE)
     quantity = _quantity(table)
     speed, amplitude = table.numbers("speed", "rad/s"), table.numbers("amplitude", UNITS[quantity])
     phase = table.numbers("phase", "rad")

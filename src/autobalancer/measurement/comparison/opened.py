@@ -11,6 +11,7 @@ from autobalancer.files.table import read_table
 from autobalancer.measurement.balancing.order_table import EXAMPLE, load_orders
 from autobalancer.measurement.signals.load import load_signals
 from autobalancer.results.store import load_run
+from autobalancer.safe_file import as_path
 
 TABLES = (".csv", ".txt", ".tsv", ".dat")
 
@@ -34,7 +35,7 @@ def load_measured(path: str | Path) -> xr.Dataset:
     ResultError
         If the file cannot be read as any of them.
     """
-    path = Path(path)
+    path = as_path(path)
     if path.suffix.lower() == ".nc":
         return load_run(path)
     return load_orders(path) if _has_orders(path) else load_signals(path)

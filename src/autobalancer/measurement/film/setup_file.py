@@ -14,7 +14,7 @@ from autobalancer.measurement.film.marks import Mark
 from autobalancer.measurement.film.optics.view import in_space
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.results.given import Given
-from autobalancer.safe_file import write_text_safely
+from autobalancer.safe_file import as_path, write_text_safely
 
 KEYS = (
     "orbit_radius", "ball_diameter", "balls", "ball_height", "camera", "focal_length", "distortion", "race_center",
@@ -37,7 +37,7 @@ def load_film_setup(path: str | Path) -> FilmSetup:
     QuestionError
         If the file, a key or a value is wrong; the message names it.
     """
-    path = Path(path)
+    path = as_path(path)
     data = read_toml(path)
     for key in data:
         if key not in KEYS:

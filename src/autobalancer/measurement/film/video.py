@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.safe_file import not_to_read, write_safely
+from autobalancer.safe_file import as_path, not_to_read, write_safely
 
 Gray = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -56,7 +56,7 @@ def write_film(path: str | Path, pictures: Iterable[Gray], frame_rate: float) ->
     ResultError
         If the file cannot be written.
     """
-    path = Path(path)
+    path = as_path(path)
     if path.suffix.lower() != ".mp4":
         raise QuestionError(f"{path}: films are saved as .mp4; end the name with it")
     _encoder(path)
@@ -92,7 +92,7 @@ def film_facts(path: str | Path) -> tuple[float, int, tuple[int, int]]:
     ResultError
         If there is no such film, or it cannot be read.
     """
-    reader = _open(Path(path))
+    reader = _open(as_path(path))
     facts = next(reader)
     reader.close()
     return float(facts["fps"]), round(float(facts["fps"]) * float(facts["duration"])), tuple(facts["size"])
@@ -119,7 +119,7 @@ def _told(path: Path, reader: Any) -> Iterator[Any]:
 
 def read_pictures(path: str | Path) -> Iterator[Gray]:
     """The pictures of a film in shades of gray, (rows, columns) each; raises as :func:`film_facts`."""
-    with closing(_open(Path(path))) as reader:
+    with closing(_open(as_path(path))) as reader:
         columns, rows = next(reader)["size"]
         for data in reader:
             yield np.frombuffer(data, np.uint8).reshape(rows, columns)

@@ -16,6 +16,7 @@ from autobalancer.measurement.rubber.measured import (
     rubber_resonances,
 )
 from autobalancer.results.answers.rubber_points import RubberPoints
+from autobalancer.safe_file import as_path
 
 LOOPS = "frequency [Hz], amplitude [mm], stiffness [kN/m], damping [N s/m]"
 
@@ -41,7 +42,7 @@ def load_rubber(
     QuestionError
         If a number is impossible.
     """
-    table = read_table(Path(path), LOOPS)
+    table = read_table(as_path(path), LOOPS)
     motion = _motions(table)
     sure = {"stiffness_uncertainty": stiffness_uncertainty, "loss_uncertainty": loss_uncertainty}
     w, x = table.numbers("frequency", "rad/s"), table.numbers("amplitude", "m")

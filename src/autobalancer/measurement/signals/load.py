@@ -18,6 +18,7 @@ from autobalancer.measurement.signals.timebase import even, grid_of, instants, r
 from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
 from autobalancer.results.signals.signals import Signals
 from autobalancer.results.store import load_run
+from autobalancer.safe_file import as_path
 from autobalancer.units import optional_argument, to_si
 
 Floats = NDArray[np.float64]
@@ -71,7 +72,7 @@ def load_signals(
     QuestionError
         If samples are missing, unevenly spaced, not numbers or impossibly large, or a channel is not described well enough.
     """
-    path = Path(path)
+    path = as_path(path)
     if path.suffix.lower() == ".nc":
         return _own(load_run(path), path)
     raw, described = _timed(read_raw(path), described_channels(channels, path))

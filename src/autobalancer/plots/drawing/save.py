@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.style import DRAWING
-from autobalancer.safe_file import write_safely
+from autobalancer.safe_file import as_path, write_safely
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -38,7 +38,7 @@ def save_picture(figure: Figure, path: str | Path, *, dpi: float = 150.0) -> Pat
     ResultError
         If the file cannot be written.
     """
-    path = Path(path)
+    path = as_path(path)
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise QuestionError(f"{path}: pictures are saved as .png, .svg or .pdf; end the name with one of these")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.plots.film.files import film_format
 from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis
+from autobalancer.safe_file import as_path
 from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]
@@ -47,9 +48,9 @@ def film_question(
     """
     first, last = optional_argument("start", start, "s"), optional_argument("end", end, "s")
     seconds = argument("duration", duration, "s")
-    film_format(Path(path))
+    film_format(as_path(path))
     unit = speed_axis(speed_unit)
-    return FilmQuestion(Path(path), first, last, seconds, frame_count(frame, fps, seconds, width), unit)
+    return FilmQuestion(as_path(path), first, last, seconds, frame_count(frame, fps, seconds, width), unit)
 
 
 def frame_count(frame: str, fps: int, duration: float, width: int) -> int:

@@ -213,6 +213,7 @@ def read_note(folder: Path) -> dict[str, Any]:
     path = folder / "run.json"
     try:
         note: Any = json.loads(path.read_text(encoding="utf-8"))
+        json.dumps(note, ensure_ascii=False).encode("utf-8")  # half a character, which JSON may hold, is refused here
     except FileNotFoundError:
         raise ResultError(f"{folder}: no run of an archive; there is no run.json in it") from None
     except (OSError, ValueError, RecursionError) as reason:
@@ -221,6 +222,13 @@ def read_note(folder: Path) -> dict[str, Any]:
     wrong = [
         key for key, kind in shape.items() if isinstance(note, dict) and not isinstance(note.get(key, kind()), kind)
     ]
+    if isinstance(note, dict) and not wrong:
+        wrong = [
+            f"{table}: {key!r}"
+            for table, kinds in (("measures", (int, float)), ("outcome", (str, int, float)))
+            for key, value in note.get(table, {}).items()
+            if value is not None and not isinstance(value, kinds)
+        ]
     if not isinstance(note, dict) or wrong:
         raise ResultError(f"{path}: cannot be read: {wrong[0] if wrong else 'it'} has another form; {BEGIN_ANEW}")
     return note

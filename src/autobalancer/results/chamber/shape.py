@@ -79,4 +79,4 @@ def bodies_of(run: xr.Dataset) -> str:
 
 def is_chamber_run(result: xr.Dataset) -> bool:
     """Whether its balls moved freely in chambers."""
-    return "body_position" in result
+    return isinstance(result, xr.Dataset) and "body_position" in result

@@ -20,6 +20,7 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredStiffness,
     Measurement,
 )
+from autobalancer.safe_file import as_path
 from autobalancer.units import shortened, to_si
 
 TEXTS = ("name", "label", "tie", "path", "file", "quantity")
@@ -58,7 +59,7 @@ def read_measurements(
     ResultError
         If the table of a response cannot be read.
     """
-    path = Path(path)
+    path = as_path(path)
     try:
         data = read_toml(path)
     except QuestionError as reason:

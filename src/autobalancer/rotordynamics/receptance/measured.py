@@ -19,7 +19,7 @@ from autobalancer.files.table import Table, read_table
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.results.signals.universal_file import UNIVERSAL, Function, is_universal, read_universal
-from autobalancer.safe_file import not_to_read
+from autobalancer.safe_file import as_path, not_to_read
 from autobalancer.units import optional_argument, to_si
 
 Floats = NDArray[np.float64]
@@ -74,7 +74,7 @@ def load_receptance(
     QuestionError
         If the added mass is negative.
     """
-    path = Path(path)
+    path = as_path(path)
     if reason := not_to_read(path):
         raise ResultError(f"{path}: cannot be read: {reason}{sample_hint(path)}")
     with path.open("rb") as file:

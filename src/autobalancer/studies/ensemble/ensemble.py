@@ -25,7 +25,7 @@ from autobalancer.studies.ensemble.dataset import ensemble_dataset
 from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.ensemble.members import Impossible, Members, without_start_angles
-from autobalancer.units import optional_argument
+from autobalancer.units import argument, optional_argument
 
 TEXTS = 400.0  # bytes of a member: outcome, verdict, seed and what its row is made of
 
@@ -112,6 +112,7 @@ def ensemble(
         raise QuestionError(f"seeds: given {seeds}; stands in place of a column 'seed'")
     if impossible not in ("refuse", "record"):
         raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
+    tolerance = argument("tolerance", tolerance, "")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
     end, _ = _duration(machine, duration), known_origin(settling_from)
