@@ -14,6 +14,7 @@ from reproductions.standing import standing
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
+from autobalancer.measurement.film.drawn import scene
 from autobalancer.measurement.film.drawn.render import scenery
 from autobalancer.measurement.film.identity import matched
 from autobalancer.measurement.film.optics.calibration import calibrate
@@ -111,6 +112,7 @@ def test_stated_deviations_are_those_of_the_errors(oblique: tuple[Any, ...]) -> 
     pull = errors(found, run) / np.degrees(found["ball_angle_deviation"].values)
     assert 0.6 < np.sqrt(np.nanmean(pull**2)) < 1.6
     assert 0.90 < np.nanmean(np.abs(pull[np.isfinite(pull)]) < 1.96) <= 1.0
+    assert "doubt" not in dict(found.facts())
 
 
 def test_small_balls_in_coarse_noisy_pictures_have_larger_deviations_that_are_those_of_their_errors() -> None:
@@ -191,6 +193,22 @@ def test_a_film_keeps_its_kind_in_a_file(oblique: tuple[Any, ...], tmp_path: Pat
     assert type(again).__name__ == "BallFilm"
     assert "impacts" in repr(again)
     assert "with a fault" in repr(again)
+
+
+def test_polished_balls_that_mirror_a_lamp_have_deviations_as_large_as_their_errors_and_a_note(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name, value in (("AMBIENT", scene.FLOOR), ("DIFFUSE", 0.0), ("GLOSS", 3.0), ("SHARP", 12.0)):
+        monkeypatch.setattr(scene, name, value)  # a saturated disc beside the middle of a ball as dark as its race
+    run, camera = made_up(six()), ab.measure.Camera.above(0.115, width=480, height=360, turning=True)
+    exposure = ab.measure.Exposure(frame_rate=50.0, time=1e-5, noise=0.01)
+    film = ab.measure.render_film(run, camera=camera, exposure=exposure, end=0.2)
+    found = ab.measure.track_balls(film, setup_of(run, camera), first_ball_speed=0.0)
+    away, deviation = errors(found, run), np.degrees(found["ball_angle_deviation"].values)
+    good = np.isfinite(away)
+    assert np.sqrt((away[good] ** 2).mean()) > 0.5, "a mirror that is as good as an outline proves nothing"
+    assert (np.abs(away[good]) < 1.96 * deviation[good]).mean() >= 0.93
+    assert "polished" in dict(found.facts())["doubt"]
 
 
 def test_a_camera_that_turns_with_the_rotor_sees_the_same_angles() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.measurement.film.balls import mirror_warning
 from autobalancer.measurement.film.follow import Followed
 from autobalancer.measurement.film.happenings import Contacts
 from autobalancer.measurement.film.labels import labeled
@@ -75,6 +76,7 @@ def ball_film(
         focal_length=found.calibration.view.focal_length,
         distortion=list(found.calibration.view.distortion),
         noise=found.noise,
+        warnings=mirror_warning(followed.deviation, setup),
         unsure_identities=int((margin < UNSURE).sum()),
         **provenance(),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.measurement.film.background import Background
-from autobalancer.measurement.film.edges import located
+from autobalancer.measurement.film.edges import ANYWHERE, located
 from autobalancer.measurement.film.optics.rings import ball_outlines
 from autobalancer.measurement.film.optics.view import View, in_space
 from autobalancer.measurement.film.search import circle, peaks, steps_around
@@ -20,6 +20,7 @@ Gray = NDArray[np.uint8]
 POINTS = 56
 LEAST = 0.3  # share of the edge of a ball that must be seen
 SIDE = 0.5  # of the edge only what faces along the race within 60 degrees counts: beside it are the walls
+MIRRORS = 0.05  # share of finds that fit no ball, from which on it is said
 CLOSER = 0.6  # of the contact angle: two finds so near each other are one ball
 
 
@@ -88,6 +89,19 @@ class BallSearch:
         return np.asarray(
             (self.view.pixels(in_space(ahead, height)) - self.view.pixels(in_space(place, height))) / 1e-5
         )
+
+
+def mirror_warning(deviation: Floats, setup: FilmSetup) -> str:
+    """What to do where edges fit no ball of the known size; ``deviation`` (rad) is that of all angles."""
+    anywhere = 0.99 * ANYWHERE * 0.5 * setup.diameter / setup.orbit
+    share = float((deviation[np.isfinite(deviation)] >= anywhere).mean()) if np.isfinite(deviation).any() else 0.0
+    if share < MIRRORS:
+        return ""
+    return (
+        f"in {100.0 * share:.0f} % of the finds the edges do not fit a ball of diameter {setup.diameter:g} m, so its angle is "
+        "known to a part of its radius only; polished balls mirror the room: make them dull or light them from all sides, and "
+        "check ball_diameter and ball_height"
+    )
 
 
 def _free(edge: Floats, centers: Floats) -> NDArray[np.bool_]:

@@ -25,6 +25,9 @@ MODEL = 0.1  # pixels: no edge has quite such a profile
 FLOOR, SHADED = 0.01, 0.07  # pixels: flat marks are found no better, and shaded balls
 LARGE = 11.0  # pixels: of smaller balls a ray sees so much that the profile near the edge is no longer theirs
 SHARED = 1.5  # pixels: rays nearer to each other see the same noise
+# Pixels by which half of the rays miss a ball of the known size: of shaded balls at most the first; from the second on what was
+# found is something that the ball mirrors, and the ball is anywhere within a share of its radius. Found with drawn mirrors.
+ALIKE, UNLIKE, GROWTH, ANYWHERE = 0.15, 0.4, 1.8, 0.42
 FAINT = 10.0  # least contrast of an edge that still counts by it, share of the clear ones
 
 
@@ -35,6 +38,7 @@ class Found(NamedTuple):
     covariance: Floats  # (things, 2, 2)
     share: Floats  # of the rays that agree
     contrast: Floats  # brightness across the edge, of 255
+    misfit: Floats  # pixels from a thing of the known size, median over all rays that count
 
 
 def sampled(picture: NDArray[np.uint8], pixels: Floats) -> NDArray[np.float32]:
@@ -124,7 +128,11 @@ def located(
     radius = np.linalg.norm(outline.edge - outline.edge.mean(axis=1, keepdims=True), axis=-1).mean(axis=1)
     between = 2.0 * np.pi * radius / place.shape[1]
     floor = SHADED * np.maximum(1.0, LARGE / radius) if rises else np.full(radius.size, FLOOR)
-    return _together(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
+    found = _together(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
+    if not rises:
+        return found
+    wide = np.where(found.misfit < UNLIKE, GROWTH * np.maximum(found.misfit - ALIKE, 0.0), ANYWHERE * radius)
+    return found._replace(covariance=found.covariance + wide[:, None, None] ** 2 * np.eye(2))
 
 
 def _together(
@@ -160,7 +168,8 @@ def _together(
     counts = np.maximum(usable.sum(axis=-1), 1)
     agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
     level = (contrast * usable).sum(axis=-1) / counts
-    return Found(answer[:, :2], covariance, agree, level)
+    misfit = _median(np.where(weight > 0.0, np.abs(away + answer[:, 2:]), SHIFTS[-1]), usable)
+    return Found(answer[:, :2], covariance, agree, level, misfit)
 
 
 def _faintness(contrast: Floats, usable: NDArray[np.bool_]) -> Floats:

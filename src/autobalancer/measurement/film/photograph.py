@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.measurement.film.balls import Seen
+from autobalancer.measurement.film.balls import Seen, mirror_warning
 from autobalancer.measurement.film.labels import labeled
 from autobalancer.measurement.film.optics.calibration import Calibration
 from autobalancer.measurement.film.optics.finding import camera_of
@@ -74,7 +74,10 @@ def photographed_angles(
         {"ball": np.arange(1, angle.size + 1)},
     )
     how = "clicked" if clicked is not None else "found"
-    data.attrs.update(title=f"balls of a photograph, {how}", mark_residual=camera.residual, **provenance())
+    warnings = mirror_warning(spread, setup) if clicked is None else ""
+    data.attrs.update(
+        title=f"balls of a photograph, {how}", mark_residual=camera.residual, warnings=warnings, **provenance()
+    )
     return Labeled.of(labeled(data))
 
 
