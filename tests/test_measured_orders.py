@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from autobalancer.measure import MeasuredOrders, Sensor, Tacho, load_orders, rec
 from autobalancer.measurement.balancing.order_table import given_orders
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.fitted import fitted_orders
+from autobalancer.rotordynamics.identification.trial import Trial
 
 ROTOR = """name = "rotor on springs"
 axis = "vertical"
@@ -138,6 +140,23 @@ def test_orders_of_a_fast_run_up_give_back_the_rotor_if_trials_run_up_too(
         start, free, [MeasuredOrders(tracked)]
     ).data  # the linear rotor follows the measured speed
     assert abs(float(along["value"][0]) - 100.0) < 4.0 * float(along["uncertainty"][0]) < 2.0
+    assert along.attrs["notes"][-1] == "orders: the response is followed along the measured speed"
+
+
+def test_orders_that_cannot_be_followed_say_how_fast_the_speed_changed(
+    rotor: ab.machine.Machine, tracked: xr.Dataset
+) -> None:
+    orders = MeasuredOrders(tracked)
+    for speed, fast in (
+        (orders.known.times, False),
+        (16.25 * orders.known.times, True),
+    ):  # decay 5 1/s: 1 and 16 rad/s^2
+        known = replace(orders.known, course=None, speeds=94.0 + speed)
+        orders.__dict__["known"] = known
+        assert (
+            "by up to 155 rpm/s, 0.65 of the squared decay rate: take steady = false"
+            in orders.notes(Trial(rotor, {}))[0]
+        ) == fast
 
 
 def test_a_misfit_enlarges_the_uncertainties(rotor: ab.machine.Machine, tracked: xr.Dataset) -> None:
@@ -152,6 +171,11 @@ def test_a_misfit_enlarges_the_uncertainties(rotor: ab.machine.Machine, tracked:
     alone = 1.0 / np.sqrt(float(still["singular_value"][0]) ** 2)  # of the logarithm of the damping
     assert float(still["uncertainty"][0]) == pytest.approx(ratio * alone * float(still["value"][0]), rel=0.01)
     assert any(f"the uncertainties above are enlarged {ratio:.1f} times" in note for note in still.attrs["notes"])
+    decay = float(still["value"][0]) / 20.0  # of 10 kg
+    assert (
+        f"below {0.1 * decay**2 * 30.0 / np.pi:.3g} rpm/s; of a faster run-up give orders over time"
+        in still.attrs["notes"][-1]
+    )
 
 
 def test_a_rotor_that_passes_its_resonance_moves_as_its_equation_says(rotor: ab.machine.Machine) -> None:

@@ -43,6 +43,11 @@ class Orders:
         return replace(self, **parts)
 
 
+def follows_speed(machine: Machine, known: Orders) -> bool:
+    """Whether the response is followed along the measured speed; that of softening rubber is the steady one."""
+    return known.course is not None and rubber_of(*rotor_of(machine, balls=False)) is None
+
+
 def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str, **options: Any) -> Complexes:
     """Complex amplitudes (S, C) of the response to an unbalance, followed along the course of the speed where that is known.
 
@@ -56,7 +61,7 @@ def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str
         raise QuestionError(
             f"{owner}: channel {known.places.index('') + 1} has no place; name the station at which it was measured"
         )
-    if known.course is None or rubber_of(*rotor_of(machine, balls=False)) is not None:
+    if known.course is None or not follows_speed(machine, known):
         speeds, back = np.unique(known.speeds, return_inverse=True)
     else:  # a resonance is late when the speed changes
         time, speeds = known.course

@@ -13,12 +13,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.balancing.channels import Orders, seen_by_channels
+from autobalancer.measurement.balancing.channels import Orders, follows_speed, seen_by_channels
 from autobalancer.measurement.balancing.order_table import UNITS, given_orders
 from autobalancer.measurement.comparison.opened import load_measured
 from autobalancer.measurement.comparison.order_curves import orders_of_a_run
 from autobalancer.measurement.comparison.pairs import size_doubt
 from autobalancer.measurement.comparison.run_up import OF_RUNS
+from autobalancer.measurement.spectra.damping import SLOW
 from autobalancer.rotordynamics.identification.fit import EXACT, Search
 from autobalancer.rotordynamics.identification.measurements import Rows
 from autobalancer.rotordynamics.identification.trial import Trial
@@ -181,6 +182,30 @@ class MeasuredOrders:
             for c in range(count)
         ]
         return list(filter(None, found))
+
+    def notes(self, trial: Trial) -> list[str]:
+        """Whether the measured speed was followed; if not, whether it changed too fast for a steady response."""
+        known = self.known
+        if not self.steady:
+            return []
+        if follows_speed(trial.machine, known):
+            return [f"{self.label}: the response is followed along the measured speed"]
+        text = f"{self.label}: compared with the steady response"
+        roots = trial.motions(float(np.median(known.speeds)), self.balls).eigenvalue
+        passed = roots[(roots.imag > known.speeds.min()) & (roots.imag < known.speeds.max())]
+        if not passed.size:
+            return [text]
+        decay, rpm = float(np.abs(passed.real).min()), 30.0 / np.pi
+        if known.speeds.size < 2 or not np.isfinite(known.times).all():
+            slow = f"{SLOW * decay**2 * rpm:.3g} rpm/s"
+            return [
+                f"{text}, which is right at constant speeds or below {slow}; of a faster run-up give orders over time"
+            ]
+        growth = float(np.abs(np.gradient(known.speeds, known.times)).max())
+        if growth <= SLOW * decay**2:
+            return [text]
+        fast = f"{growth * rpm:.3g} rpm/s, {growth / decay**2:.2g} of the squared decay rate"
+        return [f"{text}, but the speed changes fast, by up to {fast}: take steady = false"]
 
 
 def _flat(values: NDArray[np.complex128]) -> Floats:

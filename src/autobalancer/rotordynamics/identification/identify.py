@@ -164,6 +164,8 @@ def identify(
     data = dataset(
         machine, fitted, sought, values, at_bound, known, rows, np.concatenate(before), after, deviation, weight, fit
     )
+    for measurement in measurements:
+        data.attrs["notes"] += getattr(measurement, "notes", lambda _: [])(at_end)
     data.attrs |= {"loss": loss, "loss_scale": loss_scale}
     return Identification(fitted, with_curves(data, measurements, _trial(machine, sought, begin), at_end))
 
