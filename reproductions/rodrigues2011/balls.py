@@ -39,8 +39,11 @@ def with_balls(damping: float, washers: int = 3, *, off: float = OFF) -> Machine
     return with_value_at(machine, f"{RACE}drag.beta", damping * BALL * ORBIT**2 * REFERENCE * RPM)
 
 
-def as_measured(washers: int, *, run_out: bool = True) -> Machine:
-    """The rig with balls that roll and touch, c_b = 0.1, and with the run-out of its race."""
+def as_measured(washers: int, *, run_out: bool = True, rolling: float = 0.0) -> Machine:
+    """The rig with balls that roll and touch, c_b = 0.1, with the run-out of its race, and ``rolling`` resistance.
+
+    The adherence is twice the rolling resistance.
+    """
     machine = with_balls(0.1, washers)
     heavy = float(machine.unbalances[0].angle)
     balls = {
@@ -51,6 +54,9 @@ def as_measured(washers: int, *, run_out: bool = True) -> Machine:
         "start_angles": (heavy - 0.1, heavy + 0.1),
     }
     machine = with_value_at(machine, f"{RACE}balls[1]", balls)
+    if rolling:
+        friction = {"rolling_resistance": rolling, "adherence": 2.0 * rolling}
+        machine = with_value_at(machine, f"{RACE}friction", friction)
     if not run_out:
         return machine
     machine = with_value_at(machine, f"{RACE}eccentricity", RUN_OUT)
