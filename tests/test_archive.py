@@ -133,6 +133,29 @@ def test_a_part_that_is_missing_or_exchanged_is_noticed(tmp_path: Path) -> None:
     files[2].write_bytes(content[1])
     with pytest.raises(ResultError, match=r"part-00002.nc: its times do not follow"):
         run.samples()
+    pieces = chunks(chamber_run())
+    for number, other, words in (
+        (
+            1,
+            chunks(chamber_run(angles=(1.0, 2.0), axial=(0.0, 0.0)))[1],
+            "'ball.*' is of another size than in the first part",
+        ),
+        (1, pieces[1].drop_vars("body_position"), "has no 'body_position'"),
+        (1, pieces[1].assign_attrs(machine="x"), "its machine is not that of the first part"),
+        (0, pieces[0].assign_attrs(machine="x"), "part-00001.nc.*its machine is not that of the first part"),
+    ):
+        for file, kept in zip(files, content, strict=True):
+            file.write_bytes(kept)
+        write_part(other, files[number])
+        with pytest.raises(ResultError, match=words):
+            run.samples()
+    alone = filled(Archive(tmp_path), "alone")
+    for file in alone.parts()[1:]:
+        file.unlink()
+    for other in (pieces[0].drop_vars("body_position"), pieces[0].assign_attrs(machine="x")):
+        write_part(other, alone.parts()[0])
+        with pytest.raises(ResultError, match=r"part-00000.nc: is not of this run"):
+            alone.samples()
 
 
 @pytest.mark.parametrize("damage", ["other keys", "cut", "empty", "two numbers", "text", "too many"])
@@ -160,6 +183,10 @@ def test_a_damaged_checkpoint_is_refused_and_no_part_is_lost(damage: str, tmp_pa
             '{"archive_parts": "x"}',
             '{"question": 1}',
             "\xff",
+            '{"measures": {"a": "x"}}',
+            '{"measures": {"a": [1]}}',
+            '{"outcome": {"outcome": [1]}}',
+            r'{"parameters": {"a": "\ud800"}}',
             '{"measures": {"a": 1' + "0" * 5000 + "}}",
         ),
     ],

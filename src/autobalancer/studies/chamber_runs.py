@@ -122,7 +122,7 @@ def measured_run(
     """
     if archive is not None:
         run = archived_run(archive, name, machine, parameters=parameters, last=last, progress=progress, **question)
-        return {"outcome": run.note["outcome"]["outcome"], **run.note["measures"]}
+        return {"outcome": run.note.get("outcome", {}).get("outcome", run.state), **run.note.get("measures", {})}
     ended = simulate_chamber(machine, progress=progress, **question)
     outcome = str(ended.attrs["outcome"])
     if outcome != "finished":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,8 +45,7 @@ def open_parts(files: Sequence[Path], read: Sequence[str] = ()) -> xr.Dataset:
     except (OSError, RuntimeError, ValueError) as reason:
         raise ResultError(f"{files[0]}: not a readable part of a run: {reason}") from None
     at_once = [name for name in read if name in first and "time" in first[name].dims]
-    shapes = {str(name): variable.shape[1:] for name, variable in first.variables.items() if "time" in variable.dims}
-    pieces = [_samples(file, ("time", *at_once), shapes=shapes) for file in files]
+    pieces = [_samples(file, ("time", *at_once), first=first) for file in files]
     times = [piece["time"] for piece in pieces]
     _ascending(files, times)
     starts = np.concatenate([[0], np.cumsum([time.size for time in times])])
@@ -78,14 +77,17 @@ def _ascending(files: Sequence[Path], times: Sequence[NDArray[Any]]) -> None:
 
 
 def _samples(
-    file: Path, names: Sequence[str], which: slice = slice(None), shapes: Mapping[str, tuple[int, ...]] | None = None
+    file: Path, names: Sequence[str], which: slice = slice(None), first: xr.Dataset | None = None
 ) -> dict[str, NDArray[Any]]:
-    """Variables of a file, which has those in ``shapes``, one sample of each as large as there."""
+    """Variables of a file; refused if it is not of the same run as the ``first`` part."""
     try:
         with NETCDF, netCDF4.Dataset(file) as stored:
-            for name, shape in (shapes or {}).items():
-                if stored.variables[name].shape[1:] != shape:
-                    raise ValueError(f"{name!r} is of another size than in the first part; is it of another run?")
+            for key, variable in {} if first is None else first.variables.items():
+                if stored.variables[str(key)].shape[1:] != variable.shape[1:]:
+                    raise ValueError(f"{str(key)!r} is of another size than in the first part; is it of another run?")
+            for key in () if first is None else {"machine", "seed"} & set(first.attrs):
+                if getattr(stored, str(key), None) != first.attrs[key]:
+                    raise ValueError(f"its {key} is not that of the first part; is it of another run?")
             return {name: np.asarray(stored.variables[name][which]) for name in names}
     except KeyError as reason:
         raise ResultError(f"{file}: not a readable part of this run: it has no {reason}") from None

@@ -110,6 +110,8 @@ class RunFolder:
         files = self.parts()
         self._complete(files, self.note.get(PARTS, len(files)))
         found = open_parts(files, read)
+        if "body_position" not in found or found.attrs.get("machine", self.machine) != self.machine:
+            raise ResultError(f"{files[0]}: is not of this run; was it replaced by another file?")
         told = {key: value for key, value in self.note.get("outcome", {}).items() if value is not None}
         found.attrs.update(machine=self.machine, archive_state=self.state, **told)
         return as_kind(found, "ChamberRun")
