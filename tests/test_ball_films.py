@@ -18,6 +18,7 @@ from autobalancer.measurement.film.drawn import scene
 from autobalancer.measurement.film.drawn.render import scenery
 from autobalancer.measurement.film.identity import matched
 from autobalancer.measurement.film.optics.calibration import calibrate
+from autobalancer.measurement.film.optics.finding import camera_of
 from autobalancer.measurement.film.optics.homography import homography, mapped
 from autobalancer.measurement.film.optics.view import in_space
 
@@ -294,6 +295,32 @@ def test_a_homography_maps_marks_to_their_pixels_and_lines_to_lines() -> None:
     middle = mapped(h, 0.5 * (places[0] + places[1]))
     side, part = pixels[1] - pixels[0], middle - pixels[0]
     assert abs(side[0] * part[1] - side[1] * part[0]) < 1e-6 * float(side @ side)
+
+
+def test_a_lens_that_bends_lines_is_fitted_unasked_and_with_four_marks_is_part_of_the_deviations() -> None:
+    places, _ = corners()
+    z, random = places[:, 0] + 1j * places[:, 1], np.random.default_rng(3)
+    balls, size = 0.08 * np.exp(2j * np.pi * np.arange(24) / 24), (1280, 720)
+    camera = ab.measure.Camera.above(0.12, tilt="35 deg", distance="0.45 m", distortion=(-0.25,))
+    seen = camera.view().pixels(in_space(balls, 0.006))
+    held = {}
+    for count, terms in ((5, {}), (4, {}), (4, {"distortion": 0})):
+        hits = []
+        for _ in range(6):
+            pixels = camera.view().pixels(in_space(z[:count], 0.0)) + random.normal(0.0, 0.03, (count, 2))
+            marks = [
+                ab.measure.Mark((one.real, one.imag), 0.003, tuple(at)) for one, at in zip(z, pixels, strict=False)
+            ]
+            known: dict[str, Any] = {"marks_exact": True, "pixel_deviation": 0.03, **terms}
+            setup = ab.measure.FilmSetup(0.08, 0.012, 3, marks, ball_height=0.006, **known)
+            found = camera_of(np.zeros(size[::-1], np.uint8), setup)
+            got = found.view.places(seen, 0.006)
+            away = np.angle((got[:, 0] + 1j * got[:, 1]) / balls)
+            hits.append(np.abs(away) < 1.96 * found.angle_deviation(balls, 0.006, 0j))
+        held[count, len(terms)] = np.mean(hits)
+    assert held[5, 0] >= 0.9
+    assert held[4, 0] >= 0.93
+    assert held[4, 1] < 0.5
 
 
 def test_the_homography_is_that_of_opencv() -> None:

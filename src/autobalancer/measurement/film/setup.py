@@ -34,7 +34,8 @@ class FilmSetup:
     focal_length
         Pixels; by default fitted to the marks.
     distortion
-        Number of radial terms fitted to the marks (0, 1 or 2), or the known terms.
+        Number of radial terms fitted to the marks (0, 1 or 2), or the known terms. One by default: five marks determine it, and
+        with four the deviations contain what a usual lens may do; 0 for a lens that draws straight lines.
     race_center
         Of an eccentric race in the rotor, x and y, m.
     marks_exact
@@ -56,7 +57,7 @@ class FilmSetup:
     ball_height: float | str = 0.0
     camera: Literal["rest", "turning"] = "rest"
     focal_length: float | None = None
-    distortion: int | Sequence[float] = 0
+    distortion: int | Sequence[float] = 1
     race_center: tuple[float, float] = (0.0, 0.0)
     marks_exact: bool = False
     pixel_deviation: float = 1.0

@@ -136,7 +136,7 @@ def film_setup(run: Given, camera: Camera, *, race: int = 1) -> FilmSetup:
         () if camera.turning else here.rotor_marks,
         here.sizes.ball_height,
         "turning" if camera.turning else "rest",
-        distortion=len(camera.distortion),
+        distortion=max(1, len(camera.distortion)),
     )
 
 
