@@ -517,3 +517,11 @@ def test_files_that_would_fill_the_memory_or_never_end_are_refused(
         for read in (ab.measure.load_signals, ab.measure.load_receptance, ab.load_run, ab.measure.load_orders):
             with pytest.raises(ResultError, match="is a device or a pipe"):
                 read(place)
+
+
+def test_accelerations_called_ax_and_ay_are_along_x_and_y_with_a_note(tmp_path: Path) -> None:
+    rows = "\n".join(f"{k / 100},{k % 7 - 3},{k % 5 - 2},{k % 3 - 1}" for k in range(40))
+    (tmp_path / "log.csv").write_text(f"time [s],ax [m/s^2],b_AY [m/s^2],ax2 [m/s^2]\n{rows}\n")
+    with pytest.warns(RangeWarning, match="ax is taken to be along x; give its direction if it is not"):
+        found = ab.measure.load_signals(tmp_path / "log.csv")
+    assert [found[name].attrs["direction"] for name in ("ax", "b_AY", "ax2")] == ["x", "y", ""]

@@ -156,6 +156,12 @@ def _channels(
         if not implausible:
             refuse_implausible(name, channel.quantity, values)
         found[name] = channel
+        if channel.direction != "" and not (
+            words.direction != "" or column.direction or _direction(words.column or name)
+        ):
+            left.append(
+                f"{words.column or name} is taken to be along {channel.direction}; give its direction if it is not"
+            )
     return found, left
 
 
@@ -179,14 +185,18 @@ def _channel(origin: str, name: str, words: DescribedChannel, column: RawColumn,
         known = float(to_si(words.uncertainty, si)) if words.uncertainty else None
     except UnitError as reason:
         raise QuestionError(f"{origin}: channel {name!r}: {reason}") from None
-    direction = words.direction if words.direction != "" else column.direction or _direction(words.column or name)
+    direction = (
+        words.direction if words.direction != "" else column.direction or _direction(words.column or name, quantity)
+    )
     return Channel(factor * values, quantity, words.place or column.place, direction, uncertainty=known)
 
 
-def _direction(name: str) -> str:
-    """``x`` of ``bearing_x``; empty where the name says none."""
-    last = name.replace("_", " ").split()[-1:] or [""]
-    return last[0] if last[0] in ("x", "y", "z") else ""
+def _direction(name: str, quantity: str = "") -> str:
+    """``x`` of ``bearing_x``, of an acceleration ``ax``, of a velocity ``vx``; empty where the name says none."""
+    last = (name.replace("_", " ").split() or [""])[-1]
+    if quantity and last.lower() in [quantity[0] + axis for axis in "xyz"]:
+        last = last[1:].lower()
+    return last if last in ("x", "y", "z") else ""
 
 
 def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float | None, remarks: list[str]) -> Signals:
