@@ -263,3 +263,10 @@ def test_an_argument_of_another_kind_is_refused_in_words(door: str) -> None:
     ask, words = DOORS[door]
     with pytest.raises(ab.errors.AutobalancerError, match=words):
         ask()
+
+
+def test_more_new_samples_than_fit_into_the_memory_are_refused_before_they_are_made(tmp_path: Path) -> None:
+    table = tmp_path / "a.csv"
+    table.write_text("time [s],a [m/s^2]\n" + "".join(f"{k / 1000},{k % 7}\n" for k in range(50)))
+    with pytest.raises(QuestionError, match=r"a.csv: resample: 4.9e\+13 samples need .* fit; take a lower rate"):
+        ab.measure.load_signals(table, resample="1e15 Hz")

@@ -9,9 +9,11 @@ from scipy.interpolate import make_interp_spline
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.signals.form import UNEVEN
 from autobalancer.measurement.signals.formats import RawFile
+from autobalancer.memory import refuse_what_does_not_fit
 
 Floats = NDArray[np.float64]
 GAP = 1.5  # steps; a longer one is a gap
+SAMPLE = 100.0  # bytes of a new sample: its instant, its value and what the spline needs
 NAMED = 5  # places that a message names
 
 
@@ -113,12 +115,14 @@ def grid_of(t: Floats, rate: float, origin: str) -> Floats:
     Raises
     ------
     QuestionError
-        If a gap is longer than two of the steps asked for.
+        If a gap is longer than two of the steps asked for, or so many samples do not fit into the memory.
     """
+    count = (t[-1] - t[0]) * rate
+    refuse_what_does_not_fit(f"{origin}: resample", count, "samples", SAMPLE, "; take a lower rate")
     steps = np.diff(t)
     gap = int(np.argmax(steps))
     if steps[gap] > 2.0 / rate and steps[gap] > 3.0 * np.median(steps):
         raise QuestionError(
             f"{origin}: samples are missing from {t[gap]:.6g} s to {t[gap + 1]:.6g} s; use the pieces before or after"
         )
-    return np.asarray(t[0] + np.arange(int(np.floor((t[-1] - t[0]) * rate)) + 1) / rate, np.float64)
+    return np.asarray(t[0] + np.arange(int(np.floor(count)) + 1) / rate, np.float64)

@@ -82,17 +82,22 @@ def _samples(
     """Variables of a file; refused if it is not of the same run as the ``first`` part."""
     try:
         with NETCDF, netCDF4.Dataset(file) as stored:
-            for key, variable in {} if first is None else first.variables.items():
-                if stored.variables[str(key)].shape[1:] != variable.shape[1:]:
-                    raise ValueError(f"{str(key)!r} is of another size than in the first part; is it of another run?")
-            for key in () if first is None else {"machine", "seed"} & set(first.attrs):
-                if getattr(stored, str(key), None) != first.attrs[key]:
-                    raise ValueError(f"its {key} is not that of the first part; is it of another run?")
+            if first is not None:
+                _refuse_other_run(stored, first)
             return {name: np.asarray(stored.variables[name][which]) for name in names}
     except KeyError as reason:
         raise ResultError(f"{file}: not a readable part of this run: it has no {reason}") from None
     except (OSError, RuntimeError, IndexError, ValueError) as reason:
         raise ResultError(f"{file}: not a readable part of a run: {reason}") from None
+
+
+def _refuse_other_run(stored: netCDF4.Dataset, first: xr.Dataset) -> None:
+    for key, variable in first.variables.items():
+        if stored.variables[str(key)].shape[1:] != variable.shape[1:]:
+            raise ValueError(f"{str(key)!r} is of another size than in the first part; is it of another run?")
+    for name in {"machine", "seed"} & set(first.attrs):
+        if getattr(stored, name, None) != first.attrs[name]:
+            raise ValueError(f"its {name} is not that of the first part; is it of another run?")
 
 
 class _Parts(BackendArray):
