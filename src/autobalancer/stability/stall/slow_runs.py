@@ -35,8 +35,8 @@ NEAR, EARLY = (
     (1.0, 0.9),
 )  # of the end of a balance, where a run begins; of its whirl, where balls do not stall there
 FURTHER, STRETCHES = 1.1, 6  # how far it goes at once, how often
-STALLED, LAGS = 0.5, 0.2  # of its greatest slip, and of that with the whirl of the balance, from which on a ball stalls
-DROP = 0.6  # of the slip before, below which it is after a release; else balls go over to the rotor gradually
+STALLED, FULL = 0.5, 0.8  # of the greatest slip, from which on a ball stalls, and from which on it does fully
+GRADUALLY = 0.01  # of the speed, between these two, from which on balls go over to the rotor gradually
 WINDOW, SHORTEST = 8.0 * math.pi, 2.0  # over the slip, and s, over which speeds are averaged
 OTHER = 2.0  # angle between planes, rad, from which a run-down begins
 AROUND, FALLEN = (
@@ -84,19 +84,19 @@ class SlowRuns:
         for begin in (near, *(min(max(share * one.whirl, 1.02 * one.begin), near) for share in EARLY)):
             start = self._stalled(one, max(slip - (one.end - begin), 0.0))
             path: tuple[float, ...] = (begin, near, FURTHER * near)
-            found, greatest = None, np.array([slip])
+            found, w, slips = None, np.zeros(0), np.zeros((0, start.shape[-1]))
             for _ in range(STRETCHES):
                 motion = self.run(path, start, slip, SPREAD)
-                most, w = motion.slip.max(axis=1), motion.speed
-                greatest = np.maximum.accumulate(np.maximum(most, greatest[-1]))
-                stalled = np.flatnonzero((most > np.maximum(STALLED * greatest, LAGS * (w - one.whirl))) & (w > near))
-                if not stalled.size or (found is None and stalled[0] > np.flatnonzero(w > near)[0]):
+                w, slips = np.append(w, motion.speed), np.concatenate([slips, motion.slip])
+                most = slips.max(axis=1)
+                greatest = np.maximum.accumulate(np.maximum(most, slip))
+                stalled = np.flatnonzero((most > STALLED * greatest) & (w > near))
+                if not stalled.size or stalled[0] > np.flatnonzero(w > near)[0]:
                     break
-                last = float(w[stalled[-1]])
-                before, after = np.searchsorted(w, [(1.0 - BESIDE) * last, (1.0 + BESIDE) * last])
-                gradual = bool(after < w.size and most[after] > DROP * most[before])
-                found = LastSeen(last, motion.slip[before, [group.members[0] for group in self.loads.groups]], gradual)
-                if after < w.size:
+                last, full = (float(w[most > share * greatest[-1]].max(initial=near)) for share in (STALLED, FULL))
+                before = slips[np.searchsorted(w, (1.0 - BESIDE) * last), [group.members[0] for group in self.loads.groups]]
+                found = LastSeen(last, before, last > (1.0 + GRADUALLY) * full)
+                if w[-1] > (1.0 + BESIDE) * last:
                     break
                 path, start = (path[-1], FURTHER * path[-1]), motion.last
             if found is not None:
