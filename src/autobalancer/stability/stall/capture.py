@@ -26,19 +26,21 @@ from autobalancer.stability.stall.whirling import Whirling
 
 BESIDE = 1e-3  # of the speed below the end of a branch, where one looks for where balls go
 LIKE, LITTLE = 2.0, 0.25  # slips that count as about the same; share of the speed that counts as turning with the rotor
+EARLIER = 1.03  # times the speed of a balance, from which on balls that fall back in a run do so before
 ABOVE = 1.3  # times the speed at which one plane falls back, where a run begins
 TINY = 1e-9  # slip over speed where balls just begin to slip
 TURNS = 4  # states in line through which they may go on
-LOST = "the planes lose synchronism at {0:.4g} rad/s and then fall back gradually; there is no single speed of capture"
+SINGLE = "; there is no single speed of capture"
+LOST = "the planes lose synchronism at {0:.4g} rad/s and then fall back gradually" + SINGLE
 AGAIN = "; they stall together from {0:.4g} rad/s down"
-STEADY = "balls in line fall back gradually through the resonance; there is no single speed of capture"
+STEADY = "balls in line fall back gradually through the resonance" + SINGLE
 HELD = "rolling resistance holds balls in line at all speeds that were tried, or not all of them slip at one"
 NEVER = "the planes do not turn in step at any speed that was tried, nor does one of them fall back at once"
 
 
 @dataclass(frozen=True)
 class Capture:
-    """Rotor speed (rad/s) and the whirl speed to which balls fall; nan with a ``reason`` where there is none.
+    """Rotor speed (rad/s) and the whirl speed to which balls fall; nan with a ``reason`` where there is none, or what was before.
 
     ``lost`` is the speed at which planes lose step before, nan if they do not, and ``step`` that above which they do not
     turn in step, nan if they do. ``station`` is that of the balls, if they fall alone; ``later`` what happens to those of
@@ -88,13 +90,13 @@ def captured(
     alone = _alone(balance, every[every <= max(ABOVE * limit, speeds[-1])])
     before = max(one for one in (found.speed, found.lost, 0.0) if not math.isnan(one))
     if alone is None or alone.speed <= before:
-        return found
+        return found if runs is None else _first(runs, balance, speeds, found)
     alone = replace(alone, step=found.step, later=found)
     if runs is None:
         return alone if alone.speed > found.step else found
     begin, slip = max(float(speeds[-1]), ABOVE * alone.speed), alone.speed - alone.whirl
     fell = runs.fell(begin, alone.speed, slip)
-    return replace(alone, speed=fell) if fell > before else found
+    return replace(alone, speed=fell) if fell > before else _first(runs, balance, speeds, found)
 
 
 def _alone(balance: Balance, speeds: Floats) -> Capture | None:
@@ -107,6 +109,21 @@ def _alone(balance: Balance, speeds: Floats) -> Capture | None:
     return max((one for one in found if not math.isnan(one.speed)), key=lambda one: one.speed, default=None)
 
 
+def _first(runs: SlowRuns, balance: Balance, speeds: Floats, found: Capture) -> Capture:
+    """The same, or where balls fall back before in a slow run-down, if planes are not in step all the way."""
+    known = [one for one in (found.lost, found.step) if not math.isnan(one)]
+    if not known and not math.isnan(found.speed):
+        return found
+    begin, lowest = float(speeds[-1]), min(balance.rotor.st.critical_speeds, default=float(speeds[0])) / EARLIER
+    lowest = lowest if math.isnan(found.speed) else found.speed
+    fall = runs.falls(begin, EARLIER * max(known, default=begin), lowest)
+    if fall is None or fall.speed < EARLIER * found.speed:
+        return found
+    station = min(fall.stations) if len(fall.stations) == 1 else None
+    before = "" if EARLIER * fall.speed > found.lost else found.reason.replace(SINGLE, "")
+    return replace(found, speed=fall.speed, whirl=fall.whirl, cause="run", reason=before, station=station)
+
+
 def _of(balance: Balance, place: int) -> Balance:
     """Of the groups of one station."""
     return Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(balance.loads.station == place).tolist())))
@@ -116,7 +133,9 @@ def _again(balance: Balance, speeds: Floats, found: Capture) -> Capture:
     """Where planes lose step: from where on down all stall together, if that is before one of them falls back."""
     for speed in speeds[::-1].tolist():
         here = stands(balance, speed)
-        stalled = np.flatnonzero(past(balance, here) <= 0.0)
+        passed = balance.rotor.modes(speed).frequency
+        highest = passed[passed < speed].max(initial=0.0)
+        stalled = np.flatnonzero((past(balance, here) <= 0.0) | (here.whirl < highest))
         if stalled.size:
             leaving = followed(balance, here.some(stalled[-1:]), found.lost, ("fold", "swinging"))
             if math.isnan(found.speed):

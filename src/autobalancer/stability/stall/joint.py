@@ -14,7 +14,6 @@ from autobalancer.stability.stall.branch import LOST, followed
 from autobalancer.stability.stall.capture import captured
 from autobalancer.stability.stall.groups import Loads
 from autobalancer.stability.stall.notes import (
-    APART,
     CAPTURE,
     DRAGLESS,
     EXACTLY,
@@ -23,13 +22,14 @@ from autobalancer.stability.stall.notes import (
     PASS,
     RELEASE,
     RUN,
-    UNEQUAL,
+    RUN_DOWN,
     WORTH,
     again,
     beyond,
     capture_border,
     never,
     others,
+    unsought,
     which,
 )
 from autobalancer.stability.stall.ranges import HangingRange, furthest_speed, hanging_ranges, reached
@@ -80,10 +80,7 @@ def joint_borders(
         first = beyond(st, loads, last) if last.slips else f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
     first += which(st, loads, last) + (UNFOLLOWED if last.cause == LOST else "")
-    if runs is None and len({group.station for group in loads.groups}) > 1:
-        notes.append(APART)
-    if len(loads.groups) > len({group.station for group in loads.groups}):
-        notes.append(UNEQUAL)
+    notes += unsought(loads, runs is not None)
     found = [Border(RELEASE, last.end, "; ".join([first, *others(st, loads, met, last), *notes]))]
     if capture:
         found.append(_captured(rotor, loads, last.end, top, limit, runs))
@@ -126,12 +123,15 @@ def _captured(
         notes.append(later.reason or f"in step all fall back at {later.speed:.4g} rad/s")
     if math.isnan(found.speed):
         return Border(CAPTURE, math.nan, "; ".join([found.reason, *notes]))
-    if found.lost > found.speed:
+    if found.reason:
+        notes.insert(0, f"above it {found.reason}")
+    elif found.lost > found.speed:
         notes.insert(0, f"the planes lose synchronism at {found.lost:.4g} rad/s")
-    if found.cause != "fold":
+    if found.cause not in ("fold", "run"):
         notes.insert(0, "there they begin to swing against each other")
     balls = "" if found.station is None else f" of {rotor.st.names[found.station]} alone"
-    return capture_border(found.speed, "; ".join([f" of {found.whirl:.4g} rad/s", *notes]), balls)
+    how = RUN_DOWN if found.cause == "run" else HOW
+    return capture_border(found.speed, "; ".join([f" of {found.whirl:.4g} rad/s", *notes]), balls, how)
 
 
 def _exactly(rotor: Whirling, loads: Loads, last: HangingRange, top: float) -> list[str]:

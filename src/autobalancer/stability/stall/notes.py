@@ -16,8 +16,9 @@ DRAGLESS = "a ball without drag is not dragged along"
 EXACTLY = "balls at exactly the same place stay stalled up to {0:.4g} rad/s"
 NO_CAPTURE = "not computed where balls are never released"
 RUN, GRADUAL = "end of a slow run", "half of the slip in a slow run"
-APART = "states in which the planes stall at different speeds are not sought"
-UNEQUAL = "unequal balls of one race may stall in more ways than were sought"
+RUN_DOWN = "slow run-down"
+APART = "states in which the planes stall at different speeds are not sought, and balls may be released higher"
+UNEQUAL = "unequal balls of one race may stall in more ways than were sought, and be released higher"
 OTHERS = 4  # further release speeds in a note
 WORTH = 0.002  # relative difference from which on a second release speed is said
 
@@ -28,9 +29,9 @@ def never(why: str, capture: bool) -> tuple[Border, ...]:
     return (release, Border(CAPTURE, math.nan, NO_CAPTURE, False)) if capture else (release,)
 
 
-def capture_border(speed: float, which: str, balls: str = "") -> Border:
+def capture_border(speed: float, which: str, balls: str = "", how: str = HOW) -> Border:
     """Of balls in line, or of some of them."""
-    return Border(CAPTURE, speed, f"{HOW}: below it balls in line{balls} fall back to the resonance{which}")
+    return Border(CAPTURE, speed, f"{how}: below it balls in line{balls} fall back to the resonance{which}")
 
 
 def beyond(st: Stations, loads: Loads, one: HangingRange) -> str:
@@ -55,6 +56,12 @@ def which(st: Stations, loads: Loads, one: HangingRange) -> str:
         names = ", ".join(st.names[place] for place in sorted(held))
         return f", balls of {names} alone, those of other planes are free already"
     return ", the strongest balls alone"
+
+
+def unsought(loads: Loads, runs: bool) -> list[str]:
+    """Why balls may be released higher than said; ``runs``: whether slow runs sought planes at different speeds."""
+    planes = len({group.station for group in loads.groups})
+    return [APART] * (planes > 1 and not runs) + [UNEQUAL] * (len(loads.groups) > planes)
 
 
 def others(st: Stations, loads: Loads, met: list[HangingRange], last: HangingRange) -> list[str]:

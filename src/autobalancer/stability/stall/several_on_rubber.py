@@ -19,7 +19,7 @@ from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.stall.branch import LOST
 from autobalancer.stability.stall.groups import Loads
-from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, PASS, RELEASE, never, others, which
+from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, PASS, RELEASE, never, others, unsought, which
 from autobalancer.stability.stall.on_rubber import BEYOND, ON_RUBBER
 from autobalancer.stability.stall.ranges import BELOW, FAR, HangingRange, of_set, reached, sets
 from autobalancer.stability.stall.softening import Softening, softening
@@ -82,7 +82,7 @@ def _released(whole: Softening, met: list[HangingRange]) -> Border:
     first = f"{ON_RUBBER}, at a whirl of {last.whirl:.4g} rad/s{which(st, loads, last)}"
     first += UNFOLLOWED if last.cause == LOST else ""
     notes = [first, *_first(whole, met, last), *others(st, loads, met, last), *_beyond(whole, last)]
-    return Border(RELEASE, last.end, "; ".join(notes))
+    return Border(RELEASE, last.end, "; ".join([*notes, *unsought(loads, runs=False)]))
 
 
 def _first(whole: Softening, met: list[HangingRange], last: HangingRange) -> list[str]:

@@ -43,6 +43,8 @@ AROUND, FALLEN = (
     1.05,
     0.75,
 )  # speeds around a balance at which it is slow; share of the slip of balls that have fallen back
+JUMP, RISE = 0.03, 1.3  # slip over speed by which balls fall back at once, and how many times the slip before
+SOON = 0.012  # of the speed, in which they do
 BESIDE = 0.005  # of the last speed, before and after which slips are read
 
 
@@ -62,6 +64,15 @@ class LastSeen:
     speed: float
     slip: Floats
     gradual: bool
+
+
+@dataclass(frozen=True)
+class Fall:
+    """Speed of the rotor at which balls fall back, and of their whirl after it, rad/s; the stations of those that do."""
+
+    speed: float
+    whirl: float
+    stations: frozenset[int]
 
 
 class SlowRuns:
@@ -94,7 +105,9 @@ class SlowRuns:
                 if not stalled.size or stalled[0] > np.flatnonzero(w > near)[0]:
                     break
                 last, full = (float(w[most > share * greatest[-1]].max(initial=near)) for share in (STALLED, FULL))
-                before = slips[np.searchsorted(w, (1.0 - BESIDE) * last), [group.members[0] for group in self.loads.groups]]
+                before = slips[
+                    np.searchsorted(w, (1.0 - BESIDE) * last), [group.members[0] for group in self.loads.groups]
+                ]
                 found = LastSeen(last, before, last > (1.0 + GRADUALLY) * full)
                 if w[-1] > (1.0 + BESIDE) * last:
                     break
@@ -108,13 +121,34 @@ class SlowRuns:
 
         The balls of each plane are in line by themselves; they settle, in step or not, at the speed ``begin``.
         """
+        motion = self._down((begin, min(begin, near * AROUND), near / AROUND), slip)
+        fallen = np.flatnonzero(motion.slip.max(axis=1) > FALLEN * slip)
+        return float(motion.speed[fallen[0]]) if fallen.size else math.nan
+
+    def falls(self, begin: float, near: float, lowest: float) -> Fall | None:
+        """The first fall of balls, in line by plane, in a run-down that is slow from ``near`` on; none if none falls at once."""
+        motion = self._down((begin, min(begin, near), lowest), 0.7 * JUMP * near)
+        most, w = motion.slip.max(axis=1), motion.speed
+        after, later = (np.searchsorted(-w, -share * w) for share in (1.0 - SOON, 1.0 - 2.0 * SOON))
+        known = np.flatnonzero(later < w.size)
+        old, new, kept = most[known], most[after[known]], most[later[known]]
+        fallen = known[(new - old > JUMP * w[known]) & (new > RISE * old) & (kept > 0.5 * (old + new))]
+        if not fallen.size:
+            return None
+        i, end = int(fallen[0]), int(later[fallen[0]]) + 1
+        k = i + int(np.argmax(most[i:end] > 0.5 * (most[i] + most[after[i]])))
+        deepest = i + int(np.argmax(most[i:end]))
+        firsts = [group.members[0] for group in self.loads.groups]
+        rise = (motion.slip[deepest] - motion.slip[i])[firsts]
+        stations = {group.station for group, own in zip(self.loads.groups, rise, strict=True) if own > 0.5 * rise.max()}
+        return Fall(float(w[k]), float(w[deepest] - most[deepest]), frozenset(stations))
+
+    def _down(self, path: tuple[float, ...], slip: float) -> Motion:
+        """A slow run-down along these speeds of balls that are in line by plane."""
         angles = np.zeros(sum(len(group.members) for group in self.loads.groups))
         for group in self.loads.groups:
             angles[list(group.members)] = OTHER * group.station
-        path = (begin, min(begin, near * AROUND), near / AROUND)
-        motion = self.run(path, np.stack([angles, np.zeros_like(angles)]), slip, 0.0)
-        fallen = np.flatnonzero(motion.slip.max(axis=1) > FALLEN * slip)
-        return float(motion.speed[fallen[0]]) if fallen.size else math.nan
+        return self.run(path, np.stack([angles, np.zeros_like(angles)]), slip, 0.0)
 
     def _stalled(self, one: HangingRange, slip: float) -> Floats:
         """Angles and speeds of all balls in the rotor; those that do not stall are at rest, spread evenly over each race."""
