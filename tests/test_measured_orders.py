@@ -198,6 +198,51 @@ def test_a_rotor_that_passes_its_resonance_moves_as_its_equation_says(rotor: ab.
     )
 
 
+def test_a_tilting_rotor_on_uneven_supports_passes_its_resonances_as_its_equations_say() -> None:
+    support = 'stiffness = ["40 kN/m", "70 kN/m"], damping = "40 N*s/m"'
+    body = 'mass = "10 kg", polar_inertia = "0.2 kg*m^2", transverse_inertia = "0.12 kg*m^2"'
+    rotor = ab.parse_machine(
+        f'''name = "uneven"
+        axis = "vertical"
+        stations = [{{ name = "disk", position = "50 mm" }}]
+        unbalances = [{{ moment = "400 g*mm", station = "disk" }}]
+        [rotor]
+        kind = "rigid"
+        {body.replace(", ", chr(10))}
+        supports = [{{ position = "-0.1 m", {support} }}, {{ position = "0.2 m", {support} }}]
+        [drive]
+        kind = "speed"
+        profile = {{ kind = "ramp", start = "50 rad/s", end = "180 rad/s", duration = "8 s" }}
+        [run]
+        duration = "8 s"'''
+    )
+    grow, z = 16.25, np.array([-0.1, 0.2])
+    lever = np.array([np.ones(2), z])
+    stiffness = [lever * k @ lever.T for k in (40e3, 70e3)]
+    damping = lever * 40.0 @ lever.T
+
+    def rates(
+        t: float, s: np.ndarray
+    ) -> np.ndarray:  # x, slope of x, y, slope of y; the spin turns one slope into the other
+        w, theta = 50.0 + grow * t, 50.0 * t + 0.5 * grow * t**2
+        q, v = s[:4], s[4:]
+        force = -400e-6 * (1j * grow - w**2) * np.exp(1j * theta)
+        x, y = (-k @ q[p] - damping @ v[p] for k, p in zip(stiffness, (slice(0, 2), slice(2, 4)), strict=True))
+        x, y = x + force.real * np.array([1.0, 0.05]), y + force.imag * np.array([1.0, 0.05])
+        turn = 0.2 * (w * v[[3, 1]] + grow * q[[3, 1]])
+        return np.r_[v, x[0] / 10.0, (x[1] - turn[0]) / 0.12, y[0] / 10.0, (y[1] + turn[1]) / 0.12]
+
+    time = np.linspace(0.0, 8.0, 1601)
+    angle = 50.0 * time + 0.5 * grow * time**2
+    exact = solve_ivp(rates, (0.0, 8.0), np.zeros(8), t_eval=time, rtol=1e-8, atol=1e-12, method="DOP853").y
+    found = ab.rotor.response(rotor, 50.0 + grow * time, stations=["disk"], time=time)
+    for axis, (move, slope) in {"x": (0, 1), "y": (2, 3)}.items():
+        amplitude = (found[f"{axis}_real"] + 1j * found[f"{axis}_imag"]).values[:, 0]
+        true = exact[move] + 0.05 * exact[slope]
+        away = np.abs((amplitude * np.exp(1j * angle)).real - true)
+        assert away[600:].max() < 2e-3 * np.abs(true).max()  # it began at rest
+
+
 def test_an_own_run_up_has_the_orders_that_were_tracked_in_it(run: xr.Dataset, tracked: xr.Dataset) -> None:
     found = ab.compare(run, tracked)
     sure = np.hypot(found["order_amplitude_deviation"], 2e-3 * found["order_amplitude"].max())
