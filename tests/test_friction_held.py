@@ -332,9 +332,7 @@ def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherenc
 
     assert settled(2.0 * limit).drive_acceleration == pytest.approx(2.0 * limit)
     assert settled(2.0 * limit).carried_on
-    assert settled(2.0 * limit).settled_sentence.endswith(
-        f"; this drive ({2.0 * limit:.3g} rad/s^2) moves them again"
-    )
+    assert settled(2.0 * limit).settled_sentence.endswith(f"; this drive ({2.0 * limit:.3g} rad/s^2) moves them again")
     assert settled(0.5 * limit).settled_sentence.endswith("; this drive rises more slowly")
     constant = with_value_at(machine(1e-3), "drive.profile", {"kind": "constant", "speed": 125.0})
     assert "the drive" not in ab.stability.held_by_friction(constant, 80.0).planes[0].settled_sentence
