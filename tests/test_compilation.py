@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -158,9 +159,12 @@ def kernel_of(file: Path, text: str) -> Any:
     file.write_text(text, encoding="utf-8")
     cache._content.cache_clear()
     cache.stamp_of.cache_clear()
-    names: dict[str, Any] = {}
-    exec(compile(text, file, "exec"), names)
-    return cache.njit("f8(f8)", cache=True)(names["law"])
+    spec = spec_from_file_location("law_of_a_test", file)
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules["law_of_a_test"] = module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return cache.njit("f8(f8)", cache=True)(module.law)
 
 
 def test_kernels_lie_in_the_place_that_is_named_whatever_numba_was_told(

@@ -139,7 +139,7 @@ def test_fluids_of_a_table_are_described_named_or_those_of_the_machine(tmp_path:
     [
         ("speed [rpm], angle\n1, 2\n", "no column 'angle' with a unit; the first line must name the columns"),
         ("speed [rpm], angle [mm]\n1, 2\n", "unit of column 'angle'"),
-        ("speed [rpm], angle [deg]\n1, nan\n", "line 2: 'nan' is not a number"),
+        ("speed [rpm], angle [deg]\n1, nan\n", "line 2, column 'angle': 'nan' is not a number"),
         ("speed [rpm], angle [deg]\n1\n", "line 2: 1 cells for 2 columns"),
         ("density [kg/m^3], speed [rpm], angle [deg]\n1, 1, 2\n", "column 'density' alone describes no fluid"),
         ("density [kg/m^3], viscosity [cSt], speed [rpm], angle [deg]\n1, 0, 1, 2\n", "'viscosity' holds 0"),

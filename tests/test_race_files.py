@@ -71,7 +71,7 @@ def test_a_recorded_motion_comes_from_a_file_with_units(tmp_path: Path) -> None:
         (ROUND, {}, r"races\[1\]\.roundness\.file: .*roundness\.csv: no such file"),
         (ROUND, {"roundness": "angle, deviation\n0, 1\n"}, r"no column 'angle' with a unit; .* angle \[rad\], deviation \[m\]"),
         (ROUND, {"roundness": "angle [deg], deviation [s]\n0, 1\n1, 2\n"}, "unit of column 'deviation'"),
-        (ROUND, {"roundness": "angle [deg], deviation [um]\n0, 1\n1, x\n"}, "line 3: .* not a number"),
+        (ROUND, {"roundness": "angle [deg], deviation [um]\n0, 1\n1, x\n"}, "line 3, column 'deviation': .* not a number"),
         (ROUND, {"roundness": "angle [deg], deviation [um]\n0, 1\n1\n"}, "line 3: 1 cells for 2 columns"),
         (ROUND, {"roundness": "angle [deg], deviation [um]\n0, 1\n90, 1\n200, 0\n300, 1\n"}, "equal steps of 90 deg"),
         (ROUND.replace("harmonics = 5", "deviations = [0]"), {"roundness": oval()}, "is read from 'file'; leave one of them out"),

@@ -183,10 +183,10 @@ class KernelCache(caching.FunctionCache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled function; where the disk is full it is compiled again next time. Those of older sources go."""
+        """Keep a compiled function, and drop those of older sources. What cannot be kept is compiled again next time."""
         try:
             super().save_overload(sig, data)
-        except OSError:
+        except Exception:  # a full disk; a function that stands in no module
             return
         stamp, folder = self._cache_file._source_stamp, Path(self.cache_path)
         name = Path(self._cache_file._index_path).name.partition(f"-{stamp}")[0].rpartition("-")[0]
