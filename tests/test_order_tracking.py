@@ -165,6 +165,15 @@ def test_orders_that_are_asked_for_together_do_not_disturb_one_another() -> None
             assert np.abs(inner.complex_amplitude("a", order) / known - 1.0).max() < 3e-3
 
 
+def test_an_angle_that_was_measured_needs_no_tacho() -> None:
+    turned = angle(TIME)
+    known = measured({"a": 1e-5 * np.cos(turned + 0.4)}).assign(rotor_angle=("time", turned))
+    found = ab.measure.orders(known)
+    inner = found.isel(time=slice(found.sizes["time"] // 10, -found.sizes["time"] // 10))
+    assert np.abs(inner.complex_amplitude("a", 1.0) / (1e-5 * np.exp(0.4j)) - 1.0).max() < 1e-3
+    np.testing.assert_allclose(inner["speed"], np.interp(inner["time"], TIME, np.gradient(turned, TIME)), rtol=1e-6)
+
+
 def test_half_of_the_bandwidth_is_passed_by_three_decibels() -> None:
     t = np.arange(8000) / 1000.0
     slow = np.cos(2.0 * np.pi * t)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,6 +20,25 @@ from autobalancer.units import argument
 
 Floats = NDArray[np.float64]
 LIKELY = ("puls", "phasor", "tach", "drehzahl", "trig", "once", "marke")  # in names of channels that may be a tacho
+
+
+def with_rotor_angle(signals: xr.Dataset, **tacho: Any) -> xr.Dataset:
+    """The signals with ``rotor_angle``, ``speed`` and ``rotor_angle_deviation``: of a tacho, or of an angle that was measured.
+
+    A measured angle is taken as exact, its slope is the speed; raises as :func:`rotor_angle`.
+    """
+    if "rotor_angle" not in signals:
+        return rotor_angle(signals, **tacho)
+    angle, time = signals["rotor_angle"].values, signals["time"].values
+    missing = {"speed": np.gradient(angle, time), "rotor_angle_deviation": np.zeros_like(angle)}
+    units = {"speed": "rad/s", "rotor_angle_deviation": "rad"}
+    return signals.assign(
+        {
+            name: ("time", values, {"units": units[name], "quantity": "speed" if name == "speed" else "angle"})
+            for name, values in missing.items()
+            if name not in signals
+        }
+    )
 
 
 def rotor_angle(

@@ -14,7 +14,7 @@ from scipy.ndimage import median_filter
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.noise_density import densities
-from autobalancer.measurement.orders.angle import rotor_angle
+from autobalancer.measurement.orders.angle import with_rotor_angle
 from autobalancer.measurement.orders.fitted import Tracked, fitted_orders, passed_by_fit
 from autobalancer.measurement.orders.runout import subtracted
 from autobalancer.measurement.orders.vold_kalman import bias_of, filtered_orders, noise_in_bias, passed_by_filter
@@ -95,10 +95,9 @@ def orders(
     """
     if not isinstance(signals, Signals):
         raise QuestionError("orders: give measured signals, from ab.measure.load_signals or ab.measure.signals")
-    if "rotor_angle" not in signals:
-        signals = rotor_angle(signals, **tacho)
-    elif tacho:
+    if "rotor_angle" in signals and tacho:
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
+    signals = with_rotor_angle(signals, **tacho)
     asked = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
         found = _by_fit(signals, asked)

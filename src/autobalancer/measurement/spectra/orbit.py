@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.orders.angle import rotor_angle
+from autobalancer.measurement.orders.angle import with_rotor_angle
 from autobalancer.measurement.orders.fitted import fitted_orders
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
@@ -64,8 +64,7 @@ def orbit(
     if not isinstance(signals, Signals):
         raise QuestionError("orbit: give measured signals, from ab.measure.load_signals or ab.measure.signals")
     x, y = _pair(signals, x, y)
-    if "rotor_angle" not in signals:
-        signals = rotor_angle(signals)
+    signals = with_rotor_angle(signals)
     time, angle = signals["time"].values, signals["rotor_angle"].values
     instant = optional_argument("at", at, "s")
     center = float(np.interp(0.5 * (time[0] + time[-1]) if instant is None else instant, time, angle))

@@ -12,7 +12,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.signal import get_window
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.orders.angle import rotor_angle
+from autobalancer.measurement.orders.angle import with_rotor_angle
 from autobalancer.measurement.orders.question import vibrations
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
@@ -68,8 +68,7 @@ def order_map(
         raise QuestionError("order_map: give measured signals, from ab.measure.load_signals or ab.measure.signals")
     if over not in ("order", "frequency"):
         raise QuestionError(f"over: given {over!r}; must be 'order' or 'frequency'")
-    if "rotor_angle" not in signals:
-        signals = rotor_angle(signals, **tacho)
+    signals = with_rotor_angle(signals, **tacho)
     name = vibrations(signals, channel or None)[0]
     turns = float(np.ptp(signals["rotor_angle"].values)) / (2.0 * math.pi)
     if not 1.0 <= revolutions < turns:
