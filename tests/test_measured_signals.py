@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import struct
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -525,3 +527,26 @@ def test_accelerations_called_ax_and_ay_are_along_x_and_y_with_a_note(tmp_path: 
     with pytest.warns(RangeWarning, match="ax is taken to be along x; give its direction if it is not"):
         found = ab.measure.load_signals(tmp_path / "log.csv")
     assert [found[name].attrs["direction"] for name in ("ax", "b_AY", "ax2")] == ["x", "y", ""]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_matlab_file_whose_lengths_do_not_fit_is_refused_before_it_is_read_beyond_its_end(
+    packed: bool, tmp_path: Path
+) -> None:
+    """SciPy would end the process."""
+    from scipy.io import savemat
+
+    savemat(tmp_path / "whole.mat", {"time": np.arange(50) / 10.0, "a [um]": np.ones(50)}, do_compression=packed)
+    content = (tmp_path / "whole.mat").read_bytes()
+    if packed:
+        size = int.from_bytes(content[132:136], "little")
+        inner = zlib.decompress(content[136 : 136 + size])
+        wrong = zlib.compress(inner.replace(struct.pack("<II", 9, 400), struct.pack("<II", 9, 4000)))
+        damaged = content[:132] + struct.pack("<I", len(wrong)) + wrong + content[136 + size :]
+    else:
+        damaged = content.replace(struct.pack("<II", 9, 400), struct.pack("<II", 9, 4000), 1)
+    (tmp_path / "damaged.mat").write_bytes(damaged)
+    with pytest.raises(
+        ResultError, match=r"damaged\.mat: cannot be read: the numbers of a variable are cut short or damaged"
+    ):
+        ab.measure.load_signals(tmp_path / "damaged.mat")

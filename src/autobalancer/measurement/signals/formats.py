@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 import zipfile
@@ -10,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,6 +47,9 @@ RATES = ("rate", "fs", "sampling_rate", "sample_rate")
 NAMES = {8: "displacement", 11: "velocity", 12: "acceleration", 9: "force", 13: "force", 15: "pressure"}
 TIME_RECORD, TIME = 1, 17  # kinds of a function and of its abscissa
 DAY = 86400.0
+# of MATLAB files, version 5: a matrix, its families of numbers, bytes of an item of each kind, bytes in which its tags stand
+MATRIX, NUMERIC, MATRIX_HEAD = 14, range(6, 16), 4096
+ITEMS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,27 +364,65 @@ def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
 def _matlab(path: Path) -> dict[str, tuple[ArrayLike, str]]:
     from scipy.io import loadmat, whosmat
 
-    _refuse_bomb(path, sum(_unpacked(path)))
+    elements = list(_elements(path))
+    _refuse_bomb(path, sum(size for _, size, _ in elements))
+    for begin, size, order in elements:
+        _refuse_damage(begin, size, order)
     shapes = {name: int(np.prod(shape, dtype=object)) for name, shape, _ in whosmat(path)}
     _refuse_bomb(path, 8 * sum(shapes.values()))
     return {name: (value, "") for name, value in loadmat(path).items() if not name.startswith("__")}
 
 
-def _unpacked(path: Path) -> Iterator[int]:
-    """Bytes of the packed elements of a MATLAB file (version 5), counted without keeping them."""
+def _elements(path: Path) -> Iterator[tuple[bytes, int, Literal["little", "big"]]]:
+    """The variables of a MATLAB file (version 5), unpacked: how each begins, how many bytes it has, and their order."""
     content = path.read_bytes()
-    order, at, room = "little" if content[126:128] == b"IM" else "big", 128, LARGEST
+    order: Literal["little", "big"] = "little" if content[126:128] == b"IM" else "big"
+    at, room = 128, LARGEST
     while content[124:128] in (b"\0\1IM", b"\1\0MI") and at + 8 <= len(content):
-        kind, size = (int.from_bytes(content[at + i : at + i + 4], order) for i in (0, 4))  # type: ignore[arg-type]
+        kind, size = (int.from_bytes(content[at + i : at + i + 4], order) for i in (0, 4))
         if kind == 15:
-            unpacker = zlib.decompressobj()
+            begin, total, unpacker = b"", 0, zlib.decompressobj()
             for k in range(at + 8, min(at + 8 + size, len(content)), 1 << 16):
                 packed = content[k : min(k + (1 << 16), at + 8 + size)]
                 while packed and room >= 0:
-                    piece = len(unpacker.decompress(packed, 1 << 20))
-                    packed, room = unpacker.unconsumed_tail, room - piece
-                    yield piece
+                    piece = unpacker.decompress(packed, 1 << 20)
+                    packed, room, total = unpacker.unconsumed_tail, room - len(piece), total + len(piece)
+                    begin = begin or piece[:MATRIX_HEAD]
+            yield begin, total, order
+        else:
+            yield content[at : at + MATRIX_HEAD], min(8 + size, len(content) - at), order
         at += 8 + size
+
+
+def _refuse_damage(begin: bytes, size: int, order: Literal["little", "big"]) -> None:
+    """Refuse a variable whose lengths do not fit each other: SciPy would read beyond its end.
+
+    Raises
+    ------
+    ValueError
+        If it is damaged.
+    """
+
+    def tag(at: int) -> tuple[int, int, int, int]:
+        """Kind, bytes, place of the content, place of what follows; of four bytes or less all stands in the tag itself."""
+        kind, length = (int.from_bytes(begin[at + i : at + i + 4], order) for i in (0, 4))
+        if kind >> 16:
+            return kind & 0xFFFF, kind >> 16, at + 4, at + 8
+        return kind, length, at + 8, at + 8 + length + -length % 8
+
+    kind, length, at, _ = tag(0)
+    if kind != MATRIX or at + length > size:
+        raise ValueError("a variable is cut short or damaged")
+    _, _, flags, at = tag(at)
+    family = int.from_bytes(begin[flags : flags + 4], order) & 0xFF
+    if family not in NUMERIC:
+        return
+    _, length, dims, at = tag(at)
+    count = math.prod(int.from_bytes(begin[dims + i : dims + i + 4], order) for i in range(0, min(length, 128), 4))
+    _, _, _, at = tag(at)
+    kind, length, data, _ = tag(at)
+    if kind not in ITEMS or length != count * ITEMS[kind] or data + length > size:
+        raise ValueError("the numbers of a variable are cut short or damaged")
 
 
 def _sound(path: Path) -> RawFile:
