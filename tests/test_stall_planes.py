@@ -311,3 +311,10 @@ def test_balls_in_line_stay_half_a_percent_above_the_capture_speed_and_leave_hal
         apart = np.ptp(angles[:, 1] - angles[:, 0])
         last = float((run["speed"] - run["ball_speed_in_space"]).values[-80:].mean(axis=0).max())
         assert (apart < 0.1 and last < 0.05 * at) == stays
+
+
+def test_where_no_slow_run_was_made_the_capture_says_that_a_plane_may_fall_back_before() -> None:
+    said = "whether one plane falls back before, far above, was not sought by a slow run-down"
+    rubbed = with_value_at(equal(FIRST), "balancers[1].races[1].friction", {"rolling_resistance": 1e-4})
+    assert said in border(rubbed, "capture speed").note
+    assert said not in border(equal(FIRST), "capture speed").note

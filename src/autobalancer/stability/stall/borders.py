@@ -22,7 +22,7 @@ from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.stall.closed_form import UNDAMPED, release_border
 from autobalancer.stability.stall.groups import Loads, StalledGroup, stalled_groups
 from autobalancer.stability.stall.joint import joint_borders
-from autobalancer.stability.stall.notes import DRAGLESS, HOW, RELEASE, never
+from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, EARLIER_PLANE, HOW, RELEASE, never
 from autobalancer.stability.stall.on_rubber import on_rubber, rubber_under_balls
 from autobalancer.stability.stall.one_plane import caught, parted
 from autobalancer.stability.stall.several_on_rubber import several_on_rubber
@@ -49,6 +49,7 @@ def release_of(
     loads = Loads(groups)
     top = highest_searched(p)
     limit = _limit(machine, p) if up_to is None else up_to
+    runs = None
     soft = rubber_under_balls(machine)
     if soft is not None:
         limit = limit if isinstance(p, Stations) else math.inf
@@ -65,6 +66,12 @@ def release_of(
         found = joint_borders(stations(machine, largest=True), loads, top, math.inf, capture, closed, runs)
     else:
         found = _in_one_plane(p, groups[0], capture)
+    planes = len(set(loads.station.tolist()))
+    if planes > 2 or (planes == 2 and runs is None):
+        found = tuple(
+            replace(one, note=f"{one.note}; {EARLIER_PLANE}") if one.name == CAPTURE and one.known else one
+            for one in found
+        )
     if left_out:
         found = tuple(replace(one, note=f"{one.note}; {CARRIED}") for one in found)
     return found

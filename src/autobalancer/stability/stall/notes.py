@@ -18,6 +18,7 @@ NO_CAPTURE = "not computed where balls are never released"
 RUN, GRADUAL = "end of a slow run", "half of the slip in a slow run"
 RUN_DOWN = "slow run-down"
 APART = "states in which the planes stall at different speeds are not sought, and balls may be released higher"
+EARLIER_PLANE = "whether one plane falls back before, far above, was not sought by a slow run-down"
 UNEQUAL = "unequal balls of one race may stall in more ways than were sought, and be released higher"
 OTHERS = 4  # further release speeds in a note
 WORTH = 0.002  # relative difference from which on a second release speed is said
