@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -22,6 +23,7 @@ def pytest_configure_node(node: Any) -> None:
 
 
 def pytest_configure(config: Any) -> None:
+    gc.set_threshold(200_000, 20, 20)  # as the commands do: looking for garbage takes an eighth of a compilation
     folder = getattr(config, "workerinput", {}).get(FOLDER)
     if folder:
         from tests.references.compiled import compile_in_turns

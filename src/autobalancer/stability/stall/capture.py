@@ -94,7 +94,8 @@ def captured(
     alone = replace(alone, step=found.step, later=found)
     if runs is None:
         return alone if alone.speed > found.step else found
-    begin, slip = max(float(speeds[-1]), ABOVE * alone.speed), alone.speed - alone.whirl
+    begin = max(float(speeds[-1]), ABOVE * alone.speed)
+    slip = LITTLE * alone.speed if math.isnan(alone.whirl) else alone.speed - alone.whirl
     fell = runs.fell(begin, alone.speed, slip)
     return replace(alone, speed=fell) if fell > before else _first(runs, balance, speeds, found)
 
