@@ -24,6 +24,7 @@ def opened(page: Any) -> None:
 
 def crashed(page: Any, server: Server) -> None:
     """Studies after the server was killed and started again."""
+    page.goto("about:blank")  # an open page loads itself again when the server is back, just when the test does
     server.process.kill()
     server.process.wait(20)
     server.start()
