@@ -12,6 +12,7 @@ import pytest
 from tests.references.planar_linear import matrices
 
 import autobalancer as ab
+from autobalancer import patience
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
@@ -19,10 +20,11 @@ from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
 from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.maps.speeds import BUDGET, borders_of, work_of
+from autobalancer.stability.maps.speeds import borders_of
 from autobalancer.stability.states.linear import eigensystem, kept
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
 from autobalancer.stability.states.spread import spread_range
+from autobalancer.stability.summary.summary import summary
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 BALL = 6.656e-3 * 0.07695  # kg m, table 6.4 of Spannan (2021)
@@ -446,17 +448,29 @@ def test_a_border_that_is_never_reached_is_not_called_so_twice(name: str, value:
     assert not [one for one in never if one.note.startswith("never") or not one.note]
 
 
-def test_a_check_says_which_border_it_did_not_look_for_and_the_question_itself_has_no_budget() -> None:
+def test_a_check_says_what_it_did_not_find_in_time_and_the_question_itself_has_no_limit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     race = {
         "orbit_radius": 0.07695,
         "drag": {"law": "beta", "beta": 5e-6},
-        "balls": [{"count": 3, "mass": 1e-3, "diameter": 2e-3}],
+        "friction": {"rolling_resistance": 1e-4, "adherence": 1e-4},
+        "balls": [{"count": 2, "mass": 1e-3, "diameter": 2e-3}],
     }
-    few, many = (rig(races=[race | {"eccentricity": 1e-5 * (1 + k)} for k in range(count)]) for count in (2, 4))
-    found = {border.name: border for border in ab.check(many).borders}
-    assert not found["averaged border"].known
-    assert "not looked for, with 12 balls" in found["averaged border"].note
-    assert work_of(plane(few), "averaged border") < BUDGET < work_of(plane(many), "averaged border")
+    off_center = rig(races=[race | {"eccentricity": 1e-5 * (1 + k)} for k in range(2)])
+    several = rig(races=[race | {"balls": [{"count": 1, "mass": 1e-3 * (1 + k), "diameter": 2e-3} for k in range(2)]}])
+    monkeypatch.setattr(patience, "SOON", 0.0)
+    words: list[str] = []
+    found = summary(off_center, words.append, seconds=0.0)
+    left_out = {border.name for border in found.borders if "not found in 0 s of computing" in border.note}
+    assert left_out >= {"averaged border", "exact border"}
+    assert found.friction is not None
+    assert "not found in 0 s" in found.friction.note
+    assert {"the averaged border", "what friction holds", "the critical speeds"} <= set(words)
+    late = {one.name: one.note for one in summary(several, seconds=0.0).borders}
+    assert "'autobalancer borders FILE' (ab.stability.borders) looks as long as it takes" in late["release speed"]
+    assert late["release speed"] == late["capture speed"]
+    assert all(border.known for border in ab.stability.borders(off_center) if border.name in left_out)
 
 
 def test_on_a_horizontal_axis_all_borders_are_those_without_gravity_and_say_so() -> None:

@@ -13,7 +13,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.patience import Progress
+from autobalancer.patience import Progress, looking_for, somebody_looks
 from autobalancer.results.chamber.shape import is_chamber_run
 
 if TYPE_CHECKING:
@@ -131,10 +131,18 @@ def simulate(
     return _asked("simulate", simulate_races, "balls in races", described, {**common, **options})
 
 
-def check(machine: AnyMachine) -> Summary | ChamberSummary:
+def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summary | ChamberSummary:
     """What is known of a machine before a run: masses, critical speeds, capability, drag, border speeds, and what looks wrong.
 
-    Of deep chambers: filling, contact time and step in place of drag and borders.
+    Of deep chambers: filling, contact time and step in place of drag and borders. Each border, and what friction holds, has
+    10 s of computing; what is not found by then says so.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    say
+        Is told what takes over a second; by default a line where somebody is looking, on a terminal or in a notebook.
 
     Returns
     -------
@@ -153,7 +161,7 @@ def check(machine: AnyMachine) -> Summary | ChamberSummary:
         return chamber_summary(described)
     from autobalancer.stability.summary.summary import summary
 
-    return summary(described)
+    return summary(described, say or (looking_for if somebody_looks() else None))
 
 
 def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | str | None = None) -> Verdict:

@@ -1,10 +1,17 @@
-"""Progress of long functions in Python: a bar on a terminal, a line in a notebook, nothing in a pipe or a script's log."""
+"""Progress of long functions in Python: a bar on a terminal, a line in a notebook, nothing in a pipe or a script's log.
+
+And questions with a limit: their loops ask :func:`still_time`.
+"""
 
 from __future__ import annotations
 
+import math
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -93,3 +100,53 @@ class RichBar:
         """Take it away."""
         if self.bar is not None:
             self.bar.stop()
+
+
+class OutOfTime(Exception):
+    """A question took more computing time than it may."""
+
+
+_END: ContextVar[float] = ContextVar("end of a question, s of the thread", default=math.inf)
+
+
+@contextmanager
+def question(name: str, seconds: float, say: Callable[[str], None] | None = None) -> Iterator[None]:
+    """Within it loops may compute for some ``seconds`` of this thread; after one ``say`` is told the name, once."""
+    word = threading.Timer(SOON, say or (lambda _: None), (name,))
+    word.daemon = True
+    end = _END.set(time.thread_time() + seconds)
+    if say is not None:
+        word.start()
+    try:
+        yield
+    finally:
+        word.cancel()
+        _END.reset(end)
+
+
+def still_time() -> None:
+    """Asked in loops that may take long.
+
+    Raises
+    ------
+    OutOfTime
+        If the :func:`question` around them has no computing time left.
+    """
+    end = _END.get()
+    if end < math.inf and time.thread_time() > end:
+        raise OutOfTime
+
+
+def not_counted(seconds: float) -> None:
+    """Let the question around this last longer, by what compiling took."""
+    _END.set(_END.get() + seconds)
+
+
+def looking_for(name: str) -> None:
+    """A line about what a check is busy with."""
+    print(f"check: looking for {name}", file=sys.stderr, flush=True)
+
+
+def somebody_looks() -> bool:
+    """Whether a terminal or a notebook shows what is written."""
+    return in_notebook() or sys.stderr.isatty()

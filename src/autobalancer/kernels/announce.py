@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import sys
+import time
 from typing import Any
 
 from numba.core import event
+
+from autobalancer.patience import not_counted
 
 TEXT = "autobalancer: first use of {}: compiling, up to a minute"  # fits 80 columns
 SHARED = "this version"
@@ -27,11 +30,13 @@ class Announcement(event.Listener):
 
     def __init__(self) -> None:
         self.said: set[str] = set()
-        self.depth = 0  # a kernel compiles those that it calls, of whatever kind
+        self.begun, self.depth = 0.0, 0  # a kernel compiles those that it calls, of whatever kind
 
     def on_start(self, event: Any) -> None:
         """Called by Numba when it begins to compile."""
         self.depth += 1
+        if self.depth == 1:
+            self.begun = time.thread_time()
         kernel = getattr(event.data.get("dispatcher"), "py_func", None)
         place = (getattr(kernel, "__module__", None) or "").split(".")
         if self.depth > 1 or place[:2] != ["autobalancer", "kernels"]:
@@ -44,6 +49,8 @@ class Announcement(event.Listener):
     def on_end(self, event: Any) -> None:
         """Called by Numba when a kernel is ready."""
         self.depth -= 1
+        if self.depth == 0:
+            not_counted(time.thread_time() - self.begun)
 
 
 def announce_compiling() -> None:

@@ -21,9 +21,10 @@ def check(
     from autobalancer.cli.terminal.output import one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import Facts
     from autobalancer.either_kind import check as known
+    from autobalancer.patience import looking_for
 
     one_form(as_json, as_csv)
-    found = known(machine)
+    found = known(machine, looking_for)
     if as_json:
         print_json(found.as_dict())
         return

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats
 
 STEPS = 6000
@@ -48,6 +49,7 @@ def stopped(races: Races, starts: Floats) -> tuple[Complexes, NDArray[np.bool_]]
     decay = 1.0 + step * np.maximum(races.decay, SLOWEST * frequency)
     whirl = np.zeros((angle.shape[0], races.whirl.size), np.complex128)
     for _ in range(STEPS):
+        still_time()
         along = np.exp(1j * angle)
         whirl = races.whirl + (races.moment * along) @ belongs @ races.host.T
         seen = (whirl[:, races.place] + races.offset) * along.conj()

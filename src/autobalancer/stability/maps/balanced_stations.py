@@ -18,6 +18,7 @@ from itertools import product
 import numpy as np
 
 from autobalancer.errors import QuestionError
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.exchanges import without_exchanges
@@ -54,6 +55,7 @@ class MostStable(ABC):
         return np.array([self._rate(float(speed)) for speed in speeds])
 
     def _rate(self, speed: float) -> float:
+        still_time()
         try:
             states = self.states(speed)
         except QuestionError:  # exactly a critical speed of an undamped rotor
@@ -155,6 +157,7 @@ class EqualAtOneStation:
         return np.array([self._rate(float(speed)) for speed in speeds])
 
     def _rate(self, speed: float) -> float:
+        still_time()
         try:
             spread = self.spread_at(speed)
         except QuestionError:  # exactly a critical speed of an undamped rotor

@@ -8,20 +8,16 @@ run-up break away (Ryzhik et al. 2001; Spannan 2021, 4.73), and *capture speed*,
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-
-import numpy as np
 
 from autobalancer.assembly.terms import Theory, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.stability.averaged.border import POINTS
+from autobalancer.patience import OutOfTime, question
 from autobalancer.stability.border import Border, Borders, ignoring
-from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.maps.averaged import AVERAGED, averaged_of
-from autobalancer.stability.maps.balanced_stations import equal_at_one_station
 from autobalancer.stability.maps.exact import exact_borders, worst_case_of
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.notes import CAPTURE, RELEASE
@@ -34,13 +30,12 @@ from autobalancer.units import to_si, unbalance_argument
 __all__ = ["Border", "borders", "borders_of"]
 
 
-BUDGET = 150_000.0  # units of work for each border where nobody asked for it: 10 to 20 s
-NOT_LOOKED_FOR = (
-    "not looked for, with {} balls it takes long; 'autobalancer borders FILE' (ab.stability.borders) looks for it"
-)
+BUDGET = 10.0  # s of computing for each question where nobody asked for it
+NOT_FOUND = "not found in {:g} s of computing; {} looks as long as it takes"
+WORST_CASE = "exact border, worst case"
 NAMES = (
     AVERAGED,
-    "exact border, worst case",
+    WORST_CASE,
     "exact border",
     "exact border, best case",
     "release speed",
@@ -100,11 +95,16 @@ def speed_or_none(speed: float | str | None) -> float | None:
 
 
 def borders_of(
-    machine: Machine, p: Described, only: Sequence[str] = (), up_to: float | None = None, budget: float = math.inf
+    machine: Machine,
+    p: Described,
+    only: Sequence[str] = (),
+    up_to: float | None = None,
+    seconds: float = math.inf,
+    say: Callable[[str], None] | None = None,
 ) -> tuple[Border, ...]:
     """The border speeds of a machine with its numbers, whose unbalance counts; all, or ``only`` some by their names.
 
-    Those that would take more than the ``budget`` of :func:`work_of` are not looked for, and say so.
+    Those that take more than some ``seconds`` of computing are left out, and say so; ``say`` is told what takes over one.
     """
     unknown = [name for name in only if name not in NAMES]
     if unknown:
@@ -112,32 +112,24 @@ def borders_of(
     if p.moment.size == 0:
         raise QuestionError("border speeds: the machine has no balls")
     wanted = set(only or NAMES)
-    skipped = [name for name in (AVERAGED, "exact border") if name in wanted and work_of(p, name) > budget]
-    found = [Border(name, math.nan, NOT_LOOKED_FOR.format(p.moment.size), False) for name in skipped]
-    wanted -= {*skipped, *(["exact border, best case"] if "exact border" in skipped else [])}
-    if AVERAGED in wanted:
-        found.append(averaged_of(p))
-    if "exact border, worst case" in wanted:
-        found.append(worst_case_of(p))
-    if wanted & {"exact border", "exact border, best case"}:
-        found += exact_borders(machine, p)
-    if wanted & {RELEASE, CAPTURE}:
-        found += release_of(machine, p, capture=CAPTURE in wanted, up_to=up_to)
-    there = sorted(
-        (border for border in found if border.name in wanted | {*skipped}), key=lambda one: NAMES.index(one.name)
-    )
-    return saying_what_is_ignored(machine, there)
-
-
-def work_of(p: Described, name: str) -> float:
-    """How much work a border is, in units of about a tenth of a millisecond; 0 of those that are quick."""
-    count = p.moment.size
-    if not isinstance(p, Stations):  # all arrangements of balls in races of several centers, at each speed
-        _, balls = np.unique(p.offset, return_counts=True)
-        return float(4 * POINTS * sum(2.0 ** (count - here) for here in balls)) if balls.size > 1 else 0.0
-    if name == "exact border" and isinstance(p, Stations) and count > 2 and equal_at_one_station(p):
-        return 40.0 * count**3  # the least and the greatest |S2| over what the balls have to add up to
-    return 0.0
+    asked: list[tuple[set[str], Callable[[], Sequence[Border]]]] = [
+        ({AVERAGED}, lambda: [averaged_of(p)]),
+        ({WORST_CASE}, lambda: [worst_case_of(p)]),
+        ({"exact border", "exact border, best case"}, lambda: exact_borders(machine, p)),
+        ({RELEASE, CAPTURE}, lambda: release_of(machine, p, capture=CAPTURE in wanted, up_to=up_to)),
+    ]
+    found: list[Border] = []
+    for names, answer in asked:
+        which = sorted(names & wanted, key=NAMES.index)
+        if not which:
+            continue
+        try:
+            with question(f"the {' and '.join(which)}", seconds, say):
+                found += answer()
+        except OutOfTime:
+            note = NOT_FOUND.format(seconds, "'autobalancer borders FILE' (ab.stability.borders)")
+            found += [Border(name, math.nan, note, False) for name in which]
+    return saying_what_is_ignored(machine, [border for border in found if border.name in wanted])
 
 
 def theory_of(border: str) -> Theory:

@@ -16,6 +16,7 @@ from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.patience import still_time
 from autobalancer.shown import rpm_and_si
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.maps.balanced import POINTS, Balanced, balanced_states
@@ -109,6 +110,7 @@ def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[
 
     @cache
     def rate(speed: float) -> float:
+        still_time()
         return float(state.rates(np.array([speed]))[0]) + margin
 
     speeds, rates = _with_extremes(speeds, rates + margin, rate)

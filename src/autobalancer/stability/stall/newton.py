@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.stall.states import Balance, States
 
@@ -25,6 +26,7 @@ class Point(NamedTuple):
 
 def corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = False) -> Point | None:
     """The nearest point of the curve by Newton's method, its direction on the side of ``like``; none without one."""
+    still_time()
     if balance.numbers is not None:
         from autobalancer.kernels.stalled import branch_point
 

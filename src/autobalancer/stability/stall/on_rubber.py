@@ -29,6 +29,7 @@ from autobalancer.assembly.rotors.softened import Softened, softened
 from autobalancer.errors import QuestionError
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, stall_ranges
 from autobalancer.machine import Machine
+from autobalancer.patience import still_time
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.stall.groups import StalledGroup
@@ -74,6 +75,7 @@ def on_rubber(
     over = 1.0
     folds: tuple[StallRange, ...] = ()
     for _ in range(PASSES):
+        still_time()
         try:
             receptance = whirl_receptance(soft, row, total, over, resonances)
             folds = tuple(fold for fold in stall_ranges(ball, receptance, resonances) if not fold.release_whirl > limit)

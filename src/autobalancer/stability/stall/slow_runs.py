@@ -18,6 +18,7 @@ import numpy as np
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Balancer, Machine, PrescribedSpeed, Table
+from autobalancer.patience import still_time
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.sampling import Samples
 from autobalancer.simulation.steppers import stepper_for
@@ -168,6 +169,7 @@ class SlowRuns:
 
     def run(self, speeds: Sequence[float], start: Floats, slip: float, spread: float) -> Motion:
         """Along speeds of the rotor, slowly to the last of them, from a state or from angles and speeds of the balls."""
+        still_time()
         settling = SETTLED * (start.ndim - 1)
         rates = [*[QUICK] * (len(speeds) - 2), SLOW]
         lasting = [abs(math.log(b / a)) / rate for a, b, rate in zip(speeds[:-1], speeds[1:], rates, strict=True)]

@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.stall.crossings import crossings, joints
 from autobalancer.stability.stall.groups import Loads
@@ -175,6 +176,7 @@ class Balance:
         y, done = states.y.copy(), np.zeros(states.speed.size, bool)
         active = np.arange(states.speed.size)
         for _ in range(ROUNDS):
+            still_time()
             miss, jacobian = self.misfit(States(states.speed[active], y[active]), modes and modes.at(active))
             change = _solved(jacobian, -miss)
             size = np.abs(change).max(axis=1)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.patience import still_time
 from autobalancer.stability.host.cycle import gauss
 from autobalancer.stability.host.planar import Floats, Matrix, Plane
 
@@ -48,6 +49,7 @@ def growth_rates(p: Plane, speeds: Floats, angles: Matrix, neutral: NDArray[np.i
         places = np.flatnonzero(steps == count)
         width = max(1, AT_ONCE // (int(count) * (4 * (2 + p.moment.size)) ** 2))
         for part in np.split(places, range(width, places.size, width)):
+            still_time()
             half = half_turns(p, speeds[part], angles[part], int(count))
             rates[part] = _greatest(half, speeds[part], neutral[part])
     return rates

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from autobalancer.errors import QuestionError
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.state import StationState
@@ -65,6 +66,7 @@ def swing_of(st: Stations, speed: float, guess: StationState) -> Swing:
     m = FIRST
     mean, swing = guess.angles[:, None].copy(), np.zeros((guess.angles.size, m))
     while True:
+        still_time()
         balance = _Balance(st, speed, m)
         mean, swing = balance.solved(mean, swing)
         harmonics = np.abs(np.fft.fft(swing, axis=1)) / m

@@ -24,6 +24,7 @@ import numpy as np
 from scipy.optimize import fsolve
 
 from autobalancer.errors import QuestionError
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Floats, Plane
 from autobalancer.stability.states.polygon import directions
 
@@ -88,6 +89,7 @@ def states_about(p: Plane, speed: float, stiffness: complex, center: complex) ->
         raise QuestionError(f"steady states: {len(others)} balls in other races have too many arrangements to try all")
     found = []
     for signs in product((1.0, -1.0), repeat=len(others)):
+        still_time()
         angles = np.zeros(p.moment.size)
         for ball, sign in zip(others, signs, strict=True):
             angles[ball] = cmath.phase(sign * (p.offset[ball] - center))
@@ -177,6 +179,7 @@ def _aligned(p: Plane, speed: float, stiffness: complex) -> list[Equilibrium]:
     found: list[Equilibrium] = []
 
     for pattern in product((1.0, -1.0), repeat=n):
+        still_time()
         signs = np.array(pattern)
 
         def miss(z: Floats, signs: Floats = signs) -> list[float]:

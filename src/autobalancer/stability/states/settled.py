@@ -19,6 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from autobalancer.patience import still_time
 from autobalancer.random_numbers import generator
 from autobalancer.stability.host.planar import Floats, Matrix
 from autobalancer.stability.host.stations import Stations
@@ -67,6 +68,7 @@ def _newton(st: Stations, speed: float, start: Floats, freedom: int = 0) -> tupl
     angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(st, speed)
     balance = torques if st.isotropic else mean_torques
     for _ in range(CORRECTIONS):
+        still_time()
         torque, slope = balance(st, speed, angles)
         left, sizes, right = np.linalg.svd(slope)
         firm = (sizes > least) & (np.arange(sizes.size) < sizes.size - freedom)

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats
 
 POINTS = 361  # directions that are tried for the first group of balls
@@ -36,6 +37,7 @@ def spread_range(count: int, share: float) -> tuple[float, float]:
         return float(count), float(count)
     low, high = np.inf, 0.0
     for groups in _groups(count):
+        still_time()
         angles = np.linspace(0.0, np.pi, POINTS)
         values = _spreads(np.exp(1j * angles), groups, share)
         if np.isnan(values).all():

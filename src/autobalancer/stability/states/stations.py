@@ -25,6 +25,7 @@ import numpy as np
 
 from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.errors import QuestionError
+from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.states.aligned import Aligned, directions_of
@@ -50,6 +51,7 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
     found: list[StationState] = []
     for size in range(count, -1, -1):
         for true in combinations(range(count), size):
+            still_time()
             found += _states(st, speed, true)
     return sorted(found, key=lambda state: state.rank)
 

@@ -122,7 +122,8 @@ def _planes(found: Summary, said: SpeedText) -> Iterator[Row]:
 
 def _settled(held: HeldByFriction, said: SpeedText) -> list[Row]:
     """The same of balls that settle at a lower speed."""
-    return _rows_of("  settled", held, [plane.settled_rows for plane in held.planes], said)
+    rows = _rows_of("  settled", held, [plane.settled_rows for plane in held.planes], said)
+    return rows or [("  settled", held.note)]
 
 
 def _rows_of(title: str, held: HeldByFriction, planes: list[tuple[Row, ...]], said: SpeedText) -> list[Row]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,13 +23,14 @@ from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.patience import OutOfTime, question
 from autobalancer.results.number_text import moment_text
 from autobalancer.shown import Described, rpm_and_si
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.remarks.input_text import input_notes
 from autobalancer.stability.friction.held import held_by_friction
 from autobalancer.stability.friction.held_values import HeldByFriction
-from autobalancer.stability.maps.speeds import BUDGET, Border, borders_of
+from autobalancer.stability.maps.speeds import BUDGET, NOT_FOUND, Border, borders_of
 from autobalancer.stability.states.described import described
 from autobalancer.stability.summary.rotor import StationSummary, frame_of, rubber_texts
 from autobalancer.stability.summary.rows import SpeedText, summary_rows
@@ -94,12 +96,15 @@ class Summary(Described):
         return {**asdict(self), **{name: one.as_dict() if one is not None else None for name, one in held.items()}}
 
 
-def summary(machine: Machine | str | Path) -> Summary:
+def summary(
+    machine: Machine | str | Path, say: Callable[[str], None] | None = None, seconds: float = BUDGET
+) -> Summary:
     """What is known of a machine before a run.
 
     Critical speeds are undamped and with the balls on the rotor: sqrt(k/M) along x and y, or of a rotor that tilts or
     bends the lowest ones that an unbalance excites. For these ``unbalance`` is the resultant of the point unbalances, and
-    ``stations`` gives what each plane has to balance, including couples.
+    ``stations`` gives what each plane has to balance, including couples. Borders and friction have some ``seconds`` of computing
+    each; what is not found by then says so. ``say`` is told what takes over a second.
 
     Raises
     ------
@@ -108,7 +113,7 @@ def summary(machine: Machine | str | Path) -> Summary:
     """
     machine = balls_in_races(machine, rings=True)
     if machine.liquid_rings:
-        return replace(summary(changed_part(machine, liquid_rings=())), liquid_rings=_rings(machine))
+        return replace(summary(changed_part(machine, liquid_rings=()), say, seconds), liquid_rings=_rings(machine))
     balls = resolve(machine)
     assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
@@ -118,16 +123,27 @@ def summary(machine: Machine | str | Path) -> Summary:
     )
     unbalance, capability = abs(largest_unbalance(machine)), sum(race.capability for race in races)
     highest = highest_prescribed(machine)
-    frame = frame_of(machine, highest)
+    with question("the critical speeds", math.inf, say):
+        frame = frame_of(machine, highest)
     critical = frame.critical_speeds
     found: tuple[Border, ...] = ()
     reason = ""
     try:
-        found = borders_of(machine, described(weightless(machine), None), budget=BUDGET)
+        found = borders_of(machine, described(weightless(machine), None), seconds=seconds, say=say)
     except QuestionError as error:
         reason = str(error)
-    friction = held_by_friction(machine) if balls else None
-    service = friction.speed if friction is not None else highest or 3.0 * max(critical, default=0.0)
+    service = highest or 3.0 * max(critical, default=0.0)
+
+    def held(speed: float | None) -> HeldByFriction:
+        try:
+            with question("what friction holds", seconds, say):
+                return held_by_friction(machine, speed)
+        except OutOfTime:
+            note = NOT_FOUND.format(seconds, "ab.stability.held_by_friction")
+            return HeldByFriction(speed or service, 0, (), note)
+
+    friction = held(None) if balls else None
+    service = friction.speed if friction is not None else service
     return Summary(
         name=machine.name,
         axis=machine.axis,
@@ -158,13 +174,16 @@ def summary(machine: Machine | str | Path) -> Summary:
         stations=frame.stations,
         service=service_of(machine, assembly, highest),
         friction=friction,
-        friction_settled=_settled(machine, friction, found, critical),
+        friction_settled=_settled(held, friction, found, critical),
         off_center=off_center(places_of(machine, assembly), balls, service),
     )
 
 
 def _settled(
-    machine: Machine, held: HeldByFriction | None, borders: tuple[Border, ...], critical: tuple[float, ...]
+    held_at: Callable[[float], HeldByFriction],
+    held: HeldByFriction | None,
+    borders: tuple[Border, ...],
+    critical: tuple[float, ...],
 ) -> HeldByFriction | None:
     """What friction holds a little above the exact border and the release speed; None where the machine is not faster."""
     if held is None or not held.planes:
@@ -175,7 +194,7 @@ def _settled(
         return None
     reached = [speed for speed in critical if speed < held.speed]
     at = ABOVE * max(*known, *reached)
-    return held_by_friction(machine, at) if at < held.speed else None
+    return held_at(at) if at < held.speed else None
 
 
 def _rings(machine: Machine) -> tuple[str, ...]:
