@@ -16,6 +16,7 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film.drawn import scene
 from autobalancer.measurement.film.drawn.render import scenery
+from autobalancer.measurement.film.edges import sampled
 from autobalancer.measurement.film.identity import matched
 from autobalancer.measurement.film.optics.calibration import calibrate
 from autobalancer.measurement.film.optics.finding import camera_of
@@ -97,6 +98,11 @@ def oblique() -> tuple[xr.Dataset, ab.measure.Film, ab.measure.FilmSetup, xr.Dat
     film = ab.measure.render_film(run, camera=camera, exposure=exposure, end=0.26, seed=5)
     setup = setup_of(run, camera, distortion=1)
     return run, film, setup, ab.measure.track_balls(film, setup, first_speed=SPEED)
+
+
+def test_where_no_pixel_is_seen_the_picture_is_that_of_a_corner() -> None:
+    picture = np.full((4, 6), 7, np.uint8)
+    assert sampled(picture, np.array([[np.nan, 1.0], [np.inf, -np.inf], [2.5, 1.5]])) == pytest.approx(7.0)
 
 
 def test_angles_of_six_balls_seen_obliquely_are_true_within_two_tenths_of_a_degree(oblique: tuple[Any, ...]) -> None:

@@ -40,6 +40,7 @@ MANY = {
     "studies/stepped_response.py stepped_response": "everything one may ask of a stepped measurement",
 }
 INNER = {
+    "patience.py OutOfTime": "ends a search of a check, which names what it did not find",
     "studies/ensemble/classes.py Differs": "ends an attempt to follow; all members are assembled then",
     "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",
     "stability/continuation/follow.py NoConvergence": "ends a step of a continuation, which goes back and tries again",

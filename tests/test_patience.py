@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +13,7 @@ import pytest
 import autobalancer as ab
 from autobalancer import patience
 from autobalancer.cli.terminal import progress
+from autobalancer.errors import MachineError
 
 
 class ZMQInteractiveShell:
@@ -54,3 +57,21 @@ def test_a_pipe_gets_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys
         for done in (10, 400, 500, 900, 1100):
             update(done, 12000)
     assert capsys.readouterr().err == "runs: 400 of 12000 after 21 s\nruns: 900 of 12000 after 61 s\n"
+
+
+def test_a_call_that_does_not_come_back_is_named_and_given_up_and_ctrl_c_ends_the_wait(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    free = threading.Event()
+    assert patience.returned(lambda: 3, "the force 'swift'") == 3
+    with pytest.raises(ZeroDivisionError):
+        patience.returned(lambda: 1 // 0, "the force 'wrong'")
+    assert capsys.readouterr().err == ""
+    with pytest.raises(MachineError, match=r"has not come back in 0.02 s; let its loops end"):
+        patience.returned(free.wait, "the force 'slow'", word=0.0, limit=0.02)
+    assert "the force 'slow' has not come back for 0 s; Ctrl-C ends the wait" in capsys.readouterr().err
+    monkeypatch.setattr(patience, "LAST", 0.0)
+    threading.Timer(0.05, signal.raise_signal, (signal.SIGINT,)).start()
+    with pytest.raises(KeyboardInterrupt):
+        patience.returned(free.wait, "the force 'slow'", limit=60.0)
+    free.set()

@@ -160,6 +160,20 @@ def test_a_small_result_that_claims_a_huge_array_is_refused_before_it_is_read(tm
         ab.load_run(tmp_path / "r.nc")
 
 
+def test_a_result_whose_heap_of_texts_has_no_end_is_refused_before_its_library_follows_it_for_ever(
+    tmp_path: Path,
+) -> None:
+    path = ab.save_run(ab.simulate(ab.example("stall_and_release"), duration=0.05), tmp_path / "run.nc")
+    whole = path.read_bytes()
+    assert ab.load_run(path).sizes["time"] > 1
+    heap = whole.index(b"GCOL") + 16
+    path.write_bytes(whole[:heap] + bytes(500) + whole[heap + 500 :])
+    with pytest.raises(
+        ResultError, match=rf"run.nc: not a readable .*a heap in it has no end, {heap} bytes from its begin"
+    ):
+        ab.load_run(path)
+
+
 def test_a_result_whose_times_are_texts_is_damaged(tmp_path: Path) -> None:
     odd = xr.Dataset({"time": ("time", np.array(["a", "b"], dtype=object))}, attrs={"source": "autobalancer 1"})
     save_run(odd, tmp_path / "r.nc")

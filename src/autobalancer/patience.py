@@ -11,14 +11,17 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
+
+from autobalancer.errors import MachineError
 
 P = ParamSpec("P")
 R = TypeVar("R")
 Progress = Callable[[float, float], None]
 SOON = 1.0  # s; what takes less shows nothing
+WORD, ENOUGH, LAST = 3.0, 20.0, 2.0  # s until a call is named, until it is given up, and after Ctrl-C
 
 
 def silent(_done: float, _total: float) -> None:
@@ -150,3 +153,41 @@ def looking_for(name: str) -> None:
 def somebody_looks() -> bool:
     """Whether a terminal or a notebook shows what is written."""
     return in_notebook() or sys.stderr.isatty()
+
+
+def returned(call: Callable[[], R], text: str, word: float = WORD, limit: float = ENOUGH) -> R:
+    """What a call of somebody's own code returns, which may never do so.
+
+    It runs in a thread of its own, so that Ctrl-C works here. After some seconds a ``word`` is said: the ``text``.
+
+    Raises
+    ------
+    MachineError
+        If it has not come back after the ``limit``, s; its thread is left alone.
+    """
+    context, answers, reasons = copy_context(), [], []
+
+    def run() -> None:
+        try:
+            answers.append(context.run(call))
+        except BaseException as reason:  # for whoever waits
+            reasons.append(reason)
+
+    thread = threading.Thread(target=run, daemon=True)
+    begun, said = time.monotonic(), False
+    thread.start()
+    try:
+        while thread.is_alive():
+            waited = time.monotonic() - begun
+            thread.join(0.2 if waited > word else min(word, 0.2))
+            if waited > limit:
+                raise MachineError(f"has not come back in {limit:g} s; let its loops end")
+            if waited > word and not said:
+                said = True
+                print(f"{text} has not come back for {waited:.0f} s; Ctrl-C ends the wait", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:
+        thread.join(LAST)
+        raise
+    if reasons:
+        raise reasons[0]
+    return answers[0]

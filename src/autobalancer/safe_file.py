@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import mmap
 import os
 import shutil
 import stat
@@ -19,6 +20,8 @@ from autobalancer.errors import QuestionError, ResultError
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _failed: list[Path] = []  # places of files that could not be written
+HDF5, HEAP = b"\x89HDF\r\n\x1a\n", b"GCOL\1\0\0\0"  # what such a file and a heap of texts in it begin with
+HEAD, LOOKED = 4096, 1 << 26  # bytes from the begin in which the one is sought, and the other
 LITTLE = 65536  # bytes; with less room left a failure without a reason of its own is laid to the full disk
 
 
@@ -105,6 +108,32 @@ def not_to_read(path: Path) -> str:
     if path.is_dir():
         return "is a folder; give the path of a file"
     return "is a device or a pipe; give the path of a file" if path.exists() else "no such file"
+
+
+def endless_heap(path: Path) -> str:
+    """Why the HDF5 library would never come back from opening a file; empty if it will.
+
+    Its global heaps are the part of a file without a checksum, and the library walks along them by the sizes that stand there:
+    from one of size zero it does not get on (HDF5 File Format Specification 3.0, III.E).
+    """
+    with path.open("rb") as file:
+        if HDF5 not in file.read(HEAD):
+            return ""
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            at = data.find(HEAP, 0, LOOKED)
+            while at >= 0:
+                end = at + min(int.from_bytes(data[at + 8 : at + 16], "little"), len(data) - at)
+                here = at + 16
+                while here + 16 <= end:
+                    size = int.from_bytes(data[here + 8 : here + 16], "little")
+                    step = (
+                        16 + size + -size % 8 if any(data[here : here + 2]) else size
+                    )  # the free rest counts its head
+                    if step == 0:
+                        return f"a heap in it has no end, {here} bytes from its begin"
+                    here += step
+                at = data.find(HEAP, at + 4, LOOKED)
+    return ""
 
 
 def _beside(place: Path) -> Path:

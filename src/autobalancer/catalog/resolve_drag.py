@@ -13,6 +13,7 @@ from autobalancer.laws.drag import linear_drag
 from autobalancer.laws.drag_coefficient import UNNAMED, DragLaw, LinearLaw
 from autobalancer.laws.drag_curve import DragCurve
 from autobalancer.machine.balancer.drag import BallInRace, Drag
+from autobalancer.patience import returned
 
 TRIED = np.geomspace(1e-6, 1e7, 2001)  # Reynolds numbers
 
@@ -41,7 +42,7 @@ def ball_drag(
 
 def _torque(part: Drag, ball: BallInRace) -> float:
     try:
-        torque = float(part.torque(ball))
+        torque = returned(lambda: float(part.torque(ball)), f"the drag law {part.word()!r}")
     except Exception as reason:  # whatever a law of somebody else may raise
         raise QuestionError(_failed(part, reason)) from None
     if not (math.isfinite(torque) and torque >= 0.0):
@@ -53,7 +54,7 @@ def _torque(part: Drag, ball: BallInRace) -> float:
 def law_of(part: Drag, ball: BallInRace) -> DragLaw:
     """The law of a ball, tried over all Reynolds numbers."""
     try:
-        law = part.curve(ball)
+        law = returned(lambda: part.curve(ball), f"the drag law {part.word()!r}")
     except QuestionError as reason:
         raise QuestionError(str(reason).replace(repr(UNNAMED), repr(part.word()))) from None
     except Exception as reason:  # whatever a law of somebody else may raise

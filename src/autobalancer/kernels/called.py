@@ -26,7 +26,8 @@ from autobalancer.kernels.flags import KEPT, NUMBERS, njit
 from autobalancer.kernels.records.forces import PLACE
 from autobalancer.kernels.records.friction import SLIP
 
-OWN: dict[str, Any] = NUMBERS | {"fastmath": {"contract"}}  # Python calls them, too, where they are tried
+# Python calls them, too, where they are tried; without its lock, so that others may say that they do not come back
+OWN: dict[str, Any] = NUMBERS | {"fastmath": {"contract"}, "nogil": True}
 
 
 class Call(NamedTuple):

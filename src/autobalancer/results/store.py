@@ -13,7 +13,7 @@ from autobalancer.results.answers.kinds import as_kind, kind_of
 from autobalancer.results.export import WRITERS
 from autobalancer.results.provenance import MAKER, provenance
 from autobalancer.results.signals.universal_file import UNIVERSAL, universal_text
-from autobalancer.safe_file import as_path, not_to_read, ready_to_write, write_safely, write_text_safely
+from autobalancer.safe_file import as_path, endless_heap, not_to_read, ready_to_write, write_safely, write_text_safely
 
 NUMBERS = {
     "time",
@@ -113,12 +113,14 @@ def load_run(path: str | Path) -> xr.Dataset:
             f"{path}: is no result but a machine file; 'autobalancer simulate {path}' makes a result of it"
         )
     try:
+        if endless := endless_heap(path):
+            raise ValueError(endless)
         with xr.open_dataset(path, engine="netcdf4") as stored:
             claimed = stored.nbytes
             if claimed > LEAST_REFUSED and claimed > 100 * path.stat().st_size:
                 raise ValueError(f"it claims {1e-9 * claimed:.3g} GB and has {1e-9 * path.stat().st_size:.3g} GB")
             run = stored.load()
-    except (OSError, ValueError, RuntimeError, MemoryError, OverflowError, KeyError) as reason:
+    except (OSError, ValueError, RuntimeError, MemoryError, OverflowError, LookupError, AttributeError) as reason:
         raise ResultError(f"{path}: not a readable result file: {reason}") from None
     if not str(run.attrs.get("source", "")).startswith(MAKER):
         raise ResultError(f"{path}: was not written by autobalancer; its attribute 'source' says nothing of the kind")

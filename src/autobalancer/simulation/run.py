@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -27,7 +28,7 @@ from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING
 from autobalancer.kernels.system import SPEED
 from autobalancer.machine import Machine
-from autobalancer.patience import Progress, shows_progress
+from autobalancer.patience import ENOUGH, Progress, returned, shows_progress
 from autobalancer.results.standing import static_load
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
@@ -159,7 +160,9 @@ def simulate_races(
     if slow:
         warn(slow, DurationWarning)
     state = stepper.memory
-    status, interrupted = _drive(assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt)
+    status, interrupted = _drive(
+        assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt, _own_code(machine)
+    )
     spent = status == RUNNING  # once more would take as long again
     if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
@@ -167,7 +170,9 @@ def simulate_races(
         record = record_for(wishes, events, assembly, end, jumps)._replace(turn_count=math.inf)
         stepper = stepper_for(assembly, end, tolerance, method)
         state = stepper.memory
-        status, interrupted = _drive(assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt)
+        status, interrupted = _drive(
+            assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt, _own_code(machine)
+        )
     steps = int(state.counts[ACCEPTED])
     names = [event.name for event in events]
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
@@ -249,13 +254,15 @@ def _drive(
     max_steps: int,
     progress: Progress | None,
     keep: bool,
+    own: str,
 ) -> tuple[int, bool]:
     """Advance in chunks until the end, an event, a failure, the budget or Ctrl-C."""
     status, state = RUNNING, stepper.memory
     try:
         while status == RUNNING and state.counts[ACCEPTED] < max_steps:
             budget = min(CHUNK, max_steps - int(state.counts[ACCEPTED]))
-            status = stepper.advance(assembly.system, record, budget)
+            advance = partial(stepper.advance, assembly.system, record, budget)
+            status = returned(advance, own, word=ENOUGH, limit=math.inf) if own else advance()
             noted.take(assembly.system)
             if progress is not None:
                 progress(float(state.clock[TIME]), end)
@@ -265,6 +272,15 @@ def _drive(
         noted.take(assembly.system)
         return status, status != FINISHED
     return status, False
+
+
+def _own_code(machine: Machine) -> str:
+    """Forces and friction laws of somebody's own that are called within a chunk of steps, in words; empty without any."""
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    laws = [race.resolved.friction_law for race in races if race.resolved is not None]
+    leaves = [*(force for race in races for force in race.forces), *(law for law in laws if law is not None)]
+    own = {leaf.word(): leaf for leaf in leaves if not type(leaf).__module__.startswith("autobalancer.")}
+    return f"a run with {' and '.join(f'the {leaf.one} {word!r}' for word, leaf in own.items())}" if own else ""
 
 
 def _duration(machine: Machine, duration: float | str | None) -> float:

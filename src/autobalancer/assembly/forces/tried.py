@@ -22,6 +22,7 @@ from autobalancer.kernels.called import (
 )
 from autobalancer.kernels.records.forces import PLACE
 from autobalancer.machine import Force
+from autobalancer.patience import returned
 
 STEP = 1e-5  # of the orbit radius, in differences of the energy
 CLOSE = 1e-5  # by which force and gradient may differ, over the greatest force that was found
@@ -95,9 +96,11 @@ def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: floa
             row["ahead"], row["speed"] = side, where.speed
         return balls
 
-    tried = [
-        (where, [float(part) for part in made.force.function(*rows(where), own)]) for where in _wheres(force, orbit)
-    ]
+    def tries() -> list[tuple[Where, list[float]]]:
+        wheres = _wheres(force, orbit)
+        return [(where, [float(part) for part in made.force.function(*rows(where), own)]) for where in wheres]
+
+    tried = returned(tries, f"the force {force.word()!r}")
     for where, parts in tried:
         if len(parts) != (4 if force.pairs else 2):
             raise MachineError(f"returns {len(parts)} numbers; it must {RETURNS['force'][bool(force.pairs)]}")
@@ -105,7 +108,10 @@ def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: floa
             raise MachineError(f"is not a number at {where}: it returned {_listed(parts)}")
     energy = made.energy
     if energy is not None:
-        _refuse_false_energy(lambda where: float(energy.function(*rows(where), own)), tried, STEP * orbit)
+        returned(
+            lambda: _refuse_false_energy(lambda where: float(energy.function(*rows(where), own)), tried, STEP * orbit),
+            f"the energy of the force {force.word()!r}",
+        )
     return made
 
 

@@ -15,6 +15,7 @@ from autobalancer.kernels.records.friction import SLIP
 from autobalancer.kernels.system import Rows, System
 from autobalancer.machine import FrictionLaw, Machine, ResolvedContact
 from autobalancer.machine.leaves import find
+from autobalancer.patience import returned
 
 SLIPS = np.geomspace(1e-6, 10.0, 29)  # m/s, at which a law is tried in both directions
 PRESSED = (1e-2, 1.0, 1e3)  # N
@@ -76,6 +77,12 @@ def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -
         made = compiled(*asked)
     except Exception as reason:
         raise MachineError(f"does not compile: {in_words(reason, *asked)}") from None
+    returned(lambda: _refuse_driving(law, made, sliding, slip_speed, radius), f"the friction law {law.word()!r}")
+    return made
+
+
+def _refuse_driving(law: FrictionLaw, made: Called, sliding: float, slip_speed: float, radius: float) -> None:
+    """Refuse a law that is not a number somewhere, or drives a ball."""
     own, greatest = numbers_row(law.numbers()), 0.0
     for pressed in PRESSED:
         for slip in (*SLIPS, *-SLIPS, 0.0):
@@ -94,4 +101,3 @@ def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -
                     f"drives the ball {where}: its coefficient is {value:.4g}; it must have the sign of the slip, against "
                     "which friction acts"
                 )
-    return made

@@ -7,6 +7,7 @@ import numpy as np
 from autobalancer.assembly.rotors.model import Floats, Matrix
 from autobalancer.machine.part import ImpossiblePart
 from autobalancer.machine.rotors.joint import PointJoint
+from autobalancer.patience import returned
 
 ROUNDING = 1e-9
 ANGLE = 0.7  # rad, by which a joint between two rotating bodies is turned to see whether that changes it
@@ -32,7 +33,9 @@ def joint_matrices(joint: PointJoint, speeds: Floats, number: int, turning: int)
 def _pair(joint: PointJoint, speed: float, number: int) -> tuple[Matrix, Matrix]:
     where = f"the joint {joint.word()!r} at {speed:.6g} rad/s"
     try:
-        stiffness, damping = (np.array(one, dtype=float) for one in joint.matrices(speed))
+        own = not type(joint).__module__.startswith("autobalancer.")
+        pair = returned(lambda: joint.matrices(speed), where) if own else joint.matrices(speed)
+        stiffness, damping = (np.array(one, dtype=float) for one in pair)
     except Exception as reason:  # whatever a joint of somebody else may raise
         raise _refusal(number, f"{where} fails: {type(reason).__name__}: {reason}") from None
     for name, matrix, wrong in (

@@ -42,8 +42,9 @@ class Found(NamedTuple):
 
 
 def sampled(picture: NDArray[np.uint8], pixels: Floats) -> NDArray[np.float32]:
-    """Brightness between pixels, linear; outside of the picture that of its border."""
+    """Brightness between pixels, linear; outside of the picture that of its border, where no pixel is seen that of a corner."""
     rows, columns = picture.shape
+    pixels = np.nan_to_num(pixels)
     u = np.clip(pixels[..., 0], 0.0, columns - 1.001)
     v = np.clip(pixels[..., 1], 0.0, rows - 1.001)
     left, up = u.astype(np.int64), v.astype(np.int64)

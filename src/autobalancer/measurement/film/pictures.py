@@ -107,7 +107,7 @@ class Reader:
         if float(picture[::8, ::8].mean()) < DARK * self.usual:
             return "dark"
         race = self.search.circle.inner[:, 0]
-        column, row = np.clip(race.astype(int).T, 0, np.array(picture.shape[::-1])[:, None] - 1)
+        column, row = np.clip(np.nan_to_num(race).astype(int).T, 0, np.array(picture.shape[::-1])[:, None] - 1)
         return "saturated" if float((picture[row, column] >= WHITE).mean()) > SATURATED else ""
 
 

@@ -22,7 +22,7 @@ from autobalancer.files.table import CLOCK, NUMBER, Table, head_of, read_table
 from autobalancer.files.text import TABLE, WINDOWS, read_text
 from autobalancer.measurement.signals.unit_words import factor_to, quantity_of
 from autobalancer.results.signals.universal_file import AXES, OWN, UNIVERSAL, Function, is_universal, read_universal
-from autobalancer.safe_file import not_to_read
+from autobalancer.safe_file import endless_heap, not_to_read
 
 Floats = NDArray[np.float64]
 EXAMPLE = "time [s], x [um], y [um], tacho [V]"
@@ -459,6 +459,8 @@ def _hdf(path: Path) -> RawFile:
     """The one-dimensional datasets of an HDF5 file, as of MATLAB 7.3, called by their names in it; units from attributes."""
     h5py = _library("h5py", path, "HDF5 (MATLAB 7.3, .h5)")
     found: dict[str, Any] = {}
+    if endless := endless_heap(path):
+        raise ResultError(f"{path.name}: is damaged: {endless}")
     with h5py.File(path, "r") as file:
         file.visititems(lambda name, one: found.update({name: one}) if isinstance(one, h5py.Dataset) else None)
         wanted = {

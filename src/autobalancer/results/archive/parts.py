@@ -15,6 +15,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from autobalancer.errors import ResultError
+from autobalancer.safe_file import endless_heap
 
 NETCDF = threading.RLock()  # the library must not be entered by two threads
 
@@ -40,6 +41,9 @@ def open_parts(files: Sequence[Path], read: Sequence[str] = ()) -> xr.Dataset:
     if not files:
         raise ResultError("the run has no samples yet; nothing was written before it ended")
     try:
+        for file in files:
+            if endless := endless_heap(file):
+                raise ValueError(endless)
         with NETCDF, xr.open_dataset(files[0], engine="netcdf4", decode_times=False) as stored:
             first = stored.isel(time=slice(0, 0)).load()
     except (OSError, RuntimeError, ValueError) as reason:

@@ -91,7 +91,7 @@ def _edges(picture: Gray, marks: Sequence[Mark], found: Calibration, noise: floa
         place = np.array([mark.z])
         outline = mark_outlines(found.view, place, 0.0, float(mark.radius), POINTS)
         edge = located(picture, outline, rises=False, noise=noise, usable=np.ones((1, POINTS), np.bool_))
-        if edge.share[0] < 0.4:
+        if not edge.share[0] >= 0.4:
             raise QuestionError(
                 f"mark {number}: its edge is not a circle of radius {float(mark.radius):g} m where the other marks say that it "
                 "is; check its pixel, its place and its radius"
