@@ -471,5 +471,8 @@ def test_what_the_runs_leave_out_stands_in_the_first_lines_until_it_is_said_to_b
     assert "friction: that of a bearing ring in a running balancer (adherence 0.0001)" in told
     race = "balancers[1].races[1]"
     none = ab.with_parameter(ab.example("discoidal"), f"{race}.eccentricity", 0.0)
-    none = ab.with_parameter(none, f"{race}.friction", {"rolling_resistance": 0.0})
-    assert "not in the runs" not in dict(ab.design({**few, "machine": none}).facts())
+    none = ab.with_parameter(none, f"{race}.friction", {"rolling_resistance": 0.0, "adherence": 1e-6})
+    whole = ab.design({**few, "machine": none})
+    assert "not in the runs" not in dict(whole.facts())
+    assert "release speed: ignores adherence" in whole.meanings()
+    assert "exact border: ignores adherence" in whole.meanings()

@@ -235,6 +235,17 @@ def test_balls_balance_from_half_the_unbalance_each_on() -> None:
     assert all(state.name != "balanced" for state in equilibria_of(p, 400.0))
 
 
+def test_states_in_which_balls_of_their_size_would_overlap_are_said_to_be_those_of_points() -> None:
+    machine = ab.example("discoidal")
+    found = ab.stability.equilibria(machine, "1200 rpm")
+    assert found["overlapping"].values.tolist() == [name == "coincident" for name in found["name"].values]
+    assert "coincident*" in repr(found)
+    assert "balls of this size would overlap" in repr(found)
+    passing = with_value_at(machine, "balancers[1].races[1].coincidence", True)
+    assert not ab.stability.equilibria(passing, "1200 rpm")["overlapping"].any()
+    assert "would overlap" not in repr(ab.stability.equilibria(passing, "1200 rpm"))
+
+
 def test_coincident_and_balanced_exchange_stability_near_the_critical_speed() -> None:
     described = with_value_at(CASES["two equal"], "balancers[1].races[1].drag.beta", 5e-3)
     below, above = ab.stability.equilibria(described, 200.0), ab.stability.equilibria(described, 300.0)

@@ -7,10 +7,16 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from autobalancer.results.answers.answer import Answer, at_speed
 from autobalancer.results.number_text import length_text, moment_text
 from autobalancer.shown import Column
+
+MARK = "*"
+OVERLAP = (
+    f"states with {MARK} are those of points: balls of this size would overlap in them, and touch side by side instead"
+)
 
 
 class Equilibria(Answer):
@@ -25,8 +31,9 @@ class Equilibria(Answer):
     def columns(self, unit: str = "") -> list[Column]:
         """Name, verdict, ball angles, deflection and residual unbalance of each state."""
         angles = np.degrees(self["ball_angle_in_rotor"].values) % 360.0
+        names = [f"{name}{MARK * bool(here)}" for name, here in zip(self["name"].values, self._overlap(), strict=True)]
         return [
-            self.texts("name", "state"),
+            Column("state", names),
             self.texts("verdict", "verdict"),
             Column("growth rate", self["growth_rate"].values, "1/s", ".3g"),
             Column("ball angles", [", ".join(f"{angle:.4g}" for angle in row) for row in angles], "°", wraps=True),
@@ -34,9 +41,16 @@ class Equilibria(Answer):
             Column("residual unbalance", [moment_text(value) for value in self["residual_unbalance"].values]),
         ]
 
+    def _overlap(self) -> NDArray[Any]:
+        return self["overlapping"].values if "overlapping" in self else np.zeros(self.sizes["state"], np.bool_)
+
     def heading(self) -> str:
         """Whose they are, and at which speed."""
         return f"{super().heading()} {at_speed(self)}"
+
+    def remarks(self) -> Sequence[str]:
+        """What is left out, and which states need balls that are points."""
+        return [*super().remarks(), *([OVERLAP] if self._overlap().any() else [])]
 
 
 class Ranges(Answer):

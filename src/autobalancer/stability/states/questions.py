@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.terms import Theory, unknown
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
@@ -30,6 +32,7 @@ from autobalancer.units import argument, list_argument, unbalance_argument
 
 Progress = Callable[[int, int], None]
 Kind = Literal["balanced", "mixed", "coincident", "in line", "spread"]
+TOUCH = 1e-9  # of the distance at which balls touch
 PERIODIC = "periodic state: see the Floquet multipliers"
 
 
@@ -51,9 +54,10 @@ def equilibria(
     Returns
     -------
     xarray.Dataset
-        Along ``state``: name (*balanced*, *coincident*, *in line*), ball angles (rad), deflection (m; its forward part
-        on orthotropic supports), residual unbalance, dimension of the continuum, eigenvalues (1/s; Floquet exponents on
-        orthotropic supports), growth rate, verdict, and what moves in the leading mode. States that differ only by an
+        Along ``state``: name (*balanced*, *coincident*, *in line*), whether balls of their size would be ``overlapping``,
+        ball angles (rad), deflection (m; its forward part on orthotropic supports), residual unbalance, dimension of the
+        continuum, eigenvalues (1/s; Floquet exponents on orthotropic supports), growth rate, verdict, and what moves in the
+        leading mode. States that differ only by an
         exchange of equal balls are listed once. Where the rotor tilts or bends also ``deflection_at_station`` and
         ``required_moment`` (kg m, what the balls of each station have to add up to so that no station vibrates), and
         *mixed* states, in which some stations rest and others do not; ``deflection`` is that of the first balancer.
@@ -88,6 +92,7 @@ def equilibria(
         "outward": ("state", [state.outward for state in states], "balls that stand outward", ""),
         "eigenvalue_real": (("state", "mode"), values.real, "real part of the eigenvalue", "1/s"),
         "eigenvalue_imag": (("state", "mode"), values.imag, "imaginary part", "rad/s"),
+        "overlapping": ("state", overlapping(machine, states), "balls of their size would overlap in it", ""),
         "growth_rate": ("state", rates, "growth rate", "1/s"),
         "leading_motion": ("state", [text for _, text in rows], "what moves in the leading mode", ""),
     }
@@ -204,6 +209,27 @@ def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, 
         return exponents_of(st, speed, state), PERIODIC
     except QuestionError:
         return np.full(counted(st), np.nan, np.complex128), "no periodic state near this one"
+
+
+def overlapping(machine: Machine, states: Sequence[StationState]) -> list[bool]:
+    """Whether balls of the size that they have, which do not pass through each other, would have to overlap in each state.
+
+    Of a continuum it is not known: others of it may have room.
+    """
+    balls, races = resolve(machine), [balancer.races for balancer in machine.balancers]
+    pairs = [
+        (i, j)
+        for i, j in combinations(range(len(balls)), 2)
+        if (balls[i].balancer, balls[i].race) == (balls[j].balancer, balls[j].race)
+        and not races[balls[i].balancer][balls[i].race].coincidence
+    ]
+    orbit, radius = np.array([[ball.orbit_radius, ball.radius] for ball in balls]).reshape(-1, 2).T
+    found = []
+    for state in states:
+        place = orbit * np.exp(1j * state.angles)
+        touches = [abs(place[i] - place[j]) < (radius[i] + radius[j]) * (1.0 - TOUCH) for i, j in pairs]
+        found.append(any(touches) and state.freedom == 0)
+    return found
 
 
 def _where(machine: Machine) -> str:

@@ -146,7 +146,7 @@ class Designed(Answer):
         texts += [*self._missed(), *self._hardly()]
         texts = [*str(self.attrs.get("input_text", "")).splitlines(), *texts]
         texts += [f"measured rotor: {text}" for text in str(self.attrs.get("rotor_warnings", "")).split("\n") if text]
-        return [*texts, *self._drag()]
+        return [*texts, *np.atleast_1d(self.attrs.get("borders_ignore", [])).tolist(), *self._drag()]
 
     def _drag(self) -> list[str]:
         """How many of those that ran leave the range of their drag law, and what one of them says of it."""

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.author_units import in_author_units, with_author_springs
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.files.machine_file import machine_text
 from autobalancer.results.provenance import provenance
 from autobalancer.studies.design.answer import STAGES
@@ -47,6 +48,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     front = {id(one): level for one, level in ranked}
     best = next((one.machine for one, _ in ranked if one.machine is not None), None)
     found = xr.Dataset(attrs={**_attributes(spec, how), "left_out": left_out(spec, best) if best is not None else ""})
+    found.attrs["borders_ignore"] = _borders_ignore(designs)
     found = found.assign_coords(
         design=("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
     )
@@ -152,6 +154,16 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     if spec.measured is not None:
         variables, attributes = labelled(spec.measured)
         found = found.assign(variables).assign_attrs(attributes)
+    return found
+
+
+def _borders_ignore(designs: Sequence[Design]) -> list[str]:
+    """What the border speeds of the table leave out of the machines, a sentence each."""
+    machines = [one.machine for one in designs if one.machine is not None and one.numbers]
+    found = []
+    for name, theory in (("release speed", Theory.STALLED), ("exact border", Theory.AT_REST)):
+        terms = dict.fromkeys(term for machine in machines for term in unknown(machine, theory))
+        found += [f"{name}: ignores {', '.join(terms)}"] if terms else []
     return found
 
 
