@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
+from scipy.io import wavfile
 from scipy.signal import lfilter
 
 import autobalancer as ab
@@ -322,3 +323,112 @@ def test_orders_are_kept_in_a_file_and_drawn(motion: np.ndarray, tmp_path: Path)
     assert len(figure.axes[0].get_lines()) == 2
     with pytest.raises(QuestionError, match="speed' or 'time"):
         ab.plot.orders(found, over="order")
+
+
+@pytest.fixture
+def by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records of more than 3000 samples stay in their files, of which 1500 samples are in memory at once."""
+    from autobalancer.measurement.orders import angle as angles
+    from autobalancer.measurement.signals import formats, timebase
+    from autobalancer.results.signals import signals, universal_file
+
+    for module in (signals, formats, timebase, universal_file, angles):
+        monkeypatch.setattr(module, "LONG", 3000)
+    monkeypatch.setattr(signals, "BLOCK", 1500)
+    monkeypatch.setattr(angles, "BLOCK", 1500)
+    monkeypatch.setattr(timebase, "BLOCK", 1500)
+
+
+def long_record(path: Path, motion: np.ndarray) -> Path:
+    """The same record as a file of each kind that need not be brought into memory as a whole."""
+    values = {"x [m]": motion.real, "y [m]": motion.imag, "tacho [V]": tacho(angle(TIME))}
+    if path.suffix == ".npz":
+        np.savez(path, time=TIME, **values)
+    elif path.suffix == ".wav":
+        rows = np.stack([1e3 * motion.real, 1e3 * motion.imag, 0.1 * values["tacho [V]"]], axis=1)
+        wavfile.write(path, int(RATE), rows)
+        words = [("x", "displacement", "1 mm"), ("y", "displacement", "1 mm"), ("tacho", "tacho", "10 V")]
+        path.with_suffix(".channels.toml").write_text(
+            "".join(
+                f'[channels.{name}]\ncolumn = "{k}"\nquantity = "{kind}"\nfull_scale = "{full}"\n'
+                for k, (name, kind, full) in enumerate(words, 1)
+            )
+        )
+    elif path.suffix == ".h5":
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(path, "w") as file:
+            file["rate"] = RATE
+            for name, numbers in values.items():
+                file[name.split()[0]] = numbers
+                file[name.split()[0]].attrs["units"] = name.split()[1][1:-1]
+    else:
+        lines = [f"{'':4}-1", f"{58:6}b{1:6}{2:6}{11:12}{8 * TIME.size:12}{0:6}{0:6}{0:12}{0:12}"]
+        blocks = []
+        for name, numbers in values.items():
+            short, kind = name.split()[0], "tacho" if name[0] == "t" else "displacement"
+            words = [short, "NONE", "NONE", "NONE", f"autobalancer {kind} {short.removesuffix('tacho')}"]
+            shape = f"{4:10}{TIME.size:10}{1:10}{0.0:13.5E}{1.0 / RATE:13.5E}{0.0:13.5E}"
+            axes = [
+                f"{code:10}{0:5}{0:5}{0:5} {what:<20} {unit:<20}"
+                for code, what, unit in (
+                    (17, "time", "s"),
+                    (0, kind, name.split()[1][1:-1]),
+                    (0, "NONE", "NONE"),
+                    (0, "NONE", "NONE"),
+                )
+            ]
+            node = f"{1:5}{0:10}{1:5}{0:10} {'A':<10}{0:4} {'NONE':<10}{0:4}"
+            head = "\n".join([*lines, *words, node, shape, *axes]) + "\n"
+            blocks.append(head.encode() + numbers.astype("<f8").tobytes() + b"\n    -1\n")
+        path.write_bytes(b"".join(blocks))
+    return path
+
+
+@pytest.mark.parametrize("kind", [".npz", ".wav", ".h5", ".uff"])
+def test_a_long_record_stays_in_its_file_and_gives_the_same_orders_and_maps(
+    motion: np.ndarray, tmp_path: Path, request: pytest.FixtureRequest, kind: str
+) -> None:
+    file = long_record(tmp_path / f"long{kind}", motion)
+
+    def asked() -> list[xr.Dataset]:
+        turned = ab.measure.rotor_angle(ab.measure.load_signals(file))
+        every = [ab.measure.orders(turned, (1, 2))]
+        every += [ab.measure.order_map(turned, "x", over=over, revolutions=8.0) for over in ("order", "frequency")]
+        return [turned, *every]
+
+    whole = asked()
+    request.getfixturevalue("by_blocks")
+    parts = asked()
+    assert not parts[0]["x"]._in_memory
+    assert not parts[0]["speed"]._in_memory
+    for one, other in zip(whole, parts, strict=True):
+        for name in one.variables:
+            if one[name].dtype.kind == "f":
+                scale = float(np.abs(one[name].values).max())
+                away = (
+                    np.abs(np.exp(1j * one[name].values) - np.exp(1j * other[name].values))
+                    if name == "phase"
+                    else (np.abs(one[name].values - other[name].values) / scale)
+                )
+                near = (
+                    one["amplitude"].values > 1e-2 * np.abs(one["amplitude"].values).max() if name == "phase" else True
+                )
+                assert (away * near).max() < 1e-10, name  # splines and least squares: their condition times 1e-16
+    assert str(whole[0].columns()[4].values[0])[:9] == str(parts[0].columns()[4].values[0])[:9]
+
+
+def test_a_slower_rate_changes_filtered_orders_of_a_long_record_by_less_than_a_thousandth(
+    motion: np.ndarray, by_blocks: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from autobalancer.measurement.orders import question
+
+    turned = ab.measure.rotor_angle(measured({"a": motion.real}))
+    fast = ab.measure.orders(turned, method="vold-kalman", bandwidth=4.0)
+    monkeypatch.setattr(question, "LONG", 3000)
+    monkeypatch.setattr(question, "REACH", 2.0)  # so that 90 rad/s need not the whole rate of 1 kHz
+    slow = ab.measure.orders(turned, method="vold-kalman", bandwidth=4.0)
+    assert "of the signals at" in slow.attrs["method"]
+    at = slow["time"].values
+    inner = (at > at[0] + 0.5) & (at < at[-1] - 0.5)
+    known = np.interp(at, fast["time"].values, fast["amplitude"].values[0, 0])
+    assert np.abs(slow["amplitude"].values[0, 0] - known)[inner].max() < 1e-3 * known.max()

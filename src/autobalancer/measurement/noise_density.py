@@ -27,14 +27,22 @@ HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # power of its transform at three neighb
 
 
 def densities(
-    rest: Floats, rate: float, length: int, times: Floats, left: Callable[[Floats, Floats], Floats], highest: float
+    rest: Callable[[int, int], Floats],
+    size: int,
+    rate: float,
+    length: int,
+    times: Floats,
+    left: Callable[[Floats, Floats], Floats],
+    highest: float,
 ) -> tuple[Floats, Floats]:
     """Mean square of the noise a hertz, over the frequency and the time.
 
     Parameters
     ----------
     rest
-        What a fit leaves of the signal, (channel, sample).
+        What a fit leaves of the signal from one sample to before another, (channel, sample).
+    size
+        Samples of the signal.
     rate
         Hz.
     length
@@ -50,21 +58,21 @@ def densities(
     -------
     Frequencies in Hz (F,), and densities (channel, T, F).
     """
-    last = max(0, rest.shape[1] - length)
+    last = max(0, size - length)
     starts = np.unique(np.linspace(0, last, min(MOST, 1 + -(-2 * last // length))).astype(int))
     window = np.hanning(length + 1)[:-1]
     frequency = np.asarray(np.fft.rfftfreq(length, 1.0 / rate), np.float64)
     frequency = frequency[: int(np.searchsorted(frequency, highest)) + 2]
     line = np.linspace(-1.0, 1.0, length)
-    power, share = np.empty((rest.shape[0], starts.size, frequency.size)), np.empty((starts.size, frequency.size))
+    parts, share = [], np.empty((starts.size, frequency.size))
     for j, start in enumerate(starts):
-        piece = rest[:, start : start + length]
+        piece = rest(int(start), int(start) + length)
         slope = (piece @ line) / (line @ line)
         piece = (piece - piece.mean(axis=1, keepdims=True) - slope[:, None] * line) * window
-        power[:, j] = np.abs(np.fft.rfft(piece, axis=1)[:, : frequency.size]) ** 2
+        parts.append(np.abs(np.fft.rfft(piece, axis=1)[:, : frequency.size]) ** 2)
         within = left(frequency, start + length * np.array([0.25, 0.375, 0.5, 0.625, 0.75])).mean(axis=0)
         share[j] = np.convolve(np.pad(within, 1, mode="edge"), HANN, mode="valid")
-    power *= 2.0 / (rate * float((window**2).sum()))
+    power = np.stack(parts, axis=1) * (2.0 / (rate * float((window**2).sum())))
     share[:, :2] = 0.0  # a straight line was taken away
     shown = share > SHOWN
     power = np.log(np.maximum(power, 1e-300) / np.where(shown, share, 1.0))
@@ -74,22 +82,23 @@ def densities(
     )  # it may grow with the speed
     power -= level[:, :, None]
     share *= shown
-    known, weight = np.zeros((times.size, frequency.size)), np.zeros((times.size, starts.size, frequency.size))
-    for near in NEAR:  # where too little of the noise is left nearby, frames farther away tell
-        every = 1.0 / (1.0 + ((times[:, None] - starts - 0.5 * length) / (0.5 * near * length)) ** 4)
-        weight = np.where((known < LEAST)[:, None], every[:, :, None] * share, weight)
-        known = weight.sum(axis=1)
     logarithms = np.log(np.maximum(frequency, 0.5 * frequency[1]))
-    found = np.empty((rest.shape[0], *known.shape))
-    for c, one in enumerate(power):
-        order = np.argsort(one, axis=0)
-        sums = np.cumsum(np.take_along_axis(weight, order[None], axis=1), axis=1)
-        middle = (sums < 0.5 * known[:, None]).sum(axis=1)  # of lines that pass through a frequency it knows nothing
-        found[c] = np.take_along_axis(np.sort(one, axis=0), np.minimum(middle, starts.size - 1), axis=0)
-        local = np.interp(times, starts + 0.5 * length, level[c]) - math.log(math.log(2.0))
-        for k, row in enumerate(known >= LEAST):
-            row = row if row.any() else np.arange(frequency.size) >= 2
-            found[c, k] = np.interp(logarithms, logarithms[row], found[c, k, row]) + local[k]
+    ranks, rows = np.argsort(power, axis=1), np.sort(power, axis=1)
+    local = np.array([np.interp(times, starts + 0.5 * length, one) for one in level]) - math.log(math.log(2.0))
+    found = np.empty((power.shape[0], times.size, frequency.size))
+    for k, time in enumerate(times):
+        known, weight = np.zeros(frequency.size), np.zeros(share.shape)
+        for near in NEAR:  # where too little of the noise is left nearby, frames farther away tell
+            every = 1.0 / (1.0 + ((time - starts - 0.5 * length) / (0.5 * near * length)) ** 4)
+            weight = np.where(known < LEAST, every[:, None] * share, weight)
+            known = weight.sum(axis=0)
+        row = known >= LEAST
+        row = row if row.any() else np.arange(frequency.size) >= 2
+        for c, rank in enumerate(ranks):
+            sums = np.cumsum(np.take_along_axis(weight, rank, axis=0), axis=0)
+            middle = (sums < 0.5 * known).sum(axis=0)  # of lines that pass through a frequency it knows nothing
+            middles = np.take_along_axis(rows[c], np.minimum(middle, starts.size - 1)[None], axis=0)[0]
+            found[c, k] = np.interp(logarithms, logarithms[row], middles[row]) + local[c, k]
     return frequency, np.exp(found)
 
 

@@ -46,22 +46,25 @@ def orders(
       --plot orders.png
     """
     from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
     from autobalancer.units.ranges import listed
 
     one_form(as_json, as_csv)
     files = Files(out, plot)
     numbers = listed("--orders", order, "")
-    signals = with_angle(reading.signals(file), turning, phase)
-    found = ab.measure.orders(
-        signals,
-        numbers,
-        channels=channel,
-        method=method,  # type: ignore[arg-type]
-        revolutions=revolutions,
-        bandwidth=bandwidth or None,
-        slow_roll=slow_roll or None,
-    )
+    with progress_bar("orders") as update:
+        signals = with_angle(reading.signals(file), turning, phase)
+        found = ab.measure.orders(
+            signals,
+            numbers,
+            channels=channel,
+            method=method,  # type: ignore[arg-type]
+            revolutions=revolutions,
+            bandwidth=bandwidth or None,
+            slow_roll=slow_roll or None,
+            progress=update,
+        )
     files.save(found, lambda: ab.plot.orders(found, speed_unit=speed_unit))
     columns = found.columns(speed_unit)
     if as_json:

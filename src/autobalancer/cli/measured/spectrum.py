@@ -102,12 +102,21 @@ def order_map(
       --plot map.png
     """
     from autobalancer.cli.terminal.output import Files, print_json
+    from autobalancer.cli.terminal.progress import progress_bar
     from autobalancer.cli.terminal.sheet import print_facts
 
     files = Files(out, plot)
-    signals = with_angle(reading.signals(file), turning, phase)
     most = highest if over == "order" else None
-    found = ab.measure.order_map(signals, channel, over=over, highest=most, revolutions=revolutions)  # type: ignore[arg-type]
+    with progress_bar("map") as update:
+        signals = with_angle(reading.signals(file), turning, phase)
+        found = ab.measure.order_map(
+            signals,
+            channel,
+            over=over,  # type: ignore[arg-type]
+            highest=most,
+            revolutions=revolutions,
+            progress=update,
+        )
     files.save(found, lambda: ab.plot.order_map(found, speed_unit=speed_unit))
     if as_json:
         print_json({str(name): found[name].values for name in found.variables})

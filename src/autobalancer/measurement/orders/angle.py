@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,11 @@ from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.orders.pulses import crossings, odd_remarks, repaired
 from autobalancer.measurement.orders.smooth_angle import smooth_angle
 from autobalancer.results.labels import LABELS
-from autobalancer.results.signals.signals import Signals
+from autobalancer.results.signals.signals import BLOCK, LONG, Samples, Signals, pieces
 from autobalancer.units import argument
 
 Floats = NDArray[np.float64]
+Held = Floats | Samples
 LIKELY = ("puls", "phasor", "tach", "drehzahl", "trig", "once", "marke")  # in names of channels that may be a tacho
 
 
@@ -29,6 +31,8 @@ def with_rotor_angle(signals: xr.Dataset, **tacho: Any) -> xr.Dataset:
     """
     if "rotor_angle" not in signals:
         return rotor_angle(signals, **tacho)
+    if {"speed", "rotor_angle_deviation"} <= set(signals):
+        return signals
     angle, time = signals["rotor_angle"].values, signals["time"].values
     missing = {"speed": np.gradient(angle, time), "rotor_angle_deviation": np.zeros_like(angle)}
     units = {"speed": "rad/s", "rotor_angle_deviation": "rad"}
@@ -103,24 +107,27 @@ def rotor_angle(
         raise QuestionError(f"edge: given {edge!r}; must be rising or falling")
     t = signals["time"].values
     found = repaired(
-        crossings(t, signals[name].values, threshold=threshold, hysteresis=hysteresis, falling=edge == "falling"),
+        crossings(t, signals[name], threshold=threshold, hysteresis=hysteresis, falling=edge == "falling"),
         repair=repair,
     )
     smooth = smooth_angle(found.times, np.asarray(2.0 * math.pi / pulses * found.counts, np.float64))
-    inside = signals.isel(time=(t >= found.times[0]) & (t <= found.times[-1]))
+    first, last = np.searchsorted(t, found.times[0]), np.searchsorted(t, found.times[-1], side="right")
+    inside = signals.isel(time=slice(int(first), int(last)))
     time = inside["time"].values
     if time.size < 8:
         raise QuestionError("tacho: fewer than 8 samples between the first and the last pulse")
-    speed = smooth.spline.derivative()(time)
-    if not (speed > 0.0).all():
-        i = int(np.argmin(speed))
-        raise QuestionError(
-            f"tacho: the speed is not above zero at {time[i]:.6g} s; use a piece in which the rotor turns"
-        )
+    turning = smooth.spline.derivative()
+    speed = _over(time, turning)
+    for _, part in pieces(speed):
+        if not (part > 0.0).all():
+            _, i = min((float(one.min()), begin + int(one.argmin())) for begin, one in pieces(speed))
+            raise QuestionError(
+                f"tacho: the speed is not above zero at {time[i]:.6g} s; use a piece in which the rotor turns"
+            )
     remarks = [*odd_remarks(found), *_left_out(t, found.times)]
-    turned = smooth.spline(time)
+    zero = 0.0
     if index:
-        turned = turned - _at_index(signals, index, smooth.spline, time)
+        zero = _at_index(signals, index, smooth.spline, time)
     elif pulses > 1:
         remarks.append(
             f"tacho: none of its {pulses} pulses a turn is known to be the zero mark; phases are known up to multiples of "
@@ -134,7 +141,18 @@ def rotor_angle(
         "extra_pulses": found.extra.tolist(),
     }
     start = _looks(signals[name]) if tacho_angle is None else argument("tacho_angle", tacho_angle, "rad")
-    return _with(inside, start + turned, speed, smooth.deviation(time), remarks, attrs)
+    turned = _over(time, lambda at: start + (smooth.spline(at) - zero))
+    return _with(inside, turned, speed, _over(time, smooth.deviation), remarks, attrs)
+
+
+def _over(time: Floats, function: Callable[[Floats], Floats]) -> Floats | Samples:
+    """A function of the time; of a long record its values are computed when they are asked for."""
+
+    def piece(first: int, end: int) -> Floats:
+        parts = [function(time[at : min(at + BLOCK, end)]) for at in range(first, max(end, first + 1), BLOCK)]
+        return np.asarray(np.concatenate(parts), np.float64)
+
+    return Samples(time.size, piece) if time.size > LONG else piece(0, time.size)
 
 
 def _chosen(signals: xr.Dataset, tacho: str) -> str:
@@ -182,7 +200,7 @@ def _at_index(signals: xr.Dataset, index: str, spline: BSpline, time: Floats) ->
     """Mean angle, within a turn, at which the pulses of the zero mark come, rad."""
     if index not in signals:
         raise QuestionError(f"index: no channel {index!r}; there are {', '.join(map(str, signals.data_vars))}")
-    instants = crossings(signals["time"].values, signals[index].values)
+    instants = crossings(signals["time"].values, signals[index])
     instants = instants[(instants >= time[0]) & (instants <= time[-1])]
     if not instants.size:
         raise QuestionError(f"index: no pulse of {index!r} while the tacho turns")
@@ -213,7 +231,7 @@ def _measured_angle(signals: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def _with(
-    signals: xr.Dataset, angle: Floats, speed: Floats, deviation: Floats, remarks: list[str], attrs: dict[str, object]
+    signals: xr.Dataset, angle: Held, speed: Held, deviation: Held, remarks: list[str], attrs: dict[str, object]
 ) -> xr.Dataset:
     entries = {
         "rotor_angle": (angle, LABELS["rotor_angle"].long_name, "rad", "angle"),
@@ -221,7 +239,11 @@ def _with(
         "rotor_angle_deviation": (deviation, "standard deviation of the rotor angle", "rad", "angle"),
     }
     added = {
-        name: ("time", np.asarray(values, np.float64), {"long_name": text, "units": unit, "quantity": quantity})
+        name: (
+            "time",
+            values.variable() if isinstance(values, Samples) else values,
+            {"long_name": text, "units": unit, "quantity": quantity},
+        )
         for name, (values, text, unit, quantity) in entries.items()
     }
     doubts = [text for text in (str(signals.attrs.get("warnings", "")), *remarks) if text]

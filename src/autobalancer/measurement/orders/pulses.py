@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.results.signals.signals import LONG, extremes, pieces
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -41,14 +43,15 @@ class Pulses:
 
 
 def crossings(
-    t: Floats, values: Floats, *, threshold: float | None = None, hysteresis: float | None = None, falling: bool = False
+    t: Floats, values: Any, *, threshold: float | None = None, hysteresis: float | None = None, falling: bool = False
 ) -> Floats:
     """Instants at which a signal rises through a threshold (or falls), between samples on a straight line.
 
     Parameters
     ----------
     t, values
-        Even instants (s) and samples.
+        Even instants (s) and samples, an array or a channel. Of a long record the foot and the top of the pulses are those of
+        evenly chosen samples.
     threshold
         By default the middle between the foot and the top of the pulses.
     hysteresis
@@ -61,22 +64,42 @@ def crossings(
     QuestionError
         If there are no pulses.
     """
-    v = -values if falling else values
-    middle = 0.5 * float(v.min() + v.max())
-    if v.min() == v.max():
-        raise QuestionError(f"tacho: the signal is constant, {values[0]:.4g}; there are no pulses")
-    foot, top = float(np.median(v[v < middle])), float(np.quantile(v[v >= middle], 0.9))
-    level = 0.5 * (foot + top) if threshold is None else (-threshold if falling else threshold)
+    sign = -1.0 if falling else 1.0
+    low, high = extremes(values)
+    if low == high:
+        raise QuestionError(f"tacho: the signal is constant, {low:.4g}; there are no pulses")
+    least, most = sorted((sign * low, sign * high))
+    middle, every = 0.5 * (least + most), -(-values.shape[0] // LONG)
+    some = sign * np.concatenate([part[-first % every :: every] for first, part in pieces(values)])
+    foot = float(np.median(some[some < middle])) if (some < middle).any() else least
+    top = float(np.quantile(some[some >= middle], 0.9)) if (some >= middle).any() else most
+    level = 0.5 * (foot + top) if threshold is None else sign * threshold
     half = 0.5 * (HYSTERESIS * (top - foot) if hysteresis is None else hysteresis)
-    if not v.min() < level - half or not v.max() >= level + half:
-        low, high = sorted((float(values.min()), float(values.max())))
+    if not least < level - half or not most >= level + half:
         raise QuestionError(f"tacho: no pulse crosses the threshold; the signal is between {low:.4g} and {high:.4g}")
-    state = np.where(v >= level + half, 1, np.where(v < level - half, -1, 0))
-    known = np.flatnonzero(state)
-    rises = known[1:][(state[known[1:]] == 1) & (state[known[:-1]] == -1)]
-    ups = np.flatnonzero((v[:-1] < level) & (v[1:] >= level))
-    at = ups[np.searchsorted(ups, rises, side="left") - 1]
-    return np.asarray(t[at] + (t[at + 1] - t[at]) * (level - v[at]) / (v[at + 1] - v[at]), np.float64)
+    state, up, found = (
+        0,
+        -1,
+        [],
+    )  # of the last sample that was clearly above or below, and the last step through the level
+    for first, part in pieces(values, 1):
+        v = sign * part
+        own = v if first + v.size == values.shape[0] else v[:-1]
+        now = np.where(own >= level + half, 1, np.where(own < level - half, -1, 0))
+        known = np.flatnonzero(now)
+        before = np.concatenate([[state], now[known]])
+        rises = known[(before[1:] == 1) & (before[:-1] == -1)]
+        ups = np.flatnonzero((v[:-1] < level) & (v[1:] >= level)) + first
+        ups = np.concatenate([[up], ups]).astype(np.int64)
+        at = ups[np.searchsorted(ups, rises + first, side="left") - 1]
+        inside = at[at >= first] - first
+        steps = [(v[inside], v[inside + 1])]
+        if inside.size < at.size:  # the step stands in a piece before
+            steps.insert(0, tuple(sign * np.asarray(values[int(at[0]) : int(at[0]) + 2], np.float64)[:, None]))
+        a, b = (np.concatenate(side) for side in zip(*steps, strict=True))
+        found.append(t[at] + (t[at + 1] - t[at]) * (level - a) / (b - a))
+        state, up = int(before[-1]), int(ups[-1])
+    return np.concatenate(found)
 
 
 def repaired(times: Floats, *, repair: bool = True) -> Pulses:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
+from scipy.signal import firwin, kaiserord, upfirdn
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.noise_density import densities
@@ -19,15 +20,18 @@ from autobalancer.measurement.orders.fitted import Tracked, fitted_orders, passe
 from autobalancer.measurement.orders.runout import subtracted
 from autobalancer.measurement.orders.vold_kalman import bias_of, filtered_orders, noise_in_bias, passed_by_filter
 from autobalancer.measurement.signals.unit_words import hertz_argument
+from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.patience import Progress, shows_progress, silent
 from autobalancer.results.provenance import provenance
 from autobalancer.results.signals.orders import Orders
-from autobalancer.results.signals.signals import Signals
+from autobalancer.results.signals.signals import LONG, Signals, at_samples, extremes, places, together
 
 Floats = NDArray[np.float64]
 Method = Literal["fit", "vold-kalman"]
 WINDOW = 4.0  # revolutions
 A_TURN, MOST = 4, 4000  # points of a turn, and in all
 REACH = 8.0  # periods in the window beside an order beyond which noise does not matter
+FOLDED = 120.0  # dB by which frequencies are weaker that a slower rate folds
 FLAT, WIDER = 0.03, 8  # bias over the greatest amplitude above which a note says so; bandwidths that are tried
 GRID, FRAMES = 120, 6  # points at which the noise is judged; frames of the record, at least
 MATTERS = 0.01  # of an amplitude: a line that makes it less uncertain has no note
@@ -40,6 +44,7 @@ LINE, DOUBT, ROWS = (
 VIBRATIONS = ("displacement", "velocity", "acceleration", "force", "torque", "voltage", "pressure")
 
 
+@shows_progress
 def orders(
     signals: xr.Dataset,
     orders: float | Sequence[float] = (1.0,),
@@ -49,6 +54,7 @@ def orders(
     revolutions: float = WINDOW,
     bandwidth: float | str | None = None,
     slow_roll: Any = None,
+    progress: Progress | Literal[False] | None = None,
     **tacho: Any,
 ) -> xr.Dataset:
     """Amplitude and phase of orders of the rotor speed, over the time of a run-up or run-down.
@@ -76,6 +82,8 @@ def orders(
     slow_roll
         Interval of time (s, a pair or a text such as ``"0:1.5 s"``) in which the rotor turns slowly: what the sensors show
         there at speed zero is run-out of the shaft, and is subtracted. Or orders that were measured at slow roll.
+    progress
+        Called with (windows that are done, all of them). ``None`` shows a bar where a person is looking, ``False`` none.
     **tacho
         Keywords of :func:`~autobalancer.measure.rotor_angle`, where the signals have no angle yet.
 
@@ -100,7 +108,7 @@ def orders(
     signals = with_rotor_angle(signals, **tacho)
     asked = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
-        found = _by_fit(signals, asked)
+        found = _by_fit(signals, asked, progress if callable(progress) else silent)
     elif method == "vold-kalman":
         found = _by_filter(signals, asked, bandwidth)
     else:
@@ -116,18 +124,17 @@ class _Asked:
     revolutions: float
 
 
-def _by_fit(signals: xr.Dataset, asked: _Asked) -> Orders:
-    angle, values = signals["rotor_angle"].values, _values(signals, asked)
-    half, turns = math.pi * asked.revolutions, float(np.ptp(angle)) / (2.0 * math.pi)
+def _by_fit(signals: xr.Dataset, asked: _Asked, progress: Progress) -> Orders:
+    begin, end = (float(signals["rotor_angle"][k]) for k in (0, -1))
+    half, turns = math.pi * asked.revolutions, (end - begin) / (2.0 * math.pi)
     least = 1.5 / min(1.0, float(asked.orders.min()))
     if not least <= asked.revolutions < turns:
         raise QuestionError(
             f"revolutions: given {asked.revolutions:g}; must be from {least:g} to less than the {turns:.1f} that were measured"
         )
-    step = max(2.0 * math.pi / A_TURN, (float(np.ptp(angle)) - 2.0 * half) / MOST)
-    centers = np.arange(angle[0] + half, angle[-1] - half, step)
-    tracked = fitted_orders(angle, values, asked.orders, centers, asked.revolutions)
-    narrow = fitted_orders(angle, values, asked.orders, centers, asked.revolutions / math.sqrt(2.0))
+    step = max(2.0 * math.pi / A_TURN, (end - begin - 2.0 * half) / MOST)
+    centers = np.arange(begin + half, end - half, step)
+    tracked, narrow, middles = _fitted(signals, asked, centers, progress)
     bent = 4.0 / 3.0 * (tracked.amplitude - narrow.amplitude)  # the bias is of fourth order in the width
     text = f"local fit of second degree over {asked.revolutions:g} revolutions"
     how = {"method": text, "window_revolutions": asked.revolutions}
@@ -142,16 +149,35 @@ def _by_fit(signals: xr.Dataset, asked: _Asked) -> Orders:
         at = frequency / rotation[:, None]
         return np.array([[np.interp(at, ratio, row, right=0.0) for row in share] for share in shares])
 
-    longest = asked.revolutions * 2.0 * math.pi / float(signals["speed"].min())
+    longest = asked.revolutions * 2.0 * math.pi / extremes(signals["speed"])[0]
     deviation, unsure, notes = _sure(signals, asked, (centers, tracked), passes, longest)
     bias = np.sqrt(np.maximum(0.0, np.abs(bent) ** 2 - BEYOND * unsure**2))
-    at = np.interp(centers, angle, signals["time"].values)
-    return _dataset(signals, asked, at, tracked, (deviation, bias), how, notes)
+    return _dataset(signals, asked, middles, tracked, (deviation, bias), how, notes)
+
+
+def _fitted(signals: xr.Dataset, asked: _Asked, centers: Floats, progress: Progress) -> tuple[Tracked, Tracked, Floats]:
+    """Amplitudes in windows about angles, in windows half as large in area, and the instants there; a block at a time."""
+    angle, time = signals["rotor_angle"], signals["time"].values
+    half, found, middles = math.pi * asked.revolutions, [], []
+    starts, ends = places(angle, centers + np.array([[-half], [half]]))
+    for group in together(starts, ends):
+        part = slice(max(0, int(starts[group][0]) - 1), int(ends[group][-1]) + 1)
+        turned, seen = angle[part].values, _values(signals, asked, part)
+        widths = (asked.revolutions, asked.revolutions / math.sqrt(2.0))
+        found.append([fitted_orders(turned, seen, asked.orders, centers[group], width) for width in widths])
+        middles.append(np.interp(centers[group], turned, time[part]))
+        progress(group.stop, centers.size)
+    wide, narrow = (
+        Tracked(*(np.concatenate(parts, axis=-1) for parts in zip(*side, strict=True)))
+        for side in zip(*found, strict=True)
+    )
+    return wide, narrow, np.concatenate(middles)
 
 
 def _by_filter(signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None) -> Orders:
+    signals, full = _slower(signals, asked), float(signals.attrs["sampling_rate"])
     rate = float(signals.attrs["sampling_rate"])
-    lowest = float(signals["speed"].min() * asked.orders.min()) / (2.0 * math.pi)
+    lowest = extremes(signals["speed"])[0] * float(asked.orders.min()) / (2.0 * math.pi)
     width = max(1.0, 0.1 * lowest) if bandwidth is None else hertz_argument("bandwidth", bandwidth)
     if width > 0.2 * rate:
         raise QuestionError(
@@ -175,10 +201,47 @@ def _by_filter(signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None
         width = min(widest, width * float(np.clip((4.0 * flat / FLAT) ** 0.25, 1.2, 3.0)))
     every = max(1, -(-angle.size // MOST))
     thin = Tracked(tracked.amplitude[..., ::every], tracked.residual[..., ::every])
-    how = {"method": f"Vold-Kalman filter of two poles, bandwidth {width:.4g} Hz", "bandwidth": width}
+    slower = f", of the signals at {rate:.4g} Hz" * (rate < full)
+    how = {"method": f"Vold-Kalman filter of two poles, bandwidth {width:.4g} Hz{slower}", "bandwidth": width}
     return _dataset(
         signals, asked, signals["time"].values[::every], thin, (deviation[..., ::every], bias[..., ::every]), how, notes
     )
+
+
+def _slower(signals: xr.Dataset, asked: _Asked) -> xr.Dataset:
+    """A long record at five times the highest frequency that its orders need, by a filter that is even about each sample.
+
+    What would be folded to these frequencies is a millionth (120 dB) of itself, and they are as they were to the same share.
+    """
+    size, rate = signals.sizes["time"], float(signals.attrs["sampling_rate"])
+    highest = (asked.orders[-1] + REACH / max(1.0, asked.revolutions)) * extremes(signals["speed"])[1] / (2.0 * math.pi)
+    every = int(0.2 * rate / highest)
+    if size > LONG and every > 1:
+        taps, shape = kaiserord(FOLDED, 1.2 / every)
+        half = every * -(-taps // (2 * every))
+        weights = firwin(2 * half + 1, 1.0 / every, window=("kaiser", shape))
+        starts = np.arange(0, size - 2 * half, every)
+        rows = []
+        for group in together(starts, starts + 2 * half + 1):
+            part = slice(int(starts[group][0]), int(starts[group][-1]) + 2 * half + 1)
+            rows.append(
+                upfirdn(weights, _values(signals, asked, part), 1, every, axis=1)[:, 2 * half // every :][
+                    :, : starts[group].size
+                ]
+            )
+        slow = signals.isel(time=slice(half, half + int(starts[-1]) + 1, every)).drop_vars(signals.data_vars)
+        for name in ("rotor_angle", "speed", "rotor_angle_deviation"):
+            slow[name] = signals[name][half : half + int(starts[-1]) + 1 : every].load()
+        for name, values in zip(asked.channels, np.concatenate(rows, axis=1), strict=True):
+            slow[name] = ("time", values, signals[name].attrs)
+        signals = slow.assign_attrs(sampling_rate=rate / every)
+    unknowns = 2 * asked.orders.size
+    each = (
+        8.0 * unknowns * (2 * (2 * unknowns + 1) + 4 * len(asked.channels))
+    )  # of the band, twice, and of what it gives
+    cure = "; take the fit, a piece of the record, or fewer orders"
+    refuse_what_does_not_fit("orders: vold-kalman", signals.sizes["time"], "samples", each, cure)
+    return signals
 
 
 def _sure(
@@ -195,30 +258,42 @@ def _sure(
     amplitude is made.
     """
     centers, found = tracked
-    angle, rate = signals["rotor_angle"].values, float(signals.attrs["sampling_rate"])
-    first, last = np.searchsorted(angle, [centers[0], centers[-1]])
-    angle, turning = angle[first : last + 1], signals["speed"].values[first : last + 1] / (2.0 * math.pi)
-    rest = _values(signals, asked)[:, first : last + 1]
-    for n, order in enumerate(asked.orders):
-        for c, amplitude in enumerate(found.amplitude[n]):
-            at = np.interp(angle, centers, amplitude.real) + 1j * np.interp(angle, centers, amplitude.imag)
-            rest[c] -= (at * np.exp(1j * order * angle)).real
+    rate = float(signals.attrs["sampling_rate"])
+    first, last = (int(k) for k in places(signals["rotor_angle"], centers[[0, -1]]))
+    angle, speed = (signals[name][first : last + 1] for name in ("rotor_angle", "speed"))
+
+    def turning(samples: Floats) -> Floats:
+        return at_samples(speed, samples) / (2.0 * math.pi)
+
+    def rest(begin: int, end: int) -> Floats:
+        turned, left = angle[begin:end].values, _values(signals, asked, slice(first + begin, first + end))
+        for n, order in enumerate(asked.orders):
+            wave = np.exp(1j * order * turned)
+            for c, amplitude in enumerate(found.amplitude[n]):
+                at = np.interp(turned, centers, amplitude.real) + 1j * np.interp(turned, centers, amplitude.imag)
+                left[c] -= (at * wave).real
+        return left
+
     step = float(centers[-1] - centers[0]) / max(1, centers.size - 1) / (2.0 * math.pi)  # revolutions
 
     def left(frequency: Floats, samples: Floats) -> Floats:
-        rotation = np.interp(samples, np.arange(turning.size), turning)
+        rotation = turning(samples)
         away = frequency / rotation[:, None] - asked.orders[:, None, None]
         return np.asarray((1.0 - (passes(frequency, rotation)[0] * np.sinc(step * away) ** 2).sum(axis=0)) ** 2)
 
     times = np.unique(np.linspace(0, angle.size - 1, min(GRID, centers.size)).astype(int)).astype(np.float64)
     length = int(np.clip(2.0 * longest * rate, 16, max(16, angle.size // FRAMES)))
-    highest = (asked.orders[-1] + REACH / max(1.0, asked.revolutions)) * float(turning.max())
-    frequency, density = densities(rest, rate, length, times, left, min(highest, 0.5 * rate))
-    every = passes(frequency, turning[times.astype(int)]) ** 2 * frequency[1]
+    highest = (asked.orders[-1] + REACH / max(1.0, asked.revolutions)) * extremes(speed)[1] / (2.0 * math.pi)
+    end = last + 1 - first
+    frequency, density = densities(
+        lambda a, b: rest(a, min(b, end)), end, rate, length, times, left, min(highest, 0.5 * rate)
+    )
+    rotation, grid = turning(times), at_samples(angle, times)
+    every = passes(frequency, rotation) ** 2 * frequency[1]
     taken = every[0]
     variance = np.einsum("ntf,ctf->nct", taken, density)
     smooth = np.minimum(density, LINE * median_filter(density, (1, 1, 9), mode="nearest"))
-    size = np.abs(found.amplitude[..., np.searchsorted(centers, angle[times.astype(int)]).clip(max=centers.size - 1)])
+    size = np.abs(found.amplitude[..., np.searchsorted(centers, grid).clip(max=centers.size - 1)])
     lines = variance > np.maximum(DOUBT * np.einsum("ntf,ctf->nct", taken, smooth), (MATTERS * size) ** 2)
     notes = []
     for n, c in np.argwhere(lines.sum(axis=2) >= ROWS):
@@ -228,13 +303,12 @@ def _sure(
         top = int(np.argmax(within * density[c, most]))
         about = slice(max(0, top - 1), top + 2)
         hum = float(np.average(frequency[about], weights=density[c, most, about]))
-        speeds = turning[times[rows[[0, -1]]].astype(int)]
+        speeds = rotation[rows[[0, -1]]]
         notes.append(
             f"{asked.channels[c]}: a vibration at about {hum:.3g} Hz, which is no order, lies within the window of order "
             f"{asked.orders[n]:g} from {60.0 * speeds.min():.4g} to {60.0 * speeds.max():.4g} rpm; the deviations there "
             "contain it. More revolutions, or less bandwidth, may keep it out"
         )
-    grid = np.interp(times, np.arange(angle.size), angle)
 
     def deviations(squares: Floats) -> Floats:
         return np.array(
@@ -256,15 +330,15 @@ def _flattened(asked: _Asked, tracked: Tracked, bias: Floats, how: dict[str, Any
     ]
 
 
-def _values(signals: xr.Dataset, asked: _Asked) -> Floats:
-    return np.array([signals[name].values for name in asked.channels])
+def _values(signals: xr.Dataset, asked: _Asked, part: slice = slice(None)) -> Floats:
+    return np.array([signals[name][part].values for name in asked.channels])
 
 
 def _orders(given: float | Sequence[float], signals: xr.Dataset) -> Floats:
     found = np.unique(np.atleast_1d(np.asarray(given, np.float64)))
     if not found.size or not np.isfinite(found).all() or found[0] <= 0.0:
         raise QuestionError(f"orders: given {given!r}; must be numbers above zero")
-    highest = found[-1] * float(signals["speed"].max()) / (2.0 * math.pi)
+    highest = found[-1] * extremes(signals["speed"])[1] / (2.0 * math.pi)
     if highest > 0.5 * signals.attrs["sampling_rate"]:
         raise QuestionError(
             f"orders: order {found[-1]:g} reaches {highest:.4g} Hz, beyond half of the sampling rate of "
@@ -310,7 +384,8 @@ def _dataset(
     for text in notes:
         warn(text, RangeWarning)
     t = signals["time"].values
-    speed, sure = (np.interp(at, t, signals[name].values) for name in ("speed", "rotor_angle_deviation"))
+    index = (at - t[0]) * (t.size - 1) / (t[-1] - t[0])
+    speed, sure = (at_samples(signals[name], index) for name in ("speed", "rotor_angle_deviation"))
     size = np.abs(tracked.amplitude)
     with np.errstate(divide="ignore", invalid="ignore"):
         phase_deviation = np.minimum(deviation / size, math.pi / math.sqrt(3.0))

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd  # type: ignore[import-untyped]
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.results.provenance import provenance
-from autobalancer.results.signals.signals import Signals
+from autobalancer.results.signals.signals import LONG, Samples, Signals, pieces
 
 Floats = NDArray[np.float64]
 UNITS = {  # SI units that a channel of each quantity may have
@@ -39,7 +40,7 @@ class Channel:
     Attributes
     ----------
     values
-        Samples, (time,).
+        (time,); of a long record they may be ``Samples``, which stay in their file.
     quantity
         displacement, velocity, acceleration, force, torque, tacho, angle, speed, voltage or pressure.
     place
@@ -54,7 +55,7 @@ class Channel:
         SI unit; by default that of the quantity.
     """
 
-    values: ArrayLike
+    values: ArrayLike | Samples
     quantity: str
     place: str = ""
     direction: str | float = ""
@@ -93,9 +94,12 @@ def signals(time: ArrayLike, channels: Mapping[str, Channel], *, origin: str = "
     if not channels:
         raise QuestionError("signals: no channels; give at least one")
     rate = (t.size - 1) / float(t[-1] - t[0])
-    found = xr.Dataset(coords={"time": ("time", t, {"long_name": "time", "units": "s"})})
+    held = pd.Index(t, copy=t.size <= LONG)
+    found = xr.Dataset(coords={"time": ("time", held, {"long_name": "time", "units": "s"})})
     for name, channel in channels.items():
-        found[name] = ("time", _values(name, channel, t), _attributes(name, channel))
+        values = _values(name, channel, t)
+        held = values.variable() if isinstance(values, Samples) else values
+        found[name] = ("time", held, _attributes(name, channel))
     head = {"title": title or f"signals of {origin}".removesuffix(" of "), "sampling_rate": rate, "origin": origin}
     return Signals.of(found.assign_attrs(head | provenance()))
 
@@ -105,27 +109,31 @@ def _check_time(t: Floats) -> None:
         raise QuestionError(f"signals: time: given {t.size} samples; give at least {LEAST}, in one dimension")
     if not np.isfinite(t).all():
         raise QuestionError(f"signals: time: sample {int(np.flatnonzero(~np.isfinite(t))[0]) + 1} is not finite")
-    steps = np.diff(t)
-    if not (steps > 0.0).all():
-        i = int(np.flatnonzero(~(steps > 0.0))[0])
-        raise QuestionError(f"signals: time: must ascend; after {t[i]:.9g} s comes {t[i + 1]:.9g} s")
-    even = t[0] + (t[-1] - t[0]) * np.arange(t.size) / (t.size - 1)
-    off = np.abs(t - even) * (t.size - 1) / (t[-1] - t[0])
-    if off.max() > UNEVEN:
-        i = int(np.argmax(off))
-        raise QuestionError(
-            f"signals: time: steps are not equal; at {t[i]:.9g} s a sample is {off[i]:.3g} of a step from its place; "
-            "resample the signals first"
-        )
+    for first, part in pieces(t, 1):
+        bad = np.flatnonzero(~(np.diff(part) > 0.0))
+        if bad.size:
+            i = first + int(bad[0])
+            raise QuestionError(f"signals: time: must ascend; after {t[i]:.9g} s comes {t[i + 1]:.9g} s")
+    for first, part in pieces(t):
+        even = t[0] + (t[-1] - t[0]) * np.arange(first, first + part.size) / (t.size - 1)
+        off = np.abs(part - even) * (t.size - 1) / (t[-1] - t[0])
+        if off.max() > UNEVEN:
+            i = int(np.argmax(off))
+            raise QuestionError(
+                f"signals: time: steps are not equal; at {part[i]:.9g} s a sample is {off[i]:.3g} of a step from its place; "
+                "resample the signals first"
+            )
 
 
-def _values(name: str, channel: Channel, t: Floats) -> Floats:
-    values = np.array(channel.values, np.float64)
+def _values(name: str, channel: Channel, t: Floats) -> Floats | Samples:
+    held = channel.values
+    values = held if isinstance(held, Samples) else np.array(held, np.float64)
     if values.shape != t.shape:
         raise QuestionError(f"signals: channel {name!r}: {values.size} values for {t.size} times")
-    if not np.isfinite(values).all():
-        i = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise QuestionError(f"signals: channel {name!r}: the value at {t[i]:.9g} s is not a finite number")
+    for first, part in pieces(values):
+        if not np.isfinite(part).all():
+            i = first + int(np.flatnonzero(~np.isfinite(part))[0])
+            raise QuestionError(f"signals: channel {name!r}: the value at {t[i]:.9g} s is not a finite number")
     return values
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import mmap
 import re
 import warnings
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
@@ -21,6 +22,7 @@ from autobalancer.files.samples import sample_hint
 from autobalancer.files.table import CLOCK, NUMBER, Table, head_of, read_table
 from autobalancer.files.text import TABLE, WINDOWS, read_text
 from autobalancer.measurement.signals.unit_words import factor_to, quantity_of
+from autobalancer.results.signals.signals import LONG, Samples, pieces
 from autobalancer.results.signals.universal_file import AXES, OWN, UNIVERSAL, Function, is_universal, read_universal
 from autobalancer.safe_file import endless_heap, not_to_read
 
@@ -54,9 +56,12 @@ ITEMS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
 
 @dataclass(frozen=True, eq=False)
 class RawColumn:
-    """Numbers as they stand in the file; nan where it has none. ``quantum`` is their last digit, zero if they are not rounded."""
+    """Numbers as they stand in the file; nan where it has none. ``quantum`` is their last digit, zero if they are not rounded.
 
-    values: Floats
+    Of a long record they are ``Samples``, which stay in the file.
+    """
+
+    values: Floats | Samples
     unit: str = ""
     quantity: str = ""
     place: str = ""
@@ -130,8 +135,8 @@ def read_raw(path: Path) -> RawFile:
     return _table(path)
 
 
-def _refuse_bomb(path: Path, unpacked: int) -> None:
-    """Refuse a file that unpacks to far more than it has.
+def _refuse_bomb(path: Path, unpacked: int, largest: float = LARGEST) -> None:
+    """Refuse a file that unpacks to far more than it has; ``largest`` bytes are brought into memory at once.
 
     Raises
     ------
@@ -139,10 +144,11 @@ def _refuse_bomb(path: Path, unpacked: int) -> None:
         With both sizes.
     """
     size = path.stat().st_size
-    if unpacked > LARGEST or unpacked > max(HARMLESS, RATIO * size):
+    if unpacked > largest or unpacked > max(HARMLESS, RATIO * size):
         raise ResultError(
             f"{path.name}: has {1e-6 * size:.3g} MB and unpacks to {1e-6 * unpacked:.3g} MB or more; at most "
-            f"{RATIO} times the file and {1e-6 * LARGEST:.0f} MB are read. Save fewer channels, or a shorter piece"
+            f"{RATIO} times the file and {1e-6 * LARGEST:.0f} MB of packed numbers are read. Save them unpacked, as .wav, "
+            ".npz (np.savez) or .h5, or save fewer channels, or a shorter piece"
         )
 
 
@@ -180,7 +186,7 @@ def _table(path: Path) -> RawFile:
         return RawFile(path.name, None, None, columns, clock=name, timeless=words, remarks=remarks)
     column = columns.pop(name)
     with np.errstate(over="ignore"):
-        time = factor * column.values
+        time = np.asarray(factor * column.values, np.float64)
     return RawFile(path.name, time, None, columns, factor * column.quantum, name, remarks=remarks)
 
 
@@ -265,7 +271,7 @@ def _digits(cell: str) -> int:
 
 def _universal(path: Path) -> RawFile:
     """All time records of a universal file, which must have the same instants."""
-    functions, remarks = read_universal(path.read_bytes(), path.name)
+    functions, remarks = _functions(path)
     found = [one for one in functions if one.kind == TIME_RECORD]
     if not found:
         others = f"; its {len(functions)} functions are none" if functions else ""
@@ -276,7 +282,10 @@ def _universal(path: Path) -> RawFile:
     for one in found:
         if one.axes[0].kind != TIME and not _is_time(one.axes[0].unit):
             raise ResultError(f"{path.name}: a time record is over {one.axes[0].unit or 'nothing known'}; export time")
-        if one.abscissa.shape != first.abscissa.shape or not np.array_equal(one.abscissa, first.abscissa):
+        if one.abscissa.shape != first.abscissa.shape or any(
+            not np.array_equal(a, b)
+            for (_, a), (_, b) in zip(pieces(one.abscissa), pieces(first.abscissa), strict=True)
+        ):
             raise ResultError(
                 f"{path.name}: {one.words[0]} has other instants than {first.words[0]}; put them into files of their own"
             )
@@ -289,13 +298,22 @@ def _universal(path: Path) -> RawFile:
         columns[name] = column
     unit = first.axes[0].unit
     factor = factor_to(unit, "s") if _is_time(unit) else 1.0
-    return RawFile(path.name, factor * first.abscissa, None, columns, remarks=tuple(remarks))
+    return RawFile(path.name, np.asarray(factor * first.abscissa, np.float64), None, columns, remarks=tuple(remarks))
+
+
+def _functions(path: Path) -> tuple[list[Function], list[str]]:
+    """A universal file, of which a long one is not brought into memory as a whole."""
+    if path.stat().st_size <= 8 * LONG:
+        return read_universal(path.read_bytes(), path.name)
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return read_universal(content, path.name, path)
 
 
 def _record(one: Function) -> tuple[str, RawColumn]:
     if np.iscomplexobj(one.values):
         raise ValueError("the values are not real")
-    values, label = np.asarray(one.values, np.float64), one.axes[1].unit
+    values = one.values if isinstance(one.values, Samples) else np.asarray(one.values, np.float64)
+    label = one.axes[1].unit
     quantity = NAMES.get(one.axes[1].kind, "")
     si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N", "pressure": "Pa"}.get(
         quantity, ""
@@ -326,9 +344,12 @@ def _arrays(path: Path) -> RawFile:
 
 def _of_arrays(origin: str, arrays: dict[str, tuple[ArrayLike, str]], rate: float | None = None) -> RawFile:
     """Columns from arrays and their units by name."""
-    plain = {name: (np.squeeze(np.asarray(value)), unit) for name, (value, unit) in arrays.items()}
+    plain = {
+        name: (value if isinstance(value, Samples) else np.squeeze(np.asarray(value)), unit)
+        for name, (value, unit) in arrays.items()
+    }
     numeric = {name: both for name, both in plain.items() if both[0].dtype.kind in "fiub"}
-    rate = next((float(v) for n, (v, _) in numeric.items() if n.lower() in RATES and v.size == 1), rate)
+    rate = next((float(np.asarray(v)) for n, (v, _) in numeric.items() if n.lower() in RATES and v.size == 1), rate)
     time, clock, quantum, columns = None, "", 0.0, {}
     for name, (value, unit) in numeric.items():
         short, own = head_of(name)
@@ -336,11 +357,13 @@ def _of_arrays(origin: str, arrays: dict[str, tuple[ArrayLike, str]], rate: floa
             continue
         if time is None and short.lower() in TIMES:
             clock, factor = short, factor_to(own or unit, "s") if own or unit else 1.0
-            time = factor * np.asarray(value, np.float64)
-            coarse = value.dtype.kind == "f" and value.dtype.itemsize < 8
+            time = np.asarray(value, np.float64)
+            time = time if factor == 1.0 else factor * time
+            coarse = not isinstance(value, Samples) and value.dtype.kind == "f" and value.dtype.itemsize < 8
             quantum = factor * float(np.spacing(np.abs(value).max())) if coarse else 0.0
         else:
-            columns[short] = RawColumn(np.asarray(value, np.float64), own or unit)
+            held = value if isinstance(value, Samples) else np.asarray(value, np.float64)
+            columns[short] = RawColumn(held, own or unit)
     sizes = {name: column.values.size for name, column in columns.items()}
     if not columns or len({*sizes.values(), *([] if time is None else [time.size])}) > 1:
         there = ", ".join(f"{name} ({size})" for name, size in sizes.items()) or "none"
@@ -349,16 +372,35 @@ def _of_arrays(origin: str, arrays: dict[str, tuple[ArrayLike, str]], rate: floa
 
 
 def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
+    found: dict[str, tuple[Any, str]] = {}
     with zipfile.ZipFile(path) as archive:
-        _refuse_bomb(path, sum(entry.file_size for entry in archive.infolist()))
+        packed = [entry for entry in archive.infolist() if entry.compress_type != zipfile.ZIP_STORED]
+        _refuse_bomb(path, sum(entry.file_size for entry in packed))
         for entry in archive.infolist():
             with archive.open(entry) as file:  # the size that an array claims is made room for before it is read
                 version = np.lib.format.read_magic(file)
                 head = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
                 shape, _, kind = head(file)
-            _refuse_bomb(path, int(np.prod(shape, dtype=object)) * kind.itemsize)
+                before = file.tell()
+            size, name = int(np.prod(shape, dtype=object)), entry.filename.removesuffix(".npy")
+            if kind.kind not in "fiub":
+                continue
+            large = entry not in packed and size > LONG and max(shape) == size
+            _refuse_bomb(path, size * kind.itemsize, math.inf if large else LARGEST)
+            if not large:
+                continue
+            with path.open("rb") as raw:  # what is not packed stands in the file as in memory
+                raw.seek(entry.header_offset + 26)
+                lengths = raw.read(4)
+            start = entry.header_offset + 30 + sum(int.from_bytes(lengths[k : k + 2], "little") for k in (0, 2))
+            found[name] = (_numbers(_stored(path, start + before, kind, size), size), "")
     with np.load(path, allow_pickle=False) as held:
-        return {name: (held[name], "") for name in held.files if held[name].dtype.kind in "fiub"}
+        others = {name: held[name] for name in held.files if name not in found}
+    return found | {name: (values, "") for name, values in others.items() if values.dtype.kind in "fiub"}
+
+
+def _numbers(rows: Callable[[int, int], NDArray[Any]], size: int) -> Samples:
+    return Samples(size, lambda first, end: np.asarray(rows(first, end).ravel(), np.float64))
 
 
 def _matlab(path: Path) -> dict[str, tuple[ArrayLike, str]]:
@@ -431,13 +473,39 @@ def _sound(path: Path) -> RawFile:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", wavfile.WavFileWarning)  # blocks that hold no samples
-        rate, held = wavfile.read(path)
-    values = np.atleast_2d(held.T).astype(np.float64)
-    if held.dtype == np.uint8:
-        values = (values - 128.0) / 128.0
-    elif held.dtype.kind == "i":
-        values /= -float(np.iinfo(held.dtype).min)
-    return RawFile(path.name, None, float(rate), {str(k): RawColumn(row) for k, row in enumerate(values, 1)})
+        try:
+            rate, held = wavfile.read(path, mmap=True)
+        except ValueError:  # numbers of three bytes
+            rate, held = wavfile.read(path)
+    count, kind = held.shape[1] if held.ndim > 1 else 1, held.dtype
+    zero, full = (128.0, 128.0) if kind == np.uint8 else (0.0, -float(np.iinfo(kind).min) if kind.kind == "i" else 1.0)
+
+    def shares(rows: NDArray[Any]) -> Floats:
+        return np.asarray((rows.astype(np.float64) - zero) / full, np.float64)
+
+    def column(k: int) -> RawColumn:
+        if len(held) <= LONG:
+            return RawColumn(shares(held.reshape(-1, count)[:, k]))
+        if not isinstance(held, np.memmap):
+            return RawColumn(Samples(len(held), lambda first, end: shares(held[first:end].reshape(-1, count)[:, k])))
+        rows = _stored(path, held.offset, kind, len(held), count)
+        return RawColumn(Samples(len(held), lambda first, end: shares(rows(first, end)[:, k])))
+
+    return RawFile(path.name, None, float(rate), {str(k + 1): column(k) for k in range(count)})
+
+
+def _stored(
+    path: Path, offset: int, kind: np.dtype[Any], size: int, count: int = 1
+) -> Callable[[int, int], NDArray[Any]]:
+    """Reads rows of ``count`` numbers of a file, from one to before another."""
+
+    def rows(first: int, end: int) -> NDArray[Any]:
+        found = np.fromfile(path, kind, (end - first) * count, offset=offset + first * count * kind.itemsize)
+        if found.size < (end - first) * count:
+            raise ResultError(f"{path.name}: ends before its {size} samples do")
+        return found.reshape(-1, count)
+
+    return rows
 
 
 READERS = {".npz": _arrays, ".mat": _arrays, ".wav": _sound}
@@ -468,10 +536,27 @@ def _hdf(path: Path) -> RawFile:
             for name, one in found.items()
             if one.dtype.kind in "fiub" and one.size and max(one.shape, default=1) == one.size and name[0] != "#"
         }
-        _refuse_bomb(path, sum(int(one.size) * one.dtype.itemsize for one in wanted.values()))
+        for long, most in ((False, LARGEST), (True, math.inf)):
+            some = (int(one.size) * one.dtype.itemsize for one in wanted.values() if (one.size > LONG) == long)
+            _refuse_bomb(path, sum(some), most)
         last = [name.rpartition("/")[2] for name in wanted]
         names = {name: short if last.count(short) == 1 else name for name, short in zip(wanted, last, strict=True)}
-        return _of_arrays(path.name, {names[name]: (one[()], _unit_of(one.attrs)) for name, one in wanted.items()})
+
+        def values(name: str, one: Any) -> Any:
+            if one.size <= LONG:
+                return one[()]
+            across = one.ndim > 1 and one.shape[0] == 1  # as MATLAB writes a column
+
+            def rows(first: int, end: int) -> NDArray[Any]:
+                with h5py.File(path, "r") as file:
+                    held = file[name]
+                    return np.asarray(held[0, first:end] if across else held[first:end])
+
+            return _numbers(rows, int(one.size))
+
+        return _of_arrays(
+            path.name, {names[name]: (values(name, one), _unit_of(one.attrs)) for name, one in wanted.items()}
+        )
 
 
 def _unit_of(attributes: Any) -> str:
@@ -482,14 +567,26 @@ def _unit_of(attributes: Any) -> str:
 def _tdms(path: Path) -> RawFile:
     """The channels of a TDMS file of LabVIEW."""
     tdms = _library("nptdms", path, "TDMS")
+
+    def values(channel: Any) -> Any:
+        if len(channel) <= LONG:
+            return channel[:]
+        group, name = channel.group_name, channel.name
+
+        def rows(first: int, end: int) -> NDArray[Any]:
+            with tdms.TdmsFile.open(path) as file:
+                return np.asarray(file[group][name][first:end])
+
+        return _numbers(rows, len(channel))
+
     with tdms.TdmsFile.open(path) as file:
         channels = [channel for group in file.groups() for channel in group.channels() if len(channel)]
-        _refuse_bomb(path, 8 * sum(len(channel) for channel in channels))
+        _refuse_bomb(path, 8 * sum(len(channel) for channel in channels if len(channel) <= LONG))
         names = [channel.name for channel in channels]
         arrays, steps = {}, set()
         for channel in channels:
             name = channel.name if names.count(channel.name) == 1 else f"{channel.group_name} {channel.name}"
-            arrays[name] = (channel[:], str(channel.properties.get("unit_string", "")))
+            arrays[name] = (values(channel), str(channel.properties.get("unit_string", "")))
             steps.add(channel.properties.get("wf_increment"))
     step = steps.pop() if len(steps) == 1 else None
     return _of_arrays(path.name, arrays, 1.0 / float(step) if step else None)

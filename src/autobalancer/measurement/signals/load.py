@@ -16,7 +16,7 @@ from autobalancer.measurement.signals.form import UNITS, Channel, signals
 from autobalancer.measurement.signals.formats import RawColumn, RawFile, read_raw
 from autobalancer.measurement.signals.timebase import even, grid_of, instants, rate_remarks, resampled, uneven_text
 from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
-from autobalancer.results.signals.signals import Signals
+from autobalancer.results.signals.signals import Samples, Signals
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
 from autobalancer.units import optional_argument, to_si
@@ -82,7 +82,7 @@ def load_signals(
     used = _piece(t, optional_argument("start", start, "s"), optional_argument("end", end, "s"), raw.origin)
     found, left = _channels(raw, described, used, t, implausible)
     remarks = [*raw.remarks, *rate_remarks(raw, t, known), *left]
-    return _signals(raw if known is None else replace(raw, quantum=0.0), t[used], found, wanted, remarks)
+    return _signals(raw if known is None else replace(raw, time=None), t[used], found, wanted, remarks)
 
 
 def _timed(raw: RawFile, described: dict[str, DescribedChannel]) -> tuple[RawFile, dict[str, DescribedChannel]]:
@@ -102,7 +102,9 @@ def _timed(raw: RawFile, described: dict[str, DescribedChannel]) -> tuple[RawFil
     except UnitError as reason:
         raise QuestionError(f"{raw.origin}: channel {name!r}: {reason}") from None
     others = {key: one for key, one in raw.columns.items() if one is not column}
-    return replace(raw, time=factor * column.values, rate=None, columns=others, quantum=factor * column.quantum), rest
+    return replace(
+        raw, time=np.asarray(factor * column.values), rate=None, columns=others, quantum=factor * column.quantum
+    ), rest
 
 
 def _column(raw: RawFile, name: str, words: DescribedChannel) -> RawColumn:
@@ -151,7 +153,7 @@ def _channels(
     for name, words in described.items():
         column = _column(raw, name, words)
         channel = _channel(raw.origin, name, words, column, column.values[used])
-        values = np.asarray(channel.values)
+        values = channel.values if isinstance(channel.values, Samples) else np.asarray(channel.values)
         refuse_missing(name, t[used], values)
         if not implausible:
             refuse_implausible(name, channel.quantity, values)
@@ -165,7 +167,7 @@ def _channels(
     return found, left
 
 
-def _channel(origin: str, name: str, words: DescribedChannel, column: RawColumn, values: Floats) -> Channel:
+def _channel(origin: str, name: str, words: DescribedChannel, column: RawColumn, values: Floats | Samples) -> Channel:
     unit = words.unit or column.unit
     quantity = words.quantity or column.quantity or quantity_of(words.column or name, unit)
     if quantity not in UNITS:
@@ -200,9 +202,12 @@ def _direction(name: str, quantity: str = "") -> str:
 
 
 def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float | None, remarks: list[str]) -> Signals:
-    remarks += [text for name, one in found.items() for text in doubts(name, one.quantity, t, np.asarray(one.values))]
+    held = {
+        name: one.values if isinstance(one.values, Samples) else np.asarray(one.values) for name, one in found.items()
+    }
+    remarks += [text for name, one in found.items() for text in doubts(name, one.quantity, t, held[name])]
     if wanted is None:
-        exact = even(t, raw.quantum, raw.origin)
+        exact = t if raw.time is None else even(t, raw.quantum, raw.origin)
         if exact is None:
             raise QuestionError(uneven_text(t, raw.origin))
         t = exact
@@ -218,5 +223,6 @@ def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float |
 
 
 def _at(t: Floats, channel: Channel, grid: Floats) -> Channel:
-    values = resampled(t, np.asarray(channel.values, np.float64), grid)
+    held = channel.values if isinstance(channel.values, Samples) else np.asarray(channel.values, np.float64)
+    values = resampled(t, held, grid)
     return Channel(values, channel.quantity, channel.place, channel.direction, uncertainty=channel.uncertainty)

@@ -10,10 +10,12 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.signals.form import UNEVEN
 from autobalancer.measurement.signals.formats import RawFile
 from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.results.signals.signals import BLOCK, LONG, Samples, pieces
 
 Floats = NDArray[np.float64]
 GAP = 1.5  # steps; a longer one is a gap
-SAMPLE = 100.0  # bytes of a new sample: its instant, its value and what the spline needs
+SAMPLE = 16.0  # bytes of a new sample: its instant, and what checks of it need
+MARGIN = 64  # samples beside a piece, beyond which a spline of degree five forgets (0.43^64) where it began
 NAMED = 5  # places that a message names
 
 
@@ -34,11 +36,17 @@ def instants(raw: RawFile, rate: float | None) -> Floats:
             )
         size = next((column.values.size for column in raw.columns.values()), 0)
         start = 0.0 if raw.time is None or not np.isfinite(raw.time[:1]).all() else float(raw.time[0])
-        return np.asarray(start + np.arange(size) / known, np.float64)
-    t = raw.time
-    if not np.isfinite(t).all():
-        raise QuestionError(f"{raw.origin}: time: sample {int(np.flatnonzero(~np.isfinite(t))[0]) + 1} is not a number")
-    back = np.flatnonzero(np.diff(t) <= 0.0)
+        refuse_what_does_not_fit(raw.origin, size, "samples", SAMPLE, "; use fewer, or a piece of the record")
+        t = np.arange(size, dtype=np.float64)  # in place: of a long record no more arrays than needed
+        t /= known
+        t += start
+        return t
+    t = np.asarray(raw.time)
+    for first, part in pieces(t):
+        if not np.isfinite(part).all():
+            bad = first + int(np.flatnonzero(~np.isfinite(part))[0]) + 1
+            raise QuestionError(f"{raw.origin}: time: sample {bad} is not a number")
+    back = np.concatenate([first + np.flatnonzero(np.diff(part) <= 0.0) for first, part in pieces(t, 1)])
     if back.size:
         after = t[back[0]]
         rounded = (np.diff(t) >= 0.0).all() and t[-1] > t[0]
@@ -73,23 +81,29 @@ def even(t: Floats, quantum: float, origin: str) -> Floats | None:
     QuestionError
         If there is a gap; the message says where.
     """
-    steps = np.diff(t)
-    step = float(np.median(steps))
-    gaps = np.flatnonzero(steps > GAP * step + quantum)
-    if gaps.size and gaps.size < 0.01 * steps.size + 1:
-        where = ", ".join(f"{t[i]:.6g} s ({steps[i]:.3g} s)" for i in gaps[:NAMED])
+    every = -(-t.size // LONG)  # the median of a long record is that of evenly chosen steps
+    step = float(np.median(t[1::every] - t[:-1:every]))
+    gaps = np.concatenate(
+        [first + np.flatnonzero(np.diff(part) > GAP * step + quantum) for first, part in pieces(t, 1)]
+    )
+    if gaps.size and gaps.size < 0.01 * t.size + 1:
+        where = ", ".join(f"{t[i]:.6g} s ({t[i + 1] - t[i]:.3g} s)" for i in gaps[:NAMED])
         more = f" and {gaps.size - NAMED} more" if gaps.size > NAMED else ""
         raise QuestionError(
             f"{origin}: samples are missing after {where}{more}; the usual step is {step:.4g} s. Use the pieces between, "
             "with start and end"
         )
-    line = t[0] + (t[-1] - t[0]) * np.arange(t.size) / (t.size - 1)
-    if np.abs(t - line).max() <= max(UNEVEN * step, 0.75 * quantum if quantum < 0.6 * step else 0.0):
-        return np.asarray(line, np.float64)
-    slope, start = np.polyfit(np.arange(t.size), t, 1)
-    line = start + slope * np.arange(t.size)
-    if np.abs(t - line).max() <= max(UNEVEN * step, 0.75 * quantum if quantum < 0.6 * step else 0.0):
-        return np.asarray(line, np.float64)
+    allowed = max(UNEVEN * step, 0.75 * quantum if quantum < 0.6 * step else 0.0)
+    mean = 0.5 * (t.size - 1)
+    slope = sum(float(((first - mean + np.arange(part.size)) * part).sum()) for first, part in pieces(t))
+    slope /= t.size * (t.size**2 - 1) / 12.0  # of the line of least squares, after that through both ends
+    for span, count, start in ((t[-1] - t[0], 2.0 * mean, t[0]), (slope, 1.0, float(t.mean()) - slope * mean)):
+        line = np.arange(t.size, dtype=np.float64)  # in place: of a long record no more arrays than needed
+        line *= span
+        line /= count
+        line += start
+        if all(np.abs(t[first : first + part.size] - part).max() <= allowed for first, part in pieces(line)):
+            return line
     return None
 
 
@@ -104,9 +118,21 @@ def uneven_text(t: Floats, origin: str) -> str:
     )
 
 
-def resampled(t: Floats, values: Floats, grid: Floats) -> Floats:
-    """Values at other instants, by a spline of degree five."""
-    return np.asarray(make_interp_spline(t, values, k=min(5, t.size - 1))(grid), np.float64)
+def resampled(t: Floats, values: Floats | Samples, grid: Floats) -> Floats | Samples:
+    """Values at other instants, by a spline of degree five; of a long record they are computed when they are asked for."""
+
+    def piece(first: int, end: int) -> Floats:
+        if end <= first:
+            return np.empty(0)
+        low, high = np.searchsorted(t, grid[[first, end - 1]])
+        near = slice(max(0, low - MARGIN), high + MARGIN)
+        held = np.asarray(values[near], np.float64)
+        return np.asarray(make_interp_spline(t[near], held, k=min(5, held.size - 1))(grid[first:end]), np.float64)
+
+    def blocks(first: int, end: int) -> Floats:
+        return np.concatenate([piece(a, min(a + BLOCK, end)) for a in range(first, max(end, first + 1), BLOCK)])
+
+    return Samples(grid.size, blocks) if grid.size > LONG else blocks(0, grid.size)
 
 
 def grid_of(t: Floats, rate: float, origin: str) -> Floats:
@@ -121,7 +147,7 @@ def grid_of(t: Floats, rate: float, origin: str) -> Floats:
     refuse_what_does_not_fit(f"{origin}: resample", count, "samples", SAMPLE, "; take a lower rate")
     steps = np.diff(t)
     gap = int(np.argmax(steps))
-    if steps[gap] > 2.0 / rate and steps[gap] > 3.0 * np.median(steps):
+    if steps[gap] > 2.0 / rate and steps[gap] > 3.0 * np.median(steps[:: -(-steps.size // LONG)]):
         raise QuestionError(
             f"{origin}: samples are missing from {t[gap]:.6g} s to {t[gap + 1]:.6g} s; use the pieces before or after"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
@@ -14,15 +15,18 @@ from scipy.signal import get_window
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.angle import with_rotor_angle
 from autobalancer.measurement.orders.question import vibrations
+from autobalancer.patience import Progress, shows_progress, silent
 from autobalancer.results.answers.labeled import Labeled
 from autobalancer.results.provenance import provenance
-from autobalancer.results.signals.signals import Signals
+from autobalancer.results.signals.signals import Signals, at_samples, extremes, places, together
 
 Floats = NDArray[np.float64]
 MOST = 400  # windows
 DENSEST = 4096  # samples of a turn
+MARGIN = 64  # samples beside a piece, beyond which a spline forgets where it began
 
 
+@shows_progress
 def order_map(
     signals: xr.Dataset,
     channel: str = "",
@@ -31,6 +35,7 @@ def order_map(
     highest: float | None = None,
     revolutions: float = 16.0,
     window: str = "hann",
+    progress: Progress | Literal[False] | None = None,
     **tacho: Any,
 ) -> xr.Dataset:
     """Amplitude over the speed, and over the order or the frequency.
@@ -50,6 +55,8 @@ def order_map(
         In a window; for the frequency at the mean speed. Orders are resolved to 1/revolutions.
     window
         Of the transform.
+    progress
+        Called with (windows that are done, all of them). ``None`` shows a bar where a person is looking, ``False`` none.
     **tacho
         Keywords of :func:`~autobalancer.measure.rotor_angle`, where the signals have no angle yet.
 
@@ -70,19 +77,22 @@ def order_map(
         raise QuestionError(f"over: given {over!r}; must be 'order' or 'frequency'")
     signals = with_rotor_angle(signals, **tacho)
     name = vibrations(signals, channel or None)[0]
-    turns = float(np.ptp(signals["rotor_angle"].values)) / (2.0 * math.pi)
+    begin, end = (float(signals["rotor_angle"][k]) for k in (0, -1))
+    turns = (end - begin) / (2.0 * math.pi)
+    done = progress if callable(progress) else silent
     if not 1.0 <= revolutions < turns:
         raise QuestionError(
             f"revolutions: given {revolutions:g}; must be from 1 to less than the {turns:.1f} that were measured"
         )
     if over == "order":
-        along, axis, amplitude = _orders(signals, name, highest or 5.0, revolutions, window)
+        along, axis, amplitude = _orders(signals, name, highest or 5.0, (revolutions, window), done)
         unit, text = "1", "order of the rotor speed"
     else:
-        top = highest or 5.0 * float(signals["speed"].max())
-        along, axis, amplitude = _frequencies(signals, name, top, revolutions, window)
+        top = highest or 5.0 * extremes(signals["speed"])[1]
+        along, axis, amplitude = _frequencies(signals, name, top, (revolutions, window), done)
         unit, text = "rad/s", "frequency"
-    time, speed = signals["time"].values, signals["speed"].values
+    time = signals["time"].values
+    speed = at_samples(signals["speed"], (along - time[0]) * (time.size - 1) / (time[-1] - time[0]))
     found = xr.Dataset(
         {
             "amplitude": (
@@ -94,7 +104,7 @@ def order_map(
         {
             "time": ("time", along, {"long_name": "time", "units": "s"}),
             over: (over, axis, {"long_name": text, "units": unit}),
-            "speed": ("time", np.interp(along, time, speed), {"long_name": "rotor speed", "units": "rad/s"}),
+            "speed": ("time", speed, {"long_name": "rotor speed", "units": "rad/s"}),
         },
         {
             "title": f"map of {name} of {signals.attrs.get('origin') or 'signals'}",
@@ -107,48 +117,72 @@ def order_map(
     return Labeled.of(found)
 
 
-def at_equal_angles(signals: xr.Dataset, name: str, per_turn: int) -> tuple[Floats, Floats, Floats]:
-    """Angles (rad), instants (s) and values of a channel at equal angles of the rotor, by splines of degree five."""
-    time, angle = signals["time"].values, signals["rotor_angle"].values
-    step = 2.0 * math.pi / per_turn
-    equal = step * np.arange(math.ceil(angle[0] / step), math.floor(angle[-1] / step) + 1)
-    instants = np.clip(make_interp_spline(angle, time, k=3)(equal), time[0], time[-1])
-    values = make_interp_spline(time, signals[name].values, k=5)(instants)
-    return equal, np.asarray(instants, np.float64), np.asarray(values, np.float64)
-
-
 def _orders(
-    signals: xr.Dataset, name: str, highest: float, revolutions: float, window: str
+    signals: xr.Dataset, name: str, highest: float, how: tuple[float, str], progress: Progress
 ) -> tuple[Floats, Floats, Floats]:
-    """So many samples a turn that nothing that was sampled in time is folded."""
-    slowest = float(signals["speed"].min()) / (2.0 * math.pi)
+    """So many samples a turn that nothing that was sampled in time is folded, by splines of degree five."""
+    revolutions, window = how
+    angle, time, values = signals["rotor_angle"], signals["time"].values, signals[name]
+    slowest = extremes(signals["speed"])[0] / (2.0 * math.pi)
     per_turn = int(np.clip(math.ceil(signals.attrs["sampling_rate"] / slowest), 8 * highest, DENSEST))
-    _, instants, values = at_equal_angles(signals, name, per_turn)
+    step = 2.0 * math.pi / per_turn
+    lowest, last = math.ceil(float(angle[0]) / step), math.floor(float(angle[-1]) / step)
     length = round(revolutions * per_turn)
-    middles, amplitude = _windows(values, length, window)
-    order = np.arange(amplitude.shape[1]) / (length / per_turn)
+    order = np.arange(length // 2 + 1) / (length / per_turn)
     kept = order <= highest
-    return instants[middles], order[kept], amplitude[:, kept]
+    starts = _starts(last + 1 - lowest, length)
+    near = places(angle, step * (lowest + starts + np.array([[0], [length]])))
+    instants = []
+
+    def piece(first: int, end: int) -> Floats:
+        equal = step * (lowest + np.arange(first, end))
+        low, high = (int(ends[np.searchsorted(starts, k)]) for ends, k in ((near[0], first), (near[1], end - length)))
+        part = slice(max(0, low - MARGIN), high + MARGIN)
+        turned, t = angle[part].values, time[part]
+        at = np.clip(make_interp_spline(turned, t, k=3)(equal), t[0], t[-1])
+        middles = starts[(starts >= first) & (starts + length <= end)] + length // 2 - first
+        instants.append(at[middles])
+        return np.asarray(make_interp_spline(t, values[part].values, k=5)(at), np.float64)
+
+    amplitude = _windows(piece, starts, length, window, kept, progress)
+    return np.concatenate(instants), order[kept], amplitude
 
 
 def _frequencies(
-    signals: xr.Dataset, name: str, highest: float, revolutions: float, window: str
+    signals: xr.Dataset, name: str, highest: float, how: tuple[float, str], progress: Progress
 ) -> tuple[Floats, Floats, Floats]:
-    rate = float(signals.attrs["sampling_rate"])
-    length = round(revolutions * 2.0 * math.pi * rate / float(signals["speed"].mean()))
+    revolutions, window = how
+    rate, time, values = float(signals.attrs["sampling_rate"]), signals["time"].values, signals[name]
+    mean = float(signals["rotor_angle"][-1] - signals["rotor_angle"][0]) / float(time[-1] - time[0])
+    length = round(revolutions * 2.0 * math.pi * rate / mean)
     if length >= signals.sizes["time"]:
         raise QuestionError(f"revolutions: a window of {length / rate:.3g} s is longer than the signals")
-    middles, amplitude = _windows(signals[name].values, length, window)
-    frequency = 2.0 * math.pi * rate * np.arange(amplitude.shape[1]) / length
+    frequency = 2.0 * math.pi * rate * np.arange(length // 2 + 1) / length
     kept = frequency <= highest
-    return signals["time"].values[middles], frequency[kept], amplitude[:, kept]
+    starts = _starts(time.size, length)
+    amplitude = _windows(lambda first, end: values[first:end].values, starts, length, window, kept, progress)
+    return time[starts + length // 2], frequency[kept], amplitude
 
 
-def _windows(values: Floats, length: int, window: str) -> tuple[NDArray[np.int64], Floats]:
-    """Middles of windows that overlap by seven eighths, or less where there would be too many, and their amplitudes."""
-    step = max(1, length // 8, (values.size - length) // MOST)
-    starts = np.arange(0, values.size - length + 1, step)
-    weights = get_window(window, length)
-    pieces = np.lib.stride_tricks.sliding_window_view(values, length)[starts]
-    lines = np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * weights, axis=1)
-    return starts + length // 2, np.asarray(2.0 * np.abs(lines) / weights.sum(), np.float64)
+def _starts(size: int, length: int) -> NDArray[np.int64]:
+    """Where windows begin that overlap by seven eighths, or less where there would be too many."""
+    return np.arange(0, size - length + 1, max(1, length // 8, (size - length) // MOST))
+
+
+def _windows(
+    piece: Callable[[int, int], Floats],
+    starts: NDArray[np.int64],
+    length: int,
+    window: str,
+    kept: NDArray[np.bool_],
+    progress: Progress,
+) -> Floats:
+    """Amplitudes in windows, those of the lines that are kept; the signal is asked for a block at a time."""
+    weights, rows = get_window(window, length), []
+    for group in together(starts, starts + length):
+        first, end = int(starts[group][0]), int(starts[group][-1]) + length
+        views = np.lib.stride_tricks.sliding_window_view(piece(first, end), length)[starts[group] - first]
+        lines = np.fft.rfft((views - views.mean(axis=1, keepdims=True)) * weights, axis=1)[:, kept]
+        rows.append(2.0 * np.abs(lines) / weights.sum())
+        progress(group.stop, starts.size)
+    return np.asarray(np.concatenate(rows), np.float64)

@@ -10,15 +10,18 @@ which the format has no place for where they are a tacho or an angle.
 
 from __future__ import annotations
 
+import mmap
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import ResultError
+from autobalancer.results.signals.signals import BLOCK, LONG, Samples
 
 KINDS = {"displacement": 8, "velocity": 11, "acceleration": 12, "force": 9, "pressure": 15}
 AXES = {"x": 1, "y": 2, "z": 3}
@@ -49,8 +52,8 @@ class Function:
     words: tuple[str, ...]
     response: tuple[str, int]  # node, direction
     reference: tuple[str, int]
-    abscissa: NDArray[np.float64]
-    values: NDArray[np.float64] | NDArray[np.complex128]
+    abscissa: NDArray[np.float64] | Samples
+    values: NDArray[np.float64] | NDArray[np.complex128] | Samples
     axes: tuple[Axis, Axis, Axis]  # abscissa, numerator, denominator
     length: float
     force: float
@@ -61,8 +64,10 @@ def is_universal(start: bytes) -> bool:
     return _BEGIN.match(start) is not None
 
 
-def read_universal(content: bytes, name: str) -> tuple[list[Function], list[str]]:
+def read_universal(content: bytes | mmap.mmap, name: str, path: Path | None = None) -> tuple[list[Function], list[str]]:
     """All functions of a universal file, and what is to be said of those that could not be found.
+
+    Where its path is given, the binary real numbers of long functions stay in it.
 
     Raises
     ------
@@ -71,23 +76,28 @@ def read_universal(content: bytes, name: str) -> tuple[list[Function], list[str]
     """
     length = force = 1.0
     found: list[Function] = []
-    for kind, binary, body in _datasets(content):
+    for kind, binary, start, end in _datasets(content):
         try:
             if kind == "164":
-                parts = body.decode("latin-1").replace("D", "E").split("\n")[1].split()
+                parts = content[start:end].decode("latin-1").replace("D", "E").split("\n")[1].split()
                 length, force = (1.0 / float(part) for part in parts[:2])
             elif kind == "58":
-                found.append(_function(body, binary, length, force))
+                found.append(_function(content, (start, end), binary, (length, force), path))
         except (ValueError, IndexError, ArithmeticError) as reason:
             place = f"dataset {kind}{'b' if binary else ''}" + f" of function {len(found) + 1}" * (kind == "58")
             raise ResultError(f"{name}, {place}: {reason}") from None
-    there = len(_STARTS.findall(content))
+    there = 0
+    for at in range(0, len(content), 8 * BLOCK):
+        part = content[at : at + 8 * BLOCK + 64]
+        there += sum(match.start() < 8 * BLOCK for match in _STARTS.finditer(part))
+        if isinstance(content, mmap.mmap) and hasattr(content, "madvise"):
+            content.madvise(mmap.MADV_DONTNEED)
     lost = f"{len(found)} of {there} functions (datasets 58) could be read; lengths or marks of the others are wrong"
     return found, [lost] if there > len(found) else []
 
 
-def _datasets(content: bytes) -> Iterator[tuple[str, list[str], bytes]]:
-    """Number, words that only binary ones have, and the rest of each dataset."""
+def _datasets(content: bytes | mmap.mmap) -> Iterator[tuple[str, list[str], int, int]]:
+    """Number, words that only binary ones have, and of each dataset the places of its first line and behind its last."""
     mark = _MARK.search(content)
     while mark is not None:
         head = _HEAD.match(content, mark.end())
@@ -103,32 +113,60 @@ def _datasets(content: bytes) -> Iterator[tuple[str, list[str], bytes]]:
             mark = _CLOSE.match(content, start + announced) or _CLOSE.search(content, start)
         else:
             mark = _MARK.search(content, start)
-        yield head[1].decode(), words, content[head.end() : mark.start() if mark is not None else len(content)]
+        yield head[1].decode(), words, head.end(), mark.start() if mark is not None else len(content)
 
 
-def _function(body: bytes, binary: list[str], length: float, force: float) -> Function:
-    lines = body.split(b"\n", HEADS)
-    if len(lines) <= HEADS or (binary and len(binary) < 4):
+def _function(
+    content: bytes | mmap.mmap, place: tuple[int, int], binary: list[str], units: tuple[float, float], path: Path | None
+) -> Function:
+    begin, end = at, _ = place
+    for _ in range(HEADS):
+        at = content.find(b"\n", at, end) + 1 or end + 1
+    lines = content[begin:at].split(b"\n")
+    if at > end or (binary and len(binary) < 4):
         raise ValueError(f"its head is not whole, {HEADS} lines and of binary numbers their form and length")
     words = [_text(line).rstrip().ljust(80) for line in lines[:HEADS]]
-    place, shape = words[5], words[6]
+    about, shape = words[5], words[6]
     form, count, even = (int(shape[i : i + 10]) for i in (0, 10, 20))
     if form not in (2, 4, 5, 6):
         raise ValueError(f"ordinate data type {form}; must be 2, 4, 5 or 6, real or complex numbers")
-    numbers = _numbers(lines[HEADS], binary, count, form, even == 1)
     start, step = (float(shape[i : i + 13]) for i in (30, 43))
-    parts = numbers if even == 1 else numbers[:, 1:]
+    steps = Samples(count, lambda first, last: np.asarray(start + step * np.arange(first, last), np.float64))
+    abscissa: NDArray[np.float64] | Samples
+    values: NDArray[np.float64] | NDArray[np.complex128] | Samples
+    if binary and form < 5 and count > LONG and path is not None:
+        numbers = _binary((at, end), binary, count, form, even == 1)
+        columns = [Samples(count, column) for column in _columns(path, at, numbers)]
+        abscissa, values = (steps if even == 1 else columns[0]), columns[-1]
+    else:
+        rows = _numbers(content, (at, end), binary, count, form, even == 1)
+        parts = rows if even == 1 else rows[:, 1:]
+        abscissa = np.asarray(steps if even == 1 else rows[:, 0], np.float64)
+        values = parts[:, 0] if form < 5 else parts[:, 0] + 1j * parts[:, 1]
     return Function(
-        kind=int(place[:5]),
+        kind=int(about[:5]),
         words=tuple(line.strip() for line in words[:5]),
-        response=(place[41:51].strip(), int(place[51:55].strip() or 0)),
-        reference=(place[66:76].strip(), int(place[76:80].strip() or 0)),
-        abscissa=np.asarray(start + step * np.arange(count) if even == 1 else numbers[:, 0], np.float64),
-        values=parts[:, 0] if form < 5 else parts[:, 0] + 1j * parts[:, 1],
+        response=(about[41:51].strip(), int(about[51:55].strip() or 0)),
+        reference=(about[66:76].strip(), int(about[76:80].strip() or 0)),
+        abscissa=abscissa,
+        values=values,
         axes=(_axis(lines[7]), _axis(lines[8]), _axis(lines[9])),
-        length=length,
-        force=force,
+        length=units[0],
+        force=units[1],
     )
+
+
+def _columns(path: Path, offset: int, row: np.dtype) -> list[Callable[[int, int], NDArray[np.float64]]]:
+    """Readers of the columns of binary numbers."""
+
+    def column(name: str) -> Callable[[int, int], NDArray[np.float64]]:
+        def read(first: int, end: int) -> NDArray[np.float64]:
+            rows = np.fromfile(path, row, end - first, offset=offset + first * row.itemsize)
+            return np.asarray(rows[name], np.float64)
+
+        return read
+
+    return [column(name) for name in row.names or ()]
 
 
 def _text(line: bytes) -> str:
@@ -146,11 +184,20 @@ def _axis(line: bytes) -> Axis:
     return Axis(int(text[:10]), "" if label.upper() == "NONE" else label)
 
 
-def _numbers(block: bytes, binary: list[str], count: int, form: int, even: bool) -> NDArray[np.float64]:
+def _numbers(
+    content: bytes | mmap.mmap, place: tuple[int, int], binary: list[str], count: int, form: int, even: bool
+) -> NDArray[np.float64]:
     """Rows of abscissa (where uneven) and one or two parts of each value."""
-    each, single = (1 if form < 5 else 2) + (not even), form in (2, 5)
     if not binary:
-        return _written(block, count, each, single, even)
+        return _written(content[place[0] : place[1]], count, (1 if form < 5 else 2) + (not even), form in (2, 5), even)
+    row = _binary(place, binary, count, form, even)
+    rows = np.frombuffer(content, row, count, place[0])
+    return np.stack([rows[name].astype(np.float64) for name in row.names or ()], axis=1)
+
+
+def _binary(place: tuple[int, int], binary: list[str], count: int, form: int, even: bool) -> np.dtype:
+    """How a row of binary numbers stands in the file."""
+    each, single = (1 if form < 5 else 2) + (not even), form in (2, 5)
     if binary[1] != "2":
         raise ValueError("the numbers are not in IEEE format; export them so, or as ASCII (dataset 58)")
     order = "<" if binary[0] == "1" else ">"
@@ -158,10 +205,9 @@ def _numbers(block: bytes, binary: list[str], count: int, form: int, even: bool)
     if not single and not even and int(binary[3]) == count * (8 * each - 4):
         kinds[0] = order + "f4"  # the abscissa alone is single
     row = np.dtype([(f"part{k}", kind) for k, kind in enumerate(kinds)])
-    if len(block) < count * row.itemsize:
+    if place[1] - place[0] < count * row.itemsize:
         raise ValueError(f"the file ends before its {count} values do")
-    rows = np.frombuffer(block, row, count)
-    return np.stack([rows[name].astype(np.float64) for name in row.names or ()], axis=1)
+    return row
 
 
 def _written(block: bytes, count: int, each: int, single: bool, even: bool) -> NDArray[np.float64]:
