@@ -230,6 +230,24 @@ def test_the_verdict_compares_with_the_unbalance_of_the_body_without_balancing()
         chamber_verdict(RUN)
 
 
+def test_the_verdict_on_deep_chambers_counts_settling_from_the_end_of_the_run_up_as_that_of_races_does() -> None:
+    run = chamber_run().assign_attrs({"machine": machine_text(small_machine()), "outcome": "finished"})
+    at = float(ball_settling_time(run).max())
+    constant = chamber_verdict(run).settling
+    assert constant is not None
+    assert (constant.duration, constant.counted_from, constant.settled_at) == (
+        pytest.approx(at),
+        "start",
+        pytest.approx(at),
+    )
+    for end in (0.5 * at, 1.5 * at):
+        ramp = np.minimum(run["time"] / end, 1.0)
+        after = chamber_verdict(run.assign(speed=run["speed"] * (0.5 + 0.5 * ramp))).settling
+        assert after is not None
+        assert after.duration == pytest.approx(max(at - end, 0.0), abs=0.01)
+        assert after.counted_from == "end of the run-up"
+
+
 def test_the_static_deflection_does_not_depend_on_where_in_a_turn_the_steady_state_begins() -> None:
     # the run circles about a place 100 um below, with 20 um vertically; 0.42 s are ten turns and a half, of which the plain
     # mean keeps up to 20 um/(pi 10.5) = 0.6 um

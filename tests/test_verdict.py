@@ -121,6 +121,12 @@ def test_a_run_that_is_not_at_its_end_has_no_verdict() -> None:
     settling = ab.simulate(at_speed("stall_and_release.toml", 500.0), duration=0.6)
     assert ab.verdict(settling).word == "not settled yet"
     assert "vibration still changes" in ab.verdict(settling).because
+    turn = 2.0 * math.pi / 500.0
+    short, enough = (
+        ab.verdict(ab.simulate(at_speed("stall_and_release.toml", 500.0), duration=n * turn)) for n in (6, 11)
+    )
+    assert (short.word, short.because) == ("not settled yet", "too short to tell: 6 revolutions; take 10 or more")
+    assert "too short" not in enough.because
     bare = machine.model_copy(update={"balancers": ()})
     assert ab.verdict(ab.simulate(bare)).because == "the machine has no balls"
     light = machine.model_copy(update={"unbalances": ()})

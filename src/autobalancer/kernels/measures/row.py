@@ -99,7 +99,7 @@ from autobalancer.kernels.measures.series import (
     wrapped,
 )
 from autobalancer.kernels.measures.tables import unbalance_at
-from autobalancer.kernels.measures.verdict import changing, class_of, twentieth
+from autobalancer.kernels.measures.verdict import changing, class_of, too_short, twentieth
 from autobalancer.kernels.system import SPEED, THETA, Floats, System, system_type, vector_type
 
 
@@ -232,6 +232,8 @@ def judged(row: Floats) -> int:
     reason = changing(
         row[CHANGES] != 0.0, row[ROUND] != 0.0, moves, row[BEFORE], row[AFTER], row[TO_COME], vibration, without
     )
+    if reason != SPEED_CHANGES and too_short(row[END], row[END_SPEED]):
+        return NOT_SETTLED
     if reason == STEADY:
         return class_of(vibration / without)
     return NO_VERDICT if reason == SPEED_CHANGES else NOT_SETTLED

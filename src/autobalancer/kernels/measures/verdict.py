@@ -19,6 +19,7 @@ from autobalancer.kernels.measures.limits import (
 from autobalancer.kernels.system import Floats, vector_type
 
 FIRST = LIMITS[0]
+REVOLUTIONS = 10.0  # so that each of the last twentieths has half of one, in which a vibration shows its extremes
 
 
 @njit(float64(vector_type, vector_type, vector_type, float64, float64, int64), **EXACT)
@@ -61,6 +62,12 @@ def changing(
         if not uneven and (1.0 + to_come > SAME_VIBRATION or (1.0 + to_come) * SAME_VIBRATION < 1.0):
             return VIBRATION_CHANGES
     return STEADY
+
+
+@njit(boolean(float64, float64), **EXACT)
+def too_short(end: float, speed: float) -> bool:
+    """Whether a run of ``end`` seconds has too few revolutions at its last ``speed`` (rad/s) to tell where it goes."""
+    return end * abs(speed) < REVOLUTIONS * 2.0 * math.pi
 
 
 @njit(int64(float64), **EXACT)

@@ -3,10 +3,11 @@
 The vibration with balls, at the place where it is greatest, is compared with the vibration of the same machine with its
 balls spread evenly and held, where that is greatest. Up to a tenth of it is *balanced*, up to nine tenths *partly
 balanced*, up to eleven tenths *not balanced*; more is *worse than without balls*. There is *no verdict* on a run that was
-stopped, or whose speed changes by more than a hundredth in its last twentieth. *Not settled yet* is one whose vibration in
-the last two twentieths differs by more than a fifth, or would still change by more than that: its means in the thirds of the
-last fifth are continued as an exponential approach; or whose balls drift and have not settled. Where a ball goes round in the
-rotor only the twentieths count, which may differ by a factor of two. Below a tenth of that without balls a vibration may change.
+stopped, or whose speed changes by more than a hundredth in its last twentieth. *Not settled yet* is one of fewer than ten
+revolutions, or whose vibration in the last two twentieths differs by more than a fifth, or would still change by more than
+that: its means in the thirds of the last fifth are continued as an exponential approach; or whose balls drift and have not
+settled. Where a ball goes round in the rotor only the twentieths count, which may differ by a factor of two. Below a tenth of
+that without balls a vibration may change.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ def unsteady(course: Course, vibration: float, without_balls: float) -> tuple[st
     ``vibration`` is the greatest of all places, ``without_balls`` that without balls (m): below a tenth of it a vibration may
     change.
     """
-    from autobalancer.kernels.measures.verdict import changing, twentieth
+    from autobalancer.kernels.measures.verdict import REVOLUTIONS, changing, too_short, twentieth
 
     envelope = plain(course.envelope_time), plain(course.low), plain(course.high)
     before, after = (twentieth(*envelope, course.end, begin, course.centered) for begin in (0.9, 0.95))
@@ -68,6 +69,9 @@ def unsteady(course: Course, vibration: float, without_balls: float) -> tuple[st
             "the speed still changes in the last twentieth of the run, so the numbers are those of its last revolutions and "
             "not of a steady state; run longer"
         )
+    if course.speed.size and too_short(course.end, float(course.speed[-1])):
+        turns = course.end * abs(float(course.speed[-1])) / (2.0 * np.pi)
+        return NOT_SETTLED, f"too short to tell: {turns:.2g} revolutions; take {REVOLUTIONS:g} or more"
     return (
         (NOT_SETTLED, "the vibration still changes at the end of the run") if reason == VIBRATION_CHANGES else ("", "")
     )

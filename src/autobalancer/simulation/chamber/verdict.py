@@ -9,6 +9,7 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
+from autobalancer.kernels.measures.limits import RUN_UP
 from autobalancer.laws.balance_quality import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber.balls import ball_settling_time, balls_carried, residual_of_balls, window
@@ -16,6 +17,7 @@ from autobalancer.results.chamber.shape import bodies_of, unbalance_of
 from autobalancer.results.number_text import length_text
 from autobalancer.results.of_a_run import of_a_run
 from autobalancer.results.places import Complexes, Floats, moved
+from autobalancer.results.series import end_of_run_up, origin_of, time_since
 from autobalancer.results.standing import calm_mean
 from autobalancer.results.verdict.judged import PlaceVerdict, SupportVerdict, Verdict
 from autobalancer.results.verdict.passage import Peak, Settling
@@ -223,5 +225,9 @@ def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
     moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(at)])
     if len(moving) == at.size:
         return Settling(0, np.nan, "", np.nan, moving)
-    slowest = int(np.nanargmax(at))
-    return Settling(int(run["ball"].values[slowest]), float(at[slowest]), "start", float(at[slowest]), moving)
+    slowest, time = int(np.nanargmax(at)), run["time"].values
+    start = float(time[0])
+    ended = end_of_run_up(time, run["speed"].values, start)
+    begin, name = origin_of(ended, RUN_UP, start, float(time[-1]))
+    since = float(time_since(begin, at[[slowest]])[0])
+    return Settling(int(run["ball"].values[slowest]), since, name, float(at[slowest]), moving)
