@@ -138,6 +138,21 @@ def test_a_design_read_back_from_its_file_shows_itself_as_before(tmp_path: Path,
     assert ab.machine_text(ab.designed_machine(back)) == ab.machine_text(ab.designed_machine(found))
 
 
+def test_the_picture_numbers_the_best_of_designs_side_by_side_and_its_line_falls(every: Designed) -> None:
+    crowd = every.copy(deep=True)
+    for name in crowd.attrs["objectives"]:
+        crowd[name] = crowd[name].where(crowd["place"] > 4.0, float(crowd[name][crowd["place"].values == 1.0][0]))
+    axes = ab.plot.design(crowd).axes[-1]
+    drawn = np.isfinite(crowd["settling_time"].values) & np.isfinite(crowd["peak_deflection"].values)
+    places = set(crowd["place"].values[drawn].astype(int).tolist())
+    assert {int(text.get_text()) for text in axes.texts} == places - {2, 3, 4}
+    dots = [line for line in axes.lines if line.get_marker() == "o"]
+    assert sorted({line.get_markersize() for line in dots}) == pytest.approx([4.4, 11.0])
+    assert [line.get_markersize() for line in dots].count(11.0) == len(axes.texts)
+    front = max((line for line in axes.lines if line.get_zorder() == 1.5), key=lambda line: len(line.get_xdata()))
+    assert (np.diff(front.get_ydata()) <= 0.0).all()
+
+
 @pytest.mark.parametrize(
     ("tables", "both"),
     [

@@ -21,6 +21,7 @@ STAGES = ("space", "fluid", "capability", "pressure", "same race", "border", "no
 UNITS = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3)}
 COLORS = {1: BALLS[0], 0: BALLS[1], -1: ALL_BALLS}
 SAYS = {1: "keeps all limits", 0: "too few runs to say", -1: "misses a limit"}
+MARK = 11.0  # points, of a mark with a number
 NAMED = 3  # designs whose name stands below
 
 
@@ -29,7 +30,7 @@ def design(designs: Given, *, title: str | None = None) -> Figure:
 
     A point is the value that the wanted share of the runs stays below, the bars reach from the median to it. The line joins the
     designs that no other one beats among those that keep the limits as well. Dashed lines are limits. Where nothing was ruled
-    out, only the objectives are drawn.
+    out, only the objectives are drawn. Of designs side by side the best one has its number, the others are dots.
 
     Parameters
     ----------
@@ -87,6 +88,10 @@ def _front(panel: Axes, found: xr.Dataset, ran: xr.Dataset) -> None:
     known = np.isfinite(high[0]) & np.isfinite(high[1])
     meets, front = ran["meets"].values.astype(int), ran["front"].values
     best = known & (front == 0) & (meets == meets.max(initial=-1))
+    shown = np.column_stack(high)
+    best[best] = [
+        not (shown[best] < one).all(axis=1).any() for one in shown[best]
+    ]  # where all miss limits fronts are by misses
     order = np.argsort(high[0][best])
     panel.plot(high[0][best][order], high[1][best][order], "-", lw=0.9, color=INK, zorder=1.5)
     for i in np.flatnonzero(known):
@@ -94,22 +99,29 @@ def _front(panel: Axes, found: xr.Dataset, ran: xr.Dataset) -> None:
         x, y = float(high[0][i]), float(high[1][i])
         panel.plot([_middle(ran, names[0], i, x), x], [y, y], "-", lw=1.0, color=color, zorder=2.0)
         panel.plot([x, x], [_middle(ran, names[1], i, y), y], "-", lw=1.0, color=color, zorder=2.0)
-        panel.plot(high[0][i], high[1][i], "o", ms=11, color=color, zorder=3.0)
-        panel.annotate(
-            f"{ran['place'].values[i]:.0f}",
-            (high[0][i], high[1][i]),
-            color="white",
-            fontsize=8,
-            ha="center",
-            va="center_baseline",
-            zorder=4.0,
-        )
     values = high[1][known]
     if values.size and values.min() > 0.0 and values.max() > 10.0 * values.min():
         panel.set_yscale("log")
         plain_log_ticks(panel, "y")
+    _numbers(panel, ran, shown, known)
     labels = [f"{place + 1}: {ran['label'].values[place]}" for place in range(min(NAMED, ran.sizes["design"]))]
     panel.set_title("\n".join(labels), fontsize=8, loc="left")
+
+
+def _numbers(panel: Axes, ran: xr.Dataset, places: Any, known: Any) -> None:
+    """A mark for each design; in order of their places those get their number that no mark with a number would hide."""
+    panel.autoscale_view()
+    points = panel.transData.transform(places) * 72.0 / panel.figure.dpi
+    numbered: list[int] = []
+    for i in np.flatnonzero(known):  # by place
+        if all(np.hypot(*(points[i] - points[j])) > 1.2 * MARK for j in numbered):
+            numbered.append(i)
+    for i in np.flatnonzero(known):
+        size, above = (MARK, 4.0) if i in numbered else (0.4 * MARK, 3.0)
+        panel.plot(*places[i], "o", ms=size, color=COLORS[int(ran["meets"].values[i])], zorder=above)
+    for i in numbered:
+        center = {"ha": "center", "va": "center_baseline"}
+        panel.annotate(f"{ran['place'].values[i]:.0f}", places[i], color="white", fontsize=8, zorder=5.0, **center)
 
 
 def _middle(ran: xr.Dataset, name: str, row: Any, else_: float) -> float:
