@@ -481,7 +481,11 @@ def test_a_margin_of_the_capability_counts_balls_and_rules_out_and_below_one_it_
 
 def test_what_the_runs_leave_out_stands_in_the_first_lines_until_it_is_said_to_be_none() -> None:
     few = {**MANY, "candidates": {"count": [2]}, "limits": {"share": 0.7}}
-    told = dict(ab.design(few).facts())["not in the runs"]
+    ran = ab.design({**few, "limits": {"share": 0.7, "capability_margin": 1.2}})
+    (margin,) = [column for column in ran.columns() if column.head == "capability margin"]  # a number without a unit
+    assert margin.unit == "times"
+    assert float(margin.values[0]) == pytest.approx(1.72, abs=0.01)
+    told = dict(ran.facts())["not in the runs"]
     assert "eccentricity of the race: 50 µm" in told
     assert "friction: that of a bearing ring in a running balancer (adherence 0.0001)" in told
     race = "balancers[1].races[1]"

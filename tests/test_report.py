@@ -94,6 +94,19 @@ def test_the_first_page_says_what_decides_and_where_it_stands(page: str) -> None
     assert ranks == sorted(ranks)  # what is not enough comes first
 
 
+def test_places_that_balls_take_at_a_low_speed_count_only_if_the_drive_leaves_them_there() -> None:
+    for duration, carried, speed in (("40 s", True, "speed of 3000 rpm"), ("4000 s", False, "speed of 713.11 rpm")):
+        found = ab.check(ab.with_parameter(ab.example("design"), "drive.profile.duration", duration))
+        assert found.friction is not None
+        assert found.friction_settled is not None
+        assert found.friction_settled.planes[0].carried_on is carried
+        held = found.friction if carried else found.friction_settled
+        *_, (_, below, _), (_, worst, condition) = machine_pages.worst_residuals(found, "600 g mm")
+        assert speed in condition
+        assert below == held.planes[0].residual_95
+        assert worst >= held.planes[0].worst_residual
+
+
 def test_a_capability_at_the_limit_is_hardly_enough() -> None:
     for unbalance, word, text in (
         ("400 g*mm", "yes", "times as much: enough."),

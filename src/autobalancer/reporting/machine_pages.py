@@ -113,7 +113,7 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
     rows = [
         ("without balancing", service.unbalance, ""),
         (SETTLED, settled, f"one run-up with {size}, from the start of the machine file"),
-        *_worst(found, size),
+        *worst_residuals(found, size),
     ]
     allowed = math.inf if grade is None else permissible_unbalance(grade, mass, service.speed)
     known = [row for row in rows if math.isfinite(row[1])]
@@ -139,7 +139,7 @@ def _quality_row(name: str, unbalance: float, grade: float) -> tuple[str, ...]:
     return name, moment_text(unbalance), significant(grade), grade_name(grade)
 
 
-def _worst(found: Summary, size: str) -> list[tuple[str, float, str]]:
+def worst_residuals(found: Summary, size: str) -> list[tuple[str, float, str]]:
     """What eccentric races and friction may leave, and of what; ``size`` is the unbalance in words."""
     rows = []
     if found.off_center is not None and len(found.off_center.planes) == 1:
@@ -148,17 +148,17 @@ def _worst(found: Summary, size: str) -> list[tuple[str, float, str]]:
         rows.append(
             (kind, plane.residual, f"{length_text(plane.eccentricity)} off the axis, the balls in their best places")
         )
-    held = found.friction_settled or found.friction
+    held = found.friction
+    if (below := found.friction_settled) is not None and all(plane.carried_on is False for plane in below.planes):
+        held = below  # the drive rises slowly enough for balls to keep the places that they take there
     if held is not None and len(held.planes) == 1:
+        (plane,) = held.planes
         at = f"{size}, released at rest at the constant speed of {rpm_and_si(held.speed)}, no run-up"
         rows.append(
-            (
-                "95 % of the balls that friction stops end below",
-                held.planes[0].residual_95,
-                f"{at}; {held.starts} starts",
-            )
+            ("95 % of the balls that friction stops end below", plane.residual_95, f"{at}; {held.starts} starts")
         )
-        rows.append(("worst that friction and eccentricity hold", held.planes[0].greatest_residual, at))
+        worst = max(plane.worst_residual, plane.greatest_residual)
+        rows.append(("worst that friction and eccentricity hold", worst, at))
     return rows
 
 

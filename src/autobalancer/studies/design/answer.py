@@ -15,7 +15,14 @@ from autobalancer.results.display_units import axis_unit
 from autobalancer.results.number_text import moment_text, significant
 from autobalancer.shown import Column, rpm_and_si
 
-SHOWN = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3), "Pa": ("MPa", 1e-6)}
+SHOWN = {
+    "m": ("mm", 1e3),
+    "kg m": ("g mm", 1e6),
+    "s": ("s", 1.0),
+    "kg": ("g", 1e3),
+    "Pa": ("MPa", 1e-6),
+    "1": ("times", 1.0),
+}
 MEETS = {1: "yes", 0: "undecided", -1: "no"}
 NEAREST = 3  # reasons of a question that are listed
 MOST_PLACES = 8  # that are listed one by one
