@@ -587,3 +587,25 @@ def test_threads_of_the_server_load_no_package_for_the_first_time(tmp_path: Path
     words = [sys.executable, "-c", LOADS.replace("ALONE", str(alone)), str(tmp_path / "run.nc")]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.split()) == (0, []), done.stderr
+
+
+def test_a_job_ends_where_memory_ends_and_the_next_one_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    from autobalancer.app.store import jobs as queue
+
+    free = iter([1e6, 1e12, 1e12])
+    monkeypatch.setattr(queue, "free_memory", lambda: next(free))
+    jobs = Jobs(workers=1)
+    greedy, modest = (jobs.start("a", title, lambda job: job.progress(1.0, 2.0)) for title in ("greedy", "modest"))
+    jobs.close()
+    jobs._pool.shutdown(wait=True)
+    assert (greedy.state, greedy.message) == ("failed", queue.TOO_MUCH)
+    assert modest.state in ("done", "cancelled")
+
+
+def test_free_memory_is_at_most_what_the_limit_of_the_process_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    import resource
+
+    from autobalancer.memory import free_memory
+
+    monkeypatch.setattr(resource, "getrlimit", lambda _kind: (1, 1))
+    assert free_memory() == 0.0

@@ -97,9 +97,17 @@ STATEMENTS = {
     Theory.ROTOR: of_rotor,
     Theory.CAPABILITY: of_capability,
 }
-SYMMETRIC = {"Unbalance.angle", "Schedule.time"}  # a turn of all, and what is over when the state is there
+SYMMETRIC = {
+    "Unbalance.angle",
+    "Schedule.time",  # a turn of all, and what is over when the state is there
+    "Bushing.angle",
+    "Disk.extent",
+    "BallBearing.axial_stiffness",
+}  # three feet all around; reach of a disk; along the axis
 UNMOVED = {  # known keys that change nothing in these machines
-    Theory.AT_REST: {"RadialSpring.stiffness", "RadialSpring.free_length", "RaceSprings.free_length"},
+    Theory.AT_REST: {"Pins.count", "Pins.hold", "Pins.reach",
+                     "Pins.release_speed",  # their speed is below that of the state
+                     "RadialSpring.stiffness", "RadialSpring.free_length", "RaceSprings.free_length"},
     Theory.STALLED: {"unbalance", "speed over time", "eccentric races", "partitions", "linear drag", "drag that is not linear",
                      "Balls.inertia", "Fluid.virtual_mass", "Race.orbit_radius", "SpeedTable.speed"},
     Theory.HELD: {"speed over time", "Fluid.viscosity",

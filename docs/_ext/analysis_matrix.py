@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
+from autobalancer.assembly.terms import TERMS, Theory
 from autobalancer.errors import AutobalancerError
 from autobalancer.machine import Machine
 
@@ -91,7 +92,17 @@ BASE: Changes = {
 
 def pages() -> dict[str, str]:
     """What the documentation includes."""
-    return {"analyses_of_rotors.md": rotors(), "analyses_of_races.md": races()}
+    return {"analyses_of_rotors.md": rotors(), "analyses_of_races.md": races(), "terms.md": terms()}
+
+
+def terms() -> str:
+    """Which theory knows which term of the equations, as it is declared in the code."""
+    text = f"| term | {' | '.join(theory.value for theory in Theory)} |\n|---|{'---|' * len(Theory)}\n"
+    for term in TERMS:
+        marks = ["●" if theory in term.known else "·" if theory in term.idle else "–" for theory in Theory]
+        partly = "".join(f" (of {theory.value}: {name})" for theory, name in term.names.items())
+        text += f"| {term.name}{partly} | {' | '.join(marks)} |\n"
+    return text
 
 
 def rotors() -> str:

@@ -39,7 +39,25 @@ def refuse_what_does_not_fit(question: str, count: float, what: str, each: float
 
 
 def free_memory() -> float:
-    """Memory that is free, in bytes; infinite where the system does not say."""
+    """Memory that is free, in bytes, and within the limit of this process where it has one; infinite where nobody says."""
+    return min(_free_of_the_computer(), _free_of_the_process())
+
+
+def _free_of_the_process() -> float:
+    try:
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_DATA)
+        if limit == resource.RLIM_INFINITY:
+            return float("inf")
+        with open("/proc/self/status", encoding="ascii", errors="replace") as lines:
+            used = next(1024.0 * float(line.split()[1]) for line in lines if line.startswith("VmData"))
+        return max(0.0, limit - used)
+    except (ImportError, OSError, StopIteration, ValueError):
+        return float("inf")
+
+
+def _free_of_the_computer() -> float:
     try:
         with open("/proc/meminfo", encoding="ascii") as lines:
             return next(1024.0 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable"))

@@ -51,6 +51,7 @@ FORCES: list[dict[str, Any]] = [
     {"kind": "race_springs", "stiffness": 0.5, "free_length": 0.02},
     {"kind": "radial_spring", "stiffness": 20.0, "free_length": 0.05},
     {"kind": "repelling_balls", "moment": 0.05},
+    {"kind": "pins", "count": 2, "hold": 0.05, "reach": 0.004, "release_speed": 80.0},
     {"kind": "magnets", "force_at_contact": 0.5, "reach": 0.004, "radius": 0.09, "count": 3, "angle": 0.2},
 ]
 
@@ -167,6 +168,7 @@ def machines() -> Iterator[Machine]:
     ]
     yield machine(PAIR | RUBBING, rotor={"kind": "modal", "resonances": modes, "inertia": 0.1})
     yield from _with_planes()
+    yield from _on_shafts_and_bodies()
 
 
 def _with_planes() -> Iterator[Machine]:
@@ -178,6 +180,37 @@ def _with_planes() -> Iterator[Machine]:
     crossed = [SUPPORTS[0] | {"position": 0.1, "cross_stiffness": [10.0, -10.0]}, SUPPORTS[0] | {"position": -0.12}]
     tilted = [*UNEVEN[:2], {"misalignment": 1e-3, "angle": 0.2}]
     yield machine(rotor=rigid | {"supports": crossed}, unbalances=tilted, tilting_races="full", **planes)
+
+
+def _on_shafts_and_bodies() -> Iterator[Machine]:
+    """Two planes on a shaft, and one on two bodies with joints."""
+    material = {"density": 7850.0, "youngs_modulus": 2.1e11, "poisson_ratio": 0.3}
+    disk = {"name": "disk", "position": 0.1, "mass": 4.0, "transverse_inertia": 0.01, "polar_inertia": 0.02, "offset": 0.01,
+            "extent": [-0.01, 0.03]}  # fmt: skip
+    steel = {"kind": "shaft", "material": material, "disks": [disk], "stiffness_proportional_damping": 1e-4, "modes": 4,
+             "segments": [{"length": 0.2, "diameter": 0.02, "inner_diameter": 0.004, "elements": 4, "shear_coefficient": 0.9}],
+             "supports": [{"position": 0.0, "stiffness": 2e4, "damping": 30.0}, SUPPORTS[1]]}  # fmt: skip
+    at = {"stations": [{"name": "top", "position": 0.15}], "unbalances": [{"moment": 3e-4, "station": "top"}]}
+    yield machine(rotor=steel, balancers=[{"station": "top", "races": [PAIR | RUBBING]}], **at)
+    inertia = {"transverse_inertia": 0.02, "polar_inertia": 0.03}
+    bodies = [
+        {"name": "disc", "mass": 4.0, "position": 0.14, "rotating": True, **inertia},
+        {"name": "housing", "mass": 7.0, "position": -0.02, "rotating": False, **inertia},
+    ]
+    joints = [
+        {"kind": "bearing", "between": ["disc", "housing"], "position": at, "stiffness": 2e6, "damping": 30.0}
+        for at in (0.07, -0.05)
+    ]
+    joints[0]["axial_stiffness"] = 3e6
+    feet = {"kind": "bushing", "between": ["housing", "ground"], "position": -0.03, "count": 3, "radius": 0.1, "angle": 0.1,
+            "shear_stiffness": 1.6e4, "shear_damping": 20.0, "axial_stiffness": 9e4, "axial_damping": 130.0}  # fmt: skip
+    there = {"stations": [{"name": "disc", "position": 0.15, "body": "disc"}]}
+    yield machine(
+        rotor={"kind": "multibody", "bodies": bodies, "joints": [*joints, feet], "up": "+z", "modes": 4},
+        balancers=[{"station": "disc", "races": [PAIR | RUBBING]}],
+        unbalances=[{"moment": 3e-4, "station": "disc"}],
+        **there,
+    )
 
 
 def variants(base: Machine) -> Iterator[tuple[type[Part], str, Machine]]:

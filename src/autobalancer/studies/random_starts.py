@@ -16,6 +16,7 @@ from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.resolved.balls import is_resolved
 from autobalancer.assembly.starts import start_angles
+from autobalancer.assembly.terms import weightless
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError
@@ -156,7 +157,7 @@ def long_enough(machine: Machine, speed: float) -> float:
     """Ten decay times of the slowest mode of any stable state without gravity in the plane, within REVOLUTIONS, s."""
     turn = 2.0 * math.pi / speed
     try:
-        rates = -equilibria(machine.model_copy(update={"gravity": 0.0}), speed)["growth_rate"].values
+        rates = -equilibria(weightless(machine), speed)["growth_rate"].values
     except AutobalancerError:
         rates = np.zeros(0)
     slowest = min(rates[rates > 0.0], default=math.inf)

@@ -15,10 +15,13 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.memory import free_memory
 
 State = Literal["waiting", "running", "done", "failed", "cancelled"]
 QUEUED = 20  # jobs of one user that wait or run
 TOO_MUCH = "this needs more memory than the server may take; ask for less: fewer balls, samples or points"
+LEFT = 200e6  # bytes of free memory below which a job that goes on working is ended, before the system ends the server
+LOOKS = 0.5  # s between two looks at it
 KEPT = 200  # finished jobs that are remembered
 CLEARED = 20  # jobs after which memory that they hold in circles is freed: Python itself may wait for hundreds
 here = threading.local()  # the job of this thread
@@ -39,6 +42,7 @@ class Job:
     notes: list[str] = field(default_factory=list)
     begun: float = 0.0
     seconds: float = 0.0
+    looked: float = 0.0  # when the free memory was last seen
     stop: threading.Event = field(default_factory=threading.Event)
 
     @property
@@ -47,11 +51,22 @@ class Job:
         return self.state in ("done", "failed", "cancelled")
 
     def progress(self, done: float, total: float) -> None:
-        """Note how far the work is; ends it as Ctrl-C would if it is cancelled or takes too long."""
+        """Note how far the work is; ends it as Ctrl-C would if it is cancelled or takes too long.
+
+        Raises
+        ------
+        MemoryError
+            If hardly any memory is left: all jobs share that of the server, and one must not take it from the others.
+        """
         self.share = done / total if total > 0.0 else 0.0
         if self.stop.is_set():
             raise KeyboardInterrupt
-        if time.monotonic() - self.begun > self.limit:
+        now = time.monotonic()
+        if now - self.looked > LOOKS:
+            self.looked = now
+            if free_memory() < LEFT:
+                raise MemoryError
+        if now - self.begun > self.limit:
             self.message = f"ended after the limit of {self.limit:g} s"
             raise KeyboardInterrupt
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.profile import greatest_rise, highest_prescribed
-from autobalancer.assembly.terms import Theory, ignores
+from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import QuestionError
@@ -117,12 +117,12 @@ def _weight(machine: Machine, speed: float) -> float:
 
 
 def _stations(machine: Machine, unbalance: complex | float | None) -> Stations:
-    weightless = without_forces(machine).model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
+    guided = weightless(without_forces(machine)).model_copy(update={"tilting_races": "deflection"})
     if unbalance is not None and isinstance(machine.rotor, PlanarRotor):
-        vector = described(weightless, unbalance).unbalance
+        vector = described(guided, unbalance).unbalance
         one = Unbalance(moment=abs(vector), angle=cmath.phase(vector))
-        return stations(weightless.model_copy(update={"unbalances": (one,) if vector else ()}))
-    return stations(weightless, unbalance, largest=unbalance is None)
+        return stations(guided.model_copy(update={"unbalances": (one,) if vector else ()}))
+    return stations(guided, unbalance, largest=unbalance is None)
 
 
 def unbalance_whirl(st: Stations, speed: float) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rubber import rubbers
 from autobalancer.assembly.system import total_mass
+from autobalancer.assembly.terms import weightless
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
@@ -85,15 +86,15 @@ def rubber_texts(machine: Machine) -> tuple[str, ...]:
 
 
 def _spatial(machine: Machine, highest: float | None) -> Frame:
-    weightless = without_forces(machine).model_copy(update={"gravity": 0.0, "tilting_races": "deflection"})
-    st = stations(weightless, largest=True)
+    guided = weightless(without_forces(machine)).model_copy(update={"tilting_races": "deflection"})
+    st = stations(guided, largest=True)
     speeds = st.critical_speeds[:SHOWN]
     return Frame(
         lateral_model(machine).total_mass,
         st.model.total_mass,
         speeds,
         tuple(damping_ratio(st.model, speed) for speed in speeds),
-        _needs(weightless, st, highest),
+        _needs(guided, st, highest),
     )
 
 
