@@ -102,6 +102,7 @@ def test_the_first_press_of_light_or_dark_gives_the_other_shade_also_where_the_b
     dark = context.new_page()
     dark.goto(server.address)
     expect(dark.locator("body.body--dark")).to_be_visible()
+    expect(dark.locator("svg.drawn").first).to_have_css("filter", re.compile("invert"))
     at(dark, "shade").click()
     expect(dark.locator("body.body--light")).to_be_visible()
     at(dark, "shade").click()
