@@ -78,8 +78,8 @@ def captured(
     begun = _begun(balance, speeds) if begun is None else begun
     several = len(set(loads.station.tolist())) > 1
     if begun is None:
-        alone = _alone(balance, speeds) if several else None
-        return Capture(math.nan, reason=NEVER) if alone is None else alone
+        alone = (_alone(balance, speeds) if several else None) or Capture(math.nan, reason=NEVER)
+        return alone if runs is None or not several else _first(runs, balance, speeds, alone, in_step=False)
     found = _down(balance, begun, float(speeds[0]))
     if not math.isnan(found.lost):
         found = _again(balance, speeds[speeds < found.lost], found)
@@ -110,10 +110,10 @@ def _alone(balance: Balance, speeds: Floats) -> Capture | None:
     return max((one for one in found if not math.isnan(one.speed)), key=lambda one: one.speed, default=None)
 
 
-def _first(runs: SlowRuns, balance: Balance, speeds: Floats, found: Capture) -> Capture:
+def _first(runs: SlowRuns, balance: Balance, speeds: Floats, found: Capture, in_step: bool = True) -> Capture:
     """The same, or where balls fall back before in a slow run-down, if planes are not in step all the way."""
     known = [one for one in (found.lost, found.step) if not math.isnan(one)]
-    if not known and not math.isnan(found.speed):
+    if in_step and not known and not math.isnan(found.speed):
         return found
     begin, lowest = float(speeds[-1]), min(balance.rotor.st.critical_speeds, default=float(speeds[0])) / EARLIER
     lowest = lowest if math.isnan(found.speed) else found.speed
