@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from autobalancer.results.measure_table import PER_BALL
 from autobalancer.results.shares import wilson_interval
 from autobalancer.studies.ensemble import follow
 from autobalancer.studies.ensemble.columns import columns_of
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.integration import ASKABLE, Plan
 from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -293,6 +294,46 @@ def test_an_interrupted_ensemble_keeps_what_is_done() -> None:
     assert found["outcome"].values.tolist() == ["finished", "finished", "not run"]
     with pytest.raises(KeyboardInterrupt):
         ab.ensemble(STALL, {"drag": DRAG}, duration=0.05, workers=1, progress=stop)
+
+
+def test_an_ensemble_that_is_interrupted_while_members_are_made_ready_runs_those_that_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    varied = Members.varied
+
+    def pressed(self: Members, row: int) -> Any:
+        if row == 3:
+            signal.raise_signal(signal.SIGINT)
+        return varied(self, row)
+
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(Members, "varied", pressed)
+    masses = {"rotor.mass": [9.0, 9.5, 10.0, 10.5, 11.0, 11.5]}
+    found = ab.ensemble(STALL, masses, duration=0.05, measures=["peak_deflection"], keep_on_interrupt=True)
+    assert found.attrs["outcome"] == "interrupted"
+    assert found["outcome"].values.tolist() == ["finished"] * 4 + ["not run"] * 2  # the fourth was not left half done
+    assert np.isfinite(found["peak_deflection"].values).tolist() == [True] * 4 + [False] * 2
+    with pytest.raises(KeyboardInterrupt):
+        ab.ensemble(STALL, masses, duration=0.05)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_measures_that_are_asked_for_have_the_bits_of_all_measures_and_the_ends_stay() -> None:
+    def found(measures: list[str] | None) -> Any:
+        return members(STALL, {"drag": DRAG[:2]}, measures=measures)
+
+    whole, ends = found(None), found([])
+    assert set(whole) - set(ends) == {*ASKABLE, "balanced"}
+    assert ends["final_state"].equals(whole["final_state"])
+    assert ends.classes().tolist() == ["finished"] * 2
+    for asked in (["settling_time"], ["residual_unbalance", "support_force"], ["vibration", "verdict"], ["impacts"]):
+        some = found(asked)
+        assert set(some) - set(ends) - {"balanced"} == set(asked)
+        assert all(some[name].equals(whole[name]) for name in some), asked
+    angle = found([PER_BALL])[PER_BALL].values  # without an envelope, from the last state
+    assert angle == pytest.approx(whole[PER_BALL].values, rel=1e-12)
+    with pytest.raises(QuestionError, match="measures: given 'vibrations'; must be a list of"):
+        found(["vibrations"])
 
 
 def test_more_than_memory_holds_is_refused_with_the_number_that_fits(

@@ -27,6 +27,10 @@ def ensemble(
     duration: Annotated[str, typer.Option(help='Such as "20 s"; by default run.duration of the file.')] = "",
     tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-7,
     settling_from: Settling = "run-up",
+    measures: Annotated[
+        str,
+        typer.Option(help='What to find of each member, such as "verdict,settling_time"; "all", or "none": only the ends.'),
+    ] = "all",
     record: Annotated[
         bool, typer.Option("--record-impossible", help="Note members that no machine can be, and run the others.")
     ] = False,
@@ -73,6 +77,7 @@ def ensemble(
             duration=optional("--duration", duration, "s"),
             tolerance=tolerance,
             settling_from=settling_from,
+            measures=_measures(measures),
             impossible="record" if record else "refuse",
             workers=workers or None,
             progress=update,
@@ -104,6 +109,12 @@ def _column(machine: Any, text: str) -> tuple[str, list[Any]]:
     if name == SEED:
         return name, list(whole("--column", values))
     return name, [float(value) for value in listed("--column", values, unit_of_column(machine, name))]
+
+
+def _measures(text: str) -> list[str] | None:
+    """The names in an option; None: all of them."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    return {"all": None, "none": []}.get(text.strip(), names)
 
 
 def _numbers(found: Any) -> dict[str, Any]:

@@ -241,15 +241,21 @@ def judged(row: Floats) -> int:
 
 @njit(void(system_type, record_type, memory_type, gauges_type, desk_type, int64, vector_type), **EXACT)
 def measure_row(p: System, r: Record, m: Memory, g: Gauges, d: Desk, status: int, row: Floats) -> None:
-    """Fill the row of a run that ended with ``status``; it kept an envelope and its last revolutions."""
+    """Fill the row of a run that ended with ``status``: with what its envelope says and its last revolutions, where it kept them."""
     for k in range(row.size):
         row[k] = math.nan
     now = m.clock[TIME]
     row[STATUS], row[VERDICT], row[END], row[END_SPEED] = status, NO_VERDICT, now, m.state[SPEED]
     count = _bins(r, m, g, d)
-    if count == 0:
+    if count > 0:
+        _course(p, r, g, d, count, now, row)
+    elif r.bin_low.size > 0:
         return
-    _course(p, r, g, d, count, now, row)
+    else:  # without an envelope: the angles of the last state
+        n, size, resolved = g.ball_mass.size, g.rows.shape[0], 1 if g.scalars[RESOLVED] != 0.0 else 0
+        x, y = unbalance_at(now, p)
+        for i in range(n):
+            row[WIDTH + i] = wrapped(ball_at(m.state, i, n, size, resolved)[0] - math.atan2(y, x))
     _turns(p, r, m, g, d, row)
     if p.touches.shape[0] > 0:
         found, hits = d.found, d.hits

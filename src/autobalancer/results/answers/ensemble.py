@@ -28,7 +28,7 @@ class Ensemble(Answer):
 
     __slots__ = ()
     drawn_by = "ensemble"
-    needed: ClassVar[tuple[str, ...]] = ("outcome", "verdict")
+    needed: ClassVar[tuple[str, ...]] = ("outcome",)
 
     def heading(self) -> str:
         """Whose they are, and how many ran."""
@@ -41,9 +41,9 @@ class Ensemble(Answer):
         return ~np.isin(self["outcome"].values, (NOT_RUN, IMPOSSIBLE))
 
     def classes(self) -> Any:
-        """How each member ended, (member,): its verdict if it finished, else its outcome."""
+        """How each member ended, (member,): its verdict if it finished and was asked for one, else its outcome."""
         outcome = self["outcome"].values
-        return np.where(outcome == FINISHED, self["verdict"].values, outcome)
+        return np.where(outcome == FINISHED, self["verdict"].values, outcome) if "verdict" in self else outcome
 
     def group(self) -> str:
         """The column of few values over which shares are shown; empty if there is none."""

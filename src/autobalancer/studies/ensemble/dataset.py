@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -20,7 +21,7 @@ from autobalancer.simulation.outcome import outcome
 from autobalancer.stability.basins.starts import START_ANGLE, axis_name
 from autobalancer.studies.ensemble.columns import STARTS, ball_count, ball_of
 from autobalancer.studies.ensemble.execute import Ran
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.integration import ASKABLE, Plan
 from autobalancer.studies.ensemble.members import Members
 from autobalancer.studies.variations import coordinate
 
@@ -30,7 +31,7 @@ Variable = tuple[Any, Any, Any]  # dimensions, values, label
 def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], plan: Plan) -> xr.Dataset:
     """The dataset; a member that did not run has no numbers."""
     found = xr.Dataset(
-        ensemble_variables(members, ran, reasons, plan.settling_from),
+        ensemble_variables(members, ran, reasons, plan.settling_from, plan.measures),
         coords={"member": ("member", np.arange(1, members.count + 1), {"long_name": "number of the member"})},
         attrs={
             "title": f"Ensemble of {members.machine.name}",
@@ -51,7 +52,7 @@ def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], 
 
 
 def ensemble_variables(
-    members: Members, ran: list[Ran], reasons: dict[int, str], settling_from: str
+    members: Members, ran: list[Ran], reasons: dict[int, str], settling_from: str, measures: Sequence[str] = ASKABLE
 ) -> dict[str, Variable]:
     """The variables of the dataset by name, each with its dimensions, values and label."""
     count, balls = members.count, max((one.group.balls for one in ran), default=ball_count(members.machine))
@@ -70,12 +71,14 @@ def ensemble_variables(
     found: dict[str, Variable] = {}
     words = np.where(np.isfinite(numbers[:, VERDICT]), numbers[:, VERDICT], NO_VERDICT).astype(int)
     for measure, values in zip(SWEPT, in_row(numbers, settling_from).values(), strict=True):
-        dims = ("member", "ball") if measure.per_ball else ("member",)
-        found[measure.name] = (dims, values, label_of(measure, settling_from))
+        if measure.name in measures:
+            dims = ("member", "ball") if measure.per_ball else ("member",)
+            found[measure.name] = (dims, values, label_of(measure, settling_from))
     verdicts = np.array(WORDS, dtype=object)[words]
     found["outcome"] = ("member", outcomes, {})
-    found["verdict"] = ("member", verdicts, {})
-    found["balanced"] = ("member", verdicts == BALANCED, {"long_name": "whether the verdict is 'balanced'"})
+    if "verdict" in measures:
+        found["verdict"] = ("member", verdicts, {})
+        found["balanced"] = ("member", verdicts == BALANCED, {"long_name": "whether the verdict is 'balanced'"})
     if reasons:
         texts = np.full(count, "", dtype=object)
         texts[list(reasons)] = list(reasons.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from autobalancer.simulation.steppers import Method
 from autobalancer.studies.ensemble.columns import ball_count, columns_of
 from autobalancer.studies.ensemble.dataset import ensemble_dataset
 from autobalancer.studies.ensemble.execute import run_groups
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.integration import ASKABLE, Plan
 from autobalancer.studies.ensemble.members import Impossible, Members, without_start_angles
 from autobalancer.units import argument, optional_argument
 
@@ -41,6 +41,7 @@ def ensemble(
     tolerance: float = 1e-7,
     method: Method = "auto",
     bins: int = 500,
+    measures: Sequence[str] | None = None,
     impossible: Impossible = "refuse",
     keep_states: bool = False,
     workers: int | None = None,
@@ -69,6 +70,10 @@ def ensemble(
         As for :func:`autobalancer.simulate`.
     bins
         Resolution in time of the measures; settling times are interpolated within a bin.
+    measures
+        What to find of each member: names of the measures of :func:`autobalancer.sweep`, and ``"verdict"``; by default all.
+        With ``[]`` only how and where it ends. Less takes less time, as far as the envelope over the run or the last
+        revolutions are not needed.
     impossible
         What to do with members that no machine can be: ``"refuse"`` raises an error that names the first one, ``"record"`` gives
         them the outcome ``impossible`` and runs the others. Either way that is known before anything runs.
@@ -84,19 +89,20 @@ def ensemble(
     progress
         Called with (members done, members in all).
     keep_on_interrupt
-        If true, Ctrl-C returns what is done; the other members have the outcome ``not run``.
+        If true, Ctrl-C returns what is done; the other members have the outcome ``not run``. While members are still made ready
+        it ends that, and those that are ready are run, until Ctrl-C is pressed again.
 
     Returns
     -------
     xarray.Dataset
         Over ``member``, from 1: the columns and ``seed`` as coordinates, the measures of :func:`autobalancer.sweep`, ``outcome``,
-        ``verdict``, ``balanced``, ``steps``, and ``start_ball_angle_in_rotor``. ``attrs`` say how long a member took.
+        ``verdict`` and with it ``balanced``, ``steps``, and ``start_ball_angle_in_rotor``. ``attrs`` say how long a member took.
         A member has the same bits as :func:`autobalancer.simulate` of its machine with the same seed and tolerance.
 
     Raises
     ------
     QuestionError
-        For unknown columns, unequal lengths, neither columns nor seeds, a missing duration, too little memory.
+        For unknown columns or measures, unequal lengths, neither columns nor seeds, a missing duration, too little memory.
     MachineError
         If a member is impossible; the message names it. Nothing has run by then.
     """
@@ -112,6 +118,7 @@ def ensemble(
         raise QuestionError(f"seeds: given {seeds}; stands in place of a column 'seed'")
     if impossible not in ("refuse", "record"):
         raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
+    asked = ASKABLE if measures is None else known_measures(measures)
     tolerance = argument("tolerance", tolerance, "")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
@@ -127,8 +134,8 @@ def ensemble(
     if drawn is not None or given.seeds is not None:
         machine = without_start_angles(machine)
     members = Members(machine, given, drawn, seed, "member")
-    plan = Plan(end, tolerance, bins, max_steps, method, settling_from)
-    groups, reasons = members.sorted(plan, impossible)
+    plan = Plan(end, tolerance, bins, max_steps, method, settling_from, asked)
+    groups, reasons = members.sorted(plan, impossible, keep_on_interrupt=keep_on_interrupt)
     ran, seconds, interrupted = run_groups(groups, workers, progress, keep_states)
     if interrupted and not keep_on_interrupt:
         raise KeyboardInterrupt
@@ -141,6 +148,20 @@ def ensemble(
         "outcome": "interrupted" if interrupted else "finished",
     }
     return Ensemble.of(found)
+
+
+def known_measures(names: Sequence[str]) -> tuple[str, ...]:
+    """The names of measures of a member that a user gave.
+
+    Raises
+    ------
+    QuestionError
+        For a name that is none.
+    """
+    for name in [names] if isinstance(names, str) else names:
+        if name not in ASKABLE:
+            raise QuestionError(f"measures: given {name!r}; must be a list of {', '.join(ASKABLE)}")
+    return (names,) if isinstance(names, str) else tuple(names)
 
 
 def bytes_of_a_member(machine: Machine, states: bool) -> float:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from threading import Lock
 from typing import Any, NamedTuple, Protocol
 
@@ -19,6 +22,38 @@ from autobalancer.studies.sweep_row import completed, gauges_for
 
 PART, LEAST = 0.2, 0.004  # s, that a thread works between two looks, and that it takes at least
 Progress = Callable[[int, int], None]
+
+
+@contextmanager
+def interrupts_noted() -> Iterator[list[int]]:
+    """While it lasts, a first Ctrl-C only fills the list, so that no work is left half done; a second one is raised.
+
+    So does any other signal that is taken for Ctrl-C, such as SIGTERM on the command line.
+    """
+    noted: list[int] = []
+
+    def noting(before: Callable[[int, Any], Any]) -> Callable[[int, Any], None]:
+        def note(number: int, frame: Any) -> None:
+            try:
+                before(number, frame)
+            except KeyboardInterrupt:
+                noted.append(number)
+                if len(noted) > 1:
+                    raise
+
+        return note
+
+    taken: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # no other one is interrupted
+        numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+        taken = {number: signal.getsignal(number) for number in numbers if callable(signal.getsignal(number))}
+    for number, before in taken.items():
+        signal.signal(number, noting(before))
+    try:
+        yield noted
+    finally:
+        for number, before in taken.items():
+            signal.signal(number, before)
 
 
 class Ran(NamedTuple):
@@ -100,21 +135,21 @@ class Work:
 def run_groups(
     groups: Groups, workers: int | None, progress: Progress | None, keep_states: bool = False
 ) -> tuple[list[Ran], float, bool]:
-    """Run all members; what they left, seconds of a core in all, and whether somebody interrupted them."""
+    """Run all members that are ready; what they left, seconds of a core in all, and whether somebody interrupted any of it."""
     workers = workers if workers is not None else os.cpu_count() or 1
     total, before, ran, seconds = sum(len(group.numbers) for group in groups.all), 0, list[Ran](), 0.0
-    interrupted = False
+    stopped = False
     for group in groups.all:
         work = Work(group, groups.plan.max_steps, keep_states)
-        if not interrupted:
+        if not stopped:
             try:
                 run_threads(work, min(workers, len(group.numbers)), before, total, progress)
             except KeyboardInterrupt:
-                interrupted = True
+                stopped = True
         _complete(work.ran, groups.plan.end)
         ran.append(work.ran)
         seconds, before = seconds + work.seconds, before + work.done()
-    return ran, seconds, interrupted
+    return ran, seconds, stopped or groups.interrupted
 
 
 def run_threads(work: Shared, workers: int, before: int, total: int, progress: Progress | None) -> None:

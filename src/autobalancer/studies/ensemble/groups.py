@@ -100,6 +100,7 @@ class Groups:
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.all = plan, list[Group]()
+        self.interrupted = False  # whether somebody interrupted while members were made ready, so that some are missing
         self._records: dict[Any, Record] = {}
 
     def add(self, number: int, assembly: Assembly, places: Places) -> Group:

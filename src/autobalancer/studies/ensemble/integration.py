@@ -19,14 +19,19 @@ from autobalancer.kernels.integrators.record import Record, record_type
 from autobalancer.kernels.measures.columns import WIDTH
 from autobalancer.kernels.measures.gauges import Gauges, gauges_type
 from autobalancer.kernels.system import VX, Integers, Matrix, System, system_type
+from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import Envelope, LastRevolutions
+from autobalancer.simulation.sampling import Envelope, LastRevolutions, Sampling
 from autobalancer.simulation.steppers import Stepper, stepper_for
 from autobalancer.studies.ensemble.layout import Layout
 from autobalancer.studies.sweep_row import gauges_for
 
 APART = ("system.impacts",)  # room that a run need not find empty
+ASKABLE = (*(one.name for one in SWEPT), "verdict")  # measures of a member
+# what measures need (results/measure.py) of the last revolutions, and of the last state and the impacts; the others, of the envelope
+OF_TURNS, OF_END = {"turns", "planes", "forces", "rotor"}, {"final_angle", "impacts"}
+MIXED = {"residual_vibration", "vibration", "verdict"}  # for which the envelope is compared with the last revolutions
 
 
 class Plan(NamedTuple):
@@ -38,6 +43,19 @@ class Plan(NamedTuple):
     max_steps: int
     method: str = "auto"
     settling_from: str = SETTLING_FROM[0]
+    measures: tuple[str, ...] = ASKABLE
+
+    @property
+    def wishes(self) -> list[Sampling]:
+        """What a run has to record for the measures: nothing where its end alone is asked for."""
+        needs = [set(one.needs) for one in SWEPT if one.name in self.measures and OF_END.isdisjoint(one.needs)]
+        both = not MIXED.isdisjoint(self.measures)
+        found: list[Sampling] = []
+        if both or any(need.isdisjoint(OF_TURNS) for need in needs):
+            found.append(Envelope(self.bins))
+        if both or any(not need.isdisjoint(OF_TURNS) for need in needs):
+            found.append(LastRevolutions())
+        return found
 
 
 class Integration(NamedTuple):
@@ -67,7 +85,7 @@ def fresh_integration(
     jumps, known = unbalance_jumps(places.machine, plan.end), {} if known is None else known
     empty = jumps, assembly.state.size, tuple(assembly.state[:VX])
     if empty not in known:
-        known[empty] = record_for([Envelope(plan.bins), LastRevolutions()], (), assembly, plan.end, jumps)
+        known[empty] = record_for(plan.wishes, (), assembly, plan.end, jumps)
     record = known[empty]
     noting, touches = with_touches(places.machine, assembly)
     stepper = stepper_for(noting, plan.end, plan.tolerance, plan.method)

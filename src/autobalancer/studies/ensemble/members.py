@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import nullcontext
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -18,6 +19,7 @@ from autobalancer.machine import Machine
 from autobalancer.simulation.prepare import prepare
 from autobalancer.studies.ensemble.classes import Class, Differs, class_of, followed
 from autobalancer.studies.ensemble.columns import Columns, ball_of
+from autobalancer.studies.ensemble.execute import interrupts_noted
 from autobalancer.studies.ensemble.groups import Groups
 from autobalancer.studies.ensemble.integration import Plan
 from autobalancer.studies.variations import variation_text, with_variation
@@ -68,25 +70,34 @@ class Members:
         assembly = prepare(machine, plan.end, seed=seed, mass_spread=MASS_SPREAD, max_steps=plan.max_steps)
         return assembly, places_of(machine, assembly)
 
-    def sorted(self, plan: Plan, how: Impossible, *, follow: bool = True) -> tuple[Groups, dict[int, str]]:
+    def sorted(
+        self, plan: Plan, how: Impossible, *, follow: bool = True, keep_on_interrupt: bool = False
+    ) -> tuple[Groups, dict[int, str]]:
         """All members made ready, and why some of them cannot run; nothing runs for it.
 
-        With ``follow`` those that differ in numbers are not assembled.
+        With ``follow`` those that differ in numbers are not assembled. With ``keep_on_interrupt`` Ctrl-C ends it with the members
+        that are ready by then.
 
         Raises
         ------
         MachineError, UnitError, QuestionError, CatalogError
             For the first that cannot run, unless those are to be recorded.
         """
-        try:
-            return self._sorted(plan, how, follow=follow)
-        except Differs:
-            return self._sorted(plan, how, follow=False)
+        with interrupts_noted() if keep_on_interrupt else nullcontext(list[int]()) as noted:
+            try:
+                return self._sorted(plan, how, noted, follow=follow)
+            except Differs:
+                return self._sorted(plan, how, noted, follow=False)
 
-    def _sorted(self, plan: Plan, how: Impossible, *, follow: bool) -> tuple[Groups, dict[int, str]]:
+    def _sorted(
+        self, plan: Plan, how: Impossible, noted: list[int], *, follow: bool
+    ) -> tuple[Groups, dict[int, str]]:
         groups, reasons, classes = Groups(plan), dict[int, str](), dict[Any, Class]()
         names: list[str] | None = None
         for number in range(self.count):
+            if noted:
+                groups.interrupted = True
+                break
             try:
                 if follow and names is None:
                     names = followed(self, number, plan)
