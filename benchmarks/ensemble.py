@@ -78,7 +78,9 @@ def median_miss(angles: np.ndarray, exact: np.ndarray) -> float:
 def best(machine: Machine, measures: list[str] | None = None) -> Found:
     """Our faster method at the error of the goal; ``measures`` are those that are asked for, by default all."""
     given = columns(MEMBERS)
-    exact = end_angles(ab.ensemble(machine, given, tolerance=1e-13, method="dormand_prince_8", measures=[], keep_states=True))
+    exact = end_angles(
+        ab.ensemble(machine, given, tolerance=1e-13, method="dormand_prince_8", measures=[], keep_states=True)
+    )
 
     def tried(method: Method) -> Iterator[tuple[float, float, float]]:
         for tolerance in LADDER_BATCH:

@@ -29,7 +29,9 @@ def ensemble(
     settling_from: Settling = "run-up",
     measures: Annotated[
         str,
-        typer.Option(help='What to find of each member, such as "verdict,settling_time"; "all", or "none": only the ends.'),
+        typer.Option(
+            help='What to find of each member, such as "verdict,settling_time"; "all", or "none": only the ends.'
+        ),
     ] = "all",
     record: Annotated[
         bool, typer.Option("--record-impossible", help="Note members that no machine can be, and run the others.")

@@ -241,7 +241,7 @@ def judged(row: Floats) -> int:
 
 @njit(void(system_type, record_type, memory_type, gauges_type, desk_type, int64, vector_type), **EXACT)
 def measure_row(p: System, r: Record, m: Memory, g: Gauges, d: Desk, status: int, row: Floats) -> None:
-    """Fill the row of a run that ended with ``status``: with what its envelope says and its last revolutions, where it kept them."""
+    """Fill the row of a run that ended with ``status`` with what its envelope and last revolutions say, where it kept them."""
     for k in range(row.size):
         row[k] = math.nan
     now = m.clock[TIME]

@@ -29,7 +29,7 @@ from autobalancer.studies.sweep_row import gauges_for
 
 APART = ("system.impacts",)  # room that a run need not find empty
 ASKABLE = (*(one.name for one in SWEPT), "verdict")  # measures of a member
-# what measures need (results/measure.py) of the last revolutions, and of the last state and the impacts; the others, of the envelope
+# what measures need (results/measure.py) that is not in the envelope
 OF_TURNS, OF_END = {"turns", "planes", "forces", "rotor"}, {"final_angle", "impacts"}
 MIXED = {"residual_vibration", "vibration", "verdict"}  # for which the envelope is compared with the last revolutions
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from functools import lru_cache
 from typing import Any, Literal
@@ -90,7 +90,7 @@ class Members:
                 return self._sorted(plan, how, noted, follow=False)
 
     def _sorted(
-        self, plan: Plan, how: Impossible, noted: list[int], *, follow: bool
+        self, plan: Plan, how: Impossible, noted: Sequence[int] = (), *, follow: bool
     ) -> tuple[Groups, dict[int, str]]:
         groups, reasons, classes = Groups(plan), dict[int, str](), dict[Any, Class]()
         names: list[str] | None = None
