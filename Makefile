@@ -12,7 +12,7 @@ export OPENBLAS_NUM_THREADS := 1  # the matrices are small; threads only get in 
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo app app-test test test-slow bench reproduce docs lint clean
+.PHONY: help demo app app-test test test-slow bench reproduce docs lint wheel clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -57,8 +57,11 @@ lint: .venv/.dev  ## style, types and the order of the layers
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+wheel: .venv/.dev  ## build a wheel with compiled kernels in dist, and prove that nothing compiles from it
+	$(BIN)/python -m tools.wheel
+
 clean:  ## remove what was built; .venv stays
-	rm -rf build out docs/_build docs/gallery docs/reference/generated docs/sg_execution_times.rst
+	rm -rf build dist out docs/_build docs/gallery docs/reference/generated docs/sg_execution_times.rst
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .numba_cache
 	find . -name .venv -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 

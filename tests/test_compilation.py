@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import re
 import subprocess
@@ -20,6 +21,7 @@ import pytest
 from numba.core import compiler
 from numba.core.registry import cpu_target
 from tests.references import compiled
+from tools import wheel
 
 from autobalancer.kernels import cache
 from autobalancer.kernels.announce import KINDS, TEXT, Announcement
@@ -188,16 +190,125 @@ def test_a_changed_source_is_compiled_anew_and_the_older_kernel_goes(place: Path
     assert not set(first) & set(kept(place))
 
 
-@pytest.mark.parametrize("kind", ["nbi", "1.nbc"])
-@pytest.mark.parametrize("content", ["empty", "cut", "other"])
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize("content", ["empty", "cut", "other", "half-copied"])
 def test_a_damaged_kernel_is_compiled_anew(kind: str, content: str, place: Path, tmp_path: Path) -> None:
     kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x")
     (file,) = place.rglob(f"*.{kind}")
-    file.write_bytes({"empty": b"", "cut": file.read_bytes()[:-5], "other": b"garbage" * 9}[content])
+    whole = file.read_bytes()
+    half = whole[: len(whole) // 2].ljust(len(whole), b"\0")  # as a copy to a disk that was full
+    file.write_bytes({"empty": b"", "cut": whole[:-5], "other": b"garbage" * 9, "half-copied": half}[content])
     again = kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x")
     assert again(1.5) == 3.0
     assert not again.stats.cache_hits
     assert kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x").stats.cache_hits
+
+
+def test_two_processes_that_keep_kernels_at_once_do_not_mix_them_up(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each saw an empty folder before it wrote the kernel for its types."""
+    kernel_of(tmp_path / "law.py", "def law(x): return x / 2")
+    module = sys.modules["law_of_a_test"]
+    with monkeypatch.context() as other:
+        other.setattr(cache._Files, "_load_index", lambda self: {})
+        cache.njit("f8(i8)", cache=True)(module.law)
+    assert len(list(place.rglob("*.nbc"))) == 2  # so whoever writes the index last, it leads to what it says
+    made = cache.njit("f8(i8)", cache=True)(module.law)
+    assert made.stats.cache_hits
+    assert made(3) == 1.5
+
+
+def test_a_folder_of_another_user_is_not_used_and_said(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its owner could put code there."""
+    place.mkdir()
+    if os.getuid() == 0:
+        os.chown(place, 2000, -1)
+    else:
+        monkeypatch.setattr("os.getuid", lambda: 2000)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    kept, note = cache.prepare_cache()
+    assert note.startswith(
+        f"compiled equations cannot be kept in NUMBA_CACHE_DIR ({place}), which belongs to another user; "
+    )
+    assert cache.cache_place() == (tmp_path / f"autobalancer-kernels-{os.getuid()}" if kept else None)
+
+
+@pytest.fixture
+def shipped(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Two kernels that a wheel carries, on another processor of its level, where nothing can be kept."""
+    kernel_of(tmp_path / "law.py", LAW)
+    cache.njit("f8(i8)", cache=True)(sys.modules["law_of_a_test"].law)
+    wheel.gather(place, tmp_path / "compiled", {cache.stamp_of(tmp_path / "law.py")})
+    monkeypatch.setattr(cache, "SHIPPED", tmp_path / "compiled")
+    monkeypatch.setattr(cache, "_complaints", {})
+    monkeypatch.setattr(cache, "_writable", lambda folder: False)
+    monkeypatch.setattr("numba.core.codegen.CPUCodegen.magic_tuple", lambda codegen: ("another", "processor", ""))
+    cache.cache_place.cache_clear()
+    cache.shipped.cache_clear()
+    yield tmp_path / "compiled"
+    cache.shipped.cache_clear()
+
+
+LAW = "def law(x): return 2.0 * x"
+
+
+def test_kernels_of_a_wheel_are_loaded_without_a_place_that_can_be_written(shipped: Path, tmp_path: Path) -> None:
+    before = sorted(tmp_path.rglob("*"))
+    assert cache.prepare_cache() == (True, "")
+    made = kernel_of(tmp_path / "law.py", LAW)
+    assert made(1.5) == 3.0
+    assert made.stats.cache_hits
+    new = cache.njit("f4(f4)", cache=True)(sys.modules["law_of_a_test"].law)  # for types that the wheel does not know
+    assert new(1.5) == 3.0
+    assert not new.stats.cache_hits
+    assert cache.complaints() == []
+    assert {path for path in set(tmp_path.rglob("*")) - set(before) if "__pycache__" not in path.parts} == set()
+
+
+@pytest.mark.parametrize("damage", ["nbi", "nbc", "json"])
+def test_a_damaged_kernel_of_a_wheel_is_not_read_but_compiled_and_said(
+    damage: str, shipped: Path, tmp_path: Path
+) -> None:
+    """A pickle may run anything, so what is not in the list, or not as it is there, is not even opened as one."""
+    for file in shipped.glob(f"*.{damage}"):
+        file.write_bytes(b"cos\nmkdir\n(V" + str(tmp_path / "ran").encode() + b"\ntR.")
+    made = kernel_of(tmp_path / "law.py", LAW) if damage != "json" else None
+    assert made is None or (made(1.5) == 3.0 and not made.stats.cache_hits)
+    assert damage != "json" or cache.shipped() is None
+    (said,) = cache.complaints()
+    assert said.startswith("the compiled equations of the package")
+    assert {"json": "have a damaged list"}.get(damage, f".{damage} has another content") in said
+    assert cache.complaints() == []  # once
+    assert not (tmp_path / "ran").exists()
+
+
+def test_a_wheel_for_other_versions_or_processors_says_what_does_not_fit(
+    shipped: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = json.loads((shipped / cache.LIST).read_text())
+    triple, _, features = told["processor"]
+    wrong = {"Numba": "0.1", "llvmlite": "0.2"}
+    for change, words in (
+        ({"made with": told["made with"] | wrong}, "were made with Numba 0.1, llvmlite 0.2, here is Numba "),
+        (
+            {"processor": [triple, "x86-64-v9", f"{features},+avx2048"]},
+            "of the level x86-64-v9, this one lacks avx2048",
+        ),
+    ):
+        (shipped / cache.LIST).write_text(json.dumps(told | change))
+        cache.shipped.cache_clear()
+        assert cache.shipped() is None
+        (said,) = cache.complaints()
+        assert words in said
+
+
+def test_a_source_that_was_changed_does_not_use_the_kernels_of_the_wheel(shipped: Path, tmp_path: Path) -> None:
+    made = kernel_of(tmp_path / "law.py", "def law(x): return 3.0 * x")
+    assert made(1.5) == 4.5
+    assert cache.complaints() == ["the compiled equations of the package do not fit the sources, which were changed"]
 
 
 def test_an_edit_of_a_kernel_changes_the_stamp_of_those_that_use_it_and_of_no_other(

@@ -8,6 +8,7 @@ from typing import Any
 
 from numba.core import event
 
+from autobalancer.kernels.cache import complaints
 from autobalancer.patience import not_counted
 
 TEXT = "autobalancer: first use of {}: compiling, up to a minute"  # fits 80 columns
@@ -37,6 +38,8 @@ class Announcement(event.Listener):
         self.depth += 1
         if self.depth == 1:
             self.begun = time.thread_time()
+        for complaint in complaints():
+            print(f"autobalancer: {complaint}", file=sys.stderr, flush=True)
         kernel = getattr(event.data.get("dispatcher"), "py_func", None)
         place = (getattr(kernel, "__module__", None) or "").split(".")
         if self.depth > 1 or place[:2] != ["autobalancer", "kernels"]:

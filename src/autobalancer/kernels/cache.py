@@ -7,13 +7,20 @@ file in the working directory names; what it reads there it runs, so its own sea
 
 A kernel is found by content: its name carries a hash of its source and of all kernels that are compiled into it. So an edit
 makes what depends on it compile again, and nothing else.
+
+A wheel carries its kernels in ``SHIPPED``, compiled for a level of processors by ``tools/wheel.py``. They are found by the same
+names, come first, and are only read: each file as the list of hashes beside them knows it. Where they do not fit, kernels are
+compiled as from a checkout.
 """
 
 from __future__ import annotations
 
 import hashlib
 import inspect
+import io
+import json
 import os
+import pickle
 import re
 import sys
 import tempfile
@@ -22,11 +29,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba import njit as numba_njit
-from numba.core import caching, typeinfer
+import llvmlite  # type: ignore[import-untyped]
+import numba
+from numba.core import caching, codegen, typeinfer
 
 HERE = Path(os.path.abspath(__file__)).parent
 BESIDE = Path("__pycache__")
+SHIPPED = HERE / "compiled"
+LIST = "kernels.json"  # what the shipped kernels are made for, and the hash of each file
 NOT_COMPILED = {"cache.py", "announce.py"}  # kernels import these, but nothing of them is compiled
 _IMPORT = re.compile(r"^\s*from (autobalancer\.kernels[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
@@ -44,10 +54,10 @@ def njit(signature: Any = None, *, cache: bool = False, **options: Any) -> Any:
         Those of Numba.
     """
     if not cache:
-        return numba_njit(signature, **options)
+        return numba.njit(signature, **options)
 
     def decorate(function: Any) -> Any:
-        kernel = numba_njit(**options)(function)
+        kernel = numba.njit(**options)(function)
         if hasattr(kernel, "_cache"):  # else the compiler is switched off
             kernel._cache = KernelCache(function)
             signatures = signature if isinstance(signature, list) else [signature] if signature is not None else []
@@ -64,6 +74,8 @@ def njit(signature: Any = None, *, cache: bool = False, **options: Any) -> Any:
 def prepare_cache() -> tuple[bool, str]:
     """Whether kernels can be kept, and what the user should know about it."""
     place = cache_place()
+    if place is None and shipped() is not None:
+        return True, ""
     if place is None:
         return False, f"{_nowhere()}; they are compiled anew each time, which takes half a minute"
     if place == _private_place() and not any_compiled():
@@ -75,18 +87,18 @@ def prepare_cache() -> tuple[bool, str]:
 def cache_place() -> Path | None:
     """The folder of the kernels, ``BESIDE`` if each lies beside its source; None if there is no place for them."""
     named = os.environ.get("NUMBA_CACHE_DIR")
-    if named and _writable(Path(named)):
+    if named and _writable(Path(named)) and not _is_foreign(Path(named)):
         return Path(os.path.abspath(named))
     if not named and all(_writable(folder / BESIDE) for folder in {path.parent for path in _sources()}):
         return BESIDE
-    if not named and _writable(_users_place()):
+    if not named and _writable(_users_place()) and not _is_foreign(_users_place()):
         return _users_place()
     return _private_place() if _is_private(_private_place()) else None
 
 
 def any_compiled() -> bool:
     """Whether any kernel is there that fits its source."""
-    return any(
+    return shipped() is not None or any(
         (folder := folder_of(source)) is not None and any(folder.glob(f"{source.stem}.*-{stamp_of(source)}.*.nbi"))
         for source in _sources()
     )
@@ -97,13 +109,11 @@ def folder_of(source: Path) -> Path | None:
     place = cache_place()
     if place == BESIDE and source.is_relative_to(HERE):
         return source.parent / BESIDE
-    if place == BESIDE:
-        place = (
-            _users_place() if _writable(_users_place()) else _private_place() if _is_private(_private_place()) else None
-        )
-    if place is None:
-        return None
-    return place / f"{source.parent.name}_{hashlib.sha1(str(source.parent).encode()).hexdigest()}"
+    places = [_users_place()] if place == BESIDE and _writable(_users_place()) else [place] if place != BESIDE else []
+    if _is_private(_private_place()):
+        places.append(_private_place())
+    name = f"{source.parent.name}_{hashlib.sha1(str(source.parent).encode()).hexdigest()}"
+    return next((place / name for place in places if place is not None and not _is_foreign(place / name)), None)
 
 
 @cache
@@ -138,19 +148,103 @@ def _imported(path: Path) -> frozenset[Path]:
     return frozenset((candidates & set(_sources())) - {HERE / name for name in NOT_COMPILED})
 
 
+class Shipped:
+    """Kernels that came with the package. A file that is not as it was when the package was made is never unpickled."""
+
+    def __init__(self, folder: Path) -> None:
+        found = json.loads((folder / LIST).read_bytes())
+        self._folder = folder
+        self._processor: tuple[str, str, str] = tuple(found["processor"])  # as Numba names it
+        self._made_with: dict[str, str] = found["made with"]
+        self._hashes: dict[str, str] = found["sha256"]
+
+    def unfit(self) -> str:
+        """Why nothing of it can be used here; empty if it can."""
+        here = made_with()
+        if here != self._made_with:
+            wrong = [name for name in self._made_with if here.get(name) != self._made_with[name]]
+            ours, theirs = (", ".join(f"{name} {of.get(name)}" for name in wrong) for of in (here, self._made_with))
+            return f"were made with {theirs}, here is {ours}"
+        _, level, features = self._processor
+        given = getattr(numba.config, "CPU_FEATURES", None)  # of a user who names another processor
+        missing = set(features.split(",")) - set(
+            (codegen.get_host_cpu_features() if given is None else given).split(",")
+        )
+        lacks = ", ".join(sorted(name.lstrip("+") for name in missing))
+        return f"are for processors of the level {level}, this one lacks {lacks}" if missing else ""
+
+    def magic_tuple(self) -> tuple[str, str, str]:
+        """What Numba calls the processor for which kernels are compiled."""
+        return self._processor
+
+    def load(self, index: str, key: Any) -> Any:
+        """What Numba kept under a key, or None."""
+        if index not in self._hashes:
+            name, *_ = index.rsplit("-", 2)  # without line and stamp
+            if any(other.startswith(f"{name}-") for other in self._hashes):
+                complain("do not fit the sources, which were changed")
+            return None
+        stream = io.BytesIO(self._content(index))
+        pickle.load(stream)  # the version of Numba, which fits
+        _, files = pickle.load(stream)
+        return pickle.loads(self._content(files[key])) if key in files else None
+
+    def _content(self, name: str) -> bytes:
+        content = (self._folder / name).read_bytes()
+        if _hash(content) != self._hashes.get(name):
+            raise ValueError(f"{name} has another content")
+        return content
+
+
+_complaints: dict[str, bool] = {}  # what was found wrong with the shipped kernels, and whether it was said
+
+
+def complain(reason: str) -> None:
+    """Remember that shipped kernels are not used, until something is compiled in their place."""
+    _complaints.setdefault(reason, False)
+
+
+def complaints() -> list[str]:
+    """Why shipped kernels are not used; each reason once."""
+    new = [reason for reason, said in _complaints.items() if not said]
+    _complaints.update(dict.fromkeys(new, True))
+    return [f"the compiled equations of the package {reason}" for reason in new]
+
+
+@cache
+def shipped() -> Shipped | None:
+    """The kernels that came with the package, if they fit this computer."""
+    if not SHIPPED.is_dir():
+        return None
+    try:
+        found = Shipped(SHIPPED)
+        reason = found.unfit()
+    except Exception as error:  # whatever a damaged list holds
+        found, reason = None, f"have a damaged list ({SHIPPED / LIST}: {error})"
+    if reason:
+        complain(reason)
+        return None
+    return found
+
+
+def made_with() -> dict[str, str]:
+    """The versions that compiled kernels need."""
+    return {"Python": str(sys.implementation.cache_tag), "Numba": numba.__version__, "llvmlite": llvmlite.__version__}
+
+
 class _Locator(caching._CacheLocator):
     """Tells Numba's cache where the kernels of a function are, and under which name."""
 
     def __init__(self, function: Any) -> None:
         self._py_file = inspect.getfile(function)
         source = Path(os.path.abspath(self._py_file))
-        folder = folder_of(source) if source.is_file() else None
-        if folder is None:
+        self.folder = folder_of(source) if source.is_file() else None
+        if not source.is_file() or (self.folder is None and shipped() is None):
             raise RuntimeError(f"cannot cache function {function.__qualname__}: there is no place for it")
-        self._folder, self._stamp, self._line = folder, stamp_of(source), function.__code__.co_firstlineno
+        self._stamp, self._line = stamp_of(source), function.__code__.co_firstlineno
 
     def get_cache_path(self) -> str:
-        return str(self._folder)
+        return str(self.folder)
 
     def get_source_stamp(self) -> str:
         return self._stamp
@@ -168,13 +262,41 @@ class _Kernels(caching.CompileResultCacheImpl):
         self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", ""))
 
 
+class _Files(caching.IndexDataCacheFile):
+    """Kernels with their hash in the name: what is cut is found, and no two processes give one name to two kernels."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep a kernel, and then the way to it."""
+        content = self._dump(data)
+        name = f"{self._index_name.removesuffix('.nbi')}.{_hash(content)[:12]}.nbc"
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(content)
+        self._save_index(self._load_index() | {key: name})
+
+    def _load_data(self, name: str) -> Any:
+        content = Path(self._data_path(name)).read_bytes()
+        if not name.endswith(f".{_hash(content)[:12]}.nbc"):
+            raise ValueError(f"{name} is damaged")
+        return pickle.loads(content)
+
+
 class KernelCache(caching.FunctionCache):
     """The compiled kernels of one function, found by the content of its source."""
 
     _impl_class = _Kernels
 
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        place = self._impl.locator
+        self._cache_file = _Files(place.get_cache_path(), self._impl.filename_base, place.get_source_stamp())
+        if place.folder is None:
+            self.disable()  # nothing can be kept, but kernels are shipped
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function, or None. What is damaged is removed, and compiled again."""
+        found = self._shipped_overload(sig, target_context)
+        if found is not None:
+            return found
         try:
             return super().load_overload(sig, target_context)
         except Exception:  # a damaged pickle may raise anything
@@ -182,8 +304,22 @@ class KernelCache(caching.FunctionCache):
                 Path(self._cache_file._index_path).unlink()
             return None
 
+    def _shipped_overload(self, sig: Any, target_context: Any) -> Any:
+        kernels = shipped()
+        if kernels is None:
+            return None
+        target_context.refresh()
+        try:
+            data = kernels.load(self._cache_file._index_name, self._index_key(sig, kernels))
+            return data and self._impl.rebuild(target_context, data)
+        except Exception as error:  # also of a file that cannot be read
+            complain(f"are damaged ({error})")
+            return None
+
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled function, and drop those of older sources. What cannot be kept is compiled again next time."""
+        if not self._enabled:
+            return
         try:
             super().save_overload(sig, data)
         except Exception:  # a full disk; a function that stands in no module
@@ -197,6 +333,10 @@ class KernelCache(caching.FunctionCache):
                     path.unlink()
 
 
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
 def _writable(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -204,6 +344,14 @@ def _writable(folder: Path) -> bool:
     except OSError:
         return False
     return True
+
+
+def _is_foreign(folder: Path) -> bool:
+    """Whether it belongs to another user, who could put code there."""
+    try:
+        return hasattr(os, "getuid") and folder.stat().st_uid not in {0, os.getuid()}
+    except OSError:
+        return False  # it is not there yet
 
 
 def _users_place() -> Path:
@@ -234,5 +382,7 @@ def _is_private(folder: Path) -> bool:
 
 def _nowhere() -> str:
     named = os.environ.get("NUMBA_CACHE_DIR")
-    where = f"NUMBA_CACHE_DIR ({named})" if named else "the package nor the home folder"
-    return f"compiled equations cannot be kept in {where}" if named else f"neither {where} can hold compiled equations"
+    if not named:
+        return "neither the package nor the home folder can hold compiled equations"
+    whose = ", which belongs to another user" if _is_foreign(Path(named)) else ""
+    return f"compiled equations cannot be kept in NUMBA_CACHE_DIR ({named}){whose}"
