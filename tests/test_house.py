@@ -40,6 +40,7 @@ MANY = {
     "studies/stepped_response.py stepped_response": "everything one may ask of a stepped measurement",
 }
 INNER = {
+    "kernels/cache.py Missing": "ends a look for a kernel on disk; it is compiled then",
     "patience.py OutOfTime": "ends a search of a check, which names what it did not find",
     "studies/ensemble/classes.py Differs": "ends an attempt to follow; all members are assembled then",
     "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",

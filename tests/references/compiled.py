@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer
+from autobalancer.kernels.cache import declared_in
 
 ROOT = Path(autobalancer.__file__).parents[1]
 KERNELS = ROOT / "autobalancer/kernels"
-IMPORTED, CALLED = "-imported", "-called"  # what is compiled with a module, and what the integrators are given
+IMPORTED, CALLED = "-imported", "-called"  # what declares its types, and what the integrators are given
 INTEGRATORS = "autobalancer.kernels.integrators"
 TYPES = {f"{INTEGRATORS}.switching", f"{INTEGRATORS}.collocation.amplitudes"}  # of what they are given
 PATIENCE = 300.0  # s without any news of the others; then a process goes on by itself
@@ -123,6 +124,8 @@ def _before(module: str, part: str) -> frozenset[str]:
 
 def _compile(module: str, part: str) -> None:
     loaded = import_module(module)
+    for kernel in declared_in(loaded) if part == IMPORTED else []:
+        kernel.compile(None)
     if part == CALLED:
         for name, kind in called_by_address(module).items():
-            getattr(loaded, name).compile(kind.signature.args)
+            getattr(loaded, name).compile(kind.signature)

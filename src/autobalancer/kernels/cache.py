@@ -11,6 +11,9 @@ makes what depends on it compile again, and nothing else.
 A wheel carries its kernels in ``SHIPPED``, compiled for a level of processors by ``tools/wheel.py``. They are found by the same
 names, come first, and are only read: each file as the list of hashes beside them knows it. Where they do not fit, kernels are
 compiled as from a checkout.
+
+A kernel is compiled when it is first used; those that a question needs by several processes at once. One that is being compiled
+is locked by a file beside its place, which falls with the process that holds it: who wants it meanwhile waits, and loads it.
 """
 
 from __future__ import annotations
@@ -19,19 +22,33 @@ import hashlib
 import inspect
 import io
 import json
+import multiprocessing
 import os
 import pickle
 import re
+import subprocess
 import sys
 import tempfile
-from contextlib import suppress
+import threading
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import llvmlite  # type: ignore[import-untyped]
 import numba
 from numba.core import caching, codegen, typeinfer
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import Dispatcher
+from numba.core.sigutils import normalize_signature
+
+try:
+    import fcntl
+except ImportError:  # Windows: each process compiles for itself
+    fcntl = None  # type: ignore[assignment]
 
 HERE = Path(os.path.abspath(__file__)).parent
 BESIDE = Path("__pycache__")
@@ -41,13 +58,19 @@ NOT_COMPILED = {"cache.py", "announce.py"}  # kernels import these, but nothing 
 _IMPORT = re.compile(r"^\s*from (autobalancer\.kernels[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
+PATIENCE = 120.0  # s; who has a kernel for longer will not bring it
+MOST = 4  # processes
+Work = tuple[Any, Any]  # a kernel, and the types of its arguments if it does not declare them
+
+
 def njit(signature: Any = None, *, cache: bool = False, **options: Any) -> Any:
     """Numba's decorator of the same name, but kernels are kept in :func:`cache_place`, not where Numba looks.
 
     Parameters
     ----------
     signature
-        Types for which the function is compiled at once, or a list of them; else they follow from its calls.
+        Types for which the function is compiled when it is first used, or a list of them; else they follow from its calls. A
+        function from outside the kernels is compiled at once.
     cache
         Whether the compiled function is kept for other processes.
     options
@@ -60,12 +83,10 @@ def njit(signature: Any = None, *, cache: bool = False, **options: Any) -> Any:
         kernel = numba.njit(**options)(function)
         if hasattr(kernel, "_cache"):  # else the compiler is switched off
             kernel._cache = KernelCache(function)
-            signatures = signature if isinstance(signature, list) else [signature] if signature is not None else []
-            with typeinfer.register_dispatcher(kernel):  # as Numba does, for functions that call themselves
-                for each in signatures:
-                    kernel.compile(each)
-            if signatures:
-                kernel.disable_compile()
+            if signature is not None:
+                wait_for_use(kernel, signature if isinstance(signature, list) else [signature])
+            if signature is not None and not Path(inspect.getfile(function)).is_relative_to(HERE):
+                kernel.compile(None)  # the law of a user: whether it compiles is asked here
         return kernel
 
     return decorate
@@ -293,10 +314,21 @@ class KernelCache(caching.FunctionCache):
             self.disable()  # nothing can be kept, but kernels are shipped
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function, or None. What is damaged is removed, and compiled again."""
-        found = self._shipped_overload(sig, target_context)
-        if found is not None:
-            return found
+        """The compiled function, or None: then this process alone compiles it."""
+        found = self._shipped_overload(sig, target_context) or self._kept_overload(sig, target_context)
+        if found is None and take(self.lock(sig)):  # another process has compiled it meanwhile
+            found = self._kept_overload(sig, target_context)
+            if found is not None:
+                give(self.lock(sig))
+        return found
+
+    def lock(self, sig: Any) -> Path | None:
+        """The file that is locked while the function is compiled for these types; None where nothing can be kept."""
+        types = _hash(str(normalize_signature(sig)[0]).encode())[:12]
+        return Path(f"{self._cache_file._index_path}.{types}.lock") if self._enabled else None
+
+    def _kept_overload(self, sig: Any, target_context: Any) -> Any:
+        """What is damaged is removed, and compiled again."""
         try:
             return super().load_overload(sig, target_context)
         except Exception:  # a damaged pickle may raise anything
@@ -324,6 +356,8 @@ class KernelCache(caching.FunctionCache):
             super().save_overload(sig, data)
         except Exception:  # a full disk; a function that stands in no module
             return
+        finally:
+            give(self.lock(sig))
         stamp, folder = self._cache_file._source_stamp, Path(self.cache_path)
         name = Path(self._cache_file._index_path).name.partition(f"-{stamp}")[0].rpartition("-")[0]
         older = re.compile(rf"{re.escape(name)}-\d+-(?!{stamp})[0-9a-f]{{12}}\..*\.nb[ic]")
@@ -386,3 +420,169 @@ def _nowhere() -> str:
         return "neither the package nor the home folder can hold compiled equations"
     whose = ", which belongs to another user" if _is_foreign(Path(named)) else ""
     return f"compiled equations cannot be kept in NUMBA_CACHE_DIR ({named}){whose}"
+
+
+class Missing(Exception):
+    """A kernel is not in its place."""
+
+
+class Kernel(Dispatcher):
+    """A function that declares its types, and is compiled for them, and no others, when it is first called."""
+
+    declared: tuple[Any, ...] = ()
+    _can_compile: bool
+
+    def compile(self, sig: Any) -> Any:
+        """Compile it for all that it declares, whatever is asked."""
+        with global_compiler_lock:
+            if not self.declared or self.is_compiling:
+                return super().compile(sig)
+            if self._can_compile:
+                with typeinfer.register_dispatcher(self):  # as Numba does, for functions that call themselves
+                    for each in self.declared:
+                        super().compile(each)
+                self.disable_compile()
+            return None
+
+    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+        if not (self.declared and self._can_compile):  # it may be compiled, and these arguments do not fit
+            return super()._compile_for_args(*arguments, **named)  # type: ignore[misc]
+        self.compile(None)
+        return self  # which Numba calls then
+
+
+def wait_for_use(dispatcher: Any, declared: list[Any]) -> None:
+    """Let a function of Numba declare its types, and compile it when it is used."""
+    dispatcher.__class__ = Kernel
+    dispatcher.declared = tuple(declared)
+
+
+_of_thread = threading.local()  # whether it only loads
+_held: dict[Path, Any] = {}  # files that this process has locked
+_helpers: list[Any] = []
+
+
+@contextmanager
+def _loading() -> Iterator[None]:
+    _of_thread.loads = True
+    try:
+        yield
+    finally:
+        _of_thread.loads = False
+
+
+def take(place: Path | None) -> bool:
+    """Take a kernel that is not there, to compile it; whether another process had it, and may have compiled it."""
+    if getattr(_of_thread, "loads", False):
+        raise Missing
+    if fcntl is None or place is None or place in _held:
+        return False
+    waited, until = False, time.monotonic() + PATIENCE
+    with suppress(OSError):
+        place.parent.mkdir(parents=True, exist_ok=True)
+        file = place.open("ab")
+        while time.monotonic() < until:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                waited = True
+                time.sleep(0.01)
+                continue
+            _held[place] = file
+            return waited
+        file.close()
+    return waited
+
+
+def give(place: Path | None) -> None:
+    """Let others have a kernel."""
+    if place is not None and place in _held:
+        with suppress(OSError):
+            place.unlink()
+        _held.pop(place).close()
+
+
+def _is_taken(place: Path | None) -> bool:
+    """Whether another process has it."""
+    if fcntl is None or place is None or place in _held:
+        return False
+    try:
+        with place.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    return False
+
+
+def compile_together(works: Iterable[Work], then: tuple[str, ...] = ()) -> None:
+    """Load kernels, and compile those that are not there, by as many processes as there are processors.
+
+    The others go on with all kernels of the modules ``then`` while this process uses the first ones.
+    """
+    missing = [work for work in works if not _is_there(*work)]
+    others = min(MOST, _processors(), len(missing)) - 1
+    if fcntl is not None and multiprocessing.parent_process() is None:
+        names = [(kernel.py_func.__module__, kernel.py_func.__name__, types) for kernel, types in missing]
+        for _ in range(others):
+            _start((names, then))
+    _compile(missing)
+
+
+def _is_there(kernel: Any, types: Any) -> bool:
+    if not hasattr(kernel, "overloads"):
+        return True  # the compiler is switched off
+    try:
+        with _loading():
+            kernel.compile(types)
+    except Missing:
+        return False
+    return True
+
+
+def _compile(works: list[Work]) -> None:
+    """Those first that nobody else has."""
+    later = []
+    for kernel, types in works:
+        if _is_taken(kernel._cache.lock(types or kernel.declared[0])):
+            later.append((kernel, types))
+        else:
+            kernel.compile(types)
+    for kernel, types in later:
+        kernel.compile(types)
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _start(asked: tuple[list[tuple[str, str, Any]], tuple[str, ...]]) -> None:
+    """A process that compiles the same kernels, the last first."""
+    root = str(Path(__file__).parents[2])
+    code = f"import sys; sys.path.insert(0, {root!r}); from autobalancer.kernels import cache; cache.help()"
+    with suppress(OSError):
+        helper = subprocess.Popen(
+            [sys.executable, "-P", "-c", code],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        _helpers.append(helper)  # kept, as it goes on by itself
+        if helper.stdin is not None:
+            with helper.stdin:
+                pickle.dump(asked, helper.stdin)
+
+
+def help() -> None:
+    """What such a process does."""
+    names, then = pickle.load(sys.stdin.buffer)
+    _compile([(getattr(import_module(module), name), types) for module, name, types in reversed(names)])
+    for module in then:
+        _compile([(kernel, None) for kernel in declared_in(import_module(module))])
+
+
+def declared_in(module: Any) -> list[Kernel]:
+    """The kernels of a module that declare their types."""
+    own = (value for value in vars(module).values() if isinstance(value, Kernel) and value.declared)
+    return [kernel for kernel in own if kernel.py_func.__module__ == module.__name__]

@@ -156,6 +156,7 @@ def simulate_races(
     jumps = unbalance_jumps(machine, end)
     record = record_for(wishes, events, assembly, end, jumps)
     stepper = stepper_for(assembly, end, tolerance, method)
+    stepper.make_ready()
     slow = slow_because(machine, assembly, end, long_steps=stepper.long is not None)
     if slow:
         warn(slow, DurationWarning)

@@ -6,12 +6,14 @@ from typing import Any, Literal, NamedTuple, get_args
 
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
+from autobalancer.kernels.cache import Work, compile_together
 from autobalancer.kernels.given import given
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, REJECTED, Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import advance
-from autobalancer.kernels.system import System
+from autobalancer.kernels.integrators.switching import switch_type
+from autobalancer.kernels.system import System, rhs_type
 from autobalancer.kernels.wide import NODES
 from autobalancer.simulation.equations import Equations, equations
 from autobalancer.simulation.fresh import memory_for
@@ -37,6 +39,23 @@ class Stepper(NamedTuple):
     pair: tableaus.Tableau
     memory: Memory
     long: LongSteps | None = None
+
+    def make_ready(self) -> None:
+        """Load or compile the kernels of a run, those of its result too."""
+        from autobalancer.kernels.measures.response import with_balls_held
+        from autobalancer.kernels.measures.seen import see
+
+        rates, switch = self.moving
+        works: list[Work] = [(switch, switch_type.signature), (rates, rhs_type.signature)]
+        if self.long is None:
+            works += [(with_balls_held, None), (see, None), (advance, None)]
+        else:
+            from autobalancer.kernels.integrators.collocation.amplitudes import nodes_type, watch_type
+            from autobalancer.kernels.integrators.collocation.march import march
+
+            works += [(self.long.nodes, nodes_type.signature), (self.long.watch, watch_type.signature)]
+            works += [(with_balls_held, None), (see, None), (march, None)]
+        compile_together(works, then=OF_RESULTS)
 
     def advance(self, system: System, record: Record, budget: int) -> int:
         """Take up to ``budget`` accepted steps; returns how that ended, see kernels/integrators/runge_kutta.py."""
@@ -67,6 +86,7 @@ class Stepper(NamedTuple):
         }
 
 
+OF_RESULTS = tuple(f"autobalancer.kernels.measures.{name}" for name in ("series", "impacts", "motion", "verdict"))
 FINEST = 1e-11  # tolerance below which "auto" takes the pair: long steps were compared with it down to 1e-9
 
 
