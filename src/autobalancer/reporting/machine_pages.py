@@ -152,12 +152,12 @@ def worst_residuals(found: Summary, size: str) -> list[tuple[str, float, str]]:
     if (below := found.friction_settled) is not None and all(plane.carried_on is False for plane in below.planes):
         held = below  # the drive rises slowly enough for balls to keep the places that they take there
     if held is not None and len(held.planes) == 1:
-        (plane,) = held.planes
+        (stuck,) = held.planes
         at = f"{size}, released at rest at the constant speed of {rpm_and_si(held.speed)}, no run-up"
         rows.append(
-            ("95 % of the balls that friction stops end below", plane.residual_95, f"{at}; {held.starts} starts")
+            ("95 % of the balls that friction stops end below", stuck.residual_95, f"{at}; {held.starts} starts")
         )
-        worst = max(plane.worst_residual, plane.greatest_residual)
+        worst = max(stuck.worst_residual, stuck.greatest_residual)
         rows.append(("worst that friction and eccentricity hold", worst, at))
     return rows
 
