@@ -9,9 +9,53 @@ import typer
 
 from autobalancer.cli.terminal.group import Group
 
+
+class Commands(Group):
+    """All commands and groups of commands: a module of this folder, and the name of the function or group in it."""
+
+    places = {
+        "check": "stability.check.check",
+        "simulate": "runs.run.run",
+        "example": "files.example.example",
+        "keys": "files.keys.keys",
+        "measures": "runs.measures.measures",
+        "plot": "runs.plot.plot",
+        "animate": "runs.animate.animate",
+        "eigenvalues": "stability.eigenvalues.stability",
+        "borders": "stability.borders.borders",
+        "map": "stability.stability_map.map_",
+        "branches": "stability.branches.branches",
+        "basin": "runs.basin.basin",
+        "ensemble": "runs.ensemble.ensemble",
+        "study": "studies.study.study",
+        "design": "studies.design.design",
+        "report": "studies.report.report",
+        "envelopes": "studies.envelopes.envelopes",
+        "compare": "runs.compare.compare",
+        "receptance": "rotors.receptance.receptance",
+        "stepped-response": "runs.stepped.stepped",
+        "modes": "rotors.modes.modes",
+        "response": "rotors.response.response",
+        "torsional-modes": "rotors.torsion.torsional_modes",
+        "torsional-response": "rotors.torsion.torsional_response",
+        "liquid-response": "rotors.liquid.liquid_response",
+        "annulus-flow": "rotors.flow.flow",
+        "ball-drag": "rotors.ball_drag.ball_drag",
+        "sheared-drag": "rotors.sheared_drag.sheared_drag",
+        "equilibrium-angle": "rotors.angle.angle",
+        "identify": "rotors.identify.identify",
+        "rubber": "rotors.rubber.rubber",
+        "equivalent-planar": "rotors.equivalent.equivalent",
+        "app": "files.bench.app",
+        "catalog": "files.catalog.app",
+        "measure": "measured.group.app",
+        "chamber": "runs.design.app",
+    }
+
+
 app = typer.Typer(
     name="autobalancer",
-    cls=Group,
+    cls=Commands,
     help="Automatic ball balancers: describe the machine, simulate it, see what the balls do.",
     epilog="The files in the examples are written by: autobalancer example --all",
     no_args_is_help=True,
@@ -42,82 +86,8 @@ def _options(
     ] = None,
 ) -> None:
     """Automatic ball balancers: describe the machine, simulate it, see what the balls do."""
-    from autobalancer.files.own_leaves import load as load_file
+    if load:
+        from autobalancer.files.own_leaves import load as load_file
 
-    for file in load or []:
-        load_file(file)
-
-
-from autobalancer.cli.files import bench, catalog, example, keys  # noqa: E402
-from autobalancer.cli.measured import group  # noqa: E402
-from autobalancer.cli.rotors import (  # noqa: E402
-    angle,
-    ball_drag,
-    equivalent,
-    flow,
-    identify,
-    liquid,
-    modes,
-    receptance,
-    response,
-    rubber,
-    sheared_drag,
-    torsion,
-)
-from autobalancer.cli.runs import (  # noqa: E402
-    animate,
-    archive,
-    basin,
-    compare,
-    design,
-    ensemble,
-    measures,
-    plot,
-    run,
-    stepped,
-    study,
-)
-from autobalancer.cli.stability import borders, branches, check, eigenvalues, stability_map  # noqa: E402
-from autobalancer.cli.studies import design as design_file  # noqa: E402
-from autobalancer.cli.studies import envelopes, report  # noqa: E402
-from autobalancer.cli.studies import study as study_file  # noqa: E402
-
-app.command()(check.check)
-app.command("simulate")(run.run)
-app.command()(example.example)
-app.command()(keys.keys)
-app.command()(measures.measures)
-app.command()(plot.plot)
-app.command()(animate.animate)
-app.command("eigenvalues")(eigenvalues.stability)
-app.command()(borders.borders)
-app.command("map")(stability_map.map_)
-app.command()(branches.branches)
-app.command()(basin.basin)
-app.command()(ensemble.ensemble)
-app.command()(study_file.study)
-app.command()(design_file.design)
-app.command()(report.report)
-app.command()(envelopes.envelopes)
-app.command()(compare.compare)
-app.command()(receptance.receptance)
-app.command("stepped-response")(stepped.stepped)
-app.command()(modes.modes)
-app.command()(response.response)
-app.command("torsional-modes")(torsion.torsional_modes)
-app.command("torsional-response")(torsion.torsional_response)
-app.command("liquid-response")(liquid.liquid_response)
-app.command("annulus-flow")(flow.flow)
-app.command("ball-drag")(ball_drag.ball_drag)
-app.command("sheared-drag")(sheared_drag.sheared_drag)
-app.command("equilibrium-angle")(angle.angle)
-app.command()(identify.identify)
-app.command()(rubber.rubber)
-app.command("equivalent-planar")(equivalent.equivalent)
-app.command("app")(bench.app)
-app.add_typer(catalog.app, name="catalog")
-app.add_typer(group.app, name="measure")
-app.add_typer(study.app, name="chamber")
-study.app.command()(design.design)
-study.app.command()(design.bounds)
-study.app.command()(archive.archive)
+        for file in load:
+            load_file(file)

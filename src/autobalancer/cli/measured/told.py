@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from autobalancer.cli.terminal.words import note
-from autobalancer.results.answers.answer import Answer
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from autobalancer.results.answers.answer import Answer
 
 
 def tell(found: Answer, as_json: bool, as_csv: bool) -> None:

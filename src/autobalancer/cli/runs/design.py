@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.runs.study import asked_of, bar, chamber_machine, said_when_stopped
+from autobalancer.cli.runs.archive import archive
+from autobalancer.cli.runs.study import app, asked_of, bar, chamber_machine, said_when_stopped
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot
 from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
 from autobalancer.cli.terminal.quantities import optional, quantity
@@ -169,3 +170,8 @@ def _show(found: xr.Dataset, changed: xr.Dataset | None) -> None:
         print_sheet(one.columns())
         for text in one.remarks():
             Console(highlight=False).print(Text(text))
+
+
+app.command()(design)
+app.command()(bounds)
+app.command()(archive)

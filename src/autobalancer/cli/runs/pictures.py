@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.results.answers.studied import Studied
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     import xarray as xr
     from matplotlib.figure import Figure
+
+    from autobalancer.results.answers.studied import Studied
 
 Pictures = dict[str, "Callable[[], Figure]"]
 
@@ -45,6 +46,7 @@ class Wishes:
 
 def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
     """Name of each picture and what draws it."""
+    from autobalancer.results.answers.studied import Studied
     from autobalancer.results.chamber.shape import is_chamber_run
 
     if is_chamber_run(result):

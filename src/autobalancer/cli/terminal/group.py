@@ -5,10 +5,12 @@ from __future__ import annotations
 import inspect
 import sys
 import warnings
-from typing import Any
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from typing import Any, ClassVar
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from autobalancer.cli.terminal.exit_codes import MEND, stop_code, stopped_like_ctrl_c
 from autobalancer.cli.terminal.output import Command
@@ -18,14 +20,70 @@ from autobalancer.shown import printable
 NOTES = (RangeWarning, CacheWarning, DurationWarning)
 
 
+class OnDemand(Mapping[str, Any]):
+    """Commands by name, each imported and its options read when it is asked for: that of all takes longer than most answers."""
+
+    def __init__(self, places: Mapping[str, str]) -> None:
+        self._places = places
+        self._read: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._read:
+            found = self._imported(name)
+            if isinstance(found, typer.Typer):
+                command = typer.main.get_group(found)
+                command.name = name
+            else:
+                alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
+                alone.command(name)(found)
+                command = typer.main.get_command(alone)  # type: ignore[assignment]
+            command.help = _unbroken(command.help or "")
+            self._read[name] = command
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def listed(self, name: str) -> Any:
+        """A command as a list of commands shows it: its name and its help."""
+        found = self._imported(name)
+        text = found.info.help if isinstance(found, typer.Typer) else inspect.cleandoc(found.__doc__)
+        return TyperCommand(name, help=_unbroken(text))
+
+    def _imported(self, name: str) -> Any:
+        module, _, attribute = self._places[name].rpartition(".")
+        return getattr(import_module(f"autobalancer.cli.{module}"), attribute)
+
+
 class Group(TyperGroup):
     """One readable message for everything a user can get wrong; warnings without lines of code."""
 
+    places: ClassVar[Mapping[str, str]]  # where the function or group of each command is, below autobalancer.cli
+
+    def __init__(self, *, commands: Any = None, **options: Any) -> None:
+        super().__init__(commands=OnDemand(self.places), **options)
+        self._listing = False
+
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        command = super().get_command(ctx, cmd_name)
-        if command is not None:
-            command.help = _unbroken(command.help or "")
-        return command
+        if cmd_name not in self.commands:
+            return None
+        return self.commands.listed(cmd_name) if self._listing else self.commands[cmd_name]  # type: ignore[attr-defined]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """The help, with the list of commands."""
+        self._listing = True
+        super().format_help(ctx, formatter)
+        self._listing = False
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """The commands and options that a shell offers."""
+        self._listing = True
+        found = super().shell_complete(ctx, incomplete)
+        self._listing = False
+        return found
 
     def invoke(self, ctx: Any) -> Any:
         words = [*getattr(ctx, "_protected_args", ()), *ctx.args]  # gone when a command has run
