@@ -7,8 +7,6 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar, Unpack
 
-import xarray as xr
-
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine
@@ -17,6 +15,8 @@ from autobalancer.patience import Progress, looking_for, somebody_looks
 from autobalancer.results.chamber.shape import is_chamber_run
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from autobalancer.plots.film.film import Film
     from autobalancer.results.answers.comparison import Comparison
     from autobalancer.results.answers.overlay import Overlay
@@ -253,6 +253,8 @@ def compare(
     QuestionError
         For machines with one name, a run without samples, or a measurement of other places or times.
     """
+    import xarray as xr
+
     if isinstance(given, xr.Dataset):
         from autobalancer.measurement.comparison.overlay import overlay
 

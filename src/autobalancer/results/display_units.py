@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.results.number_text import couple_text, length_text, moment_text, significant
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "EACH_ITS_OWN",

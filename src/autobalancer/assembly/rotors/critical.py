@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh, eigvalsh
 
 from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
 from autobalancer.remembered import remembered
@@ -43,6 +42,8 @@ def critical_speeds(model: LateralModel) -> tuple[float, ...]:
 @remembered(8)
 def natural_frequencies(model: LateralModel) -> Floats:
     """Of the rotor at rest, undamped, rad/s, ascending; without those of a rotor that is free to move."""
+    from scipy.linalg import eigvalsh
+
     stiffness = model.stiffness_at(0.0)
     squares = eigvalsh(0.5 * (stiffness + stiffness.T), model.mass)
     return np.asarray(np.sqrt(squares[squares > 1e-12 * np.abs(squares).max()]))
@@ -91,6 +92,8 @@ class _Dynamic(NamedTuple):
 
     def _direct(self) -> list[tuple[float, Complexes]]:
         """Eigenvalues 1/w^2 of the inertia over the stiffness; a tiny spring holds a rotor that is free to move."""
+        from scipy.linalg import eigh
+
         held = self.held(0.0)
         size = float(np.abs(held).max())
         if np.linalg.eigvalsh(held)[0] <= 1e-13 * size:

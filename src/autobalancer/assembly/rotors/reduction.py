@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, null_space
 
 from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel, Matrix, Rows
 from autobalancer.errors import MachineError
@@ -64,6 +63,8 @@ class Reducer:
     def __init__(
         self, model: LateralModel, front: Rows, places: Matrix, top: float, wanted: int | None, *, isotropic: bool
     ) -> None:
+        from scipy.linalg import eigh
+
         self._model, self._wanted, self._isotropic = model, wanted, isotropic
         self._top = float(min(top, model.top_speed))
         n = model.pairs
@@ -134,6 +135,8 @@ def _ahead(front: Rows, size: int, isotropic: bool, pairs: int) -> Matrix:
 
 def _in_front(modes: Matrix, seen: Matrix) -> Matrix:
     """Combine modes so that the first coordinates are what is ``seen`` of them."""
+    from scipy.linalg import null_space
+
     size = float(np.exp(np.log(np.linalg.norm(seen, axis=1)).mean()))
     forward = np.vstack([seen, size * null_space(seen).T])
     return np.asarray(modes @ np.linalg.inv(forward))

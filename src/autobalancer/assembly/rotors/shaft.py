@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eigvalsh
 
 from autobalancer.assembly.rotors.model import LateralModel, Matrix, matrices
 from autobalancer.assembly.rotors.shaft_axis import ShaftAxis
@@ -120,6 +119,6 @@ def _both(plane: Matrix) -> Matrix:
 
 def _refuse_falling(stiffness: Matrix) -> None:
     scale = np.sqrt(np.abs(np.diag(stiffness)))
-    if np.diag(stiffness).min() <= 0.0 or eigvalsh(stiffness / np.outer(scale, scale))[0] <= 0.0:
+    if np.diag(stiffness).min() <= 0.0 or np.linalg.eigvalsh(stiffness / np.outer(scale, scale))[0] <= 0.0:
         text = "the rotor falls over or buckles under its weight; use stiffer supports, suspend it from above, or leave 'up' out"
         raise ImpossiblePart("Machine", [(("rotor", "up"), text)])

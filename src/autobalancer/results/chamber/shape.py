@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from autobalancer.machine.chamber import Chamber, ChamberUnbalance
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -79,4 +81,6 @@ def bodies_of(run: xr.Dataset) -> str:
 
 def is_chamber_run(result: xr.Dataset) -> bool:
     """Whether its balls moved freely in chambers."""
+    import xarray as xr
+
     return isinstance(result, xr.Dataset) and "body_position" in result

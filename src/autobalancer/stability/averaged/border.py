@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from scipy.optimize import brentq
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.averaged.equations import (
@@ -65,6 +64,8 @@ def balanced_growth_rates(p: Plane, speeds: Floats) -> Floats:
 
 
 def _search(rates_at: Callable[[Floats], Floats], low: float, high: float) -> tuple[float, str]:
+    from scipy.optimize import brentq
+
     def rate(speed: float) -> float:
         return float(rates_at(np.array([speed]))[0])
 

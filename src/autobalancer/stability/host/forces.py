@@ -17,7 +17,6 @@ from autobalancer.assembly.drive import steady
 from autobalancer.assembly.forces.rows import force_rows, forces_in, has_forces
 from autobalancer.assembly.guided import ball_rows, moving_rows
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.kernels.balls.force_torques import force_torques
 from autobalancer.kernels.system import BALLS, System
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
@@ -132,6 +131,8 @@ class BallForces:
 
 
 def _torques_and_wall_forces(system: System, angles: Floats, rates: Floats, speed: float) -> Floats:
+    from autobalancer.kernels.balls.force_torques import force_torques
+
     count = system.ball_count
     states, found = np.zeros((len(angles), BALLS + 2 * count)), np.zeros((len(angles), 2 * count))
     states[:, BALLS : BALLS + count], states[:, BALLS + count :] = angles, rates

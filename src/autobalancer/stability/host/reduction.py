@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import scipy.linalg
 
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.reduction import AIM, fewest
@@ -33,6 +32,8 @@ def basis_for(st: Stations, highest: float) -> Matrix | None:
     model, n = st.model, st.model.pairs
     if n <= FEW or not (st.isotropic or model.size == 2 * n):
         return None
+    from scipy.linalg import eigh
+
     held = model.stiffness_at(min(0.5 * highest, model.top_speed))
     directions = [slice(0, n)] if st.isotropic else [slice(0, n), slice(n, 2 * n)]
     modes, static = [], []
@@ -42,7 +43,7 @@ def basis_for(st: Stations, highest: float) -> Matrix | None:
             [st.rows.T, *(() if st.slopes is None else (st.slopes.T,)), st.load.real, st.load.imag]
         )
         stiffness = 0.5 * (stiffness + stiffness.T)
-        modes.append(scipy.linalg.eigh(stiffness, mass)[1])
+        modes.append(eigh(stiffness, mass)[1])
         static.append(np.linalg.lstsq(stiffness, pushed, rcond=1e-13)[0])
 
     def bases() -> Iterator[Matrix]:

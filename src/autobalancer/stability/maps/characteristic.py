@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -120,6 +119,8 @@ def worst_case_border(balancer: PlanarBalancer) -> float:
     With D = M (w^2 - w_c^2): beta(w)^2 = (c N I w^4 / 2) / (D (1 + D^2/(b w)^2)), W = w + beta D / (I b w). beta falls
     with w; below its limit for w to infinity the balanced state is never stable and the border is infinite.
     """
+    from scipy.optimize import brentq
+
     b = balancer
     critical = b.critical_speed
     if b.damping == 0.0 or b.drag == 0.0:

@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.errors import QuestionError
@@ -153,6 +152,8 @@ def _grid(low: float, high: float, p: Described, count: int) -> Floats:
 
 def _with_extremes(speeds: Floats, rates: Floats, rate: Callable[[float], float]) -> tuple[Floats, Floats]:
     """The same, with extreme values between the points added where these may have another sign than their neighbors."""
+    from scipy.optimize import minimize_scalar
+
     more: list[tuple[float, float]] = []
     for i in range(1, speeds.size - 1):
         left, here, right = rates[i - 1 : i + 2]
@@ -177,6 +178,8 @@ def _edge(
     rate: Callable[[float], float], ends: Window, values: tuple[float, float], exists: Callable[[float], bool] | None
 ) -> float:
     """Where stability ends: a root of the growth rate, or the end of the range in which the state ``exists``."""
+    from scipy.optimize import brentq
+
     if math.isfinite(values[0]) and math.isfinite(values[1]):
         if rate(ends[0]) * rate(ends[1]) >= 0.0:
             return float(ends[0] if values[0] < 0.0 else ends[1])  # zero within rounding in all of the range

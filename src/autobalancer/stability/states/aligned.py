@@ -19,7 +19,6 @@ from itertools import product
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.optimize import root
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats
@@ -134,6 +133,8 @@ def _polished(h: Complexes, b: Complexes, psi: Floats) -> Floats | None:
 
 def _searched(a: Aligned) -> list[dict[int, float]]:
     """Any number of stations and centers: the whirl by Newton's method for each pattern of signs."""
+    from scipy.optimize import root
+
     balls = np.concatenate(a.balls)
     place = np.repeat(np.arange(len(a.balls)), [len(own) for own in a.balls])
     if 2 ** len(balls) > PATTERNS:

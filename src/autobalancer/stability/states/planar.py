@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.optimize import fsolve
 
 from autobalancer.errors import QuestionError
 from autobalancer.patience import still_time
@@ -170,6 +169,8 @@ def _aligned_one_center(p: Plane, speed: float, stiffness: complex) -> list[Equi
 
 def _aligned(p: Plane, speed: float, stiffness: complex) -> list[Equilibrium]:
     """Races with different centers: the two components of Z from many starts, for each pattern of signs."""
+    from scipy.optimize import fsolve
+
     n = p.moment.size
     if 2**n > PATTERNS:
         raise QuestionError(

@@ -8,7 +8,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats
@@ -86,6 +85,7 @@ def _spreads(first: Complexes, groups: tuple[int, int, int], share: float) -> Fl
 
 def _refined(angles: Floats, place: int, groups: tuple[int, int, int], share: float, sign: float) -> float:
     """The extreme value near a grid point, times ``sign``."""
+    from scipy.optimize import minimize_scalar
 
     def value(angle: float) -> float:
         found = sign * _spreads(np.exp(1j * np.array([angle])), groups, share)
