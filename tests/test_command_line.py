@@ -88,15 +88,29 @@ def test_a_file_that_is_missing_ends_a_process_with_code_2_and_a_message(tmp_pat
 
 
 def test_every_command_has_an_example_in_its_help(tmp_path: Path) -> None:
-    from autobalancer.cli import app
+    import typer
 
-    names = [command.name or command.callback.__name__ for command in app.registered_commands if command.callback]
+    names = dict(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
     assert {"check", "simulate", "plot", "animate", "eigenvalues", "borders", "map", "basin", "receptance"} <= set(
         names
     )
-    for command in app.registered_commands:
-        assert command.callback is not None
-        assert "Example: autobalancer" in (command.callback.__doc__ or ""), command.callback.__name__
+    for name, command in names.items():
+        assert hasattr(command, "commands") or "Example: autobalancer" in command.help, name
+
+
+def test_a_check_loads_no_library_of_tables_and_a_help_none_for_numbers() -> None:
+    for words, heavy in (
+        (["--help"], {"numpy", "pydantic", "numba", "scipy", "xarray"}),
+        (["check", "examples/machines/discoidal.toml"], {"pandas", "xarray", "pint", "matplotlib", "netCDF4"}),
+    ):
+        code = (
+            f"import sys; sys.argv = ['autobalancer', *{words}]\nfrom autobalancer.__main__ import main\ntry: main()\n"
+        )
+        code += f"except SystemExit: pass\nprint(sorted({heavy} & set(sys.modules)), file=sys.stderr)"
+        answer = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(__file__).parents[1]
+        )
+        assert answer.stderr.strip().splitlines()[-1] == "[]"
 
 
 def test_importing_the_package_is_light_and_without_side_effects(tmp_path: Path) -> None:
