@@ -49,7 +49,7 @@ class Commands(Group):
         "app": "files.bench.app",
         "catalog": "files.catalog.app",
         "measure": "measured.group.app",
-        "chamber": "runs.design.app",
+        "chamber": "runs.study.app",
     }
 
 

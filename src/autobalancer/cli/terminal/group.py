@@ -50,8 +50,8 @@ class OnDemand(Mapping[str, Any]):
     def listed(self, name: str) -> Any:
         """A command as a list of commands shows it: its name and its help."""
         found = self._imported(name)
-        text = found.info.help if isinstance(found, typer.Typer) else inspect.cleandoc(found.__doc__)
-        return TyperCommand(name, help=_unbroken(text))
+        text = found.info.help if isinstance(found, typer.Typer) else found.__doc__
+        return TyperCommand(name, help=_unbroken(text or ""))
 
     def _imported(self, name: str) -> Any:
         module, _, attribute = self._places[name].rpartition(".")
@@ -64,7 +64,7 @@ class Group(TyperGroup):
     places: ClassVar[Mapping[str, str]]  # where the function or group of each command is, below autobalancer.cli
 
     def __init__(self, *, commands: Any = None, **options: Any) -> None:
-        super().__init__(commands=OnDemand(self.places), **options)
+        super().__init__(commands=OnDemand(self.places), **options)  # type: ignore[arg-type]  # a mapping will do
         self._listing = False
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
