@@ -113,15 +113,15 @@ def _numbers(panel: Axes, ran: xr.Dataset, places: Any, known: Any) -> None:
     panel.autoscale_view()
     points = panel.transData.transform(places) * 72.0 / panel.figure.dpi
     numbered: list[int] = []
-    for i in np.flatnonzero(known):  # by place
+    for i in np.flatnonzero(known).tolist():  # by place
         if all(np.hypot(*(points[i] - points[j])) > 1.2 * MARK for j in numbered):
             numbered.append(i)
-    for i in np.flatnonzero(known):
+    for i in np.flatnonzero(known).tolist():
         size, above = (MARK, 4.0) if i in numbered else (0.4 * MARK, 3.0)
         panel.plot(*places[i], "o", ms=size, color=COLORS[int(ran["meets"].values[i])], zorder=above)
     for i in numbered:
-        center = {"ha": "center", "va": "center_baseline"}
-        panel.annotate(f"{ran['place'].values[i]:.0f}", places[i], color="white", fontsize=8, zorder=5.0, **center)
+        number = f"{ran['place'].values[i]:.0f}"
+        panel.annotate(number, places[i], color="white", fontsize=8, zorder=5.0, ha="center", va="center_baseline")
 
 
 def _middle(ran: xr.Dataset, name: str, row: Any, else_: float) -> float:

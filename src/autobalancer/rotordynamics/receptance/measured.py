@@ -176,7 +176,10 @@ def _of_functions(functions: list[Function], name: str, number: int | None) -> x
     hertz = _labeled(one.axes[0].unit, "rad/s", 2.0 * math.pi, name)
     title = f"{name}, {one.words[0]}"
     return receptance_dataset(
-        hertz * one.abscissa, np.asarray(float(sign) * factor * one.values, np.complex128), kind, title=title
+        hertz * np.asarray(one.abscissa, np.float64),
+        np.asarray(float(sign) * factor * one.values, np.complex128),
+        kind,
+        title=title,
     )
 
 

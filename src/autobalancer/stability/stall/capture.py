@@ -78,8 +78,9 @@ def captured(
     begun = _begun(balance, speeds) if begun is None else begun
     several = len(set(loads.station.tolist())) > 1
     if begun is None:
-        alone = (_alone(balance, speeds) if several else None) or Capture(math.nan, reason=NEVER)
-        return alone if runs is None or not several else _first(runs, balance, speeds, alone, in_step=False)
+        never_in_step = (_alone(balance, speeds) if several else None) or Capture(math.nan, reason=NEVER)
+        search = runs if several else None
+        return never_in_step if search is None else _first(search, balance, speeds, never_in_step, in_step=False)
     found = _down(balance, begun, float(speeds[0]))
     if not math.isnan(found.lost):
         found = _again(balance, speeds[speeds < found.lost], found)
