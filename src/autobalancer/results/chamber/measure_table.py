@@ -97,7 +97,7 @@ CHAMBER_MEASURES = (
     ),
     Measure(
         "settling_time",
-        *("s", "", "time at which the last ball settles, from the start of the run on"),
+        *("s", "", "time at which the last ball settles, from the start"),
         lambda r: r.settled.max() if r.settled.size else np.nan,
     ),
     Measure("share_carried", "1", "", "share of the balls that go around with the rotor", lambda r: np.mean(r.carried)),
