@@ -7,7 +7,7 @@ import signal
 from typing import Any
 
 import pytest
-from tests.browser.conftest import COMPILING, WRITTEN, Server, at, sample, taken
+from tests.browser.conftest import COMPILING, WRITTEN, Server, at, sample, taken, until
 
 pytestmark = pytest.mark.browser
 expect = pytest.importorskip("playwright.sync_api").expect
@@ -117,7 +117,10 @@ def test_the_drawing_is_shown_larger_and_put_away_by_keyboard(page: Any) -> None
     at(page, "enlarge").click()
     drawing = at(page, "large drawing").locator("svg")
     expect(drawing).to_be_visible()
-    assert drawing.bounding_box()["width"] > 2.0 * small["width"]
+    least = 2.0 * small["width"]
+    until(
+        lambda: drawing.bounding_box()["width"] > least, "it is large when the dialog has opened, and grows until then"
+    )
     page.keyboard.press("Escape")
     expect(drawing).to_be_hidden()
 
