@@ -296,6 +296,7 @@ def test_an_interrupted_ensemble_keeps_what_is_done() -> None:
         ab.ensemble(STALL, {"drag": DRAG}, duration=0.05, workers=1, progress=stop)
 
 
+@pytest.mark.usefixtures("ctrl_c")
 def test_an_ensemble_that_is_interrupted_while_members_are_made_ready_runs_those_that_are(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

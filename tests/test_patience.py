@@ -59,6 +59,7 @@ def test_a_pipe_gets_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys
     assert capsys.readouterr().err == "runs: 400 of 12000 after 21 s\nruns: 900 of 12000 after 61 s\n"
 
 
+@pytest.mark.usefixtures("ctrl_c")
 def test_a_call_that_does_not_come_back_is_named_and_given_up_and_ctrl_c_ends_the_wait(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
