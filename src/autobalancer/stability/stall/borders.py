@@ -22,7 +22,7 @@ from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.stall.closed_form import UNDAMPED, release_border
 from autobalancer.stability.stall.groups import Loads, StalledGroup, stalled_groups
 from autobalancer.stability.stall.joint import joint_borders
-from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, EARLIER_PLANE, HOW, RELEASE, never
+from autobalancer.stability.stall.notes import CAPTURE, DRAGLESS, EARLIER_PLANE, HOW, RELEASE, RUN_DOWN, never
 from autobalancer.stability.stall.on_rubber import on_rubber, rubber_under_balls
 from autobalancer.stability.stall.one_plane import caught, parted
 from autobalancer.stability.stall.several_on_rubber import several_on_rubber
@@ -69,7 +69,9 @@ def release_of(
     planes = len(set(loads.station.tolist()))
     if planes > 2 or (planes == 2 and runs is None):
         found = tuple(
-            replace(one, note=f"{one.note}; {EARLIER_PLANE}") if one.name == CAPTURE and one.known else one
+            replace(one, note=f"{one.note}; {EARLIER_PLANE}")
+            if one.name == CAPTURE and one.known and not one.note.startswith(RUN_DOWN)
+            else one
             for one in found
         )
     if left_out:
