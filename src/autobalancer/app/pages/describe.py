@@ -10,7 +10,7 @@ from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.check import Check
 from autobalancer.app.pages.editor import toml_editor
 from autobalancer.app.pages.form import Form
-from autobalancer.app.pages.inputs import empty_again, say_refused
+from autobalancer.app.pages.inputs import picker, say_refused
 from autobalancer.app.text.document import EMPTY
 from autobalancer.files.examples import example_text, examples
 from autobalancer.files.rigs import rig_text, rigs
@@ -35,11 +35,6 @@ def describe(bench: Bench, dark: Any) -> None:
 def _sources(bench: Bench) -> None:
     """A new machine, a sample, a published rig, a file."""
 
-    def take(event: Any, text_of: Any) -> None:
-        if event.value:
-            bench.set_text(text_of(event.value))
-            empty_again(event.sender)
-
     async def upload(event: events.UploadEventArguments) -> None:
         content = await event.file.read()
         box.reset()
@@ -53,12 +48,8 @@ def _sources(bench: Bench) -> None:
         ui.button("Empty machine", icon="note_add", on_click=lambda: bench.set_text(EMPTY)).props(
             "outline dense no-caps"
         )
-        select = ui.select(list(examples()), label="sample machine", with_input=True)
-        select.props("dense outlined options-dense").style("width: 220px").props('data-at="sample"')
-        select.on_value_change(lambda event: take(event, example_text))
-        rig = ui.select(list(rigs()), label="published rig", with_input=True)
-        rig.props("dense outlined options-dense").style("width: 220px").props('data-at="rig"')
-        rig.on_value_change(lambda event: take(event, rig_text))
+        picker(list(examples()), "sample machine", lambda name: bench.set_text(example_text(name)), at="sample")
+        picker(list(rigs()), "published rig", lambda name: bench.set_text(rig_text(name)), at="rig")
         box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
         box.on("rejected", lambda event: say_refused(event, "a machine file", ".toml", LARGEST))
         box.props("accept=.toml").classes("hidden").props('data-at="upload"')

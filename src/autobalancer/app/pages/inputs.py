@@ -94,9 +94,18 @@ def say_refused(event: Any, what: str, ends: str, largest: int) -> None:
     ui.notify(f"{what} ends in {ends}" if kind else f"{what} has at most {largest // 1_000_000} MB", type="negative")
 
 
-def empty_again(box: Any) -> None:
-    """Forget what was chosen, so that it can be chosen once more; after what the browser does with the choice."""
-    ui.timer(0.05, lambda: box.set_value(None), once=True)
+def picker(options: Any, label: str, take: Callable[[str], Any], *, at: str, width: int = 220) -> ui.select:
+    """A list that one can search, whose choice is taken at once; its box shows none, so any can be taken once more."""
+
+    def chosen(event: Any) -> None:
+        if event.value:
+            ui.timer(0.05, lambda: box.set_value(None), once=True)  # after what the browser does with the choice
+            take(event.value)
+
+    box = ui.select(options, label=label, with_input=True, on_change=chosen)
+    box.props("dense outlined options-dense", remove="fill-input").style(f"width: {width}px")
+    marked(box, at=at)
+    return box
 
 
 def _usual(field: Field, path: Path) -> str:

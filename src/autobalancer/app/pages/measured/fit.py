@@ -11,7 +11,7 @@ from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted, marked
-from autobalancer.app.pages.inputs import empty_again
+from autobalancer.app.pages.inputs import picker
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.jobs import Job
@@ -82,9 +82,7 @@ class Fit:
 
     def _put(self, ways: dict[str, str]) -> None:
         with ui.row().classes("items-center gap-2"):
-            self.add = ui.select({}, label="free: add a number of the machine", with_input=True)
-            self.add.props('dense outlined options-dense data-at="fit add"').style("width: 420px")
-            self.add.on_value_change(lambda event: self._free(event.value))
+            self.add = picker({}, "free: add a number of the machine", self._free, at="fit add", width=420)
         self._offer()
         self.rows = ui.column().classes("w-full gap-1")
         with ui.row().classes("items-center gap-2"):
@@ -112,11 +110,10 @@ class Fit:
         known = numbers_of(self.bench.text, machine) if isinstance(machine, Machine) else []
         self.add.set_options({one.path: f"{one.label}: {one.given}" for one in known}, value=None)
 
-    def _free(self, path: str | None) -> None:
+    def _free(self, path: str) -> None:
         machine = self.bench.reading.machine
-        if not path or not isinstance(machine, Machine):
+        if not isinstance(machine, Machine):
             return
-        empty_again(self.add)
         if any(one.path == path for one in self.question.free):
             return
         number = next(one for one in numbers_of(self.bench.text, machine) if one.path == path)

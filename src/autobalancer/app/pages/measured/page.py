@@ -10,7 +10,7 @@ from nicegui import events, run, ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted, marked
-from autobalancer.app.pages.inputs import empty_again, say_refused
+from autobalancer.app.pages.inputs import picker, say_refused
 from autobalancer.app.pages.measured.columns import Columns
 from autobalancer.app.pages.work import Work
 from autobalancer.app.store.jobs import Job
@@ -46,11 +46,8 @@ class MeasuredPage:
             box.reset()
             self.work.start(f"read {file}", lambda _job: self.shelf.add(file, content), self._added)
 
-        def take(event: Any) -> None:
-            sample = event.value
-            if sample:
-                empty_again(event.sender)
-                self.work.start(f"read {sample}", lambda _job: self.shelf.add_sample(sample), self._added)
+        def take(sample: str) -> None:
+            self.work.start(f"read {sample}", lambda _job: self.shelf.add_sample(sample), self._added)
 
         async def offer() -> None:
             select.set_options(list(await run.io_bound(samples) or ()))
@@ -62,8 +59,7 @@ class MeasuredPage:
             button = ui.button("Open a file", icon="upload_file", on_click=lambda: box.run_method("pickFiles"))
             button.props('unelevated no-caps data-at="open measured"')
             hinted(button, "a table (CSV, TSV), universal file, MATLAB, NumPy, sound, netCDF of this package")
-            select = ui.select([], label="sample measurement").props("dense outlined options-dense")
-            select.style("width: 220px").props('data-at="measured sample"').on_value_change(take)
+            select = picker([], "sample measurement", take, at="measured sample")
             ui.timer(0.5, offer, once=True)
             self.work = Work(self.bench, "measured")
         self.wrong = ui.label().classes("wrong").props('role="alert" data-at="measured wrong"')

@@ -9,6 +9,7 @@ from nicegui import ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.hint import hinted, marked
+from autobalancer.app.pages.inputs import picker
 from autobalancer.app.pages.studies.entries import LOOK, NONE, Entries
 from autobalancer.app.pages.typed import Typed
 from autobalancer.app.text.asked import StudyReading, about, read_study_text
@@ -140,14 +141,12 @@ class DefineStudy:
 
     def _more(self) -> None:
         known = {name: f"{one.label}: {one.given}" for name, one in self.offer.items()}
-        add = ui.select(known, label="add what varies: a number of the machine", with_input=True)
-        add.props('dense outlined options-dense data-at="add varies"').classes("w-full")
 
-        def chosen(event: Any) -> None:
-            if event.value and not any(row.name == event.value for row in rows_of(self.draft.text)):
-                self._edit(lambda text: with_row(text, self.offer[event.value]), focus=f"distribution of {event.value}")
+        def take(name: str) -> None:
+            if not any(row.name == name for row in rows_of(self.draft.text)):
+                self._edit(lambda text: with_row(text, self.offer[name]), focus=f"distribution of {name}")
 
-        add.on_value_change(chosen)
+        picker(known, "add what varies: a number of the machine", take, at="add varies").classes("w-full")
 
     def _plan(self) -> None:
         put = self.entries

@@ -10,7 +10,7 @@ from nicegui import events, ui
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.editor import toml_editor
 from autobalancer.app.pages.hint import marked
-from autobalancer.app.pages.inputs import empty_again, say_refused
+from autobalancer.app.pages.inputs import picker, say_refused
 from autobalancer.app.pages.studies.define_design import DefineDesign
 from autobalancer.app.pages.studies.define_study import FIRST, DefineStudy
 from autobalancer.app.pages.studies.kept import KeptList
@@ -89,18 +89,12 @@ class Opened:
             except ValueError:
                 ui.notify(f"this file is no text; the file of a {kind} is TOML", type="negative")
 
-        def take(event: Any) -> None:
-            if event.value:
-                draft.set_text(_sample(event.value))
-                empty_again(event.sender)
-
         with ui.row().classes("items-center gap-2") as row:
             if kind == STUDY:
                 new = ui.button("New study", icon="note_add", on_click=lambda: draft.set_text(FIRST))
                 new.props('outline dense no-caps data-at="new study"')
-            select = ui.select(list(sample_names(SAMPLES[kind])), label=f"sample {kind}")
-            marked(select.props("dense outlined options-dense").style("width: 220px"), at=f"sample {kind}")
-            select.on_value_change(take)
+            names = list(sample_names(SAMPLES[kind]))
+            picker(names, f"sample {kind}", lambda name: draft.set_text(_sample(name)), at=f"sample {kind}")
             box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
             box.on("rejected", lambda event: say_refused(event, f"the file of a {kind}", ".toml", LARGEST))
             marked(box.props("accept=.toml").classes("hidden"), at=f"{kind} upload")
