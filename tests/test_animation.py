@@ -16,9 +16,8 @@ from autobalancer.cli import app
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.labels import labels_of
 from autobalancer.plots.drawing.style import look
-from autobalancer.plots.film.animation import _frame_times
+from autobalancer.plots.film.animation import Scene, _frame_times
 from autobalancer.plots.film.question import size_words
-from autobalancer.plots.film.scene import Scene
 from autobalancer.results.display_units import SPEED_UNITS
 from autobalancer.results.drawn.motion import Motion, races_of
 from autobalancer.simulation.sampling import Envelope, Samples

@@ -25,8 +25,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.app.pages.typed import Typed
-from autobalancer.app.server.guard import LARGEST, Guard, Rules
-from autobalancer.app.server.serve import refuse_taken, rules_for, writable
+from autobalancer.app.server.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
 from autobalancer.app.store.archive import UNREADABLE, Archive, differences
 from autobalancer.app.store.drawn import svg_of
 from autobalancer.app.store.export import exported, script

@@ -22,7 +22,7 @@ from autobalancer.stability.averaged.stations import averaged_station_matrices
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.host.stations import of_plane
 from autobalancer.stability.maps.characteristic import PlanarBalancer, worst_case_border
-from autobalancer.stability.stall.closed_form import release_border
+from autobalancer.stability.stall.borders import release_border
 from autobalancer.stability.states.planar import Equilibrium, equilibria_of
 from autobalancer.stability.states.polygon import directions
 

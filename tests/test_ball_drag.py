@@ -19,8 +19,7 @@ from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.flow.ball.forces import BallForces, ball_forces
 from autobalancer.flow.ball.mesh import Fineness, Shape
 from autobalancer.flow.ball.slow import Flow, slow_flow
-from autobalancer.flow.ball.spaces import spaces
-from autobalancer.flow.ball.through import developed
+from autobalancer.flow.ball.spaces import developed, spaces
 from autobalancer.laws.lubrication import film_slopes
 
 pytest.importorskip("gmsh", exc_type=(ImportError, OSError))

@@ -14,14 +14,13 @@ from reproductions.standing import standing
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.measurement.film.drawn import scene
+from autobalancer.measurement.film.drawn import render as scene
 from autobalancer.measurement.film.drawn.render import scenery
 from autobalancer.measurement.film.edges import sampled
-from autobalancer.measurement.film.identity import matched
-from autobalancer.measurement.film.optics.calibration import calibrate
+from autobalancer.measurement.film.optics.calibration import calibrate, homography, mapped
 from autobalancer.measurement.film.optics.finding import camera_of
-from autobalancer.measurement.film.optics.homography import homography, mapped
 from autobalancer.measurement.film.optics.view import in_space
+from autobalancer.measurement.film.track import matched
 
 Floats = NDArray[np.float64]
 ORBIT, DIAMETER, SPEED = 0.08, 0.0125, 60.0

@@ -30,7 +30,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS, VX, VY, X, Y
 from autobalancer.machine import Machine
-from autobalancer.plots.film.rotor import RotorView
+from autobalancer.plots.film.animation import RotorView
 from autobalancer.results.drawn.motion import Motion, races_of
 from autobalancer.stability.continuation.family import Family
 from autobalancer.stability.friction.held import held_by_friction

@@ -14,8 +14,7 @@ from autobalancer.kernels.chamber.chamber import Chamber
 from autobalancer.kernels.chamber.verlet import start
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.energy import total_energy
-from autobalancer.simulation.chamber.march import March, begin
+from autobalancer.simulation.chamber.run import March, begin, total_energy
 
 UNBALANCE = [{"moment": 0.02, "position": 0.05, "angle": 0.3}]
 RADIUS = (0.75 * 0.1 / (math.pi * 7800.0)) ** (1.0 / 3.0)

@@ -14,7 +14,7 @@ from autobalancer.kernels.chamber.verlet import start
 from autobalancer.laws.hertz import end_stiffness, line_stiffness
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.march import begin
+from autobalancer.simulation.chamber.run import begin
 from autobalancer.simulation.chamber.tilting import tilt_between_walls
 
 ORBIT, R, LENGTH, G = 0.09, 0.01, 0.03, 9.81

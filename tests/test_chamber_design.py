@@ -20,8 +20,8 @@ from autobalancer.errors import QuestionError, UnitError
 from autobalancer.files.machine_file import load_chamber_machine, save_machine
 from autobalancer.laws.deep_chamber.fluid import covering_fill
 from autobalancer.studies.chamber_design.candidate import candidates, machine_of
+from autobalancer.studies.chamber_design.design import rounds
 from autobalancer.studies.chamber_design.limits import ruled_out
-from autobalancer.studies.chamber_design.screening import rounds
 from autobalancer.studies.chamber_design.statistics import fronts, mean_interval, share_interval, worse_than_worst
 
 SHELF = {"balls": "3,4,5", "total_mass": [0.6, 1.0], "friction": "0.65"}

@@ -18,8 +18,9 @@ from autobalancer.results.chamber.balls import (
     balls_unbalance,
     residual_of_balls,
 )
-from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, UNITS
 from autobalancer.results.chamber.measures import (
+    CHAMBER_MEASURES,
+    UNITS,
     catalog_numbers,
     catalog_unit,
     chamber_measures,

@@ -26,7 +26,7 @@ from autobalancer.results.archive.folder import Archive
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.summary import chamber_summary
-from autobalancer.studies.chamber_machines import variant
+from autobalancer.studies.chamber_amplitudes import variant
 from autobalancer.studies.chamber_runs import archived_run
 
 WEIGHT = {"gravity": [0.0, 0.0, -9.81]}

@@ -12,7 +12,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.reporting.balls_page import balls_page
+from autobalancer.reporting.report import balls_page
 from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.design.candidate import candidates
 from autobalancer.studies.design.judging import stalled
@@ -245,7 +245,7 @@ def test_a_report_of_the_chosen_machine_has_the_design_and_refuses_a_machine_tha
     tmp_path: Path, found: Designed
 ) -> None:
     pytest.importorskip("jinja2")
-    from autobalancer.reporting.design_pages import design_pages
+    from autobalancer.reporting.report import design_pages
 
     pages = design_pages(found, ab.designed_machine(found), "design.nc")
     assert [page.title for page in pages] == ["Design design", "Limits of the design", "What was ruled out, and why"]

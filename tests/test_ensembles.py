@@ -19,7 +19,7 @@ from autobalancer.kernels.system import BALLS
 from autobalancer.machine.plain_names import dimension_of
 from autobalancer.results.measure_table import PER_BALL
 from autobalancer.results.shares import wilson_interval
-from autobalancer.studies.ensemble import follow
+from autobalancer.studies.ensemble import members as follow
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.integration import ASKABLE, Plan
 from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles

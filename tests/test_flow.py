@@ -10,11 +10,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.chebyshev import chebyshev_grid
 from autobalancer.flow.differences import DifferenceFlow
-from autobalancer.flow.modes import mode_table
-from autobalancer.flow.relaxation import all_modes, diffusive_swirl, relaxation_modes
-from autobalancer.flow.spectral import SpectralFlow
+from autobalancer.flow.relaxation import all_modes, diffusive_swirl, mode_table, relaxation_modes
+from autobalancer.flow.spectral import SpectralFlow, chebyshev_grid
 from autobalancer.flow.speed import recorded_speed, wall_speed
 from autobalancer.machine import Hill, Ramp
 

@@ -22,8 +22,8 @@ from autobalancer.flow import choice, solve
 from autobalancer.flow.annulus import Annulus, annulus_of
 from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.question import annulus_flow
+from autobalancer.flow.result import SpinUp, spin_up
 from autobalancer.flow.speed import wall_speed
-from autobalancer.flow.spinning_up import SpinUp, spin_up
 from autobalancer.machine import Ramp, Table
 from autobalancer.results.store import load_run, save_run
 

@@ -9,7 +9,7 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Unbalance
 from autobalancer.measure import BalanceRun, Reading, TrialMass, four_run
-from autobalancer.measurement.balancing.circles import closed_form
+from autobalancer.measurement.balancing.four_run import closed_form
 
 PLACES = (0.0, 120.0, 240.0)
 

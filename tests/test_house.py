@@ -36,13 +36,13 @@ MANY = {
     "simulation/chamber/run.py simulate_chamber": "everything one may ask of a run",
     "simulation/run.py simulate_races": "everything one may ask of a run",
     "studies/ensemble/ensemble.py ensemble": "everything one may ask of thousands of runs",
-    "studies/sweep.py sweep": "everything one may ask of many runs",
+    "studies/random_starts.py sweep": "everything one may ask of many runs",
     "studies/stepped_response.py stepped_response": "everything one may ask of a stepped measurement",
 }
 INNER = {
     "kernels/cache.py Missing": "ends a look for a kernel on disk; it is compiled then",
     "patience.py OutOfTime": "ends a search of a check, which names what it did not find",
-    "studies/ensemble/classes.py Differs": "ends an attempt to follow; all members are assembled then",
+    "studies/ensemble/members.py Differs": "ends an attempt to follow; all members are assembled then",
     "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",
     "stability/continuation/follow.py NoConvergence": "ends a step of a continuation, which goes back and tries again",
 }

@@ -253,7 +253,7 @@ def test_doubtful_channels_are_told(tmp_path: Path, values: np.ndarray, words: s
 
 
 def test_a_wave_that_is_only_rounded_is_not_clipped() -> None:
-    from autobalancer.measurement.signals.checks import clipped_samples
+    from autobalancer.measurement.signals.load import clipped_samples
 
     slow = np.sin(2.0 * np.pi * 0.7 * np.arange(4000) / 1000.0)
     for digits in (1, 2, 3, 6):

@@ -13,7 +13,7 @@ from autobalancer.files.machine_file import load_chamber_machine, load_machine
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.simulation.chamber.summary import chamber_summary
 from autobalancer.simulation.remarks.input_text import input_notes
-from autobalancer.studies.design.dataset import designs_dataset
+from autobalancer.studies.design.design import designs_dataset
 from autobalancer.studies.design.reading import read_spec
 
 DISCOIDAL = Path("examples/machines/discoidal.toml")

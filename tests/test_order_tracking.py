@@ -251,7 +251,7 @@ def test_an_encoder_needs_an_index_to_know_the_zero_mark() -> None:
 
 
 def test_jitter_of_pulses_is_smoothed_and_the_angle_says_how_sure_it_is() -> None:
-    from autobalancer.measurement.orders.smooth_angle import smooth_angle
+    from autobalancer.measurement.orders.angle import smooth_angle
 
     counts = np.arange(120.0)
     exact = (-START + np.sqrt(START**2 + 4.0 * np.pi * GROWTH * counts)) / GROWTH
@@ -285,7 +285,7 @@ def test_missing_and_double_pulses_are_told_with_their_times_and_repaired() -> N
 
 
 def test_a_rotor_that_starts_from_rest_misses_no_pulse() -> None:
-    from autobalancer.measurement.orders.pulses import repaired
+    from autobalancer.measurement.orders.angle import repaired
 
     times = np.sqrt(np.arange(1.0, 60.0))
     found = repaired(times)

@@ -11,7 +11,7 @@ import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance
+from autobalancer.measurement.angle.evaluation import fit_rolling_resistance
 from autobalancer.measurement.angle.statics import (
     TurnedRace,
     drag_coefficients,

@@ -15,7 +15,7 @@ from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble
 from autobalancer.machine import Unbalance
 from autobalancer.simulation.sampling import Samples
-from autobalancer.simulation.saved.race_forces import wall_forces
+from autobalancer.simulation.saved.dataset import wall_forces
 
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3
 

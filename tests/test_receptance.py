@@ -21,9 +21,8 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine import Machine
 from autobalancer.measurement.loop.balls import RaceBalls, balls_of, equal_balls, positions, spread
 from autobalancer.measurement.loop.border import receptance_border
-from autobalancer.measurement.loop.closed_loop import loop_eigenvalues, loop_matrix
 from autobalancer.measurement.loop.curve import receptance_loop
-from autobalancer.measurement.loop.growth import receptance_stability
+from autobalancer.measurement.loop.growth import loop_eigenvalues, loop_matrix, receptance_stability
 from autobalancer.rotordynamics.receptance.measured import load_receptance
 from autobalancer.rotordynamics.receptance.rational_fit import modes_of, pole_model
 from autobalancer.simulation.sampling import SampleTimes

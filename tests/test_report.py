@@ -18,9 +18,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.measure import Sensor, record
 from autobalancer.reporting import machine_pages
 from autobalancer.reporting import page as blocks
-from autobalancer.reporting.balls_page import balls_page
 from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section, drawing
-from autobalancer.reporting.pdf_file import write_pdf
+from autobalancer.reporting.report import balls_page, write_pdf
 
 pytest.importorskip("jinja2")
 ROOT = Path(__file__).parents[1]

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from tests.references.shafts import STEEL, frequencies, machine, model_of, part, shaft, whirl
 
 from autobalancer.assembly.rotors import lateral_model, rows_at, unbalance_load
-from autobalancer.assembly.rotors.shaft_element import Element, cowper
+from autobalancer.assembly.rotors.shaft import Element, cowper
 
 PINS = [{"position": 0.0, "stiffness": 1.0}, {"position": 1.0, "stiffness": 1.0}]  # pinned by leaving coordinates out
 CLAMP = [{"position": 0.0, "stiffness": 1.0, "tilt_stiffness": 1.0}]

@@ -10,8 +10,7 @@ from scipy.special import jn_zeros
 from tests.references.shafts import frequencies, model_of, part, shaft
 
 import autobalancer as ab
-from autobalancer.assembly.rotors.shaft import tensions
-from autobalancer.assembly.rotors.shaft_mesh import mesh
+from autobalancer.assembly.rotors.shaft import mesh, tensions
 from autobalancer.machine import Machine
 from autobalancer.simulation.sampling import Samples
 

@@ -10,7 +10,7 @@ import pytest
 import autobalancer as ab
 from autobalancer.errors import MachineError, QuestionError, RangeWarning
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.sheared import ShearFlow
+from autobalancer.flow.question import ShearFlow
 from autobalancer.flow.speed import wall_speed
 from autobalancer.laws.liquid.sheared_drag import Sheared
 from autobalancer.machine import Machine, Ramp, ShearLaw, leaves

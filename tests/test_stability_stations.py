@@ -37,8 +37,7 @@ from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import Stations, stations
 from autobalancer.stability.maps.balanced_stations import EqualAtOneStation, StationBalls, growth_of
 from autobalancer.stability.states.exchanges import without_exchanges
-from autobalancer.stability.states.floquet import exponents_of
-from autobalancer.stability.states.harmonic_balance import swing_of
+from autobalancer.stability.states.floquet import exponents_of, swing_of
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.planar import equilibria_of

@@ -15,8 +15,8 @@ from autobalancer.assembly.parameters import with_value_at
 from autobalancer.machine import Balancer, Constant, Machine, PrescribedSpeed, Race, RigidRotor, Support
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.host.stations import stations
+from autobalancer.stability.stall.branch import SPEED_SCALE, corrected
 from autobalancer.stability.stall.groups import Loads, stalled_groups
-from autobalancer.stability.stall.newton import SPEED_SCALE, corrected
 from autobalancer.stability.stall.states import Balance
 from autobalancer.stability.stall.whirling import Whirling
 

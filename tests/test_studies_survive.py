@@ -15,7 +15,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.studies.study import execute
+from autobalancer.studies.study import study as execute
 
 ROOT = Path(__file__).parents[1]
 MACHINE = str(ROOT / "examples/machines/discoidal.toml")

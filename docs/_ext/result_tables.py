@@ -11,7 +11,7 @@ import autobalancer as ab
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
-from autobalancer.results.chamber.measure_table import CHAMBER_MEASURES, KINDS
+from autobalancer.results.chamber.measures import CHAMBER_MEASURES, KINDS
 from autobalancer.results.labels import LABELS
 from autobalancer.results.measure_table import MEASURES
 from autobalancer.simulation.outcome import outcome

@@ -14,7 +14,7 @@ from autobalancer.flow.ball.mesh import Fineness, Shape
 from autobalancer.flow.ball.sheared import Gradients, sheared_flow
 from autobalancer.flow.ball.slow import slow_flow
 from autobalancer.flow.ball.spaces import spaces
-from autobalancer.flow.sheared import ShearFlow
+from autobalancer.flow.question import ShearFlow
 from autobalancer.laws.liquid.sheared_drag import Sheared
 from autobalancer.shear.power_law import PowerLaw
 from reproductions import Found, compared_all

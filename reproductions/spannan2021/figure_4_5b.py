@@ -22,10 +22,9 @@ from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.save import save_picture
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
-from autobalancer.stability.averaged.border import balanced_growth_rates
+from autobalancer.stability.averaged.border import balanced_growth_rates, growth_rates
 from autobalancer.stability.averaged.equations import averaged_plane, balanced_growth_rate
-from autobalancer.stability.averaged.orthotropic import greatest_g
-from autobalancer.stability.averaged.rates import growth_rates
+from autobalancer.stability.averaged.formulas import greatest_g
 from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all
 from reproductions.spannan2021.figure_4_3 import MACHINE, SUPPORTS

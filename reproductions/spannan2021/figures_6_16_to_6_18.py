@@ -19,7 +19,7 @@ from autobalancer.catalog.tables import rows as table
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.drag.sphere_on_plane import sphere_on_plane
 from autobalancer.machine import Machine
-from autobalancer.measurement.angle.rolling_resistance import fit_rolling_resistance
+from autobalancer.measurement.angle.evaluation import fit_rolling_resistance
 from autobalancer.measurement.angle.statics import (
     TurnedRace,
     drag_coefficients,

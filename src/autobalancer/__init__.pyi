@@ -52,7 +52,7 @@ from autobalancer.studies.stepped_response import stepped_response as stepped_re
 from autobalancer.studies.study.fan import envelopes as envelopes
 from autobalancer.studies.study.sensitivity import sensitivity as sensitivity
 from autobalancer.studies.study.study import study as study
-from autobalancer.studies.sweep import sweep as sweep
+from autobalancer.studies.random_starts import sweep as sweep
 from autobalancer.studies.worst_start import worst_start as worst_start
 
 __version__: str

@@ -64,7 +64,7 @@ from autobalancer.plots.stability.branches import branches as branches
 from autobalancer.plots.stability.ensemble import ensemble as ensemble
 from autobalancer.plots.stability.ensemble import ensemble_distribution as ensemble_distribution
 from autobalancer.plots.stability.ensemble import ensemble_scatter as ensemble_scatter
-from autobalancer.plots.stability.growth import eigenvalues as eigenvalues
+from autobalancer.plots.stability.border_curve import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
 from autobalancer.plots.studies.design import design as design
 from autobalancer.plots.studies.fan import envelopes as envelopes

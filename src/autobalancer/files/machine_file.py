@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import math
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, MachineFileError, QuestionError
-from autobalancer.files.bounds import refuse_out_of_bounds
-from autobalancer.files.profiles import with_profiles
+from autobalancer.files.table import read_table
 from autobalancer.files.text import MACHINE, parsed_toml, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ImpossiblePart, Part, spell
 from autobalancer.safe_file import as_path, write_text_safely
+from autobalancer.units import shortened
 
 LISTED = 20  # problems named in one message
 FREE_BALLS = (
@@ -154,3 +159,141 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return [_plain(entry) for entry in value]
     return getattr(value, "text", value)
+
+
+# Measured profiles in files beside the machine file: roundness of a race, recorded motion of the base or force.
+#
+# An entry ``file = "name.csv"`` is replaced by the numbers of the table before the machine is checked, so a result
+# that carries its machine needs no other file.
+
+
+RECORDS = {"recorded_base_motion": ("acceleration", "m/s^2"), "recorded_force": ("force", "N")}
+EVEN = 1e-3  # greatest deviation of a step of the angle from the mean step, relative
+
+
+def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, Any]:
+    """The content of a machine file with every ``file`` entry replaced by its numbers.
+
+    Raises
+    ------
+    MachineFileError
+        If a file is not there, or a column, its unit or a number is missing or not understood.
+    """
+    for b, balancer in enumerate(_tables(data.get("balancers"))):
+        for r, race in enumerate(_tables(balancer.get("races"))):
+            place = f"{source}: balancers[{b + 1}].races[{r + 1}].roundness"
+            given = race.get("roundness")
+            if isinstance(given, dict) and "file" in given:
+                _alone(given, ("deviations", "angle"), place)
+                path = folder / str(given.pop("file"))
+                angle, deviation = _columns(path, (("angle", "rad"), ("deviation", "m")), place)
+                given |= _even(angle, deviation, f"{place}.file: {path}")
+    for i, entry in enumerate(_tables(data.get("excitations"))):
+        if "file" in entry:
+            place = f"{source}: excitations[{i + 1}]"
+            if entry.get("kind") not in RECORDS:
+                raise MachineFileError(
+                    f"{place}.file: only the kinds {', '.join(map(repr, RECORDS))} can be read from a file"
+                )
+            name, unit = RECORDS[entry["kind"]]
+            _alone(entry, ("time", name), place)
+            path = folder / str(entry.pop("file"))
+            entry["time"], entry[name] = (
+                column.tolist() for column in _columns(path, (("time", "s"), (name, unit)), place)
+            )
+    return data
+
+
+def _tables(value: Any) -> list[dict[str, Any]]:
+    entries = value if isinstance(value, list) else [value]
+    return [entry for entry in entries if isinstance(entry, dict)]
+
+
+def _alone(entry: dict[str, Any], others: Sequence[str], place: str) -> None:
+    both = [key for key in others if key in entry]
+    if both:
+        raise MachineFileError(f"{place}.{both[0]}: is read from 'file'; leave one of them out")
+
+
+def _columns(path: Path, wanted: Sequence[tuple[str, str]], place: str) -> list[NDArray[np.float64]]:
+    """The columns of a table beside the machine file, in SI."""
+    example = ", ".join(f"{name} [{unit}]" for name, unit in wanted)
+    table = read_table(path, example, f"{place}.file: {path}", MachineFileError)
+    return [table.numbers(name, unit) for name, unit in wanted]
+
+
+def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], place: str) -> dict[str, Any]:
+    """One turn at equal steps; a last point that repeats the first is left out."""
+    if angle.size > 2 and abs(angle[-1] - angle[0] - 2.0 * math.pi) < 1e-3 * (angle[1] - angle[0]):
+        angle, deviation = angle[:-1], deviation[:-1]
+    step = 2.0 * math.pi / angle.size
+    miss = float(np.abs(np.diff(angle) - step).max(initial=0.0))
+    if miss > EVEN * step:
+        raise MachineFileError(
+            f"{place}: {angle.size} angles must have equal steps of {math.degrees(step):.6g} deg over one turn, "
+            f"ascending; one step differs by {math.degrees(miss):.3g} deg"
+        )
+    return {"deviations": deviation.tolist(), "angle": float(angle[0])}
+
+
+# Bounds of what a machine file may hold, looked at before anything is built from it.
+#
+# They are far above what a machine has, and keep a slip or a hostile file from taking hours or all memory.
+
+
+NAME = 200  # characters of a text; a description may have more
+DEPTH = 20  # tables within tables
+ENTRIES = 1000  # tables in a list
+VALUES = 200_000  # numbers in a list, such as a recorded motion
+RACES = 100  # of a machine, and balancers
+BALLS = 1000  # of a machine with races
+BOUNDS_FREE_BALLS = 100_000  # of a machine with chambers
+
+
+def refuse_out_of_bounds(data: dict[str, Any], source: str) -> None:
+    """Refuse the content of a file that is out of bounds.
+
+    Raises
+    ------
+    MachineFileError
+        With the place and the bound.
+    """
+    for place, found in (*_lists_and_texts(data, ""), *_counts(data)):
+        raise MachineFileError(f"{source}: {place}: {found}")
+
+
+def _lists_and_texts(value: Any, place: str, depth: int = 0) -> Iterator[tuple[str, str]]:
+    if depth > DEPTH:
+        yield place[:100], f"tables and lists are nested more than {DEPTH} deep; a machine needs fewer levels"
+    elif isinstance(value, dict):
+        for key, entry in value.items():
+            if len(key) > NAME:
+                yield place or "the file", f"a key of {len(key)} characters: {shortened(key)}; no key is that long"
+            yield from _lists_and_texts(entry, f"{place}.{key}" if place else key, depth + 1)
+    elif isinstance(value, list):
+        races = place == "balancers" or place.endswith(".races")
+        tables = any(isinstance(entry, dict) for entry in value[:1])
+        most = RACES if races else ENTRIES if tables else VALUES
+        if len(value) > most:
+            yield place, f"given a list of {len(value)} entries; at most {most} are possible"
+        elif tables or any(isinstance(entry, (dict, list, str)) for entry in value):
+            for number, entry in enumerate(value, 1):
+                yield from _lists_and_texts(entry, f"{place}[{number}]", depth + 1)
+    elif isinstance(value, str) and len(value) > NAME and not place.endswith("description"):
+        yield place, f"given a text of {len(value)} characters: {shortened(value)}; at most {NAME} are possible"
+
+
+def _counts(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """How many races and balls there are in all."""
+    races = [race for balancer in _tables(data.get("balancers")) for race in _tables(balancer.get("races"))]
+    if len(races) > RACES:
+        yield "balancers", f"given {len(races)} races in all; at most {RACES} are possible"
+    for kind, holders, most in (
+        ("balancers", races, BALLS),
+        ("chambers", _tables(data.get("chambers")), BOUNDS_FREE_BALLS),
+    ):
+        groups = [group for holder in holders for group in _tables(holder.get("balls"))]
+        counts = [group.get("count", 1) for group in groups]
+        total = sum(count for count in counts if isinstance(count, int))
+        if total > most:
+            yield kind, f"given {shortened(total)} balls in all; at most {most} are possible"

@@ -10,8 +10,8 @@ from autobalancer.flow.question import annulus_flow as annulus_flow
 from autobalancer.flow.relaxation import RelaxationModes as RelaxationModes
 from autobalancer.flow.relaxation import relaxation_modes as relaxation_modes
 from autobalancer.flow.speed import recorded_speed as recorded_speed
-from autobalancer.flow.spinning_up import SpinUp as SpinUp
-from autobalancer.flow.spinning_up import spin_up as spin_up
+from autobalancer.flow.result import SpinUp as SpinUp
+from autobalancer.flow.result import spin_up as spin_up
 
 __all__ = [
     "Annulus",

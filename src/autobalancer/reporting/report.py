@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.quantities import value_of, with_quantity
+from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.either_kind import check, simulate
-from autobalancer.errors import QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.laws.balance_quality import grade_argument
-from autobalancer.machine import Machine
+from autobalancer.laws.hertz import STEEL, greatest_pressure
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.plain_names import dimension_of, named_unit, text_of
 from autobalancer.measurement.comparison.opened import load_measured
 from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.patience import shows_progress, silent
-from autobalancer.reporting.balls_page import balls_page
-from autobalancer.reporting.change_page import change_page
-from autobalancer.reporting.design_pages import design_pages
+from autobalancer.plots.measured.receptance import receptance as receptance_picture
+from autobalancer.plots.studies.design import UNITS
+from autobalancer.plots.studies.design import design as design_picture
 from autobalancer.reporting.html_file import html_text
 from autobalancer.reporting.machine_pages import (
     capability_page,
@@ -32,8 +40,23 @@ from autobalancer.reporting.machine_pages import (
     margin_page,
     quality_page,
 )
-from autobalancer.reporting.page import Block, Listing, Paragraph, Report, Rows, Section, first_page
-from autobalancer.reporting.pdf_file import write_pdf
+from autobalancer.reporting.page import (
+    NO,
+    YES,
+    Block,
+    Decisive,
+    Drawing,
+    Listing,
+    Paragraph,
+    Report,
+    Rows,
+    Section,
+    columns_table,
+    drawing,
+    facts,
+    first_page,
+    yes_or_no,
+)
 from autobalancer.reporting.run_pages import (
     basin_page,
     fan_page,
@@ -44,14 +67,20 @@ from autobalancer.reporting.run_pages import (
     study_pages,
 )
 from autobalancer.results.answers.studied import Studied
+from autobalancer.results.number_text import force_text, significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
-from autobalancer.safe_file import as_path, ready_to_write, write_text_safely
+from autobalancer.safe_file import as_path, ready_to_write, write_safely, write_text_safely
 from autobalancer.shown import speeds_in_rpm
 from autobalancer.simulation.sampling import Samples
 from autobalancer.stability.summary.summary import Summary
 from autobalancer.studies.design.answer import Designed
+from autobalancer.studies.design.chosen import designed_machine
+from autobalancer.studies.design.measured import read_back
+from autobalancer.studies.design.screening import ROUNDING
+from autobalancer.studies.design.spec import ENOUGH, MARGIN, PRESSURE, STALL
 from autobalancer.studies.ensemble.ensemble import bytes_of_a_member, ensemble
+from autobalancer.studies.study.outputs import standing_numbers
 
 TENTH = 10  # of the random starts, with which small changes are tried
 PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
@@ -261,3 +290,480 @@ def _study(given: Studied | Designed | str | Path | None, machine: Machine) -> S
             f"study: it is of another machine, {found.attrs.get('machine_name')!r}; run the study with this machine file"
         )
     return found
+
+
+# A report as a typeset PDF (typst).
+
+
+HEAD = """#set page(paper: "a4", margin: (x: 2.2cm, top: 2.2cm, bottom: 2cm), numbering: "1 / 1")
+#set text(size: 9.5pt, lang: "en")
+#set par(justify: false)
+#set heading(numbering: "1")
+#show heading.where(level: 1): set text(size: 13pt)
+#show heading.where(level: 1): set block(above: 1.6em, below: 0.8em)
+#show raw.where(block: true): it => block(fill: luma(245), inset: 6pt, width: 100%, text(size: 7.5pt, it))
+#show figure.caption: set text(size: 8pt, fill: luma(80))
+#set table(stroke: (x, y) => if y == 0 { none } else { (top: 0.4pt + luma(210)) }, inset: (x: 4pt, y: 3pt))
+"""
+
+
+def write_pdf(report: Report, path: Path) -> None:
+    """Write the file.
+
+    Raises
+    ------
+    QuestionError
+        If typst is not installed.
+    ResultError
+        If the file cannot be written.
+    """
+    try:
+        import typst
+    except ImportError:
+        raise QuestionError(
+            "report: typst, which sets PDF files, is not installed; install it with: pip install 'autobalancer[report]', "
+            "or write .html"
+        ) from None
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "report.typ"
+        source.write_text(_source(report, Path(folder)), encoding="utf-8")
+        made = typst.compile(str(source))
+        write_safely(path, lambda file: file.write_bytes(made))
+
+
+def _source(report: Report, folder: Path) -> str:
+    parts = [HEAD, f"#set document(title: {_text(report.title)})"]
+    parts.append(f'#text(size: 18pt, weight: "bold")[#{_text(report.title)}]')
+    parts.append(_block(Rows((), report.about), folder, 0, 0))
+    for number, section in enumerate(report.sections):
+        parts.append(f"#heading(level: 1)[#{_text(section.title)}]")
+        parts += [_block(one, folder, number, place) for place, one in enumerate(section.blocks)]
+        if section.replay:
+            parts.append(f"#text(size: 8pt, fill: luma(80))[made by] #raw({_text(section.replay)}, block: true)")
+        if not number and report.sign:  # the first page is the one that is signed
+            parts.append(
+                "#v(2.2cm) #grid(columns: (1fr, 1fr, 1fr), gutter: 1cm, "
+                + ", ".join(
+                    f"[#line(length: 100%, stroke: 0.5pt) #text(size: 8pt)[{one}]]"
+                    for one in ("name", "date", "signature")
+                )
+                + ")"
+            )
+            parts.append("#pagebreak(weak: true)")
+    return "\n\n".join(parts)
+
+
+def _text(text: str) -> str:
+    """A text as a string of typst, so that nothing in it is read as a command."""
+    return json.dumps(text, ensure_ascii=False).replace("\\/", "/")
+
+
+def _block(one: Block, folder: Path, section: int, place: int) -> str:
+    if isinstance(one, Paragraph):
+        return f'#text(weight: "{"bold" if one.strong else "regular"}")[#{_text(one.text)}]'
+    if isinstance(one, Listing):
+        return f"#raw({_text(one.text)}, block: true)"
+    if isinstance(one, Drawing):
+        name = f"picture-{section}-{place}.png"
+        (folder / name).write_bytes(one.png)
+        words = _text(one.caption)
+        return f'#figure(image("{name}", width: 92%, alt: {words}), caption: [#{words}], numbering: none)'
+    return _table(one)
+
+
+def _table(rows: Rows) -> str:
+    width = len(rows.rows[0]) if rows.rows else len(rows.head)
+    numeric = rows.numeric or (False,) * width
+    align = ", ".join("right" if one else "left" for one in numeric)
+    wide = rows.wide if any(rows.wide) else (False, width == 2 and not rows.head) + (False,) * (width - 2)
+    sizes = ", ".join("1fr" if one else "auto" for one in wide[:width])
+    heads = [
+        cell if one or not any(rows.wide) else cell.replace(" ", "\n")
+        for cell, one in zip(rows.head, wide, strict=False)
+    ]
+    cells = [f"[*#{_text(cell)}*]" for cell in heads]
+    cells += [f"[#{_text(cell)}]" for row in rows.rows for cell in row]
+    return f"#table(columns: ({sizes},), align: ({align},), {', '.join(cells)})"
+
+
+# Pages of a design: what was asked, what ran, which limits this machine keeps, and what was ruled out and why.
+
+
+WIDTH = 24  # designs in the table
+OPEN = "undecided"  # too few runs to say
+
+
+def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
+    """The design from which a machine was chosen.
+
+    Raises
+    ------
+    QuestionError
+        If the machine is none of its designs.
+    """
+    command = f"autobalancer design {quote(str(found.attrs.get('specification_file', 'design.toml')))}"
+    place = _place(found, machine)
+    page = Section(f"Design {found.attrs['design_name']}", replay=f"{command}  # written to {file}")
+    best = found.best()
+    label, count = str(best["label"].values[place - 1]), best.sizes["design"]
+    page.blocks += [Paragraph(f"This machine is place {place} of {count}: {label}.", strong=True)]
+    out = ", ".join(f"{stage} {many}" for stage, many in found.ruled_out().items()) or "none"
+    about = _about(found)
+    page.decisive.append(
+        Decisive("design", f"place {place} of {count}: {label}; ruled out before: {out}", condition=about)
+    )
+    other = min(place, count - 1) if place == 1 else 0  # the next best, or the best
+    if count > 1:
+        page.decisive.append(
+            Decisive(f"instead of place {other + 1}", _beside(best, place - 1, other), condition=about)
+        )
+    page.blocks += [facts(found.facts()), columns_table(found.isel(design=found.order()[:WIDTH]).columns("rpm"))]
+    page.blocks += [Paragraph(f"{text}.") for text in found.meanings()]
+    page.blocks.append(
+        drawing(
+            design_picture(found, title=""), "Candidates that each question ruled out; objectives of those that ran."
+        )
+    )
+    why = Section("What was ruled out, and why", [Paragraph(text) for text in found.reasons()], command)
+    return [page, *_rotor(found, command), _limits(found, place, command), *([why] if why.blocks else [])]
+
+
+def _beside(best: xr.Dataset, one: int, other: int) -> str:
+    """What another design would give: its name, and its objectives beside those of the chosen one."""
+    said = []
+    for name in best.attrs["objectives"]:
+        sign, factor = UNITS[best[name].attrs["units"]]
+        values = [float(best[name].values[place]) for place in (other, one)]
+        words = [f"{significant(factor * value)} {sign}" if math.isfinite(value) else "never" for value in values]
+        said.append(f"{name.replace('_', ' ')} {words[0]} for {words[1]}")
+    return f"{best['label'].values[other]}: {', '.join(said)}"
+
+
+def _about(found: Designed) -> str:
+    """Of which runs the numbers of a design are."""
+    known = dict(found.facts())
+    return f"{found.attrs['members']} runs from random starts, {known['unbalance']}, {known['temperature']}"
+
+
+def _rotor(found: Designed, command: str) -> list[Section]:
+    """The measured rotor beside the fitted one; nothing if it was not measured."""
+    fit = read_back(found)
+    if fit is None:
+        return []
+    page = Section("Measured rotor", [facts(fit.facts()), columns_table(fit.columns("Hz"))], command)
+    low, high = (60.0 * float(fit.attrs[f"band_{end}"]) / (2.0 * math.pi) for end in ("low", "high"))
+    page.blocks.append(
+        Paragraph(
+            f"All runs and borders are those of the fitted rotor. It is known from {low:.4g} to {high:.4g} rpm, where it was "
+            "measured; below, its stiffness is that of its modes. Its modes do not change with the speed, and it is alike in all "
+            "directions."
+        )
+    )
+    page.blocks += [Paragraph(f"{text}.") for text in fit.remarks()]
+    page.blocks.append(
+        drawing(receptance_picture(fit), "Receptance at the races: measured, and of the rotor that runs.")
+    )
+    return [page]
+
+
+def _place(found: Designed, machine: Machine) -> int:
+    wanted = _bare(machine)
+    for place in range(1, found.best().sizes["design"] + 1):
+        if _bare(designed_machine(found, place)) == wanted:
+            return place
+    raise QuestionError(
+        f"study: this machine is no design of {found.attrs['design_name']!r}; take a machine file that it wrote"
+    )
+
+
+def _bare(machine: Machine) -> str:
+    """A machine without the words that say where it is from."""
+    return machine_text(machine.model_copy(update={"name": "machine", "description": ""}))
+
+
+def _limits(found: Designed, place: int, command: str) -> Section:
+    """The limits, what the chosen design reaches, and the share of its runs beyond with its interval."""
+    one = found.isel(design=found.order()[place - 1])
+    page, rows = Section("Limits of the design", replay=command), []
+    for name, value in json.loads(found.attrs["limits"]).items():
+        if row := _limit(one, name, value, float(found.attrs["share"])):
+            asked, reached, share, enough = row
+            words = name.replace("_", " ")
+            rows.append((words, asked, reached, share, enough))
+            beyond = f"; {share} of the runs are beyond it" if share != "-" else ""
+            many = f"{100.0 * float(found.attrs['share']):g} % of " * (name in found)
+            of = f"{many}{_about(found)}" if share != "-" else "the worst of all unbalances and temperatures"
+            page.decisive.append(Decisive(f"limit: {words} {asked}", f"{reached}{beyond}", enough, of))
+    head = ("limit", "asked", "reached", "share of the runs beyond it, 95 % interval", "kept")
+    page.blocks.append(Rows(head, tuple(rows), (False, True, True, False, False)))
+    page.blocks.append(
+        Paragraph(
+            f"Reached is the value that {100.0 * float(found.attrs['share']):g} % of the runs stay below, at the worst operating "
+            "speed. A limit is kept if the upper end of the interval is not above the share that may be beyond "
+            "it; undecided means that so few runs cannot tell."
+        )
+    )
+    return page
+
+
+def _limit(one: xr.Dataset, name: str, value: float, share: float) -> tuple[str, str, str, str] | None:
+    """What was asked and reached, the share of the runs beyond with its interval, and whether that is enough."""
+    if name in one and f"{name}_over" in one:
+        sign, factor = UNITS[one[name].attrs["units"]]
+        reached = f"{significant(factor * float(one[name]))} {sign}" if math.isfinite(float(one[name])) else "never"
+        return f"{factor * value:.4g} {sign}", reached, *_beyond(one, f"{name}_over", 1.0 - share)
+    if name == STALL:
+        return f"{100.0 * value:.3g} %", f"{100.0 * float(one['stall']):.3g} %", *_beyond(one, "stall", value)
+    if name == MARGIN:
+        speeds = [float(one[border]) for border in ("release", "border") if not math.isnan(float(one[border]))]
+        slowest = float(min(np.atleast_1d(one.attrs["speeds"])))
+        margin = slowest / max(speeds) - 1.0 if speeds and max(speeds) > 0.0 else math.inf
+        said = f"{significant(100.0 * margin)} %" if math.isfinite(margin) else "no border"
+        return f"{100.0 * value:.3g} %", said, "-", yes_or_no(margin >= value * (1.0 - ROUNDING))
+    if name == ENOUGH:
+        margin = float(one["capability_margin"])
+        return f"{value:g} times", f"{margin:.3g} times", "-", yes_or_no(margin >= value * (1.0 - ROUNDING))
+    if name == PRESSURE:
+        pressure = float(one["pressure"])
+        return f"{1e-6 * value:.0f} MPa", f"{1e-6 * pressure:.0f} MPa", "-", yes_or_no(pressure <= value)
+    return None
+
+
+def _beyond(one: xr.Dataset, name: str, allowed: float) -> tuple[str, str]:
+    """The share of the runs beyond a limit with its interval, and whether that is kept, by the rule of the order."""
+    share, low, high = (float(one[f"{name}{end}"]) for end in ("", "_low", "_high"))
+    kept = YES if high <= allowed else NO if low > allowed else OPEN
+    return f"{100.0 * share:.3g} % ({100.0 * low:.2g} to {100.0 * high:.2g} %)", kept
+
+
+# The page of the balls in their race: force and pressure on the wall, how fast they roll, what rolling asks of
+# friction.
+
+
+STATIC = 4.2e9  # Pa, ISO 76: pressure of a point contact at the static load rating of ball bearings
+LEAST = 1e-5  # of the rotor speed, below which a slip is none
+PRESSED = (
+    0.5  # of the lowest critical speed: slower balls are not pressed to the wall well enough for a word on rolling
+)
+
+
+def balls_page(machine: Machine, found: Summary, run: xr.Dataset, command: str) -> Section:
+    """Force and pressure between ball and race at the highest speed; slip during a run.
+
+    Parameters
+    ----------
+    machine, found
+        The machine, and what is known of it.
+    run
+        Its run-up, with samples.
+    command
+        Makes the run-up again.
+    """
+    page = Section("Balls in their race", replay=f"autobalancer check machine.toml\n{command}")
+    balls = resolve(machine)
+    top = found.highest_speed
+    if top is None:
+        page.blocks.append(Paragraph("Force and pressure are not stated: the drive names no highest speed."))
+    else:
+        _pressure(page, balls, top)
+    _slip(page, balls, found, run)
+    return page
+
+
+def _races(balls: tuple[Ball, ...]) -> dict[str, list[int]]:
+    """The balls of each race, counted from 0."""
+    found: dict[str, list[int]] = {}
+    for number, ball in enumerate(balls):
+        found.setdefault(f"balancer {ball.balancer + 1}, race {ball.race + 1}", []).append(number)
+    return found
+
+
+def _pressure(page: Section, balls: tuple[Ball, ...], top: float) -> None:
+    rows = []
+    for name, numbers in _races(balls).items():
+        force, ball = max(
+            ((float(balls[i].effective_mass) * float(balls[i].orbit_radius) * top**2, balls[i]) for i in numbers),
+            key=lambda one: one[0],
+        )
+        text = "not known: no diameter"
+        if ball.diameter > 0.0:
+            radius = 0.5 * float(ball.diameter)
+            pressure = greatest_pressure(force, STEEL, radius, float(ball.orbit_radius) + radius)
+            text = f"{1e-6 * pressure:.0f} MPa, {100.0 * pressure / STATIC:.3g} % of the static limit of ball bearings (4200 MPa)"
+            enough = yes_or_no(pressure <= STATIC)
+            page.decisive.append(Decisive(f"pressure of a ball, {name}", text, enough, "the highest speed of the run"))
+        rows.append((name, force_text(force), text))
+    page.blocks.append(Rows(("race", "greatest force of a ball on the wall", "greatest pressure (Hertz)"), tuple(rows)))
+    page.blocks.append(
+        Paragraph(
+            "A steel ball on a cylindrical steel wall (Johnson 1985); a groove that fits the ball closely lowers the pressure. "
+            "Impacts are not counted. Limit: ISO 76."
+        )
+    )
+
+
+def _slip(page: Section, balls: tuple[Ball, ...], found: Summary, run: xr.Dataset) -> None:
+    """How fast the balls move in their race, and the friction without which they would slide."""
+    if "ball_speed_in_space" not in run or not run.sizes.get("time", 0) or not found.critical_speeds:
+        return
+    time, rotor = run["time"].values, run["speed"].values
+    own = _by_time(run["ball_speed_in_space"])
+    pressed = np.abs(own) > PRESSED * found.critical_speeds[0]
+    rate = np.gradient(own - rotor[:, None], time, axis=0)
+    rows = []
+    for name, numbers in _races(balls).items():
+        relative = np.abs(own[:, numbers] - rotor[:, None])
+        fastest = float((relative * [float(balls[i].orbit_radius) for i in numbers]).max())
+        spin = np.array([float(balls[i].spin_ratio * balls[i].mass / balls[i].effective_mass) for i in numbers])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            asked = np.where(pressed[:, numbers], spin * np.abs(rate[:, numbers]) / own[:, numbers] ** 2, 0.0)
+        rows.append(
+            (
+                name,
+                f"{significant(fastest)} m/s",
+                _share(float(relative[-1].max() / max(abs(rotor[-1]), 1e-12))),
+                significant(float(asked.max())) if spin.max() > 0.0 else "- (point balls)",
+            )
+        )
+    heads = (
+        "race",
+        "greatest speed of a ball in it",
+        "slip at the end, of the rotor speed",
+        "friction that rolling needs",
+    )
+    page.blocks.append(Rows(heads, tuple(rows), (False, True, True, True)))
+    page.blocks.append(
+        Paragraph(
+            "Slip is the speed of a ball against the rotor. A ball rolls without sliding as long as the coefficient of friction "
+            "at the wall is greater than its spin ratio times its acceleration in the race over the square of its speed in "
+            "space, a little more in a fluid that carries part of it. Taken from samples every "
+            f"{significant(float(np.diff(time).mean()))} s, above half of the lowest critical speed."
+        )
+    )
+
+
+def _share(share: float) -> str:
+    return f"{significant(100.0 * share)} %" if share > LEAST else f"< {100.0 * LEAST:g} %"
+
+
+def _by_time(values: Any) -> np.ndarray:
+    return np.asarray(values.transpose("time", "ball").values, np.float64)
+
+
+# The page of small changes: what a tenth more or less of a number of a machine does, and so which must be known well.
+
+
+CHANGE = 0.1
+NAMES = (
+    "unbalance",
+    "stiffness",
+    "damping",
+    "ball_diameter",
+    "viscosity",
+    "drag",
+)  # drag where no viscosity can change
+STANDING = {  # numbers that need no run, by their names in results
+    "critical speed": "critical_speed",
+    "release speed": "release_speed",
+    "exact border": "exact_border",
+    "capability": "capability",
+}
+
+
+def change_page(machine: Machine, file: str, starts: int, seed: int) -> Section:
+    """What changes of a tenth do to borders, capability, and run-ups from random starts.
+
+    Parameters
+    ----------
+    machine
+        As it is described.
+    file
+        Its name in commands.
+    starts
+        Random starts of each value; 0 for no runs.
+    seed
+        Of the first of them.
+    """
+    page, asked = Section("What small changes do"), [f"autobalancer borders {file}"]
+    here, _ = standing_numbers(machine, STANDING)
+    known = [name for name, key in STANDING.items() if math.isfinite(here[key]) and here[key] > 0.0]
+    rows: list[tuple[str, ...]] = []
+    middle, again = math.nan, f"--seeds {starts} --seed {seed}"
+    if starts:
+        middle = _median(ensemble(machine, seeds=starts, seed=seed, progress=silent)["peak_deflection"].values)
+        asked.append(f"autobalancer ensemble {file} {again}")
+    for name in NAMES:
+        value = _value(machine, name)
+        if not value > 0.0 or (name == "drag" and rows and rows[-1][0] == text_of("viscosity")):
+            continue
+        try:
+            ends = [with_quantity(machine, name, one) for one in _ends(value)]
+            runs = _runs(machine, name, value, starts, seed, middle)
+        except AutobalancerError:
+            continue
+        found = [standing_numbers(one, STANDING)[0] for one in ends]
+        cells = [_both([one[STANDING[key]] / here[STANDING[key]] for one in found]) for key in known]
+        rows.append((text_of(name), *cells, *runs))
+        asked.append(f'autobalancer borders {file} --over "{_span(name, value)}"')
+        if starts:
+            values = ",".join(f"{one:.6g}" for one in _ends(value))
+            asked.append(f'autobalancer ensemble {file} --column "{name}={values} {named_unit(name)}" {again}')
+    if not rows:
+        page.blocks.append(Paragraph("Not stated: no number of the machine can be changed by itself."))
+        return page
+    measures = ["median peak deflection", "balanced (%)"] if starts else []
+    heads = (f"{100.0 * CHANGE:g} % less / more of", *known, *measures)
+    page.blocks.append(Rows(heads, tuple(rows), (False, *(True,) * (len(heads) - 1))))
+    said = (
+        f" Of {starts} run-ups from random starts, the same for all values: median, and the share that ends balanced."
+    )
+    page.blocks.append(
+        Paragraph(
+            "Changes in percent, of one number at a time; numbers that move a result by much must be known well. "
+            "For scatter as it is expected, and how it acts together, add a study." + said * bool(starts)
+        )
+    )
+    page.replay = "\n".join(asked)
+    return page
+
+
+def _value(machine: Machine, name: str) -> float:
+    """The value that the machine has, nan if it has none that can be changed by its plain name."""
+    if name in ("stiffness", "damping") and not isinstance(machine.rotor, PlanarRotor):
+        return math.nan
+    return value_of(machine, name)
+
+
+def _ends(value: float) -> tuple[float, float]:
+    """What is tried: a tenth less and more, as it stands in commands."""
+    return float(f"{(1.0 - CHANGE) * value:.6g}"), float(f"{(1.0 + CHANGE) * value:.6g}")
+
+
+def _span(name: str, value: float) -> str:
+    low, high = _ends(value)
+    return f"{name}={low:.6g}:{high:.6g} {named_unit(name)}:3"
+
+
+def _runs(machine: Machine, name: str, value: float, starts: int, seed: int, middle: float) -> list[str]:
+    """How run-ups with less and more change the median of the greatest deflection, and the shares that end balanced."""
+    if not starts:
+        return []
+    found: Any = ensemble(machine, {name: _ends(value)}, seeds=starts, seed=seed, progress=silent)
+    at = found[dimension_of(name)].values
+    parts = [found.isel(member=np.isclose(at, one, rtol=1e-9)) for one in _ends(value)]
+    ratios = [_median(part["peak_deflection"].values) / middle for part in parts]
+    return [_both(ratios), " / ".join(f"{100.0 * float(part['balanced'].values.mean()):.3g}" for part in parts)]
+
+
+def _median(values: Any) -> float:
+    """Of the runs that have a number; nan if most have none."""
+    known = np.isfinite(values)
+    return float(np.median(values[known])) if known.mean() > 0.5 else math.nan
+
+
+def _both(ratios: list[float]) -> str:
+    return " / ".join("-" if not math.isfinite(one) else _signed(100.0 * (one - 1.0)) for one in ratios)
+
+
+def _signed(percent: float) -> str:
+    return "0" if abs(percent) < 0.05 else f"{'+' if percent > 0.0 else '−'}{significant(abs(percent), 2)}"

@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.rotors import LateralModel, lateral_model, reference, rows_at
-from autobalancer.assembly.rotors.model import Floats
+from autobalancer.assembly.rotors import (
+    LateralModel,
+    Rows,
+    balancer_rows,
+    lateral_model,
+    reference,
+    rows_at,
+    unbalance_shape,
+)
+from autobalancer.assembly.rotors.model import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor, Unbalance
 from autobalancer.rotordynamics.answers import PlanarOscillators
-from autobalancer.rotordynamics.equivalent_parts import planar_machine
-from autobalancer.rotordynamics.equivalent_range import border, deviation, other_share
 from autobalancer.rotordynamics.question import attributes
-from autobalancer.rotordynamics.synchronous_modes import (
-    Kind,
-    Pencil,
-    PlaceMode,
-    damping_ratio,
-    pencil,
-    place_modes,
-)
+from autobalancer.rotordynamics.synchronous_modes import Kind, Pencil, PlaceMode, damping_ratio, pencil, place_modes
 
 Method = Literal["static", "modal"]
 METHODS = get_args(Method)
@@ -234,3 +234,161 @@ def _grid(speeds: Floats | None, both: list[_Direction], model: LateralModel) ->
     if math.isclose(grid[0], grid[-1]):
         raise QuestionError("equivalent_planar: speeds: they must differ")
     return grid
+
+
+# Over which speeds one oscillator stands for a rotor.
+
+
+class Curves(Protocol):
+    """Receptance of the rotor, and without damping in total and of one mode; each (S,)."""
+
+    @property
+    def whole(self) -> Any:
+        """With damping."""
+
+    @property
+    def undamped(self) -> Any:
+        """Without damping."""
+
+    @property
+    def mode(self) -> Any:
+        """Of the mode alone, without damping."""
+
+
+def deviation(curves: Curves, speeds: Floats, stiffness: float, mass: float, damping: float) -> Floats:
+    """Relative deviation of the receptance of an oscillator from that of the rotor."""
+    own = 1.0 / (stiffness - speeds**2 * mass + 1j * speeds * damping)
+    return np.asarray(np.abs(own - curves.whole) / np.abs(curves.whole))
+
+
+def other_share(curves: Curves) -> Floats:
+    """Share of all other modes in the receptance without damping; it may exceed one."""
+    return np.asarray(np.abs(curves.undamped - curves.mode) / np.abs(curves.undamped))
+
+
+def border(speeds: Floats, share: Floats, tolerance: float, center: float) -> tuple[float, float]:
+    """The range around ``center`` in which ``share`` stays within the tolerance; nan if it does nowhere near.
+
+    Linear between the speeds; an end of the speeds is an end of the range.
+    """
+    start = int(np.argmin(np.abs(speeds - center)))
+    if not share[start] <= tolerance:
+        return np.nan, np.nan
+    ends = []
+    for step, last in ((-1, 0), (1, speeds.size - 1)):
+        i = start
+        while i != last and share[i + step] <= tolerance:
+            i += step
+        if i == last:
+            ends.append(float(speeds[i]))
+            continue
+        part = (tolerance - share[i]) / (share[i + step] - share[i])
+        ends.append(float(speeds[i] + part * (speeds[i + step] - speeds[i])))
+    return ends[0], ends[1]
+
+
+# A machine with a planar rotor in place of another one: what is kept, and what is said of it.
+
+
+SAME_PLANE = 1e-9  # relative difference of the rows of two places
+
+
+def planar_machine(
+    machine: Machine,
+    model: LateralModel,
+    rows: Rows,
+    place: str,
+    constants: Floats,
+    modes: list[PlaceMode],
+    method: str,
+    frequency: str,
+    valid: list[tuple[float, float]],
+    tolerance: float,
+    at_mode: list[float],
+) -> tuple[Machine, list[str]]:
+    """The machine and notes on what it leaves out.
+
+    ``constants`` are k, M, b along x and y, (2, 3). For each mode: ``valid``, the range of speeds that it represents, and
+    ``at_mode``, the deviation of the receptance at its speed.
+    """
+    notes: list[str] = []
+    mass, k, b = (float(c) for c in constants[0, [1, 0, 2]])
+    stiffness: float | tuple[float, float] = k
+    damping: float | tuple[float, float] = b
+    if np.any(constants[0] != constants[1]):
+        # a planar rotor has one mass: each direction keeps its frequency and damping ratio
+        first, second = (float(m) for m in constants[:, 1])
+        mass = math.sqrt(first * second)
+        stiffness = (k * mass / first, float(constants[1, 0]) * mass / second)
+        damping = (b * mass / first, float(constants[1, 2]) * mass / second)
+        if abs(first / second - 1.0) > 1e-6:
+            notes.append(
+                f"the masses along x and y are {first:.5g} and {second:.5g} kg; the planar rotor has their geometric mean and "
+                "the critical speeds and damping ratios of both directions"
+            )
+    kept, left = [], []
+    for i, (balancer, there) in enumerate(zip(machine.balancers, balancer_rows(machine, model), strict=True)):
+        size = float(np.abs(rows.deflection).max())
+        if np.abs(there.deflection - rows.deflection).max() <= SAME_PLANE * size:
+            entries = {key: getattr(balancer, key) for key in balancer.model_fields_set - {"station"}}
+            kept.append(type(balancer)(**entries))
+        else:
+            left.append(balancer.name or f"balancer {i + 1}")
+    if left:
+        notes.append(f"left out, because in another plane: {', '.join(left)}")
+    unbalances, difference = _unbalances(machine, model, modes)
+    if difference > 0.01:
+        notes.append(
+            f"the unbalance drives the modes along x and y differently, by {100 * difference:.3g} %; the mean is kept"
+        )
+    way = "static stiffness" if method == "static" else "modal stiffness and mass"
+    kind = "critical speed" if frequency == "critical" else "natural frequency"
+    reach = []
+    for i, (mode, (low, high), away) in enumerate(zip(modes, valid, at_mode, strict=True)):
+        where = f"along {'xy'[i]}: " if len(modes) == 2 else ""
+        if math.isfinite(low) and low < high:
+            text = (
+                f"its receptance is that of the rotor within {100 * tolerance:g} % from {low:.4g} to {high:.4g} rad/s"
+            )
+        else:
+            text = f"near this speed its receptance deviates from that of the rotor by {100 * away:.3g} %"
+        reach.append(f"{where}{kind} {mode.speed:.5g} rad/s, {text}")
+    text = (
+        f"Planar oscillator of {machine.name!r} at {place}: {way} at this place; {'; '.join(reach)}. "
+        "Unbalances count as far as they drive the mode."
+    )
+    fields: dict[str, Any] = {key: getattr(machine, key) for key in ("axis", "gravity", "drive", "start", "run")}
+    wanted = {key: value for key, value in fields.items() if key in machine.model_fields_set}
+    inertia = machine.rotor.inertia
+    rotor = PlanarRotor(mass=mass, stiffness=stiffness, damping=damping, inertia=inertia)
+    planar = Machine(
+        name=f"{machine.name}, planar",
+        description=" ".join([text, *(note[0].upper() + note[1:] + "." for note in notes), machine.description]).strip(),
+        rotor=rotor, unbalances=unbalances, balancers=tuple(kept), **wanted,
+    )  # fmt: skip
+    return planar, notes
+
+
+def _unbalances(machine: Machine, model: LateralModel, modes: list[PlaceMode]) -> tuple[tuple[Unbalance, ...], float]:
+    """Point unbalances at the place that drive the mode as those of the rotor do, and how far x and y differ."""
+    found, worst = [], 0.0
+    largest = 0.0
+    sizes = []
+    for i, unbalance in enumerate(machine.unbalances):
+        shape = unbalance_shape(machine, model, i)
+        values = [_driven(mode, shape, axis, model) for axis, mode in enumerate(modes)]
+        moment = complex(np.mean(values))
+        sizes.append(abs(values[0] - values[-1]))
+        largest = max(largest, abs(moment))
+        found.append(
+            Unbalance(moment=abs(moment), angle=cmath.phase(moment) if moment else 0.0, schedule=unbalance.schedule)
+        )
+    if largest:
+        worst = max(sizes) / largest
+    return tuple(found), worst
+
+
+def _driven(mode: PlaceMode, shape: Complexes, axis: int, model: LateralModel) -> complex:
+    """phi^H u over phi^H r: of an anisotropic rotor the part of the mode along its direction."""
+    vector = mode.vector if model.isotropic else mode.vector[axis * model.pairs : (axis + 1) * model.pairs]
+    return complex(vector.conj() @ shape / np.conj(mode.deflection))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,7 +19,6 @@ from autobalancer.machine import Machine
 from autobalancer.rotordynamics.answers import Response
 from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
 from autobalancer.rotordynamics.rubber import add_rubber, rubber_of
-from autobalancer.rotordynamics.smooth_speeds import smooth_speeds
 from autobalancer.rotordynamics.unbalance import Given, Load, load_of
 from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
 from autobalancer.units import list_argument, unbalance_argument
@@ -326,3 +325,27 @@ def _dataset(
     for key, (dims, numbers, text, units) in data.items():
         result[key] = (dims, numbers, {"long_name": text, "units": units})
     return result
+
+
+# Speeds so close that straight lines between the values show every resonance as it is.
+
+
+CHORD = 0.1  # of the greater end: a resonance is a circle through zero, so its peak is missed by 1 - cos(0.05), 0.13 %
+ROUNDS = 16  # each about halves a step: one of 40 rpm ends at 0.0006 rpm; without damping there is no end
+BESIDE = 0.49  # of a step: its middle is often a round speed, and may be a resonance without damping, without any value
+
+
+def smooth_speeds(speeds: Floats, respond: Callable[[Floats], Complexes]) -> Floats:
+    """``speeds``, ascending, with others between where the complex response, (S, places), turns or grows."""
+    speeds = np.unique(speeds)
+    values = respond(speeds)
+    for _ in range(ROUNDS):
+        size = np.abs(values)
+        far = np.abs(np.diff(values, axis=0)) > CHORD * np.maximum(size[:-1], size[1:])
+        wide = np.flatnonzero(far.any(axis=1))
+        if wide.size == 0:
+            break
+        between = speeds[wide] + BESIDE * (speeds[wide + 1] - speeds[wide])
+        speeds = np.insert(speeds, wide + 1, between)
+        values = np.insert(values, wide + 1, respond(between), axis=0)
+    return speeds

@@ -3,36 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.contact.touches import with_touches
+from autobalancer.assembly.contact.touches import Touch, with_touches
 from autobalancer.assembly.forces.rows import force_at_fault
+from autobalancer.assembly.gauges import MOST, meetings_of
 from autobalancer.assembly.held import assemble_held
 from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.resolved.friction import friction_at_fault
+from autobalancer.assembly.spatial import top_speed
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.resolve_springs import planar_rotor
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVENTS_SEEN, NEXT_SAMPLE, TIME
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING
-from autobalancer.kernels.system import SPEED
-from autobalancer.machine import Machine
+from autobalancer.kernels.records.impacts import IMPACT
+from autobalancer.kernels.system import SPEED, System
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.patience import ENOUGH, Progress, returned, shows_progress
+from autobalancer.results.impacts import VARIABLES, Impacts
+from autobalancer.results.labels import label
 from autobalancer.results.standing import static_load
 from autobalancer.simulation.events import Event
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
-from autobalancer.simulation.impacts import Noted, with_impacts
 from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.record import record_for, turns_complete
 from autobalancer.simulation.remarks.bearing_text import bearing_text
@@ -47,7 +52,6 @@ from autobalancer.simulation.remarks.rubber_text import rubber_text
 from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
 from autobalancer.simulation.saved.dataset import run_dataset
 from autobalancer.simulation.steppers import Method, Stepper, stepper_for
-from autobalancer.simulation.stiffness import slow_because
 from autobalancer.units import argument, shortened, to_si
 
 DEFAULT_SAVE = (Samples(), Envelope(), LastRevolutions())
@@ -293,3 +297,123 @@ def _duration(machine: Machine, duration: float | str | None) -> float:
     if not seconds > 0.0:
         raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
     return float(seconds)
+
+
+# How many steps a run will take, looked at before it begins: explicit steps cannot be much longer than its fastest
+# decay.
+#
+# Long steps solve for drag, damping and vibration exactly, so that only gravity and unequal supports can make them
+# many.
+
+
+REACH = 5.0  # step times rate that an explicit pair of order eight bears
+TURN = 0.3  # rad of rotor angle in a step, where gravity or unequal supports act once a revolution
+PACE = 4e5  # steps in a second, measured with a few balls on a usual computer
+LONG = 60.0  # s of computing from which on it is said
+
+
+def slow_because(machine: Machine, assembly: Assembly, duration: float, *, long_steps: bool = False) -> str:
+    """A sentence about a run of ``duration`` (s) that will take long, with the cause; empty if it will not.
+
+    An estimate from drag at rest, damping and stiffness of planar rotors, linear walls and the greatest speed.
+    """
+    rates = [*_turns(machine, assembly)] if long_steps else [*_decays(machine, assembly), *_turns(machine, assembly)]
+    steps, cause = max(((duration * rate, cause) for rate, cause in rates), default=(0.0, ""))
+    if steps / PACE < LONG:
+        return ""
+    return (
+        f"this run is stiff: {cause}, so {duration:.3g} s take about {steps:.1g} steps, {_spoken(steps / PACE)} on a usual "
+        "computer. If that value is meant, shorten the run; a limit of steps ends it with the outcome 'budget spent'"
+    )
+
+
+def _decays(machine: Machine, assembly: Assembly) -> Iterator[tuple[float, str]]:
+    """Explicit steps in a second of the run, and the decay or vibration that asks for them."""
+    for number, ball in enumerate(assembly.balls, 1):
+        if ball.drag > 0.0:
+            rate = ball.drag / ball.inertia
+            yield rate / REACH, f"drag brakes ball {number} with a time constant of {1.0 / rate:.2g} s"
+        resolved = machine.balancers[ball.balancer].races[ball.race].resolved
+        if resolved is not None and resolved.stiffness is not None:
+            rate = math.sqrt(resolved.stiffness / ball.mass)
+            yield rate / REACH, f"ball {number} bounces on its wall within {1.0 / rate:.2g} s"
+    if isinstance(machine.rotor, PlanarRotor):
+        rotor = planar_rotor(machine)
+        for stiffness, damping in zip(rotor.stiffness_xy, rotor.damping_xy, strict=True):
+            rate = damping / machine.rotor.mass
+            if rate > 0.0:
+                yield rate / REACH, f"damping brakes the rotor with a time constant of {1.0 / rate:.2g} s"
+            rate = math.sqrt(stiffness / machine.rotor.mass)
+            yield rate / REACH, f"the rotor vibrates at {rate:.2g} rad/s"
+
+
+def _turns(machine: Machine, assembly: Assembly) -> Iterator[tuple[float, str]]:
+    """Steps in a second of the run where they have to follow each turn."""
+    speed = top_speed(machine)
+    if speed and not assembly.system.rotating:
+        yield speed / TURN, f"the rotor turns at {speed:.3g} rad/s"
+
+
+def _spoken(seconds: float) -> str:
+    for unit, length in (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0)):
+        if seconds >= 2.0 * length:
+            return f"{seconds / length:.2g} {unit}"
+    return f"{seconds / 60.0:.2g} minutes"
+
+
+# Impacts that a run notes as it goes.
+
+
+class Noted:
+    """Takes what the equations have noted, between two calls of the stepper, and says what it means."""
+
+    def __init__(self, touches: tuple[Touch, ...]) -> None:
+        self._touches = touches
+        self._kept: list[Any] = []
+        self.count = 0  # of all
+        self._size = 0
+
+    def take(self, system: System) -> None:
+        """Empty the room in ``system``."""
+        if not self._touches:
+            return
+        seen = int(system.impact_count[0])
+        keep = min(seen, system.impacts.size, MOST - self._size)
+        if keep > 0:
+            self._kept.append(system.impacts[:keep].copy())
+        self.count, self._size = self.count + seen, self._size + keep
+        system.impact_count[0] = 0
+
+    @property
+    def lost(self) -> int:
+        """Impacts that were counted, but not kept."""
+        return self.count - self._size
+
+    def found(self) -> Impacts | None:
+        """All that were kept; None where nothing can touch."""
+        if not self._touches:
+            return None
+        rows = np.concatenate([IMPACT.rows(0), *self._kept])
+        from autobalancer.kernels.measures.impacts import all_meant
+
+        touch, meant = np.array(rows["touch"], np.int64), np.zeros((2, rows.size))
+        all_meant(rows, *meetings_of(self._touches), meant)
+        partners = np.array([(touch.one + 1, touch.other + 1) for touch in self._touches])  # 0: partition, -1: wall
+        return Impacts(
+            time=np.array(rows["time"], np.float64),
+            speed=np.array(rows["speed"], np.float64),
+            lost=meant[0],
+            impulse=meant[1],
+            ball=partners[touch, 0],
+            partner=partners[touch, 1],
+        )
+
+
+def with_impacts(run: xr.Dataset, noted: Noted) -> xr.Dataset:
+    """The run with the impacts that were noted, over the dimension ``impact``."""
+    found = noted.found()
+    if found is None:
+        return run
+    variables = {kept: ("impact", getattr(found, name)) for kept, name in VARIABLES.items()}
+    run = label(run.assign(variables).assign_coords(impact_time=("impact", found.time)))
+    return run.assign_attrs(impacts_not_kept=noted.lost) if noted.lost else run

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Circle, Rectangle
 
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.catalog.resolve import Ball, resolve
+from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.files.given import any_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.plots.drawing.style import UNBALANCE, ball_color, heading, look, picture
+from autobalancer.plots.drawing.labels import label_point
+from autobalancer.plots.drawing.style import INK, RACE, UNBALANCE, ball_color, heading, look, picture
 from autobalancer.plots.run.race_panel import WIDTH, RacePanel
 from autobalancer.plots.run.race_vectors import Vector
 from autobalancer.results.display_units import moment_text
-from autobalancer.sketch.front import drawn_at_random, races_at_start
-from autobalancer.sketch.layout import chamber_layout, layout_of
-from autobalancer.sketch.side import side_view
+from autobalancer.results.drawn.motion import Moments, Races
+from autobalancer.sketch.layout import Block, Filling, Layout, Spring, chamber_layout, layout_of
 
 COLUMNS = 3  # balancers side by side
 SIDE = 3.9  # inches of the view from the side
@@ -110,3 +113,162 @@ def _unbalances(given: Machine) -> list[Vector]:
 
 def _named(station: float | str) -> str:
     return station if isinstance(station, str) else f"{1e3 * float(station):.4g} mm"
+
+
+# A machine from the side: its axis to the right, the balls of each race in section above and below it.
+
+
+RIM, STANDING, TURNING, GREY = "#8A949C", "#F4F1EA", "#DDE3E8", "#606060"
+SIDE_LEAST = 0.018  # of the picture: what a point ball or an unbalance is drawn as
+
+
+def side_view(axes: Axes, layout: Layout, balls: tuple[Ball, ...], mm: float = 1e3) -> None:
+    """Draw it to scale, in mm."""
+    high = max([block.radius for block in layout.blocks] + [ball.orbit_radius + ball.radius for ball in balls])
+    low, up = min(block.start for block in layout.blocks), max(block.end for block in layout.blocks)
+    size = max(up - low, 2.0 * high)
+    for block in layout.blocks:
+        _block(axes, block, mm)
+    for spring in layout.springs:
+        _spring(axes, spring, size, mm)
+    for number, place in enumerate(layout.planes):
+        _section(axes, place, [(k, ball) for k, ball in enumerate(balls) if ball.balancer == number], size, mm)
+    for filling in layout.fillings:
+        _filling(axes, filling, mm)
+    for place, angle in layout.unbalances:
+        at = 0.55 * layout.radius_at(place) * (1.0 if math.sin(angle) >= 0.0 else -1.0)
+        axes.plot([place * mm], [at * mm], marker="D", ms=7, color=UNBALANCE, mec="white", mew=0.8, zorder=6)
+    for place, name in layout.stations:
+        axes.plot([place * mm], [0.0], marker="|", ms=16, mew=1.2, color=INK, zorder=5)
+        label_point(axes, name, place * mm, 0.0, color=INK)
+    more = 0.06 * size * mm
+    axes.axhline(0.0, color=INK, lw=0.7, ls=(0, (12, 3, 2, 3)), zorder=4)
+    axes.update_datalim([(low * mm - more, -high * mm - 2.6 * more), (up * mm + more, high * mm + 1.5 * more)])
+    axes.margins(0.0)
+    axes.autoscale_view()
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("along the axis, z (mm)" if not layout.fillings else "along the axis, x (mm)")
+    axes.set_ylabel("radius (mm)")
+    axes.grid(False)
+    couples = f"{layout.couples} couple unbalance{'s' * (layout.couples > 1)} not drawn" if layout.couples else ""
+    axes.set_title(
+        "; ".join(text for text in (layout.note, couples) if text), fontsize=8.5, weight="normal", color=GREY
+    )
+
+
+def _filling(axes: Axes, filling: Filling, mm: float) -> None:
+    """A row of balls on the lower wall, as many as lie side by side."""
+    fit = max(int((filling.end - filling.start) / filling.ball_width), 1)
+    places = filling.start + 0.5 * (filling.end - filling.start) * (1.0 + (2.0 * np.arange(fit) - fit + 1.0) / fit)
+    for place in places:
+        center = (place * mm, (filling.ball_radius - filling.radius) * mm)
+        axes.add_patch(Circle(center, filling.ball_radius * mm, fc=ball_color(0), ec=INK, lw=0.7, zorder=5))
+    label_point(axes, filling.text, 0.5 * (filling.start + filling.end) * mm, filling.radius * mm)
+
+
+def _block(axes: Axes, block: Block, mm: float) -> None:
+    fill = TURNING if block.turning else STANDING
+    line = "-" if block.known else (0, (4, 2))
+    for low, high in (
+        ((block.bore, block.radius), (-block.radius, -block.bore)) if block.bore else ((-block.radius, block.radius),)
+    ):
+        shape = Rectangle(
+            (block.start * mm, low * mm), (block.end - block.start) * mm, (high - low) * mm, fc=fill, ec=RIM, lw=1.0,
+            ls=line, zorder=1.2 if block.turning else 1.0,
+        )  # fmt: skip
+        axes.add_patch(shape)
+    if block.name and block.radius > 0.0:
+        label_point(axes, block.name, 0.5 * (block.start + block.end) * mm, block.radius * mm, color="#606060")
+
+
+def _spring(axes: Axes, spring: Spring, size: float, mm: float) -> None:
+    """A zigzag down to the ground, or a short one between two bodies."""
+    length = 0.09 * size if spring.grounded else 0.05 * size
+    across = 0.012 * size
+    steps = np.linspace(0.0, 1.0, 12)
+    sway = np.where(np.arange(12) % 2, 1.0, -1.0) * across
+    sway[[0, 1, -2, -1]] = 0.0
+    for side in (-1.0,) if spring.grounded else (-1.0, 1.0):
+        start = side * spring.radius
+        down = start + side * steps * length
+        axes.plot((spring.place + sway) * mm, down * mm, color=INK, lw=1.1, zorder=3)
+        if spring.grounded:
+            wide = 3.0 * across
+            axes.plot([(spring.place - wide) * mm, (spring.place + wide) * mm], [down[-1] * mm] * 2, color=INK, lw=1.6)
+            axes.add_patch(
+                Rectangle(
+                    ((spring.place - wide) * mm, (down[-1] - across) * mm), 2.0 * wide * mm, across * mm, fc="none",
+                    ec=RIM, lw=0.0, hatch="/////", zorder=2,
+                )
+            )  # fmt: skip
+
+
+def _section(axes: Axes, place: float, balls: list[tuple[int, Ball]], size: float, mm: float) -> None:
+    """The races of a plane: a channel and a ball above and below the axis."""
+    for race in sorted({ball.race for _, ball in balls}):
+        inside = [(k, ball) for k, ball in balls if ball.race == race]
+        thick = max(ball.diameter for _, ball in inside)
+        number, ball = inside[0]
+        radius = 0.5 * thick or 0.5 * SIDE_LEAST * size
+        for side in (-1.0, 1.0):
+            center = side * ball.orbit_radius
+            channel = ((place - radius) * mm, (center - radius) * mm)
+            if ball.body != "pendulum":
+                axes.add_patch(
+                    Rectangle(channel, 2.0 * radius * mm, 2.0 * radius * mm, fc=RACE, ec=INK, lw=1.0, zorder=3)
+                )
+            else:
+                axes.plot([place * mm] * 2, [0.0, center * mm], color=INK, lw=2.0, zorder=3)
+            looks = {"fc": ball_color(number), "ec": INK, "lw": 0.8, "zorder": 5}
+            if not thick:
+                looks |= {"fc": "white", "ec": ball_color(number), "lw": 1.6}
+            axes.add_patch(Circle((place * mm, center * mm), radius * mm, **looks))
+
+
+# The races of a machine from above, with their balls where they start.
+
+
+def races_at_start(machine: Machine, balls: tuple[Ball, ...]) -> tuple[Races, Moments]:
+    """Races and balls at rest: each ball at its start angle, those without one side by side from the zero mark."""
+    planes = [balancer.station for balancer in machine.balancers]
+    plane = [planes.index(planes[ball.balancer]) for ball in balls]
+    diameters = np.array([ball.diameter for ball in balls])
+    races = Races(
+        np.array([ball.orbit_radius for ball in balls]),
+        diameters,
+        np.array([ball.moment for ball in balls]),
+        np.array([ball.eccentricity for ball in balls], np.complex128),
+        np.array([ball.balancer + 1 for ball in balls]),
+        np.array([ball.race + 1 for ball in balls]),
+        np.array(plane),
+        np.array([ball.body for ball in balls], dtype=object),
+        np.maximum(diameters, [_channel(machine, ball) for ball in balls]),
+    )
+    none, zero = np.zeros(1), np.zeros(1, np.complex128)
+    angles = np.array(_angles(balls))[None]
+    still = np.zeros((1, len(planes)), np.complex128)
+    moments = Moments(none, none, none, zero, angles, np.zeros((1, len(balls))), zero, still, still, zero)
+    return races, moments
+
+
+def drawn_at_random(balls: tuple[Ball, ...]) -> bool:
+    """Whether some balls have no start angle of their own."""
+    return any(ball.start_angle is None for ball in balls)
+
+
+def _angles(balls: tuple[Ball, ...]) -> list[float]:
+    angles: list[float] = []
+    ends: dict[tuple[int, int], float] = {}
+    for ball in balls:
+        half = 0.5 * occupied_angle([ball]) or 0.1
+        place = (ball.balancer, ball.race)
+        begin = ends.get(place, 0.0)
+        angles.append(begin + half if ball.start_angle is None else float(ball.start_angle))
+        ends[place] = begin + 2.1 * half
+    return angles
+
+
+def _channel(machine: Machine, ball: Ball) -> float:
+    """From wall to wall, where resolved balls have room."""
+    race = machine.balancers[ball.balancer].races[ball.race]
+    return float(race.width or 0.0) if race.resolved is not None else 0.0

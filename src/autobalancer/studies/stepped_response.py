@@ -2,34 +2,49 @@
 
 from __future__ import annotations
 
+import cmath
 import json
+import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
 from pathlib import Path
 from threading import local
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.mass_spread import MASS_SPREAD
+from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.system import Assembly
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.system import Floats, Matrix
-from autobalancer.machine import Machine
+from autobalancer.kernels.balls.at_nodes.planar_contacts import contacts_in_steps
+from autobalancer.kernels.balls.planar_nodes import planar_nodes
+from autobalancer.kernels.dwell.hold import hold
+from autobalancer.kernels.dwell.window import Window
+from autobalancer.kernels.integrators.collocation.amplitudes import LONG_STEPS, amplitudes
+from autobalancer.kernels.integrators.collocation.inside import by_powers
+from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, Memory
+from autobalancer.kernels.integrators.passages import SUM
+from autobalancer.kernels.integrators.runge_kutta import FINISHED
+from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
+from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
 from autobalancer.patience import shows_progress
 from autobalancer.results.answers.stepped import SteppedResponse
 from autobalancer.results.provenance import provenance
+from autobalancer.results.store import load_run, save_run
+from autobalancer.safe_file import as_path
+from autobalancer.simulation.long_steps import long_steps
+from autobalancer.simulation.outcome import outcome
 from autobalancer.simulation.prepare import prepare
-from autobalancer.simulation.remarks.coincidence import CURE, free_groups
+from autobalancer.simulation.record import record_for
+from autobalancer.simulation.remarks.coincidence import CURE, free_groups, pairs_together, parting_rate
 from autobalancer.simulation.remarks.critical_text import critical_attributes
-from autobalancer.studies.step_dataset import step_dataset
-from autobalancer.studies.step_question import at_constant_speed, averaged_stations, checked_plan, checked_speeds
-from autobalancer.studies.step_store import StepStore
-from autobalancer.studies.stepping import Plan, Row, Stepper, at_speed
+from autobalancer.simulation.steppers import LongSteps, stepper_for
 from autobalancer.units import argument, list_argument, optional_argument
 
 Place = tuple[int, int]  # leg, number of the speed
@@ -253,3 +268,425 @@ def _fixed(
             yield ended.result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+# A stepped response as a labelled result, and the names of what balls do at a speed.
+
+
+MOTIONS = ("at rest", "swinging", "stalled")
+SWING = math.radians(1.0)  # a ball that moves less rests
+TURNING = 0.01  # a ball whose mean speed in the rotor is a greater share of the rotor speed goes around
+
+LABELS = {
+    "amplitude": ("greatest deflection, mean over the stations", "m"),
+    "greatest_mean_deflection": ("greatest value in time of the mean deflection of the stations", "m"),
+    "greatest_deflection": ("greatest deflection of a station", "m"),
+    "synchronous_x": ("deflection that turns with the rotor, along its zero mark", "m"),
+    "synchronous_y": ("deflection that turns with the rotor, a quarter turn ahead of its zero mark", "m"),
+    "amplitude_change": ("relative change of the amplitude from the first to the second half of the window", "1"),
+    "least_ball_angle_in_rotor": ("least ball angle in the rotor", "rad"),
+    "greatest_ball_angle_in_rotor": ("greatest ball angle in the rotor", "rad"),
+    "mean_ball_speed_in_rotor": ("mean ball speed in the rotor", "rad/s"),
+    "time_at_speed": ("time at the speed, window included", "s"),
+}
+PARTING = ("rate at which balls that stay at one place would separate; nan where none do", "1/s")
+SOURCES = {
+    "amplitude": "amplitude", "greatest_mean_deflection": "mean", "amplitude_change": "change", "time_at_speed": "hold",
+    "greatest_deflection": "greatest", "least_ball_angle_in_rotor": "low", "greatest_ball_angle_in_rotor": "high",
+    "mean_ball_speed_in_rotor": "ball_speed",
+}  # fmt: skip
+
+
+def ball_motions(swing: np.ndarray, mean_speed: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Number in :data:`MOTIONS` of each ball; ``swing`` (rad) and ``mean_speed`` are (..., ball), -1 where unknown.
+
+    A ball is *stalled* while it goes around in the rotor, on the mean faster than 1/100 of the rotor speed; else
+    *swinging* if its angle moves by more than 1 degree in the window; else *at rest*.
+    """
+    motion = np.where(np.abs(mean_speed) > TURNING * np.abs(speed), 2, np.where(swing > SWING, 1, 0))
+    return np.asarray(np.where(np.isfinite(swing), motion, -1), np.int64)
+
+
+def step_dataset(
+    assembly: Assembly,
+    speeds: Sequence[float],
+    legs: Sequence[str],
+    names: Sequence[str],
+    rows: dict[tuple[int, int], Row],
+) -> SteppedResponse:
+    """Arrays over (direction, speed); what was not reached is nan."""
+    count, n, s = len(speeds), len(assembly.balls), len(names)
+
+    def column(key: str, *shape: int) -> np.ndarray:
+        values = np.full((len(legs), count, *shape), np.nan)
+        for (leg, number), row in rows.items():
+            if key in row:
+                values[leg, number] = np.reshape(row[key], shape)
+        return values
+
+    data: dict[str, Any] = {}
+    for name, key in SOURCES.items():
+        if "ball" in name:
+            if n:
+                data[name] = (("direction", "speed", "ball"), column(key, n))
+        elif name == "greatest_deflection":
+            data[name] = (("direction", "speed", "station"), column(key, s))
+        else:
+            data[name] = (("direction", "speed"), column(key))
+    forward = column("forward", s, 2)
+    data["synchronous_x"] = (("direction", "speed", "station"), forward[..., 0])
+    data["synchronous_y"] = (("direction", "speed", "station"), forward[..., 1])
+    result = SteppedResponse(data)
+    for name in data:
+        text, unit = LABELS[name]
+        result[name].attrs.update(long_name=text, units=unit)
+    outcomes = np.full((len(legs), count), "not reached", dtype=object)
+    for place, row in rows.items():
+        outcomes[place] = row["outcome"]
+    result["outcome"] = (("direction", "speed"), outcomes, {"long_name": "how the integration ended"})
+    result = result.assign_coords(
+        speed=("speed", np.asarray(speeds, np.float64), {"long_name": "rotor speed", "units": "rad/s"}),
+        station=("station", np.array(list(names), dtype=object), {"long_name": "station"}),
+        direction=("direction", np.array(list(legs), dtype=object), {"long_name": "direction through the speeds"}),
+    )
+    if any("parting" in row for row in rows.values()):
+        text, unit = PARTING
+        result["parting_rate"] = (("direction", "speed"), column("parting"), {"long_name": text, "units": unit})
+    if n:
+        swing = result["greatest_ball_angle_in_rotor"].values - result["least_ball_angle_in_rotor"].values
+        lag = result["mean_ball_speed_in_rotor"].values
+        motion = ball_motions(swing, lag, np.asarray(speeds)[None, :, None])
+        attrs = {"flag_values": list(range(len(MOTIONS))), "flag_meanings": list(MOTIONS)}
+        result["ball_motion"] = (("direction", "speed", "ball"), motion, {"long_name": "what a ball does", **attrs})
+        whole = motion.max(axis=2)
+        result["motion"] = (
+            ("direction", "speed"),
+            whole,
+            {"long_name": "the most severe motion class of all balls", **attrs},
+        )
+        result = result.assign_coords(
+            ball=np.arange(1, n + 1), balancer=("ball", [ball.balancer + 1 for ball in assembly.balls])
+        )
+    return result if len(legs) > 1 else result.isel(direction=0)
+
+
+# What a stepped response is asked: the machine at a speed, the stations, speeds and times that make sense.
+
+
+def at_constant_speed(machine: Machine, speed: float) -> Machine:
+    """The machine with a prescribed speed and with its unbalances after all schedules."""
+    # the fields are set together: a prescribed speed and a start speed exclude each other
+    begin = Start(**{key: getattr(machine.start, key) for key in machine.start.model_fields_set - {"speed"}})
+    drive = PrescribedSpeed(profile=Constant(speed=speed))
+    fields = {key: getattr(machine, key) for key in machine.model_fields_set} | {"drive": drive, "start": begin}
+    machine = Machine(**fields)
+    for number, unbalance in enumerate(machine.unbalances, start=1):
+        if unbalance.schedule is not None:
+            last = Schedule(time=(0.0,), factor=unbalance.schedule.factor[-1:])
+            machine = with_value_at(machine, f"unbalances[{number}].schedule", last)
+    return machine
+
+
+def averaged_stations(assembly: Assembly, wanted: Sequence[str] | None) -> tuple[list[str], list[Matrix], Floats]:
+    """Names and rows of all stations, and their weights in the mean."""
+    named: dict[str, Matrix] = dict(assembly.stations)
+    if not named:
+        size = 2 + (assembly.state.size - 6 - 2 * len(assembly.balls)) // 2
+        named = {assembly.reference or "rotor": np.eye(2, size)}
+    if isinstance(wanted, str):
+        wanted = [wanted]
+    chosen = list(named) if wanted is None else list(wanted)
+    unknown = [name for name in chosen if name not in named]
+    if unknown or not chosen or len(set(chosen)) < len(chosen):
+        known = ", ".join(map(repr, named))
+        raise QuestionError(f"stations: given {chosen!r}; name each once, there is {known}")
+    weights = np.array([(name in chosen) / len(chosen) for name in named])
+    return list(named), list(named.values()), weights
+
+
+def checked_speeds(speeds: Sequence[float] | np.ndarray) -> Floats:
+    """Speeds that ascend from above zero."""
+    chosen = np.array(speeds, np.float64)
+    if chosen.ndim != 1 or chosen.size == 0 or not np.all(np.isfinite(chosen)):
+        raise QuestionError("speeds: give a list of finite speeds in rad/s")
+    if chosen[0] <= 0.0 or np.any(np.diff(chosen) <= 0.0):
+        raise QuestionError(
+            f"speeds: given {chosen[0]:g} to {chosen[-1]:g} rad/s; must ascend from above zero; "
+            "direction='down' runs through them the other way"
+        )
+    return chosen
+
+
+def checked_plan(
+    dwell: float,
+    window: float,
+    acceleration: float | None,
+    settle: float | None,
+    longest: float | None,
+    tolerance: float,
+    max_steps: int,
+) -> Plan:
+    """Times and tolerances that make sense."""
+    for name, value, unit in (
+        ("dwell", dwell, "s"), ("window", window, "s"), ("acceleration", acceleration, "rad/s^2"),
+        ("settle", settle, "relative"), ("longest", longest, "s"),
+    ):  # fmt: skip
+        needless = value is None or (name == "dwell" and value == 0.0)
+        if not needless and not (math.isfinite(float(value or 0.0)) and float(value or 0.0) > 0.0):
+            raise QuestionError(f"{name}: given {value!r}; must be greater than zero ({unit})")
+    if (settle is None) != (longest is None):
+        raise QuestionError("settle, longest: give both or none; 'longest' ends a motion that never settles")
+    if longest is not None and longest < dwell + window:
+        raise QuestionError(f"longest: given {longest:g} s; must be at least dwell and window, {dwell + window:g} s")
+    tolerance = argument("tolerance", tolerance, "")
+    if not 1e-13 <= tolerance <= 1e-2:
+        raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2")
+    if max_steps < 1:
+        raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")
+    return Plan(dwell, window, rate(acceleration), settle, longest or 0.0, tolerance, max_steps)
+
+
+# Finished speeds of a stepped response on disk, so that nothing is lost and a second call goes on.
+#
+# Beside the result file grows a journal: a line that says what was asked, then one line for each speed, written and
+# flushed as soon as it is known. Numbers in it are exact. A line that was cut short by a crash is dropped.
+
+
+class StepStore:
+    """The store of one question.
+
+    Attributes
+    ----------
+    rows
+        What earlier calls found, by (leg, number of the speed).
+    finished
+        The result if an earlier call came to its end.
+    """
+
+    def __init__(self, path: str | Path, question: dict[str, Any]) -> None:
+        self.path = as_path(path)
+        if self.path.suffix != ".nc":
+            raise QuestionError(f"store: given {str(path)!r}; give a result file that ends with .nc")
+        self.journal = self.path.with_name(self.path.name + ".journal")
+        self.question = question
+        self.rows: dict[tuple[int, int], Row] = {}
+        self.finished: xr.Dataset | None = None
+        if self.path.exists():
+            found = load_run(self.path)
+            self._compare(self.path, found.attrs.get("question", "null"))
+            self.finished = found
+        elif self.journal.exists():
+            self._read()
+
+    def append(self, leg: int, number: int, row: Row) -> None:
+        """Keep one speed."""
+        lines = [json.dumps({"leg": leg, "number": number, **row})]
+        if not self.journal.exists():
+            lines.insert(0, json.dumps({"question": self.question}))
+        try:
+            self.journal.parent.mkdir(parents=True, exist_ok=True)
+            with self.journal.open("a", encoding="utf-8") as file:
+                file.write("\n".join(lines) + "\n")
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as reason:
+            raise ResultError(f"{self.journal}: cannot be written: {reason}") from None
+
+    def finish(self, result: xr.Dataset) -> None:
+        """Write the result; the journal is no longer needed."""
+        save_run(result, self.path)
+        self.journal.unlink(missing_ok=True)
+
+    def _read(self) -> None:
+        try:
+            data = self.journal.read_bytes()
+        except OSError as reason:
+            raise ResultError(f"{self.journal}: cannot be read: {reason}") from None
+        whole = data.rfind(b"\n") + 1
+        lines = data[:whole].splitlines()
+        if not lines:
+            self.journal.unlink()
+            return
+        try:
+            asked = json.loads(lines[0])["question"]
+            rows = [json.loads(line) for line in lines[1:]]
+            self.rows = {(row.pop("leg"), row.pop("number")): row for row in rows}
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise ResultError(
+                f"{self.journal}: is damaged, or not a journal of a stepped response; delete it to start again"
+            ) from None
+        self._compare(self.journal, json.dumps(asked))
+        if whole < len(data):
+            with self.journal.open("r+b") as file:
+                file.truncate(whole)
+
+    def _compare(self, path: Path, stored: str) -> None:
+        asked = json.loads(stored)
+        if not isinstance(asked, dict):
+            raise QuestionError(f"store: {path} is not a stepped response; give another file")
+        # through the same text, so that numbers and lists compare alike
+        now = json.loads(json.dumps(self.question))
+        differ = [key for key in now if now[key] != asked.get(key)]
+        if differ:
+            told = ", ".join(
+                key
+                if isinstance(now[key], list) or key == "machine"
+                else f"{key} ({asked.get(key)!r} there, {now[key]!r} now)"
+                for key in differ
+            )
+            raise QuestionError(
+                f"store: {path} holds the result of another study; different: {told}. Give another file, or delete this one"
+            )
+
+
+# One machine held at one speed after the other.
+
+
+LONGEST = 1e9  # s that one speed can be held
+NEAR = math.radians(30.0)  # a ball that moves less stays where it is in the rotor, apart from a vibration
+
+Row = dict[str, Any]  # what was seen at one speed: plain numbers and lists, so that it goes into a text exactly
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How long a speed is held and measured; see :func:`autobalancer.stepped_response`."""
+
+    dwell: float
+    window: float
+    acceleration: float  # rad/s^2, infinite for a jump
+    settle: float | None
+    longest: float
+    tolerance: float
+    max_steps: int
+    method: str = "auto"
+
+
+class Stepper:
+    """Work arrays of one thread."""
+
+    def __init__(
+        self, assembly: Assembly, rows: Sequence[Matrix], weights: Floats, plan: Plan, groups: Sequence[list[int]]
+    ) -> None:
+        self.balls, self.groups, self.named = assembly.balls, groups, weights.size
+        if groups:  # whether balls in one place stay there depends on the deflection of their race
+            rows = [*rows, *places(assembly)]
+            weights = np.append(weights, np.zeros(len(rows) - weights.size))
+        self.system = own(assembly.system)
+        self.stepper, self.plan = stepper_for(assembly, LONGEST, plan.tolerance, plan.method), plan
+        self.assembly, self.memory, self.modes = assembly, self.stepper.memory, dict[float, LongSteps]()
+        self.quiet = record_for((), (), assembly, 1.0)
+        # an event that never comes: for its sake the stepper keeps the dense output of all components
+        self.dense = self.quiet._replace(
+            event_kinds=np.array([SUM]),
+            event_firsts=np.array([SPEED]),
+            event_seconds=np.array([-1]),
+            event_levels=np.array([1e300]),
+            event_directions=np.zeros(1, np.int64),
+            event_terminal=np.zeros(1, np.int64),
+            event_seen=np.zeros(1, np.int64),
+            event_sides=np.zeros(1),
+            event_places=np.zeros(1),
+        )
+        s, n, size = weights.size, len(assembly.balls), rows[0].shape[1]
+        self.window = Window(
+            rows=np.ascontiguousarray(np.concatenate(rows), np.float64),
+            weights=weights,
+            greatest=np.zeros((2, s + 1)),
+            low=np.zeros((2, n)),
+            high=np.zeros((2, n)),
+            ends=np.zeros((2, n)),
+            forward=np.zeros((s, 2)),
+            spent=np.zeros(3),
+            place=np.zeros(size),
+            move=np.zeros(size),
+            points=np.zeros((s, 2)),
+            value=np.zeros(s + 1),
+            growth=np.zeros(s + 1),
+            before=np.zeros(s + 1),
+        )
+
+    def hold(self, state: Floats, speed: float) -> Row:
+        """Bring a state to a speed and measure there; without balls and stations lists are empty."""
+        m, w, plan = self.memory, self.window, self.plan
+        m.state[:] = state
+        settle = -1.0 if plan.settle is None else plan.settle
+        numbers = [speed, plan.acceleration, plan.dwell, plan.window, settle, plan.longest, plan.max_steps]
+        nodes, watch, powers, long, unknowns = self._long_steps_at(speed)
+        status = hold(
+            *self.stepper.moving, nodes, watch, self.system, self.stepper.pair, powers, self.quiet, self.dense, m, long,
+            unknowns, w, np.array(numbers, np.float64),
+        )  # fmt: skip
+        end, steps = float(m.clock[TIME]), int(m.counts[ACCEPTED])
+        taken = int(unknowns.tallies[LONG_STEPS])
+        row: Row = {"speed": float(speed), "steps": steps, "long_steps": taken, "state": m.state.tolist()}
+        if status != FINISHED:
+            planned = float(w.spent[0]) + plan.dwell + plan.window
+            ended = outcome(status, end, planned, interrupted=False, steps=steps)
+            return row | {"outcome": ended.name, "text": ended.text}
+        each = w.greatest[:, : self.named].max(axis=0)
+        return (
+            row
+            | self._parting(m.state, speed)
+            | {
+                "outcome": "finished",
+                "hold": end - float(w.spent[0]),
+                "change": float(w.spent[1]),
+                "greatest": each.tolist(),
+                "amplitude": float(each @ w.weights[: self.named]),
+                "mean": float(w.greatest[:, -1].max()),
+                "low": w.low.min(axis=0).tolist(),
+                "high": w.high.max(axis=0).tolist(),
+                "ball_speed": ((w.ends[1] - w.ends[0]) / plan.window).tolist(),
+                "forward": w.forward[: self.named].tolist(),
+            }
+        )
+
+    def _long_steps_at(self, speed: float) -> LongSteps:
+        """Long steps at a speed: they depend on no other speed that is asked for, and speeds that are near share them."""
+        own, near = self.stepper.long, 0.0
+        if own is not None and own.amplitudes.bases.size > 0:
+            stride = 2.0 ** (math.floor(math.log2(speed)) - 4)
+            near = stride * round(speed / stride)
+        if near not in self.modes:
+            found = own if near == 0.0 else long_steps(self.assembly, self.memory, near)
+            self.modes[near] = found or _no_long_steps(self.memory)
+        return self.modes[near]
+
+    def _parting(self, state: Floats, speed: float) -> Row:
+        """How fast balls would part that stay in one place of the rotor, the fastest pair."""
+        n, w, worst = len(self.balls), self.window, -math.inf
+        for one, _ in pairs_together(list(self.groups), state[BALLS : BALLS + n]):
+            low, high = w.low[:, one].min(), w.high[:, one].max()
+            if high - low > NEAR:
+                continue
+            ball = self.balls[one]
+            center = complex(*w.forward[self.named + ball.balancer]) + ball.eccentricity
+            outward = (center * cmath.exp(-0.5j * (low + high))).real
+            worst = max(worst, parting_rate(ball, speed, outward))
+        return {"parting": worst} if math.isfinite(worst) else {}
+
+
+def _no_long_steps(memory: Memory) -> LongSteps:
+    """In place of those that a machine cannot take: no modes, so that all steps are those of the pair."""
+    nothing = amplitudes(np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.int64), 0, np.zeros(0), 0, turning=False)
+    return LongSteps(planar_nodes, contacts_in_steps, by_powers(), memory, nothing)
+
+
+def places(assembly: Assembly) -> list[Matrix]:
+    """Rows of the deflection of each balancer; a planar rotor has one place."""
+    if assembly.places.shape[0]:
+        return list(assembly.places)
+    return [np.eye(2)] * (1 + max((ball.balancer for ball in assembly.balls), default=0))
+
+
+def at_speed(state: Floats, speed: float) -> Floats:
+    """A start state with the rotor at a speed."""
+    state = state.copy()
+    state[SPEED] = speed
+    return state
+
+
+def rate(acceleration: float | None) -> float:
+    """The rate of a ramp; a jump is infinitely fast."""
+    return math.inf if acceleration is None else float(acceleration)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from typing import Any
 
 from nicegui import events, ui
@@ -9,11 +11,13 @@ from nicegui import events, ui
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.check import Check
 from autobalancer.app.pages.editor import toml_editor
-from autobalancer.app.pages.form import Form
-from autobalancer.app.pages.inputs import picker, say_refused
-from autobalancer.app.text.document import EMPTY
+from autobalancer.app.pages.hint import hinted, marked
+from autobalancer.app.pages.inputs import entry_of, picker, say_refused
+from autobalancer.app.text.document import EMPTY, Path, data_of, spelled, value_at, with_entry, with_value, without
+from autobalancer.app.text.fields import Field, asked_of, chosen, fields_of, root_of, tag_of, word_of
 from autobalancer.files.examples import example_text, examples
 from autobalancer.files.rigs import rig_text, rigs
+from autobalancer.machine.part import Part
 
 LARGEST = 1_000_000  # bytes of a machine file
 
@@ -56,3 +60,257 @@ def _sources(bench: Bench) -> None:
         ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
             "outline dense no-caps"
         )
+
+
+# The form of a machine, made from the classes that check its file.
+
+
+ROOM = 100  # entries of lists that have fields: each takes the server a while, with every edit
+
+
+class Form:
+    """Fields for every key that is given or required; others are added from a list."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.shut: set[Path] = set()
+        self.shown: dict[Path, Any] = {}  # what shows the message of a path
+        self.empty: set[Path] = set()  # of keys that were added and are not filled in yet; the text does not have them
+        self.fresh: set[Path] = set()  # what was added, in which nothing is wrong until it was left
+        self.left: set[Path] = set()
+        self.room = ROOM  # for entries of lists
+        self.editing = False
+        with ui.column().classes("form") as self.place:
+            self.build()
+        bench.on_change(self._changed)
+
+    def _changed(self, origin: object) -> None:
+        """Follow at once, also behind another part of the page: nobody may write into fields that are soon replaced."""
+        if not self.editing or self.bench.text == EMPTY:
+            self._forget()
+        if origin is not self:
+            self.build()
+        self.mark()
+
+    def _forget(self) -> None:
+        for paths in (self.empty, self.fresh, self.left):
+            paths.clear()
+
+    def build(self) -> None:
+        """Make the whole form again."""
+        self.place.clear()
+        self.shown, self.room = {}, ROOM
+        data = data_of(self.bench.text)
+        with self.place:
+            if data is None:
+                ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
+                ui.label(self.bench.reading.message).classes("wrong")
+                return
+            root = root_of(data)
+            self._fields(root, (), data)
+        self.mark()
+
+    def mark(self) -> None:
+        """Put every message beside its field, or beside the nearest table."""
+        words: dict[Path, list[str]] = {path: [] for path in self.shown}
+        for path, message in self.bench.reading.problems.items():
+            near = path
+            while near not in self.shown and near:
+                near = near[:-1]
+            tail = ".".join(str(step) for step in path[len(near) :] if isinstance(step, str))
+            if near in words and self._met(near):
+                words[near].append(f"{tail}: {message}" if tail else message)
+        for path, target in self.shown.items():
+            text = "; ".join(words[path])
+            if isinstance(target, ui.label):
+                target.set_text(text)
+                target.set_visibility(bool(text))
+            else:
+                target.error = text or None
+
+    def _met(self, near: Path) -> bool:
+        """Whether somebody has been where a message belongs: what is not filled in yet is no mistake."""
+        if not (self.bench.begun or any(near[: len(path)] == path for path in self.fresh)):
+            return True
+        if not isinstance(self.shown[near], ui.label):
+            return near in self.left
+        inside = [path for path, one in self.shown.items() if path[:-1] == near and not isinstance(one, ui.label)]
+        return bool(inside) and all(path in self.left for path in inside)
+
+    def _fields(self, part: type[Part], path: Path, data: dict[str, Any]) -> None:
+        """The keys of one table, and below them its tables."""
+        fields = fields_of(part)
+        asked = asked_of(part, data)
+        given = [
+            field
+            for field in fields
+            if field.name in data or field.required or field.name in asked or (*path, field.name) in self.empty
+        ]
+        with ui.element("div").classes("fields"):
+            for field in (field for field in given if field.kind not in ("table", "tables")):
+                bare = field.required or (field.name in asked and (*path, field.name) not in self.empty)
+                self._entry(field, (*path, field.name), data.get(field.name), removable=not bare)
+        for field in (field for field in given if field.kind == "table"):
+            self._table(field, (*path, field.name), data.get(field.name))
+        for field in (field for field in given if field.kind == "tables"):
+            self._tables(field, (*path, field.name), data.get(field.name))
+        missing = [field for field in fields if field not in given]
+        if missing:
+            self._adder(missing, path)
+
+    def _entry(self, field: Field, path: Path, value: Any, *, removable: bool) -> None:
+        def changed(new: Any) -> None:
+            if new in (None, ""):
+                self.empty.add(path)  # its field stays
+            else:
+                self.left.add(path)
+            self.edit(lambda text: _without(text, path) if new in (None, "") else with_value(text, path, new))
+
+        def dropped() -> None:
+            waiting = path in self.empty
+            self.empty.discard(path)
+            self.edit(lambda text: _without(text, path), again=True)
+            if waiting:  # the text does not have it, so nobody was told
+                self.build()
+
+        def left() -> None:
+            if path not in self.left:
+                self.left.add(path)
+                self.mark()
+
+        self.shown[path] = shown = entry_of(field, path, value, changed, dropped if removable else None)
+        if value is None:
+            shown.on("blur", left)
+
+    def _table(self, field: Field, path: Path, data: Any) -> None:
+        with self._box(path, field.name, field.meaning, None if field.required else path):
+            self._kind_and_fields(field, path, data if isinstance(data, dict) else {})
+
+    def _tables(self, field: Field, path: Path, data: Any) -> None:
+        entries = data if isinstance(data, list) else [data] if isinstance(data, dict) else []
+        for number, entry in enumerate(entries):
+            inner = (*path, number)
+            if self.room <= 0:
+                ui.label(f"{len(entries) - number} more: they stand in the text").classes("quiet")
+                break
+            self.room -= 1
+            with self._box(inner, f"{_one(field.name)} {number + 1}", field.meaning, inner):
+                self._kind_and_fields(field, inner, entry if isinstance(entry, dict) else {})
+
+        def more() -> None:
+            part = field.parts[0]
+            first = {tag_of(part): word_of(part)} if tag_of(part) else {}
+            self.fresh.add((*path, len(entries)))
+            self.edit(lambda text: with_entry(text, path, first), again=True)
+
+        if path not in self.shown and not entries:
+            self.shown[path] = ui.label("").classes("wrong")
+        ui.button(f"add {_one(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
+
+    def _kind_and_fields(self, field: Field, path: Path, data: dict[str, Any]) -> None:
+        part = chosen(field.parts, data)
+        tag = tag_of(field.parts[0])
+        if len(field.parts) > 1:
+
+            def other(event: Any) -> None:
+                if event.value and event.value != data.get(tag):
+                    kept = {key: value for key, value in data.items() if key in _names(field.parts, event.value)}
+                    self.edit(lambda text: with_value(text, path, {tag: event.value, **kept}), again=True)
+
+            words = [word_of(one) for one in field.parts]
+            value = data.get(tag) if data.get(tag) in words else None
+            choice = ui.select(words, value=value, label=tag, on_change=other).props("dense outlined options-dense")
+            self.shown[(*path, tag)] = marked(choice.classes("field"), at=spelled((*path, tag)))
+        if part is not None:
+            self._fields(part, path, data)
+
+    def _box(self, path: Path, title: str, meaning: str, removable: Path | None) -> Any:
+        """A part that opens and shuts, with a bin where it may be removed."""
+        box = ui.expansion(value=path not in self.shut).classes("box").props("dense dense-toggle expand-separator")
+        marked(box, at=spelled(path))
+
+        def moved(event: Any) -> None:
+            (self.shut.discard if event.value else self.shut.add)(path)
+
+        box.on_value_change(moved)
+        with box.add_slot("header"), ui.row().classes("items-center w-full no-wrap gap-2"):
+            hinted(ui.label(title.replace("_", " ")).classes("box-title"), meaning)
+            if removable is not None:
+
+                def drop(_: Any = None, path: Path = removable) -> None:
+                    self._forget()  # entries behind it move up
+                    self.edit(lambda text: without(text, path), again=True)
+
+                button = marked(ui.button(icon="delete_outline"), label=f"remove {title}")
+                button.props("flat dense round size=sm").on("click.stop", drop).classes("ml-auto")
+        with box:
+            self.shown[path] = ui.label("").classes("wrong")
+        return box
+
+    def _adder(self, missing: list[Field], path: Path) -> None:
+        """A list of the keys that are not given yet, with their help."""
+
+        def add(field: Field) -> None:
+            menu.close()  # before the form is made anew: what shuts it must be there still
+            new = (*path, field.name)
+            self.fresh.add(new)
+            first = _first(field)
+            if first is None:
+                self.empty.add(new)
+                self.build()
+            elif field.kind == "tables":
+                self.fresh.add((*new, 0))
+                self.edit(lambda text: with_entry(text, new, first), again=True)
+            else:
+                self.edit(lambda text: with_value(text, new, first), again=True)
+
+        label = "add a key" if path else "add a part"
+        button = ui.button(label, icon="add").props("flat dense no-caps size=sm")
+        with marked(button, at=f"add to {spelled(path)}"), ui.menu().props("max-height=60vh") as menu:
+            for field in missing:
+                with (
+                    ui.menu_item(on_click=lambda field=field: add(field), auto_close=False),
+                    ui.column().classes("gap-0 adder"),
+                ):
+                    ui.label(field.name).classes("key")
+                    ui.label(field.help).classes("quiet")
+
+    def edit(self, change: Callable[[str], str], *, again: bool = False) -> None:
+        """Change the text; ``again`` where other fields belong to it."""
+        self.editing = True
+        try:
+            self.bench.edit(change, None if again else self)
+        except (ValueError, LookupError, TypeError):  # what was typed into the text a moment ago
+            with self.place:
+                ui.notify("not taken: the text of the machine has just changed", type="warning")
+        finally:
+            self.editing = False
+
+
+def _first(field: Field) -> Any:
+    """What is written for a key that is added; ``None`` where its field waits to be filled in, in the unit that people take."""
+    if field.kind in ("table", "tables"):
+        part = field.parts[0]
+        return {tag_of(part): word_of(part)} if tag_of(part) else {}
+    if field.kind == "switch":
+        return True
+    if field.kind == "choice":
+        return field.choices[-1]
+    default = re.search(r'default "?([^"]+)"?$', field.allowed)
+    return default[1] if default and field.kind == "text" else None
+
+
+def _without(text: str, path: Path) -> str:
+    """The text without a key, if it has it."""
+    return without(text, path) if value_at(data_of(text), path) is not None else text
+
+
+def _names(parts: tuple[type[Part], ...], word: str) -> set[str]:
+    return {name for part in parts if word_of(part) == word for name in part.model_fields} - {"kind", "law"}
+
+
+def _one(name: str) -> str:
+    """One of several: ``race`` of ``races``, ``balls`` stays, as a group of balls is one entry."""
+    if name == "balls":
+        return "group of balls"
+    return name[:-3] + "y" if name.endswith("ies") else name.removesuffix("s")

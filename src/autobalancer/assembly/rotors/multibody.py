@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.rotors.model import LateralModel, Rows, matrices
-from autobalancer.assembly.rotors.rig_bodies import SLOPE_X, MergedBody, Rig, X, inertia_matrices, rig_of
-from autobalancer.assembly.rotors.rig_checks import refuse_free_motion, unresisted
-from autobalancer.assembly.rotors.rig_joints import assembled, rig_speeds, struts
-from autobalancer.assembly.rotors.rig_weight import refuse_falling, weight_stiffness
+from autobalancer.assembly.rotors.model import Floats, LateralModel, Matrix, Rows, matrices
+from autobalancer.assembly.rotors.rig_bodies import SLOPE_X, SLOPE_Y, TURN, MergedBody, Rig, X, inertia_matrices, rig_of
+from autobalancer.assembly.rotors.rig_joints import Point, Strut, assembled, rig_speeds, struts
 from autobalancer.machine import MultibodyRotor
 from autobalancer.machine.part import ImpossiblePart
 from autobalancer.machine.rotors.joint import PointJoint
@@ -99,3 +97,107 @@ def _middle(merged: MergedBody) -> float:
     """Mass center of what turns, or of all if nothing does."""
     parts = [body for body in merged.bodies if body.rotating] or list(merged.bodies)
     return float(sum(body.mass * body.position for body in parts) / sum(body.mass for body in parts))
+
+
+# The effect of weight on the tilting of a rig with a vertical axis.
+#
+# A force F that acts at the arm s of a body does the second-order work F . phi x (phi x s)/2 when the body turns by
+# the rotation vector phi. With the weights, and the loads of the joints that carry them at rest, the sum is the
+# stiffness of a pendulum: a body of weight m g whose center is h above the soft joint it stands on gets -m g h.
+
+
+def weight_stiffness(rotor: MultibodyRotor, rig: Rig, parts: list[Strut], kept: list[int], gravity: float) -> Matrix:
+    """What weight adds to K, (N, N), with the joints loaded as at speed zero.
+
+    ``kept`` are the coordinates in use, ``gravity`` counts along +z, m/s^2.
+    """
+    load, added = np.zeros(rig.size), np.zeros((rig.size, rig.size))
+    for body in rotor.bodies:
+        force = np.array([0.0, 0.0, float(body.mass) * gravity])
+        load += force @ rig.motion(body.name, body.center)[:3]
+        added += _second_order(rig, body.name, body.center, force)
+    if not set(np.flatnonzero(load)) <= set(kept):
+        text = "no joint carries the weight along the axis; give axial stiffness, or leave 'up' out"
+        raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
+    rows = np.array([strut.row for strut in parts])[:, kept]
+    springs = np.array([strut.stiffness[0] for strut in parts])
+    rest = np.linalg.solve(rows.T @ (springs[:, None] * rows), load[kept])
+    for strut, stretch in zip(parts, rows @ rest, strict=True):
+        force = -strut.stiffness[0] * stretch * strut.direction
+        if force.any():
+            added += _second_order(rig, strut.between[0], strut.point, force)
+            added -= _second_order(rig, strut.between[1], strut.point, force)
+    return added
+
+
+def refuse_falling(stiffness: Matrix) -> None:
+    """Raise :class:`ImpossiblePart` if weight overcomes the springs, K (N, N)."""
+    if np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[0] <= 0.0:
+        text = "the bodies fall over under their weight; make the joints stiffer, or leave 'up' out"
+        raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
+
+
+def _second_order(rig: Rig, name: str, point: Point, force: Floats) -> Matrix:
+    merged = rig.of(name)
+    if merged is None:
+        return np.zeros((rig.size, rig.size))
+    rows = rig.motion(name, point)
+    rotation = np.array([-rows[SLOPE_Y], rows[SLOPE_X], rows[TURN]])
+    arm = np.array([point[0], point[1], point[2] - merged.height])
+    middle = float(force @ arm) * np.eye(3) - 0.5 * (np.outer(force, arm) + np.outer(arm, force))
+    return np.asarray(rotation.T @ middle @ rotation)
+
+
+# Is every body of a rig held?
+
+
+FREE = 1e-10  # share of the stiffest motion, all springs alike, below which a motion counts as free
+MOTIONS = (
+    "move along x",
+    "move along y",
+    "move along the axis",
+    "tilt towards x",
+    "tilt towards y",
+    "turn about the axis",
+)
+
+
+def unresisted(rig: Rig, parts: list[Strut], mass: Matrix) -> list[int]:
+    """Coordinates along z, or turning angles, if nothing resists any of them and nothing is moved by them."""
+    found: list[int] = []
+    for kind in (2, 5):
+        columns = [merged.columns[kind] for merged in rig.merged if merged.columns[kind] >= 0]
+        others = [i for i in range(rig.size) if i not in columns]
+        felt = any(np.abs(strut.row[columns]).max(initial=0.0) > 0.0 for strut in parts)
+        if not felt and np.abs(mass[np.ix_(columns, others)]).max(initial=0.0) <= 1e-12 * np.abs(mass).max():
+            found += columns
+    return found
+
+
+def refuse_free_motion(rig: Rig, parts: list[Strut], kept: list[int]) -> None:
+    """Raise :class:`ImpossiblePart` if a motion of bodies stretches no spring; it names bodies and motion.
+
+    All springs count alike, so that the answer depends on how a rig is joined only, not on how stiff.
+    """
+    springs = [strut.row for strut in parts if strut.stiffness.any()]
+    rows = np.array(springs).reshape(-1, rig.size)
+    tilts = [column for merged in rig.merged for column in merged.columns[3:] if column >= 0]
+    reach = np.abs(rows[:, tilts]).max(initial=0.0) or 1.0
+    scale = np.ones(rig.size)
+    scale[tilts] = 1.0 / reach  # angles count as the displacements they make
+    held = (rows * scale)[:, kept]
+    values, vectors = np.linalg.eigh(held.T @ held)
+    free = vectors[:, values <= FREE * max(values[-1], 1e-300)]
+    if free.size == 0:
+        return
+    share = np.zeros(rig.size)
+    share[kept] = np.sum(free**2, axis=1)
+    worst = int(np.argmax(np.round(share, 9)))
+    kind = next(m.columns.index(worst) for m in rig.merged if worst in m.columns)
+    bodies = [m.label for m in rig.merged if _along(m.columns[kind], share) > 1e-6]
+    text = f"{' and '.join(map(repr, bodies))} can {MOTIONS[kind]} freely; connect them to a supported body"
+    raise ImpossiblePart("Machine", [(("rotor", "joints"), text)])
+
+
+def _along(column: int, share: Floats) -> float:
+    return float(share[column]) if column >= 0 else 0.0

@@ -4,20 +4,304 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from autobalancer.cli.files.catalog_fluids import FluidName, Temperature, blend, fluid, fluid_density, fluids
-from autobalancer.cli.files.catalog_laws import capability, drag
+import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json
 from autobalancer.cli.terminal.output import one_form, print_csv, print_json
 from autobalancer.cli.terminal.quantities import quantity
 from autobalancer.cli.terminal.words import say
+from autobalancer.results.number_text import moment_text
 
 if TYPE_CHECKING:
     from autobalancer.catalog.bearing_table import SuitableBearing
+    from autobalancer.catalog.fluid_table import FluidState
     from autobalancer.cli.terminal.sheet import Column
+
+
+# ``autobalancer catalog fluids``, ``fluid`` and ``blend``.
+
+
+FluidName = Annotated[
+    str | None, typer.Option(help="Fluid around the balls, at --temperature; without it no buoyancy.")
+]
+Temperature = Annotated[str, typer.Option(help='Such as "40 degC".')]
+
+
+def fluids(
+    temperature: Annotated[
+        list[str] | None, typer.Option(help='Such as "40 degC"; by default 25 degC. May be repeated.')
+    ] = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """List the fluids with their density and viscosity at a temperature, or at several.
+
+    Example: autobalancer catalog fluids \\
+      --temperature "20 degC" --temperature "40 degC"
+    """
+    from autobalancer.catalog.fluid_table import fluids as all_fluids
+    from autobalancer.cli.terminal.sheet import Column, print_sheet
+
+    one_form(as_json, as_csv)
+    kelvins = [float(quantity("--temperature", text, "K")) for text in temperature or ["25 degC"]]
+    states = [[_state(entry, kelvin) for entry in all_fluids()] for kelvin in kelvins]
+    if as_json:
+        print_json([row for rows in states for row in rows])
+        return
+    columns = [Column("fluid", [row["name"] for row in states[0]])]
+    for kelvin, rows in zip(kelvins, states, strict=True):
+        at = f" at {kelvin - 273.15:.5g} degC" if len(kelvins) > 1 else ""
+        columns.append(Column(f"density{at}", [row["density"] for row in rows], "kg/m^3", ".4g"))
+        numbers = [None if row["viscosity"] is None else 1e6 * row["viscosity"] for row in rows]
+        columns.append(Column(f"viscosity{at}", numbers, "mm^2/s", ".4g"))
+    remarks = [next((row["remark"] for row in rows if row["remark"]), "") for rows in zip(*states, strict=True)]
+    columns.append(Column("remark", remarks, wraps=True))
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, "Fluids" + (f" at {kelvins[0] - 273.15:.5g} degC" if len(kelvins) == 1 else ""))
+    say("Also: glycerol <number> wt% and glycerol <number> vol%. Sources: autobalancer catalog fluid NAME")
+
+
+def _state(entry: Any, kelvin: float) -> dict[str, Any]:
+    from autobalancer.catalog.fluid_table import fluid as find_fluid
+    from autobalancer.errors import CatalogError
+
+    try:
+        return asdict(find_fluid(entry.name, kelvin))
+    except CatalogError:
+        nothing = {"density": None, "viscosity": None, "temperature": kelvin}
+        remark = f"not known at {kelvin - 273.15:.5g} degC"
+        return {"name": entry.name, **nothing, "source": entry.source, "remark": remark}
+
+
+def fluid(
+    name: Annotated[str, typer.Argument(help='Such as "silicone oil 20" or "glycerol 50 wt%".')],
+    temperature: Temperature = "25 degC",
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Show one fluid with its source.
+
+    Example: autobalancer catalog fluid "silicone oil 20" --temperature "40 degC"
+    """
+    from autobalancer.catalog.fluid_table import fluid as find_fluid
+
+    one_form(as_json, as_csv)
+    state = find_fluid(name, float(quantity("--temperature", temperature, "K")))
+    if as_json:
+        print_json(asdict(state))
+    elif as_csv:
+        print_csv(_fluid_columns(state))
+    else:
+        _show(state)
+
+
+def blend(
+    first: Annotated[str, typer.Argument(help="Name of the first oil.")],
+    second: Annotated[str, typer.Argument(help="Name of the second oil.")],
+    viscosity: Annotated[str, typer.Option(help='Wanted viscosity, such as "5 mm^2/s".')],
+    temperature: Temperature = "25 degC",
+    basis: Annotated[str, typer.Option(help="What the fraction counts: mass or volume.")] = "mass",
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Mix two oils to a wanted viscosity.
+
+    Example: autobalancer catalog blend "silicone oil 1" "silicone oil 50" \\
+      --viscosity "5 mm^2/s"
+    """
+    from autobalancer.catalog.fluid_table import blend as mix
+
+    one_form(as_json, as_csv)
+    wanted, kelvin = (
+        float(quantity("--viscosity", viscosity, "m^2/s")),
+        float(quantity("--temperature", temperature, "K")),
+    )
+    result = mix(first, second, wanted, kelvin, basis=basis)  # type: ignore[arg-type]
+    if as_json:
+        print_json(asdict(result))
+        return
+    if as_csv:
+        from autobalancer.cli.terminal.sheet import Column
+
+        share = Column(f"share of {result.first} by {result.basis}", [100.0 * result.fraction], "%")
+        print_csv([share, *_fluid_columns(result.fluid)])
+        return
+    say(f"{100.0 * result.fraction:.2f} % of {result.first} by {result.basis}, the rest {result.second}")
+    _show(result.fluid)
+
+
+def _fluid_columns(state: FluidState) -> list[Column]:
+    from autobalancer.cli.terminal.sheet import Column
+
+    return [
+        Column("fluid", [state.name]),
+        Column("temperature", [state.temperature - 273.15], "degC"),
+        Column("density", [state.density], "kg/m^3"),
+        Column("viscosity", [1e6 * state.viscosity], "mm^2/s"),
+        Column("source", [state.source]),
+    ]
+
+
+def _show(state: FluidState) -> None:
+    typer.echo(f"{state.name} at {state.temperature - 273.15:.5g} degC")
+    typer.echo(f"  density    {state.density:.5g} kg/m^3")
+    typer.echo(f"  viscosity  {state.viscosity * 1e6:.5g} mm^2/s")
+    say(f"  source     {state.source}", indent=" " * 13)
+    if state.remark:
+        say(f"  remark     {state.remark}", indent=" " * 13)
+
+
+def fluid_density(name: str | None, temperature: str) -> float:
+    """Of a fluid at a temperature, kg/m^3; zero without one."""
+    from autobalancer.catalog.fluid_table import fluid as find_fluid
+
+    return 0.0 if name is None else find_fluid(name, float(quantity("--temperature", temperature, "K"))).density
+
+
+# ``autobalancer catalog drag-laws`` and ``capability``.
+
+
+def drag(
+    reynolds: Annotated[list[float] | None, typer.Option(help="Reynolds number to show. May be repeated.")] = None,
+    clear_width: Annotated[str, typer.Option(help='Of a race, such as "9.2 mm"; with ball and orbit.')] = "",
+    ball_diameter: Annotated[str, typer.Option(help='Such as "12.3 mm".')] = "",
+    orbit_radius: Annotated[str, typer.Option(help='Such as "77 mm".')] = "",
+    plot: Annotated[Path | None, typer.Option(help="Picture of the laws: .png, .svg or .pdf.")] = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """List the drag laws with their coefficients at some Reynolds numbers.
+
+    Example: autobalancer catalog drag-laws --reynolds 100 --reynolds 24000 --plot drag.png
+    """
+    from autobalancer.cli.terminal.output import Files
+    from autobalancer.cli.terminal.sheet import print_sheet
+    from autobalancer.drag import drag_laws
+    from autobalancer.drag.race_geometry import race_geometry
+    from autobalancer.errors import QuestionError
+    from autobalancer.laws.drag import annulus_cd_re
+    from autobalancer.laws.drag_coefficient import DragLaw
+
+    one_form(as_json, as_csv)
+    files = Files(plot=plot)
+    laws: tuple[DragLaw, ...] = drag_laws()
+    given = (clear_width, ball_diameter, orbit_radius)
+    if any(given):
+        if not all(given):
+            raise QuestionError("give --clear-width, --ball-diameter and --orbit-radius together")
+        width, diameter, orbit = (
+            float(quantity(option, text, "m"))
+            for option, text in zip(("--clear-width", "--ball-diameter", "--orbit-radius"), given, strict=True)
+        )
+        laws = (*laws, race_geometry(annulus_cd_re(2.0 * width / diameter, 0.5 * diameter / orbit)))
+    at = reynolds or [1.0, 10.0, 100.0, 1000.0, 20000.0]
+    if min(at) <= 0.0:
+        raise QuestionError(f"--reynolds: given {min(at):g}; must be greater than zero")
+    rows = [
+        {
+            "name": law.name,
+            "cd_re": law.cd_re,
+            "stokes_end": law.stokes_end,
+            "plateau": _plateau(law),
+            "highest": law.highest,
+            "source": law.source,
+            "reynolds": at,
+            "coefficient": (law.product(at) / at).tolist(),
+        }
+        for law in laws
+    ]
+    if plot is not None:
+        from autobalancer.plots.drawing.save import save_picture
+
+        save_picture(ab.plot.drag_laws(laws), plot)
+    if as_json:
+        print_json(rows)
+        return
+    columns = _drag_columns(laws, at, [row["coefficient"] for row in rows])
+    if as_csv:
+        print_csv(columns)
+        return
+    print_sheet(columns, "Drag laws")
+    say(
+        "Also: race_geometry with clear_width, cd_re with a plateau, and table. Reynolds numbers are those of the ball "
+        "diameter."
+    )
+    files.say()
+
+
+def _drag_columns(laws: tuple[Any, ...], at: list[float], coefficients: list[list[float]]) -> list[Column]:
+    from autobalancer.cli.terminal.sheet import Column
+
+    return [
+        Column("law", [law.name for law in laws]),
+        Column("c_d Re", [law.cd_re for law in laws], form=".4g"),
+        Column("linear to Re", [law.stokes_end for law in laws], form="g"),
+        *(Column(f"c_d at Re {re:g}", [row[i] for row in coefficients], form=".4g") for i, re in enumerate(at)),
+        Column("plateau", [_plateau(law) for law in laws], form=".3g"),
+        Column("holds to Re", [law.highest for law in laws], form=".3g"),
+        Column("source", [law.source for law in laws], wraps=True),
+    ]
+
+
+def _plateau(law: Any) -> float | None:
+    """Drag coefficient at high Reynolds numbers; ``None`` where the law has none."""
+    import math
+
+    end = float(law.kept_from)
+    return float(law.product(end)) / end if 0.0 < end < math.inf else None
+
+
+def capability(
+    orbit_radius: Annotated[str, typer.Option(help='Radius of the circle of ball centers, such as "77 mm".')],
+    ball_diameter: Annotated[str, typer.Option(help='Such as "12.3 mm".')],
+    material: Annotated[str, typer.Option(help="Material of the balls.")] = "steel",
+    count: Annotated[int | None, typer.Option(help="Number of balls; by default the most useful one.")] = None,
+    fluid: FluidName = None,
+    temperature: Temperature = "25 degC",
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Work out the unbalance that a race of balls can compensate.
+
+    Example: autobalancer catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"
+    """
+    from autobalancer.catalog.material_table import material as find_material
+    from autobalancer.laws import ball_capability as laws
+
+    one_form(as_json, as_csv)
+    radius, diameter = (
+        float(quantity("--orbit-radius", orbit_radius, "m")),
+        float(quantity("--ball-diameter", ball_diameter, "m")),
+    )
+    density, around = find_material(material).density, fluid_density(fluid, temperature)
+    best = laws.largest_useful_count(radius, diameter)
+    balls = best if count is None else count
+    answer = {
+        "count": balls,
+        "capability": laws.capability(radius, diameter, density, balls, fluid_density=around),
+        "ball_mass": balls * laws.ball_mass(diameter, density),
+        "largest_useful_count": best,
+        "largest_capability": laws.capability(radius, diameter, density, fluid_density=around),
+        "largest_count": laws.largest_count(radius, diameter),
+    }
+    if as_json:
+        print_json(answer)
+        return
+    if as_csv:
+        from autobalancer.cli.terminal.sheet import Column
+
+        units = {"capability": "kg m", "largest_capability": "kg m", "ball_mass": "kg"}
+        print_csv([Column(key.replace("_", " "), [value], units.get(key, "")) for key, value in answer.items()])
+        return
+    given, most = moment_text(answer["capability"], 5), moment_text(answer["largest_capability"], 5)
+    typer.echo(f"{balls} balls ({answer['ball_mass'] * 1e3:.4g} g) compensate {given}")
+    typer.echo(f"greatest: {most} with {best} balls; room for {answer['largest_count']}")
+
 
 _HELP = "Look up bearings, ball materials, friction, fluids and published rigs."
 app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="rich")

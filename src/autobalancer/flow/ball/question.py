@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import LinearNDInterpolator
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.flow.ball.channel import Channel, channel_of
 from autobalancer.flow.ball.forces import BallForces, ball_forces
-from autobalancer.flow.ball.mesh import Fineness, Shape, expect
-from autobalancer.flow.ball.result import Solved, drag_dataset
+from autobalancer.flow.ball.mesh import Fineness, Floats, Shape, expect
+from autobalancer.flow.ball.slow import Flow
+from autobalancer.laws.lubrication import FilmSlopes, film_slopes
 from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
+from autobalancer.results.answers.labeled import Labeled
+from autobalancer.results.provenance import provenance
 from autobalancer.units import argument, list_argument, optional_argument
 
 Progress = Callable[[float, float], None]
@@ -196,3 +201,137 @@ def mesh_gap_of(narrow: float, mesh_gap: float | None, channel: Channel) -> floa
             f"mesh_gap: given {found:g} ball radii; must be at least the gap, {narrow:.3g}, and less than the play, {room:.3g}"
         )
     return found
+
+
+# The drag of a ball as a labelled dataset.
+
+
+LABELS = {
+    "reynolds": ("Reynolds number of the ball", "1"),
+    "drag_coefficient": ("drag coefficient", "1"),
+    "cd_re": ("drag coefficient times Reynolds number", "1"),
+    "cd_re_of_mesh": ("drag coefficient times Reynolds number at the gap of the mesh", "1"),
+    "cd_re_ahead": ("drag coefficient times Reynolds number of the ball ahead", "1"),
+    "force": ("force of the fluid against the motion over mu r U", "1"),
+    "torque": ("torque of the fluid against rolling over mu r^2 U", "1"),
+    "lift": ("force of the fluid away from the outer wall over mu r U", "1"),
+    "through_flow": ("mean velocity around the closed race relative to its walls over that of the ball", "1"),
+    "x": ("distance ahead of the ball center", "m"),
+    "y": ("distance from the ball center inward", "m"),
+    "velocity_x": ("velocity along x relative to the ball over its speed", "1"),
+    "velocity_y": ("velocity along y relative to the ball over its speed", "1"),
+}
+STOKES_END = 1.0  # Reynolds number up to which inertia adds less than 0.1 % to the drag in a race
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Flows at the Reynolds ``numbers``: forces and flow through the race, the ``last`` of them entire; ``share`` of rolling,
+    ``gap`` in ball radii, ``error`` of the mesh over the drag; ``others`` are the forces on a ball ahead."""
+
+    numbers: list[float]
+    flows: list[tuple[BallForces, float]]
+    last: Flow
+    share: float
+    gap: float
+    error: float
+    others: list[BallForces]
+
+
+def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
+    """Label what was solved, and continue it from the gap of the mesh to the narrow one."""
+    shape, share = solved.last.spaces.shape, solved.share
+    slopes = slopes_of(shape, share)
+    film = math.log(shape.gap / solved.gap)
+    numbers = np.array(solved.numbers)
+    along, lift, torque = (np.array([getattr(f, key) for f, _ in solved.flows]) for key in BallForces._fields)
+    force, turned = along - slopes.force * film, torque + slopes.torque * film
+    cd_re, of_mesh = (4.0 / math.pi * (f + share * t) for f, t in ((force, turned), (along, torque)))
+    x, y, velocity = plane(solved.last)
+    with np.errstate(divide="ignore"):
+        coefficient = cd_re / numbers
+    over = {
+        "drag_coefficient": coefficient,
+        "cd_re": cd_re,
+        "cd_re_of_mesh": of_mesh,
+        "force": force,
+        "torque": turned,
+        "lift": lift,
+        "through_flow": np.array([through for _, through in solved.flows]),
+    }
+    if solved.others:
+        added = share * slopes.torque * film - slopes.force * film
+        over["cd_re_ahead"] = np.array([4.0 / math.pi * (f.drag(share) + added) for f in solved.others])
+    data = {key: ("reynolds", values) for key, values in over.items()}
+    fields = {f"velocity_{key}": (("x", "y"), part) for key, part in zip("xy", velocity, strict=True)}
+    radius = channel.ball_radius
+    found = xr.Dataset(data | fields, {"reynolds": numbers, "x": radius * x, "y": radius * y})
+    for key in found.variables:
+        text, unit = LABELS[str(key)]
+        found[key].attrs = {"long_name": text, "units": unit}
+    found.attrs = {
+        "title": f"Drag of a ball in {name}",
+        **provenance(),
+        "machine_name": name,
+        "rolling_share": share,
+        "gap": solved.gap * radius,
+        "mesh_gap": shape.gap,
+        "cd_re_per_decade": 4.0 / math.pi * math.log(10.0) * (share * slopes.torque - slopes.force),
+        "mesh_error": solved.error,
+        "ball_ahead": shape.second * radius,
+        "elements": int(solved.last.spaces.velocity.mesh.nelements),
+        "drag": drag_lines(numbers, cd_re),
+        **asdict(channel),
+    }
+    return Labeled.of(found)
+
+
+def slopes_of(shape: Shape, share: float) -> FilmSlopes:
+    """How force and torque grow as the gap closes; the ball turns with a ``share`` of rolling."""
+    speed = -shape.outer / shape.orbit if math.isfinite(shape.orbit) else -1.0
+    return film_slopes(share * speed, speed, shape.outer)
+
+
+def drag_lines(numbers: Floats, cd_re: Floats) -> str:
+    """The law as lines of a race in a machine file; where c_d Re falls by an error of the mesh, it is kept."""
+    moving = numbers > 0.0
+    first = [] if moving.all() else [min([STOKES_END, *(numbers[moving] / 3.0)])]
+    points = np.concatenate([first, numbers[moving]])
+    kept = np.maximum.accumulate(cd_re)
+    if points.size == 1:
+        return f'drag = {{ law = "cd_re", cd_re = {kept[0]:.4g} }}'
+    rows = {"reynolds": points, "coefficient": kept / points}
+    lines = [f"drag.{key} = [{', '.join(f'{value:.4g}' for value in values)}]" for key, values in rows.items()]
+    return "\n".join(['drag.law = "table"', *lines])
+
+
+# Velocities in the plane of the ball centers on a regular grid, for pictures.
+
+
+REACH = 4.0  # ball radii to both sides
+STEP = 0.04
+
+
+def plane(flow: Flow) -> tuple[Floats, Floats, Floats]:
+    """x, y and the velocity relative to the ball, (2, x, y), in ball radii and its speed; nan in balls and walls, but
+    for a strip at their surface."""
+    spaces = flow.spaces
+    shape, nodes = spaces.shape, spaces.nodes
+    on = np.abs(nodes[2]) < 1e-9
+    low, high = max(-shape.behind, -REACH), min(shape.ahead, REACH + np.nan_to_num(shape.second))
+    seen = nodes[1, on & (nodes[0] > low) & (nodes[0] < high)]
+    x, y = (np.linspace(a, b, math.ceil((b - a) / STEP) + 1) for a, b in ((low, high), (seen.min(), seen.max())))
+    grid = np.meshgrid(x, y, indexing="ij")
+    velocity = (flow.deviation + spaces.walls_velocity())[:2, on]
+    found = np.moveaxis(LinearNDInterpolator(nodes[:2, on].T, velocity.T)(*grid), -1, 0)
+    depth = shape.depth(*grid)
+    out = np.maximum(-depth, depth - shape.width)
+    found[0] = np.where(
+        out > 0.0, -1.0 - shape.turning * grid[1], found[0]
+    )  # a strip of the walls, so that pictures reach them
+    found[1] = np.where(out > 0.0, shape.turning * grid[0], found[1])
+    outside = out > STEP
+    for a, b in shape.centers():
+        outside |= np.hypot(grid[0] - a, grid[1] - b) < 1.0 - STEP
+    found[:, outside] = np.nan
+    return x, y, found

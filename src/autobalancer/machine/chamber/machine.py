@@ -9,14 +9,18 @@ from pydantic import Field, model_validator
 from autobalancer.machine.chamber.body import ChamberBody, ChamberRotor, ChamberSupport, ChamberUnbalance
 from autobalancer.machine.chamber.chamber import Chamber
 from autobalancer.machine.chamber.contact import ChamberContact
-from autobalancer.machine.chamber.drive import ChamberDrive
 from autobalancer.machine.chamber.triple import Acceleration3
-from autobalancer.machine.drive import PrescribedSpeed
+from autobalancer.machine.drive import AsynchronousMotor, PrescribedSpeed
 from autobalancer.machine.machine import RunPlan
 from autobalancer.machine.part import Listed, Name, Part, key
 from autobalancer.machine.quantity import Angle, Speed
 from autobalancer.pictured import picture_html
 from autobalancer.shown import html_table
+
+# What turns the rotor of a machine with deep chambers.
+
+
+ChamberDrive = Annotated[PrescribedSpeed | AsynchronousMotor, Field(discriminator="kind")]
 
 
 class ChamberStart(Part):

@@ -3,22 +3,205 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
+import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.balancing.answer import Balancing
 from autobalancer.measurement.balancing.arrays import Angles, Complexes, Floats, Job, Phase, job_of
-from autobalancer.measurement.balancing.correction import Goal, least_residual
-from autobalancer.measurement.balancing.dataset import Found, dataset
 from autobalancer.measurement.balancing.file import given_runs
-from autobalancer.measurement.balancing.influence import Influence, influence, refuse_silent, refuse_undetermined
 from autobalancer.measurement.balancing.runs import MASSES, BalanceRun, one_of
-from autobalancer.measurement.balancing.uncertainty import mass_covariance
+from autobalancer.measurement.balancing.uncertainty import mass_covariance, polar_deviations
+from autobalancer.results.provenance import provenance
 from autobalancer.units import optional_argument
+
+# Correction masses for which the vibration that remains is least: in the mean square, or the greatest one.
+
+
+Goal = Literal["mean", "greatest"]
+TIGHT = 1e-13  # tolerance of the search
+
+
+def least_residual(
+    original: Complexes, coefficients: Complexes, weights: Floats, goal: Goal, limits: Floats
+) -> Complexes:
+    """Masses (P,) for which weighted ``original + coefficients @ masses`` is least, each at most its limit (inf for none).
+
+    Both problems are convex, so what is found is the least of all.
+
+    Source: Goodman (1964) for the least squares; Foiles, Allaire and Gunter (2000) for the least greatest residual.
+    """
+    a, b = weights[:, None] * coefficients, weights * original
+    plain = np.asarray(-np.linalg.lstsq(a, b, rcond=None)[0], np.complex128)
+    if goal == "mean" and (np.abs(plain) <= limits).all():
+        return plain
+    if goal == "greatest" and b.size <= plain.size and (np.abs(plain) <= limits).all():
+        return plain  # nothing remains
+    return _searched(a, b, plain, goal, limits)
+
+
+def _searched(a: Complexes, b: Complexes, plain: Complexes, goal: Goal, limits: Floats) -> Complexes:
+    from scipy.optimize import minimize
+
+    count = plain.size
+    size = np.where(np.abs(plain) > 0.0, np.abs(plain), 1.0)
+    rows = a * size
+    scale = float(np.abs(b).max()) or 1.0
+    rows, rest = rows / scale, b / scale
+    start = plain * np.minimum(1.0, limits / np.maximum(np.abs(plain), 1e-300)) / size
+    bound = np.flatnonzero(np.isfinite(limits))
+
+    def masses(v: Floats) -> Complexes:
+        return np.asarray(v[:count] + 1j * v[count : 2 * count])
+
+    def residual(v: Floats) -> Complexes:
+        return np.asarray(rest + rows @ masses(v))
+
+    def gradient(weighted: Complexes) -> Floats:
+        """Of the half square of each residual, weighted, (..., 2 P)."""
+        return np.concatenate([weighted.real, weighted.imag], axis=-1)
+
+    held = {
+        "type": "ineq",
+        "fun": lambda v: (limits[bound] / size[bound]) ** 2 - np.abs(masses(v)[bound]) ** 2,
+        "jac": lambda v: _limit_rows(masses(v), bound, v.size),
+    }
+    v = np.concatenate([start.real, start.imag])
+    if goal == "mean":
+        found = minimize(
+            lambda v: 0.5 * float((np.abs(residual(v)) ** 2).sum()), v, method="SLSQP", constraints=[held],
+            jac=lambda v: gradient(rows.conj().T @ residual(v)), options={"ftol": TIGHT, "maxiter": 500},
+        )  # fmt: skip
+    else:
+        top = float(np.abs(residual(v)).max())
+        below = {
+            "type": "ineq",
+            "fun": lambda v: v[-1] ** 2 - np.abs(residual(v)) ** 2,
+            "jac": lambda v: np.column_stack(
+                [-2.0 * gradient(rows.conj() * residual(v)[:, None]), np.full(rest.size, 2.0 * v[-1])]
+            ),
+        }
+        found = minimize(
+            lambda v: v[-1], np.append(v, top), method="SLSQP", constraints=[below, held],
+            jac=lambda v: np.eye(v.size)[-1], options={"ftol": TIGHT, "maxiter": 500},
+        )  # fmt: skip
+    if not found.success and found.status not in (8, 9):
+        raise QuestionError(f"balance: no correction was found: {found.message}")
+    return masses(found.x) * size
+
+
+def _limit_rows(masses: Complexes, bound: np.ndarray, size: int) -> Floats:
+    rows = np.zeros((bound.size, size))
+    for i, p in enumerate(bound):
+        rows[i, p], rows[i, masses.size + p] = -2.0 * masses[p].real, -2.0 * masses[p].imag
+    return rows
+
+
+# Influence coefficients: what a mass in each plane does at each sensor and speed, by least squares over all runs.
+#
+# A reading is V = V0 + sum over planes of a W with complex masses W, whether trial masses were taken off again or
+# left on.
+
+
+SURE = 3.0  # standard deviations by which a trial mass must change a reading
+LEAST = 0.01  # share of the readings, where no deviations are known
+
+
+@dataclass(frozen=True)
+class Influence:
+    """``original`` (C,), ``coefficients`` (C, P) and the rows that make both of the readings, (1 + P, R)."""
+
+    original: Complexes
+    coefficients: Complexes
+    rows: Complexes
+    used: np.ndarray  # (R,), runs from which they come
+
+
+def influence(job: Job, readings: Complexes | None = None) -> Influence:
+    """From the readings of the job, or others of the same shape; runs that only trim are left out."""
+    readings = job.readings if readings is None else readings
+    used = ~np.array(job.trim)
+    rows = np.zeros((1 + len(job.planes), len(job.runs)), complex)
+    rows[:, used] = np.linalg.pinv(_design(job)[used])
+    found = rows @ readings
+    return Influence(found[0], found[1:].T, rows, used)
+
+
+def _design(job: Job) -> Complexes:
+    return np.column_stack([np.ones(len(job.runs)), job.masses])
+
+
+def refuse_undetermined(job: Job, owner: str) -> None:
+    """Refuse trial masses from which no coefficients follow.
+
+    Raises
+    ------
+    QuestionError
+        It names planes and runs.
+    """
+    used = np.flatnonzero(~np.array(job.trim))
+    if not job.planes:
+        raise QuestionError(f"{owner}: no run has a trial mass; put one on in each plane, in a run of its own")
+    masses = job.masses[used]
+    for p, plane in enumerate(job.planes):
+        if np.ptp(masses[:, p].real) == 0.0 and np.ptp(masses[:, p].imag) == 0.0:
+            raise QuestionError(
+                f"{owner}: plane {plane!r} carries the same masses in all runs; make a run with another mass there"
+            )
+    design = _design(job)[used] / np.r_[1.0, np.abs(masses).max(axis=0)]
+    if np.linalg.matrix_rank(design, tol=1e-6 * np.abs(design).max()) > len(job.planes):
+        return
+    for i, r in enumerate(used):
+        for s in used[:i]:
+            if np.allclose(job.masses[r], job.masses[s], rtol=1e-6, atol=0.0):
+                raise QuestionError(
+                    f"{owner}: runs {job.runs[s]!r} and {job.runs[r]!r} carry the same masses at the same places, so that "
+                    f"{len(job.planes)} planes cannot be told apart; move one of them to another plane"
+                )
+    planes = ", ".join(map(repr, job.planes))
+    raise QuestionError(
+        f"{owner}: the masses of planes {planes} always change together; put on one trial mass at a time"
+    )
+
+
+def refuse_silent(job: Job, found: Influence, owner: str) -> None:
+    """Refuse a trial mass that changes no reading.
+
+    Raises
+    ------
+    QuestionError
+        It names the run.
+    """
+    sure = row_deviation(job, found.rows)
+    for p, plane in enumerate(job.planes):
+        moved = np.abs(job.masses[found.used, p] - job.masses[found.used, p][0])
+        run = job.runs[int(np.flatnonzero(found.used)[int(np.argmax(moved))])]
+        change = np.abs(found.coefficients[:, p]) * np.abs(job.masses[found.used, p]).max()
+        size = np.abs(job.readings[found.used]).max(axis=0)
+        known = np.isfinite(sure[1 + p])
+        clear = np.where(
+            known, np.abs(found.coefficients[:, p]) > SURE * np.nan_to_num(sure[1 + p]), change > LEAST * size
+        )
+        if not clear.any():
+            share = float((change / np.where(size > 0.0, size, 1.0)).max())
+            raise QuestionError(
+                f"{owner}: run {run!r}: the trial mass in plane {plane!r} changes the readings by {100.0 * share:.2g} % at most, "
+                "which is no more than their uncertainty; take a larger one, or check that it was on the rotor"
+            )
+
+
+def row_deviation(job: Job, rows: Complexes) -> Floats:
+    """Standard deviation (along any direction, root mean square of both) of ``rows @ readings``, (rows, C)."""
+    square = np.nan_to_num(0.5 * (job.along**2 + job.across**2), nan=np.inf)
+    with np.errstate(invalid="ignore"):
+        weighted = np.where(np.abs(rows)[:, :, None] > 0.0, np.abs(rows)[:, :, None] ** 2 * square[None], 0.0)
+    found = np.sqrt(weighted.sum(axis=1))
+    return np.where(np.isinf(found), np.nan, found)
+
 
 OWNER = "balance"
 INSEPARABLE = 1e6  # condition number beyond which nothing can be said
@@ -191,3 +374,165 @@ def _condition(matrix: Complexes, job: Job, chosen: list[int]) -> float:
             "leave one out of 'planes', or add a sensor or a speed"
         )
     return condition
+
+
+# What a balancing job says, as labeled arrays.
+
+
+POOR = 20.0  # condition number from which on small errors become great
+FAR = 3.0  # deviations from which on a run does not fit
+RULE = 0.3  # share (and about the angle in rad / 2) by which a trial mass should change a reading
+
+
+@dataclass(frozen=True)
+class Found:
+    """All of it; ``chosen`` are the planes that are corrected."""
+
+    job: Job
+    influence: Influence
+    chosen: list[int]
+    masses: Complexes
+    covariance: Floats
+    weights: Floats
+    condition: float
+    goal: Goal
+    phase: Phase
+    angles: Angles
+    estimated: bool
+    limits: Floats
+
+
+def dataset(found: Found) -> Balancing:
+    """The answer, with remarks on what to be careful about."""
+    job, known = found.job, found.influence
+    turn, count = (1.0 if found.phase == "lead" else -1.0), (1.0 if found.angles == "with rotation" else -1.0)
+    unit = job.units[0] if len(set(job.units)) == 1 else ""
+    mass = job.mass_unit.replace("*", " ")
+    sizes, angles = polar_deviations(found.masses, found.covariance)
+    sizes = np.where(sizes < 1e-6 * np.abs(found.masses), 0.0, sizes)  # at a limit
+    whole = np.zeros(len(job.planes), complex)
+    whole[found.chosen] = found.masses
+    change = found.masses - job.masses[-1][found.chosen]
+    residual, sure = _residual(found, whole)
+    predicted = np.column_stack([np.ones(len(job.runs)), job.masses]) @ (known.rows @ job.readings)
+    spread = np.sqrt(0.5 * (job.along**2 + job.across**2))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        misfit = np.abs(job.readings - predicted) / np.where(spread > 0.0, spread, np.nan)
+    each = {
+        "correction": (("plane",), np.abs(found.masses), "correction mass", mass),
+        "correction_deviation": (("plane",), sizes, "its standard deviation", mass),
+        "correction_angle": (("plane",), count * np.angle(found.masses), "angle of the correction mass", "rad"),
+        "correction_angle_deviation": (("plane",), angles, "its standard deviation", "rad"),
+        "change": (("plane",), np.abs(change), "mass to put on beside those of the last run", mass),
+        "change_angle": (("plane",), count * np.angle(change), "angle of this mass", "rad"),
+        "influence": (("channel", "all_planes"), np.abs(known.coefficients), "influence coefficient", f"{unit}/({mass})"),
+        "influence_phase": (("channel", "all_planes"), turn * np.angle(known.coefficients), "its phase", "rad"),
+        "influence_deviation": (("channel", "all_planes"), row_deviation(job, known.rows)[1:].T, "its standard deviation",
+                                f"{unit}/({mass})"),
+        "original": (("channel",), np.abs(known.original), "vibration without masses", unit),
+        "original_phase": (("channel",), turn * np.angle(known.original), "its phase", "rad"),
+        "residual": (("channel",), np.abs(residual), "predicted vibration with the corrections", unit),
+        "residual_phase": (("channel",), turn * np.angle(residual), "its phase", "rad"),
+        "residual_deviation": (("channel",), sure, "its standard deviation", unit),
+        "reading": (("run", "channel"), np.abs(job.readings), "amplitude read", unit),
+        "reading_phase": (("run", "channel"), turn * np.angle(job.readings), "phase read", "rad"),
+        "run_mass": (("run", "all_planes"), np.abs(job.masses), "mass on the rotor", mass),
+        "run_mass_angle": (("run", "all_planes"), count * np.angle(job.masses), "its angle", "rad"),
+        "misfit": (("run", "channel"), misfit, "reading less prediction, in standard deviations", "1"),
+        "covariance": (("component", "other_component"), found.covariance,
+                       "covariance of the corrections, real parts of all planes first", f"({mass})^2"),
+    }  # fmt: skip
+    answer = xr.Dataset(
+        {
+            name: (dims, values, {"long_name": text, "units": units})
+            for name, (dims, values, text, units) in each.items()
+        },
+        _coordinates(found),
+    )
+    answer.attrs = {
+        "title": "Balancing with influence coefficients", **provenance(), "goal": found.goal, "phase": found.phase,
+        "angles": found.angles, "condition": found.condition, "deviations_from": _deviations_from(found),
+        "left_on": int(job.trim[-1] or bool(np.any((job.masses[-1] == job.masses[-2]) & (job.masses[-1] != 0.0)))),
+        "warnings": "\n".join(_remarks(found, misfit, residual, sure)),
+    }  # fmt: skip
+    return Balancing.of(answer)
+
+
+def _coordinates(found: Found) -> dict[str, Any]:
+    job = found.job
+    planes = np.array(job.planes, dtype=object)
+    return {
+        "plane": planes[found.chosen],
+        "all_planes": planes,
+        "run": np.array(job.runs, dtype=object),
+        "sensor": ("channel", np.array(job.sensors, dtype=object), {"long_name": "sensor"}),
+        "speed": ("channel", job.speeds, {"long_name": "rotor speed", "units": "rad/s"}),
+    }
+
+
+def _residual(found: Found, whole: Complexes) -> tuple[Complexes, Floats]:
+    """What should be left, and its deviation for these masses; after a trim run counted from that run."""
+    job, known = found.job, found.influence
+    trims = np.flatnonzero(job.trim)
+    rows = np.r_[1.0, whole] @ known.rows
+    if trims.size:
+        last = int(trims[-1])
+        rows = np.r_[0.0, whole - job.masses[last]] @ known.rows
+        rows[last] += 1.0
+    return rows @ job.readings, row_deviation(job, rows[None])[0]
+
+
+def _deviations_from(found: Found) -> str:
+    if found.estimated:
+        return "scatter of the runs"
+    return "readings" if np.isfinite(found.job.along).all() else ""
+
+
+def _remarks(found: Found, misfit: Floats, residual: Complexes, sure: Floats) -> list[str]:
+    job, known, told = found.job, found.influence, []
+    if not np.isfinite(sure).all():
+        told.append("uncertainty is not known: give the readings deviations, or make one run more than needed")
+    for p, plane in enumerate(job.planes):
+        change = np.abs(known.coefficients[:, p]) * np.abs(job.masses[:, p]).max()
+        size = np.abs(known.original)
+        share = float((change / np.where(size > 0.0, size, np.inf)).max())
+        if 0.0 < share < RULE:
+            told.append(
+                f"the trial mass in plane {plane!r} changes the readings by {100.0 * share:.2g} % at most; "
+                "a larger one, for 30 % or more, makes the correction surer"
+            )
+    if found.condition > POOR:
+        weak = _weakest(found)
+        told.append(
+            f"the planes act much alike (condition number {found.condition:.3g}): {weak} is known poorly; "
+            "more speeds or sensors help"
+        )
+    for r in np.flatnonzero(np.nanmax(np.nan_to_num(misfit), axis=1, initial=0.0) > FAR):
+        c = int(np.nanargmax(misfit[r]))
+        kind = "trim run" if job.trim[r] else "run"
+        told.append(
+            f"{kind} {job.runs[r]!r} does not follow from the others: {job.channel(c)} is {misfit[r, c]:.3g} standard "
+            "deviations off; check its masses and its speed, and whether balls in a race have moved"
+        )
+    at_limit = [
+        job.planes[p]
+        for p, m, most in zip(found.chosen, found.masses, found.limits, strict=True)
+        if abs(m) > 0.999 * most
+    ]
+    if at_limit:
+        told.append(f"the greatest mass is reached in plane {', '.join(map(repr, at_limit))}")
+    return told
+
+
+def _weakest(found: Found) -> str:
+    """The combination of masses that is seen least: ``1 of 'left' against 0.9 of 'right'``."""
+    matrix = found.weights[:, None] * found.influence.coefficients[:, found.chosen]
+    sizes = np.linalg.norm(matrix, axis=0)
+    vector = np.linalg.svd(matrix / sizes)[2][-1].conj() / sizes
+    vector = vector / vector[int(np.argmax(np.abs(vector)))]
+    parts = [
+        f"{abs(v):.2g} in {found.job.planes[p]!r} at {np.degrees(np.angle(v)):.0f} deg"
+        for p, v in zip(found.chosen, vector, strict=True)
+        if abs(v) > 0.05
+    ]
+    return f"the combination {', '.join(parts)}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -15,9 +15,11 @@ from autobalancer.machine import Machine, Unbalance
 from autobalancer.measurement.balancing.arrays import Complexes, Floats
 from autobalancer.measurement.balancing.channels import Orders, seen_by_channels
 from autobalancer.measurement.balancing.order_table import given_orders
-from autobalancer.measurement.balancing.run_down_answer import PlaneUnbalances
 from autobalancer.measurement.balancing.uncertainty import polar_deviations
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.number_text import moment_text, share_text
 from autobalancer.results.provenance import provenance
+from autobalancer.shown import Column
 
 OWNER = "run-down"
 INSEPARABLE, POOR = 1e8, 50.0  # condition numbers beyond which planes cannot be, and are hardly, told apart
@@ -193,3 +195,51 @@ def _dataset(
         "condition": condition, "left_over": left, "warnings": "\n".join(warnings),
     }  # fmt: skip
     return PlaneUnbalances.of(answer)
+
+
+# Unbalances of all planes as a table.
+
+
+class PlaneUnbalances(Answer):
+    """Unbalance vectors of several planes, from one run-down."""
+
+    __slots__ = ()
+    drawn_by = "run_down"
+    row_of = "plane"
+    needed: ClassVar[tuple[str, ...]] = ("unbalance", "unbalance_angle")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Size and angle in each plane with their standard deviations."""
+        turn = 180.0 / np.pi
+        return [
+            Column("plane", [str(name) for name in self["plane"].values]),
+            Column("unbalance", 1e6 * self["unbalance"].values, "g mm", ".4g"),
+            Column("+-", 1e6 * self["unbalance_deviation"].values, "g mm", ".2g"),
+            Column("angle", np.mod(turn * self["unbalance_angle"].values, 360.0), "deg", ".1f"),
+            Column("+-", turn * self["unbalance_angle_deviation"].values, "deg", ".2g"),
+        ]
+
+    def facts(self) -> list[tuple[str, str]]:
+        """How well the model explains the readings, and what is known worst."""
+        told = [
+            ("of the readings not explained", share_text(float(self.attrs["left_over"]))),
+            ("condition number", f"{self.attrs['condition']:.3g}"),
+        ]
+        if self.sizes["plane"] > 1:
+            worst = self.isel(combination=0)
+            parts = [
+                f"{float(weight):.2g} {name} at {np.degrees(float(way)):.0f} deg"
+                for weight, way, name in zip(
+                    worst["weight"].values, worst["weight_phase"].values, self["plane"].values, strict=True
+                )
+            ]
+            told.append(("known worst", f"{', '.join(parts)}: +- {moment_text(float(worst['combination_deviation']))}"))
+        return told
+
+    def has_table(self) -> bool:
+        """Its numbers must be there, too."""
+        return super().has_table() and {"left_over", "condition"} <= set(self.attrs)
+
+    def remarks(self) -> Sequence[str]:
+        """What to be careful about."""
+        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]

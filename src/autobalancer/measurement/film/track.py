@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.answer import ball_film
-from autobalancer.measurement.film.follow import Followed, follow, speeds, unwrapped_rotor
-from autobalancer.measurement.film.happenings import impacts, stalls
+from autobalancer.measurement.film.balls import Seen, mirror_warning
+from autobalancer.measurement.film.labels import labeled
 from autobalancer.measurement.film.pictures import Pictures, read_all
 from autobalancer.measurement.film.rotor import RotorPlace
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.measurement.film.video import Film, film_facts
 from autobalancer.patience import Progress, shows_progress, silent
 from autobalancer.results.answers.ball_film import BallFilm
+from autobalancer.results.provenance import provenance
 from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]
@@ -204,3 +205,357 @@ def _rotor_speed(time: Floats, angle: Floats) -> Floats:
     if known.size < 2:
         return np.full(time.size, np.nan)
     return np.asarray(np.interp(time, time[known], np.gradient(angle[known], time[known])))
+
+
+# What was found in a film as one dataset, under the names of runs.
+
+
+UNSURE = 9.0  # least margin of an identity, in squares of deviations
+
+
+def ball_film(
+    time: Floats,
+    rotor_angle: Floats,
+    speed: Floats,
+    rotor: list[RotorPlace],
+    followed: Followed,
+    rates: tuple[Floats, Floats],
+    hits: Contacts,
+    events: list[tuple[float, str]],
+    faults: list[str],
+    found: Pictures,
+    setup: FilmSetup,
+) -> BallFilm:
+    """The dataset of :func:`~autobalancer.measurement.film.track.track_balls`."""
+    both = ("time", "ball")
+    center = np.array([place.center for place in rotor])
+    moved = bool(setup.rotor_marks) and len(setup.rotor_marks) > 1 and setup.camera == "rest"
+    seen = np.isfinite(followed.angle)
+    data = xr.Dataset(
+        {
+            "ball_angle": (both, followed.angle),
+            "ball_angle_deviation": (both, followed.deviation),
+            "ball_speed": (both, rates[0]),
+            "ball_speed_deviation": (both, rates[1]),
+            "seen": (both, seen),
+            "identity_margin": ("time", followed.margin),
+            "fault": ("time", np.array(faults, dtype=object).astype(str)),
+            "rotor_angle": ("time", rotor_angle),
+            "speed": ("time", speed),
+            "impact_speed": ("impact", hits.speed),
+            "impact_ball": ("impact", hits.ball),
+            "impact_partner": ("impact", hits.partner),
+            "event_name": ("event", np.array([name for _, name in events], dtype=object).astype(str)),
+        },
+        {
+            "time": time,
+            "ball": np.arange(1, setup.balls + 1),
+            "impact_time": ("impact", hits.time),
+            "event_time": ("event", np.array([at for at, _ in events], np.float64)),
+            "orbit_radius": ("ball", np.full(setup.balls, setup.orbit)),
+            "ball_diameter": ("ball", np.full(setup.balls, setup.diameter)),
+        },
+    )
+    if moved:
+        angle = np.array([place.angle for place in rotor])
+        known = np.where(np.isfinite(angle), center, np.nan)
+        data["x"], data["y"] = ("time", known.real), ("time", known.imag)
+    labeled(data)
+    margin = followed.margin[np.isfinite(followed.margin)]
+    data.attrs.update(
+        title="balls in a film",
+        camera=setup.camera,
+        mark_residual=found.calibration.residual,
+        focal_length=found.calibration.view.focal_length,
+        distortion=list(found.calibration.view.distortion),
+        noise=found.noise,
+        warnings=mirror_warning(followed.deviation, setup),
+        unsure_identities=int((margin < UNSURE).sum()),
+        **provenance(),
+    )
+    return BallFilm.of(data)
+
+
+# What happens to the balls of a film: impacts, release and capture, under the names that runs use.
+
+
+SURE = 4.0  # standard deviations
+
+
+class Contacts(NamedTuple):
+    """Impacts between balls in the order of time."""
+
+    time: Floats  # s
+    speed: Floats  # m/s, at which they approached
+    ball: NDArray[np.int64]  # from 1
+    partner: NDArray[np.int64]
+
+
+def impacts(time: Floats, angle: Floats, deviation: Floats, contact: float, orbit: float) -> Contacts:
+    """Where neighbors that approach each other are found farther apart than this would lead them.
+
+    From the last two pictures before, the gap is followed to the contact angle; an impact is where it gets there before the next
+    picture, and the gap of this picture is wider than it would be without.
+    """
+    n = angle.shape[1]
+    rows: list[tuple[float, float, int, int]] = []
+    for i in range(n if n > 2 else n - 1):
+        j = (i + 1) % n
+        both = np.flatnonzero(np.isfinite(angle[:, i]) & np.isfinite(angle[:, j]))
+        t = time[both]
+        gap = (angle[both, j] - angle[both, i]) % (2.0 * np.pi)
+        if n == 2:
+            gap = np.minimum(gap, 2.0 * np.pi - gap)
+        spread = np.hypot(deviation[both, i], deviation[both, j])
+        before = -2  # number of the picture before the last impact: the slope over an impact is none
+        for k in range(1, both.size - 1):
+            step, after = t[k] - t[k - 1], t[k + 1] - t[k]
+            slope = (gap[k] - gap[k - 1]) / step
+            unsure = np.hypot(spread[k], spread[k - 1]) / step
+            if k == before + 1 or slope > -max(SURE * unsure, 1e-6):
+                continue
+            until = (contact - gap[k]) / slope
+            ahead = gap[k] + slope * after
+            if -step < until <= after and gap[k + 1] - ahead > SURE * np.hypot(spread[k + 1], unsure * after):
+                rows.append((t[k] + max(until, 0.0), -slope * orbit, i + 1, j + 1))
+                before = k
+    rows.sort()
+    columns = list(zip(*rows, strict=True)) or [(), (), (), ()]
+    return Contacts(
+        np.array(columns[0], np.float64),
+        np.array(columns[1], np.float64),
+        np.array(columns[2], np.int64),
+        np.array(columns[3], np.int64),
+    )
+
+
+def stalls(time: Floats, speed: Floats, rate: Floats, critical: float) -> list[tuple[float, str]]:
+    """Times at which balls are captured at the critical speed, and released from it.
+
+    A ball is stalled while its speed in space is three times nearer to the critical speed than to the rotor speed, at least
+    2 % above the critical speed, the rule of ``release_speed``; it is captured where that begins after it ran with the rotor,
+    and released where it runs with the rotor again.
+    """
+    found: list[tuple[float, str]] = []
+    for i in range(rate.shape[1]):
+        known = np.flatnonzero(np.isfinite(rate[:, i]) & np.isfinite(speed))
+        w, own = speed[known], speed[known] + rate[known, i]
+        stalled = (w > 1.02 * critical) & (3.0 * np.abs(own - critical) < np.abs(own - w))
+        with_rotor = np.abs(rate[known, i]) < 0.05 * np.abs(w)
+        state = ""
+        for k, row in enumerate(known):
+            if stalled[k]:
+                if state == "with":
+                    found.append((float(time[row]), f"ball {i + 1} captured at the critical speed"))
+                state = "stalled"
+            elif with_rotor[k]:
+                if state == "stalled":
+                    found.append((float(time[row]), f"ball {i + 1} released"))
+                state = "with"
+    return sorted(found)
+
+
+# Balls followed from picture to picture: identity, angle in the rotor and speed.
+
+
+HALF = 3  # pictures before and after one whose motion gives its speed
+
+
+class Followed(NamedTuple):
+    """Of all balls in all pictures; (pictures, balls)."""
+
+    angle: Floats  # rad, in the rotor, not wrapped; nan if not seen
+    deviation: Floats
+    margin: Floats  # (pictures,): what the second best match would cost more
+
+
+def unwrapped_rotor(time: Floats, rotor: list[RotorPlace], first_speed: float) -> Floats:
+    """Rotor angle with its turns counted: at each picture the turn nearest to where the last speed leads; nan where unknown."""
+    found = np.array([place.angle for place in rotor])
+    speed, last = first_speed, -1
+    for k in np.flatnonzero(np.isfinite(found)):
+        if last >= 0:
+            step = time[k] - time[last]
+            expected = found[last] + speed * step
+            found[k] = expected + float(wrapped(np.array(found[k] - expected)))
+            speed = (found[k] - found[last]) / step
+        last = int(k)
+    return np.asarray(found)
+
+
+def angles_in_rotor(seen: Seen, place: RotorPlace, setup: FilmSetup) -> tuple[Floats, NDArray[np.intp]]:
+    """Angles of the finds of one picture in the rotor, increasing, and their order."""
+    turned = (seen.place - place.center) * np.exp(-1j * place.angle) - complex(*setup.race_center)
+    angle = np.angle(turned)
+    order = np.argsort(angle, kind="stable")
+    return np.asarray(angle[order]), order
+
+
+def follow(
+    time: Floats,
+    rotor: list[RotorPlace],
+    seen: list[Seen],
+    deviation: list[Floats],
+    setup: FilmSetup,
+    first_rate: float,
+) -> Followed:
+    """Give each find to its ball.
+
+    Parameters
+    ----------
+    time
+        Of the pictures, s.
+    rotor, seen, deviation
+        What was found in each; deviations of the angles, rad.
+    setup
+        The film.
+    first_rate
+        About how fast the balls move in the rotor at first, rad/s.
+    """
+    n, pictures = setup.balls, len(seen)
+    angle, spread = np.full((pictures, n), np.nan), np.full((pictures, n), np.nan)
+    margin = np.full(pictures, np.nan)
+    now, rate, when = np.zeros(n), np.full(n, first_rate), np.full(n, -np.inf)
+    contact = setup.contact_angle
+    started = False
+    for k in range(pictures):
+        if seen[k].place.size == 0 or np.isnan(rotor[k].angle):
+            continue
+        at, order = angles_in_rotor(seen[k], rotor[k], setup)
+        if not started or n == at.size == 1:  # one ball can be no other, wherever it went
+            if at.size < n:
+                continue
+            find = np.arange(n)
+            margin[k] = np.inf
+            base = now + rate * (time[k] - when) if started else np.zeros(n)
+            started = True
+        else:
+            away = time[k] - when
+            base = _apart(now + rate * away, contact)
+            gone = float(away.max() / max(away.min(), 1e-12))
+            guess = (0.3 * contact + 0.25 * np.abs(rate * away).max()) * min(gone, 10.0) ** 0.5
+            match = matched(base, at, min(guess, 0.5))
+            find, margin[k] = match.find, match.margin
+        for i in np.flatnonzero(find >= 0):
+            here = at[find[i]]
+            value = here if when[i] == -np.inf else base[i] + float(wrapped(np.array(here - base[i])))
+            if when[i] > -np.inf:
+                rate[i] = (value - now[i]) / (time[k] - when[i])
+            now[i], when[i] = value, time[k]
+            angle[k, i], spread[k, i] = value, deviation[k][order[find[i]]]
+    return Followed(angle, spread, margin)
+
+
+def _apart(expected: Floats, contact: float) -> Floats:
+    """Expected angles in order, none nearer to its neighbor than balls that touch."""
+    if expected.size < 2:
+        return expected
+    out = expected.copy()
+    for _ in range(4):
+        following = np.append(out[1:], out[0] + 2.0 * np.pi * np.ceil((out[-1] - out[0]) / (2.0 * np.pi)))
+        lack = np.maximum(contact - (following - out), 0.0)
+        out -= 0.5 * lack
+        out += 0.5 * np.roll(lack, 1)
+    return out
+
+
+def speeds(time: Floats, angle: Floats, deviation: Floats, breaks: list[Floats]) -> tuple[Floats, Floats]:
+    """Speed of each ball and its deviation: slopes of parabolas through neighboring pictures.
+
+    None reaches across an impact; ``breaks`` has their times for each ball.
+    """
+    rate, spread = np.full(angle.shape, np.nan), np.full(angle.shape, np.nan)
+    for i in range(angle.shape[1]):
+        rows = np.flatnonzero(np.isfinite(angle[:, i]))
+        part = np.searchsorted(np.sort(breaks[i]), time[rows])
+        for j, k in enumerate(rows):
+            near = np.arange(max(0, j - HALF), min(rows.size, j + HALF + 1))
+            near = near[part[near] == part[j]]
+            if near.size < 2:
+                continue
+            t, weight = time[rows[near]] - time[k], 1.0 / deviation[rows[near], i]
+            size = max(float(np.abs(t).max()), 1e-12)
+            power = (t[:, None] / size) ** np.arange(min(3, near.size))
+            solution = np.linalg.pinv(power * weight[:, None])
+            rate[k, i] = solution[1] @ (weight * (angle[rows[near], i] - angle[k, i])) / size
+            spread[k, i] = np.linalg.norm(solution[1]) / size
+    return rate, spread
+
+
+# Which ball is which: balls in one race cannot pass each other, so their order around it stays.
+#
+# The balls that are seen are matched with where they are expected, in the same order around the race; of all such
+# matches the one with the least sum of squares is taken, by dynamic programming. How much worse the second best would
+# be says how sure it is.
+
+
+MISSING = 16.0  # what a ball that is seen, but not matched, costs, in the units of squares of deviations
+
+
+class Match(NamedTuple):
+    """Number of the find of each ball, -1 if it is not seen, and what the second best match would cost more."""
+
+    find: NDArray[np.intp]
+    margin: float
+
+
+def wrapped(angle: Floats) -> Floats:
+    """Within -pi to pi."""
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def matched(expected: Floats, seen: Floats, spread: float) -> Match:
+    """Finds for balls.
+
+    Parameters
+    ----------
+    expected
+        Angles of the balls in the order around the race, increasing by less than a turn in all, rad.
+    seen
+        Angles of the finds in increasing order, rad.
+    spread
+        Standard deviation of what is expected, rad.
+    """
+    n, m = expected.size, seen.size
+    if m == 0:
+        return Match(np.full(n, -1, np.intp), 0.0)
+    cost = np.minimum((wrapped(seen[None, :] - expected[:, None]) / spread) ** 2, 1e6)
+    options: dict[tuple[int, ...], float] = {}
+    for first in range(m):  # the find with which the count begins
+        order = (first + np.arange(m)) % m
+        total, find = _aligned(cost[:, order])
+        chosen = np.where(find >= 0, order[np.maximum(find, 0)], -1)
+        key = tuple(chosen.tolist())
+        options[key] = min(options.get(key, np.inf), total)
+    ranked = sorted(options.items(), key=lambda item: item[1])
+    best = np.array(ranked[0][0], np.intp)
+    other = next((value for key, value in ranked[1:] if _differs(key, ranked[0][0])), np.inf)
+    return Match(best, float(min(other - ranked[0][1], 1e6)))
+
+
+def _differs(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
+    """Whether a ball has another find, not just none."""
+    return any(a != b and a >= 0 and b >= 0 for a, b in zip(one, other, strict=True))
+
+
+def _aligned(cost: Floats) -> tuple[float, NDArray[np.intp]]:
+    """Cheapest match in order, (balls, finds); finds and balls may be left out."""
+    n, m = cost.shape
+    best = np.full((n + 1, m + 1), np.inf)
+    best[0, :] = MISSING * np.arange(m + 1)
+    best[:, 0] = MISSING * np.arange(n + 1)
+    for i in range(1, n + 1):
+        for j in range(1, m + 1):
+            best[i, j] = min(
+                best[i - 1, j - 1] + cost[i - 1, j - 1], best[i - 1, j] + MISSING, best[i, j - 1] + MISSING
+            )
+    find, i, j = np.full(n, -1, np.intp), n, m
+    while i and j:
+        if best[i, j] == best[i - 1, j - 1] + cost[i - 1, j - 1]:
+            i, j = i - 1, j - 1
+            find[i] = j
+        elif best[i, j] == best[i - 1, j] + MISSING:
+            i -= 1
+        else:
+            j -= 1
+    return float(best[n, m]), find

@@ -22,7 +22,7 @@ Complexes = NDArray[np.complex128]
 def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float | str, *, balls_on_rotor: bool) -> xr.Dataset:
     """The loop L = (a_0/2) w^4 H(iw) over the frequency w in space, for balls evenly spread over directions.
 
-    There the equation of :mod:`autobalancer.measurement.loop.closed_loop` splits into 1 = L and its conjugate (equal balls:
+    There the equation of :mod:`autobalancer.measurement.loop.growth` splits into 1 = L and its conjugate (equal balls:
     L = (c N/2) w^4 H(iw)/P(i(w - W))), so measured values can be drawn as they are. If stable, the curve,
     followed with rising frequency, has +1 on its left. At w = W it comes from infinity.
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from autobalancer.errors import QuestionError, RangeWarning, UnitError, warn
-from autobalancer.measurement.signals.checks import doubts, refuse_implausible, refuse_missing
-from autobalancer.measurement.signals.described import Described, DescribedChannel, described_channels
-from autobalancer.measurement.signals.form import UNITS, Channel, signals
+from autobalancer.files.text import MACHINE, read_text
+from autobalancer.measurement.signals.form import UNEVEN, UNITS, Channel, signals
 from autobalancer.measurement.signals.formats import RawColumn, RawFile, read_raw
-from autobalancer.measurement.signals.timebase import even, grid_of, instants, rate_remarks, resampled, uneven_text
 from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
-from autobalancer.results.signals.signals import Samples, Signals
+from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.results.signals.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
 from autobalancer.units import optional_argument, to_si
@@ -226,3 +230,345 @@ def _at(t: Floats, channel: Channel, grid: Floats) -> Channel:
     held = channel.values if isinstance(channel.values, Samples) else np.asarray(channel.values, np.float64)
     values = resampled(t, held, grid)
     return Channel(values, channel.quantity, channel.place, channel.direction, uncertainty=channel.uncertainty)
+
+
+# What the user says of the channels of a file: column, quantity, unit, place, direction, sensitivity.
+
+
+EXAMPLE = (
+    '[channels.x]\ncolumn = "ai0"\nquantity = "displacement"\nunit = "V"\nsensitivity = "8 mV/um"\ndirection = "x"'
+)
+
+
+@dataclass(frozen=True)
+class DescribedChannel:
+    """One channel in words; what is empty is taken from the file.
+
+    Attributes
+    ----------
+    column
+        Its name in the file; by default that of the channel.
+    quantity, unit, place, direction
+        Of the channel; the unit is that of the numbers in the file. The quantity ``time`` says that the column has the instants.
+    sensitivity
+        Of the sensor, voltage over quantity, such as "100 mV/g", "200 mV/mil" or "4 mV/(mm/s)"; the numbers of the file
+        are then voltages.
+    full_scale
+        Value at the greatest number that the file can hold, such as "20 m/s^2"; for sound files.
+    uncertainty
+        One standard deviation of a value, such as "1 um".
+    """
+
+    column: str = ""
+    quantity: str = ""
+    unit: str = ""
+    place: str = ""
+    direction: str | float = ""
+    sensitivity: str = ""
+    full_scale: str = ""
+    uncertainty: str = ""
+
+
+Described = Mapping[str, Mapping[str, Any] | DescribedChannel]
+
+
+def described_channels(given: Described | str | Path | None, beside: Path | None = None) -> dict[str, DescribedChannel]:
+    """The channels that were described, by name; empty if none were.
+
+    Parameters
+    ----------
+    given
+        By name, a TOML file with a table ``channels``, or ``None``.
+    beside
+        The file of the signals; where nothing was given, ``NAME.channels.toml`` beside it is read if it exists.
+
+    Raises
+    ------
+    QuestionError
+        If a key is unknown.
+    """
+    if given is None and beside is not None:
+        own = beside.with_name(f"{beside.stem}.channels.toml")
+        given = own if own.is_file() else None
+    if given is None:
+        return {}
+    place = ""
+    if isinstance(given, (str, Path)):
+        place, given = f"{given}: ", _from_file(Path(given))
+    return {
+        str(name): one if isinstance(one, DescribedChannel) else _one(place, str(name), one)
+        for name, one in given.items()
+    }
+
+
+def _from_file(path: Path) -> Mapping[str, Any]:
+    try:
+        found = tomllib.loads(read_text(path, MACHINE, QuestionError)).get("channels")
+    except tomllib.TOMLDecodeError as reason:
+        raise QuestionError(f"{path}: {reason}") from None
+    if not isinstance(found, dict) or not found:
+        raise QuestionError(f"{path}: no table of channels; write for each\n{EXAMPLE}")
+    return found
+
+
+def _one(place: str, name: str, given: Any) -> DescribedChannel:
+    if not isinstance(given, Mapping):
+        raise QuestionError(f"{place}channels.{name}: given {given!r}; must be a table, such as\n{EXAMPLE}")
+    known = [field.name for field in fields(DescribedChannel)]
+    for key, value in given.items():
+        if key not in known:
+            near = get_close_matches(str(key), known, 1)
+            meant = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}"
+            raise QuestionError(f"{place}channels.{name}: no key {key!r}{meant}")
+        if not isinstance(value, str) and not (key == "direction" and isinstance(value, (int, float))):
+            raise QuestionError(f"{place}channels.{name}.{key}: given {value!r}; must be a text")
+    return DescribedChannel(**given)
+
+
+# Instants of samples: even ones as they are, rounded ones made even, uneven ones refused or resampled.
+
+
+GAP = 1.5  # steps; a longer one is a gap
+SAMPLE = 16.0  # bytes of a new sample: its instant, and what checks of it need
+MARGIN = 64  # samples beside a piece, beyond which a spline of degree five forgets (0.43^64) where it began
+NAMED = 5  # places that a message names
+
+
+def instants(raw: RawFile, rate: float | None) -> Floats:
+    """The instants of the samples, s; (time,).
+
+    Raises
+    ------
+    QuestionError
+        If neither the file nor the caller says them, or they do not ascend.
+    """
+    if raw.time is None or rate is not None:
+        known = rate or raw.rate
+        if known is None:
+            why = raw.timeless or "no column of time"
+            raise QuestionError(
+                f"{raw.origin}: {why}; {'or ' * bool(raw.timeless)}give the rate of the samples, such as rate='2 kHz'"
+            )
+        size = next((column.values.size for column in raw.columns.values()), 0)
+        start = 0.0 if raw.time is None or not np.isfinite(raw.time[:1]).all() else float(raw.time[0])
+        refuse_what_does_not_fit(raw.origin, size, "samples", SAMPLE, "; use fewer, or a piece of the record")
+        t = np.arange(size, dtype=np.float64)  # in place: of a long record no more arrays than needed
+        t /= known
+        t += start
+        return t
+    t = np.asarray(raw.time)
+    for first, part in pieces(t):
+        if not np.isfinite(part).all():
+            bad = first + int(np.flatnonzero(~np.isfinite(part))[0]) + 1
+            raise QuestionError(f"{raw.origin}: time: sample {bad} is not a number")
+    back = np.concatenate([first + np.flatnonzero(np.diff(part) <= 0.0) for first, part in pieces(t, 1)])
+    if back.size:
+        after = t[back[0]]
+        rounded = (np.diff(t) >= 0.0).all() and t[-1] > t[0]
+        hint = f". {_overruled(t)}" if rounded else ""
+        raise QuestionError(f"{raw.origin}: time must ascend; after {after:.9g} s comes {t[back[0] + 1]:.9g} s{hint}")
+    return t
+
+
+def _overruled(t: Floats) -> str:
+    """The way out for times that a logger rounded too coarsely, with the rate that they have on average."""
+    rate = (t.size - 1) / float(t[-1] - t[0])
+    return f"If the samples are even and only their times are rounded, give their rate, such as rate='{rate:.5g} Hz'"
+
+
+def rate_remarks(raw: RawFile, t: Floats, rate: float | None) -> list[str]:
+    """What is to be said where a rate takes the place of a column of time."""
+    if raw.time is None or rate is None or raw.time.size < 2:
+        return []
+    span, own = float(raw.time[-1] - raw.time[0]), float(t[-1] - t[0])
+    apart = np.isfinite(span) and abs(span - own) > max(0.01 * own, 2.0 * raw.quantum)
+    odd = f"; by it the file lasts {span:.4g} s, by the rate {own:.4g} s" if apart else ""
+    return [f"the rate of {rate:.6g} Hz is used, not the column of time{odd}"]
+
+
+def even(t: Floats, quantum: float, origin: str) -> Floats | None:
+    """The same instants at exactly equal steps, if they differ from these no more than by the rounding of the file.
+
+    ``None`` if they are not even.
+
+    Raises
+    ------
+    QuestionError
+        If there is a gap; the message says where.
+    """
+    every = -(-t.size // LONG)  # the median of a long record is that of evenly chosen steps
+    step = float(np.median(t[1::every] - t[:-1:every]))
+    gaps = np.concatenate(
+        [first + np.flatnonzero(np.diff(part) > GAP * step + quantum) for first, part in pieces(t, 1)]
+    )
+    if gaps.size and gaps.size < 0.01 * t.size + 1:
+        where = ", ".join(f"{t[i]:.6g} s ({t[i + 1] - t[i]:.3g} s)" for i in gaps[:NAMED])
+        more = f" and {gaps.size - NAMED} more" if gaps.size > NAMED else ""
+        raise QuestionError(
+            f"{origin}: samples are missing after {where}{more}; the usual step is {step:.4g} s. Use the pieces between, "
+            "with start and end"
+        )
+    allowed = max(UNEVEN * step, 0.75 * quantum if quantum < 0.6 * step else 0.0)
+    mean = 0.5 * (t.size - 1)
+    slope = sum(float(((first - mean + np.arange(part.size)) * part).sum()) for first, part in pieces(t))
+    slope /= t.size * (t.size**2 - 1) / 12.0  # of the line of least squares, after that through both ends
+    for span, count, start in ((t[-1] - t[0], 2.0 * mean, t[0]), (slope, 1.0, float(t.mean()) - slope * mean)):
+        line = np.arange(t.size, dtype=np.float64)  # in place: of a long record no more arrays than needed
+        line *= span
+        line /= count
+        line += start
+        if all(np.abs(t[first : first + part.size] - part).max() <= allowed for first, part in pieces(line)):
+            return line
+    return None
+
+
+def uneven_text(t: Floats, origin: str) -> str:
+    """What is wrong with uneven instants, and what to do."""
+    steps = np.diff(t)
+    i = int(np.argmax(np.abs(steps - np.median(steps))))
+    low, high = 1.0 / steps.max(), 1.0 / steps.min()
+    return (
+        f"{origin}: the samples are not evenly spaced: steps from {steps.min():.4g} s to {steps.max():.4g} s, the oddest "
+        f"at {t[i]:.6g} s. Resample them, for example resample='{0.5 * (low + high):.4g} Hz'. {_overruled(t)}"
+    )
+
+
+def resampled(t: Floats, values: Floats | Samples, grid: Floats) -> Floats | Samples:
+    """Values at other instants, by a spline of degree five; of a long record they are computed when they are asked for."""
+
+    def piece(first: int, end: int) -> Floats:
+        if end <= first:
+            return np.empty(0)
+        low, high = np.searchsorted(t, grid[[first, end - 1]])
+        near = slice(max(0, low - MARGIN), high + MARGIN)
+        held = np.asarray(values[near], np.float64)
+        return np.asarray(make_interp_spline(t[near], held, k=min(5, held.size - 1))(grid[first:end]), np.float64)
+
+    def blocks(first: int, end: int) -> Floats:
+        return np.concatenate([piece(a, min(a + BLOCK, end)) for a in range(first, max(end, first + 1), BLOCK)])
+
+    return Samples(grid.size, blocks) if grid.size > LONG else blocks(0, grid.size)
+
+
+def grid_of(t: Floats, rate: float, origin: str) -> Floats:
+    """Even instants of that rate within the measured ones.
+
+    Raises
+    ------
+    QuestionError
+        If a gap is longer than two of the steps asked for, or so many samples do not fit into the memory.
+    """
+    count = (t[-1] - t[0]) * rate
+    refuse_what_does_not_fit(f"{origin}: resample", count, "samples", SAMPLE, "; take a lower rate")
+    steps = np.diff(t)
+    gap = int(np.argmax(steps))
+    if steps[gap] > 2.0 / rate and steps[gap] > 3.0 * np.median(steps[:: -(-steps.size // LONG)]):
+        raise QuestionError(
+            f"{origin}: samples are missing from {t[gap]:.6g} s to {t[gap + 1]:.6g} s; use the pieces before or after"
+        )
+    return np.asarray(t[0] + np.arange(int(np.floor(count)) + 1) / rate, np.float64)
+
+
+# What is wrong with measured channels: each finding with its time.
+
+
+GREATEST = {"displacement": 0.05, "velocity": 50.0, "acceleration": 1e5, "speed": 2e4}  # SI, from peak to peak
+LEAST = {"displacement": 1e-10, "velocity": 1e-9, "acceleration": 1e-7}
+SMALLER = {"displacement": "mm or um", "velocity": "mm/s", "acceleration": "mm/s^2", "speed": "rpm"}
+CHECKS_NAMED = 4  # places that a message names
+PLATEAU = 3  # equal samples at an extreme
+
+
+def refuse_missing(name: str, t: Floats, values: Floats | Samples) -> None:
+    """Refuse samples that are no numbers.
+
+    Raises
+    ------
+    QuestionError
+        With their times.
+    """
+    bad = np.concatenate([first + np.flatnonzero(~np.isfinite(part)) for first, part in pieces(values)])
+    if bad.size:
+        raise QuestionError(
+            f"channel {name!r}: {bad.size} of {values.size} samples are no numbers, {_times(t, bad)}; "
+            "use the pieces between, with start and end, or leave this channel out"
+        )
+
+
+def refuse_implausible(name: str, quantity: str, values: Floats | Samples) -> None:
+    """Refuse a vibration that is a thousand times too large, as of numbers in mm that are called m.
+
+    Raises
+    ------
+    QuestionError
+        With the unit that is probably meant.
+    """
+    if quantity not in GREATEST:
+        return
+    low, high = extremes(values)
+    if (span := high - low) > GREATEST[quantity]:
+        unit = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "speed": "rad/s"}[quantity]
+        raise QuestionError(
+            f"channel {name!r}: a {quantity} of {span:.4g} {unit} from peak to peak; is its unit {SMALLER[quantity]}? "
+            "Say the unit of the column; if it is right, implausible=True takes it"
+        )
+
+
+def doubts(name: str, quantity: str, t: Floats, values: Floats | Samples) -> list[str]:
+    """Sentences on a channel that is constant, clipped or a thousand times too small."""
+    low, high = extremes(values)
+    span = high - low
+    if span == 0.0:
+        return [f"channel {name!r} is constant, {low:.4g} at every sample; is the sensor connected?"]
+    found = []
+    if quantity in LEAST and span < LEAST[quantity]:
+        found.append(f"channel {name!r}: only {span:.3g} (SI) from peak to peak; is its unit right?")
+    if quantity != "tacho":
+        clipped = clipped_samples(values)
+        if clipped.size:
+            found.append(
+                f"channel {name!r} is clipped: {clipped.size} samples stand at its least or greatest value, "
+                f"{_times(t, clipped)}; amplitudes there are too small"
+            )
+    return found
+
+
+def clipped_samples(values: Floats | Samples) -> NDArray[np.int64]:
+    """Indices of samples on plateaus at the extremes that the signal enters steeply, as no smooth peak does.
+
+    A peak that is merely rounded to the last digit q enters a plateau of L samples with at most q (4/L + 12/L²) a step.
+    """
+    size, quantum = values.size, np.inf
+    for _, part in pieces(values, 1):
+        steps = np.abs(np.diff(part))
+        quantum = min(quantum, float(steps.min(where=steps > 0.0, initial=np.inf)))
+    if not np.isfinite(quantum):
+        return np.array([], np.int64)
+
+    def step(k: int) -> float:
+        """From one sample to the next, without a sign."""
+        return float(np.abs(np.diff(np.asarray(values[k : k + 2], np.float64)))[0])
+
+    found = []
+    for extreme in extremes(values)[::-1]:
+        at = np.zeros(size + 2, np.int8)  # with a place before the first sample and one behind the last
+        for first, part in pieces(values):
+            at[first + 1 : first + 1 + part.size] = np.abs(part - extreme) <= 1e-12 * max(abs(extreme), quantum)
+        edges = np.flatnonzero(np.diff(at))
+        for first, end in zip(edges[::2], edges[1::2], strict=True):
+            length = int(end - first)
+            if length < PLATEAU:
+                continue
+            before = step(first - 2) if first >= 2 else 0.0
+            after = step(end) if end < size - 1 else 0.0
+            if max(before, after) > 1.5 * quantum * (4.0 / length + 12.0 / length**2):
+                found.append(np.arange(first, end))
+    return np.sort(np.concatenate(found)) if found else np.array([], np.int64)
+
+
+def _times(t: Floats, indices: NDArray[np.int64]) -> str:
+    """First instants of separate groups of samples: ``at 0.12 s, 0.31 s to 0.33 s``."""
+    parts = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
+    texts = [f"{t[p[0]]:.6g} s" + (f" to {t[p[-1]]:.6g} s" if p.size > 1 else "") for p in parts[:CHECKS_NAMED]]
+    more = f" and {len(parts) - CHECKS_NAMED} places more" if len(parts) > CHECKS_NAMED else ""
+    return f"at {', '.join(texts)}{more}"

@@ -6,6 +6,7 @@ turned into space afterwards; angles follow their known speeds. Both are cubic a
 
 from __future__ import annotations
 
+import tomllib
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.results.drawn.channels import resolved_widths
+from autobalancer.units import argument
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -171,3 +172,19 @@ def bodies_of(run: xr.Dataset) -> NDArray[np.object_]:
 
 def _known(run: xr.Dataset, name: str, shape: tuple[int, ...], otherwise: float = 0.0) -> Floats:
     return np.asarray(run[name].values, np.float64) if name in run else np.full(shape, otherwise)
+
+
+# How wide pictures draw the races of resolved balls.
+
+
+def resolved_widths(run: xr.Dataset) -> NDArray[np.float64]:
+    """From the outer to the inner wall, m, for each ball; 0 for guided balls, which never leave the outer one."""
+    widths = np.zeros(run.sizes.get("ball", 0))
+    if "ball_gap" not in run:
+        return widths
+    for b, balancer in enumerate(tomllib.loads(run.attrs.get("machine", "")).get("balancers", []), 1):
+        for r, race in enumerate(balancer.get("races", []), 1):
+            if "resolved" in race and "width" in race:
+                here = (run["balancer"].values == b) & (run["race"].values == r)
+                widths[here] = argument("width", race["width"], "m")
+    return widths

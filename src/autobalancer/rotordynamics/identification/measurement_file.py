@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from autobalancer.assembly.rotors.model import Floats
 from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.table import read_table
 from autobalancer.files.text import read_toml
 from autobalancer.machine.part import unknown_key
 from autobalancer.machine.path import unit_at
-from autobalancer.rotordynamics.identification.curve_file import read_curve
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.measurements import (
     KnownValue,
@@ -194,3 +195,18 @@ KINDS = {
         _response,
     ),
 }
+
+
+# Tables of amplitude against speed with units in their column names.
+
+
+def read_curve(path: Path, unit: str) -> tuple[Floats, Floats]:
+    """Speeds (rad/s) and amplitudes (in the SI ``unit``) of a table ``speed [rpm], amplitude [mm]``.
+
+    Raises
+    ------
+    ResultError
+        If the file, a column, a unit or a number is not there or not understood.
+    """
+    table = read_table(path, "speed [rpm], amplitude [mm]")
+    return table.numbers("speed", "rad/s"), table.numbers("amplitude", unit)

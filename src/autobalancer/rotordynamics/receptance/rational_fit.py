@@ -3,23 +3,161 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import AAA
+from scipy.linalg import lstsq, qr
+from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
 from autobalancer.patience import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.rotordynamics.receptance.fit_doubts import with_doubts
-from autobalancer.rotordynamics.receptance.fit_outcome import fit_dataset
+from autobalancer.results.provenance import provenance
+from autobalancer.rotordynamics.receptance.answer import FittedReceptance
 from autobalancer.rotordynamics.receptance.measured import hertz
-from autobalancer.rotordynamics.receptance.modal_model import Fitting
-from autobalancer.rotordynamics.receptance.mode_checks import sure_modes
-from autobalancer.rotordynamics.receptance.noise import Noise, NoiseShapes
 from autobalancer.rotordynamics.receptance.pole_model import PoleModel
 from autobalancer.units import ends_argument
+
+# A receptance as a sum of modes, stable and of relative degree two by construction, fitted by least squares.
+#
+# H(sigma) = sum (a_k + b_k sigma)/(sigma^2 + d_k sigma + e_k), d_k, e_k > 0, sum b_k = 0. The a, b follow linearly
+# from the d, e, so only these are searched for (variable projection, Golub and Pereyra 1973).
+
+
+@dataclass(frozen=True)
+class Modes:
+    """K modes in scaled units, and how far they are from the data."""
+
+    shapes: Floats  # (2 K,) ln d, ln e
+    numerators: Floats  # (K, 2) a, b
+    misfit: float  # weighted sum of squares
+
+    @property
+    def count(self) -> int:
+        """K."""
+        return int(self.shapes.size // 2)
+
+    def without(self, number: int) -> Modes:
+        """All but one; the others as they are."""
+        k = self.count
+        return Modes(np.delete(self.shapes, [number, k + number]), np.delete(self.numerators, number, axis=0), math.nan)
+
+    def poles_and_residues(self) -> tuple[Complexes, Complexes]:
+        """All 2 K poles and residues, a conjugate or real pair for each mode."""
+        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        root = np.sqrt((0.25 * d**2 - e).astype(np.complex128))
+        root = np.where(np.abs(root) < 1e-9 * np.sqrt(e), 1e-9 * np.sqrt(e), root)  # no double poles
+        up, down = -0.5 * d + root, -0.5 * d - root
+        a, b = self.numerators.T
+        residue_up, residue_down = (a + b * up) / (up - down), (a + b * down) / (down - up)
+        return np.concatenate([up, down]), np.concatenate([residue_up, residue_down])
+
+    def at(self, frequency: Floats) -> Complexes:
+        """The receptance at i frequency."""
+        return np.asarray(self.parts(frequency).sum(axis=1), np.complex128)
+
+    def parts(self, frequency: Floats) -> Complexes:
+        """The part of each mode in it, shape (n, K)."""
+        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        sigma = 1j * frequency[:, None]
+        a, b = self.numerators.T
+        return np.asarray((a + b * sigma) / (sigma**2 + d * sigma + e), np.complex128)
+
+    def slopes(self, frequency: Floats) -> Complexes:
+        """The derivatives of the receptance over ln d, ln e, a and all b but the last, shape (n, 4 K - 1)."""
+        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        sigma = 1j * frequency[:, None]
+        a, b = self.numerators.T
+        share = 1.0 / (sigma**2 + d * sigma + e)
+        change = -(a + b * sigma) * share**2
+        moved = sigma * share
+        return np.hstack([change * d * sigma, change * e, share, moved[:, :-1] - moved[:, -1:]])
+
+    def taken(self, frequency: Floats, variance: Floats) -> Floats:
+        """The share of each value that these parameters take up, the leverage of its line, from 0 to 1."""
+        slopes = _stack(self.slopes(frequency) / np.sqrt(variance)[:, None])
+        q = qr(slopes / np.linalg.norm(slopes, axis=0), mode="economic", check_finite=False)[0]
+        return np.asarray(0.5 * (q**2).sum(axis=1).reshape(2, -1).sum(axis=0))
+
+
+class Fitting:
+    """Data to be fitted: complex values at sigma = i frequency, weighted."""
+
+    def __init__(self, frequency: Floats, values: Complexes, weights: Floats) -> None:
+        self.sigma, self.weights = 1j * frequency, weights
+        self.target = _stack(weights * values)
+        self.known: tuple[Floats, tuple[Floats, Floats, Floats]] | None = None  # residuals and slopes are asked in turn
+
+    def numerators(self, shapes: Floats) -> tuple[Floats, Floats, Floats]:
+        """Best a, b for given d, e; the residuals; and their slopes over ln d, ln e (Kaufman 1975)."""
+        if self.known is not None and np.array_equal(self.known[0], shapes):
+            return self.known[1]
+        k = shapes.size // 2
+        d, e = np.exp(shapes[:k]), np.exp(shapes[k:])
+        sigma = self.sigma[:, None]
+        share = 1.0 / (sigma**2 + d * sigma + e)
+        base = self.weights[:, None] * share
+        slope = base * sigma
+        matrix = _stack(np.hstack([base, slope[:, :-1] - slope[:, -1:]]))
+        size = np.linalg.norm(matrix, axis=0)
+        # from scipy, like the search around it: two libraries with threads of their own wait for each other
+        q, r = qr(matrix / size, mode="economic", check_finite=False)
+        solution = lstsq(r, q.T @ self.target, cond=1e-13)[0] / size
+        b = np.append(solution[k:], -solution[k:].sum())
+        change = -(solution[:k] * base + b * slope) * share
+        slopes = _stack(np.hstack([change * d * sigma, change * e]))
+        answer = np.column_stack([solution[:k], b]), matrix @ solution - self.target, slopes - q @ (q.T @ slopes)
+        self.known = shapes.copy(), answer
+        return answer
+
+    def search(self, starts: list[Complexes]) -> Modes:
+        """The modes nearest to the data; from each start (poles, one of each pair) a few steps, from the best all."""
+        tried = [self._refine(_shapes(poles), 12, 1e-6) for poles in starts]
+        return self._refine(min(tried, key=lambda modes: modes.misfit).shapes, 60, 1e-13)
+
+    def refined(self, modes: Modes) -> Modes:
+        """The modes nearest to the data, from modes that are near."""
+        return self._refine(modes.shapes, 60, 1e-13)
+
+    def _bounds(self, count: int) -> tuple[Floats, Floats]:
+        """Of ln d, ln e: frequencies within a hundred times the band, and what damping cannot be told from none."""
+        low, high = math.log(np.abs(self.sigma).min()), math.log(np.abs(self.sigma).max())
+        far, ones = math.log(100.0), np.ones(count)
+        return (
+            np.concatenate([(low - 25.0) * ones, 2.0 * (low - far) * ones]),
+            np.concatenate([(high + 2.0 * far) * ones, 2.0 * (high + far) * ones]),
+        )
+
+    def _refine(self, start: Floats, steps: int, tolerance: float) -> Modes:
+        low, high = self._bounds(start.size // 2)
+        found = least_squares(
+            lambda x: self.numerators(x)[1],
+            np.clip(start, low + 1e-6, high - 1e-6),
+            jac=lambda x: self.numerators(x)[2],
+            bounds=(low, high),
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=1e-15,
+            max_nfev=steps,
+        )
+        numerators, miss, _ = self.numerators(found.x)
+        return Modes(found.x, numerators, float(miss @ miss))
+
+
+def _stack(values: Complexes) -> Floats:
+    return np.concatenate([values.real, values.imag])
+
+
+def _shapes(poles: Complexes) -> Floats:
+    return np.concatenate([np.log(np.maximum(-2.0 * poles.real, 1e-12)), np.log(np.maximum(np.abs(poles), 1e-12) ** 2)])
+
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -99,7 +237,7 @@ def receptance_of(measured: xr.Dataset) -> Complexes:
 
 
 def pole_model(fit: xr.Dataset, added_mass: float = 0.0) -> PoleModel:
-    """The fitted receptance for :mod:`autobalancer.measurement.loop.closed_loop`."""
+    """The fitted receptance for :mod:`autobalancer.measurement.loop.growth`."""
     poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
     return PoleModel(poles, fit["residue_real"].values + 1j * fit["residue_imag"].values, added_mass)
 
@@ -149,3 +287,494 @@ def _refuse_growth(noise: NoiseShapes) -> None:
             "receptance: its imaginary part is positive, so the force would draw energy from the rotor; "
             "turn the sign of the force, or take the complex conjugate if the file uses e^(-i w t)"
         )
+
+
+# The labelled outcome of a fit: poles, modes with their uncertainty, and the noise.
+
+
+def fit_dataset(
+    measured: xr.Dataset, used: NDArray[np.bool_], best: Found, unit: float, size: float, noise: Noise
+) -> xr.Dataset:
+    """See :func:`~.rational_fit.receptance`; ``best`` in frequencies and values so scaled."""
+    frequency = np.asarray(measured["frequency"].values, np.float64)
+    scaled = frequency / unit
+    poles, residues = best.modes.poles_and_residues()
+    poles, residues = unit * poles, unit * size * residues
+    fitted = size * best.modes.at(scaled)
+    deviation = np.full(frequency.size, math.nan)
+    deviation[used] = size * np.sqrt(best.variance)
+    found = measured.copy()
+    values = np.asarray(measured["receptance_real"].values + 1j * measured["receptance_imag"].values)[used]
+    error = _share(values - fitted[used], fitted[used], best.variance)
+    lightness = float((residues * poles).sum().real)
+    over_frequency = {
+        "fitted_real": (fitted.real, "fitted receptance, real part", "m/N"),
+        "fitted_imag": (fitted.imag, "fitted receptance, imaginary part", "m/N"),
+        "noise_deviation": (deviation, "standard deviation of the noise", "m/N"),
+        "used": (used.astype("int8"), "whether the value was used in the fit", ""),
+    }
+    for name, (part, text, sign) in over_frequency.items():
+        found[name] = ("frequency", part, {"long_name": text, "units": sign})
+    for name, both, sign in (("pole", poles, "1/s"), ("residue", residues, "m/(N s)")):
+        found[f"{name}_real"] = ("pole", both.real, {"long_name": f"{name}, real part", "units": sign})
+        found[f"{name}_imag"] = ("pole", both.imag, {"long_name": f"{name}, imaginary part", "units": sign})
+    for name, part, text, sign in _mode_values(best.modes, covariance(best, scaled[used]), unit, size):
+        found[name] = ("mode", part, {"long_name": text, "units": sign})
+    found.attrs = {
+        **measured.attrs,
+        **provenance(),
+        "fit_error": error,
+        "noise": noise,
+        "modes": best.modes.count,
+        "effective_mass": 1.0 / lightness if lightness != 0.0 else math.inf,
+        "band_low": float(frequency[used][0]),
+        "band_high": float(frequency[used][-1]),
+    }
+    return found
+
+
+def _share(left: Complexes, fitted: Complexes, variance: Floats) -> float:
+    """Root mean square of what is left as a share of the values, each line with the weight of its noise."""
+    return math.sqrt(float((np.abs(left) ** 2 / variance).sum() / (np.abs(fitted) ** 2 / variance).sum()))
+
+
+def _mode_values(modes: Modes, spread: Floats, unit: float, size: float) -> list[tuple[str, Floats, str, str]]:
+    """Frequency sqrt(e), damping ratio d/(2 sqrt(e)) and mass 1/a, ascending, each with its standard deviation."""
+    k = modes.count
+    d, e, a = np.exp(modes.shapes[:k]), np.exp(modes.shapes[k:]), modes.numerators[:, 0]
+    order = np.argsort(e)
+    own = np.arange(k)
+    of_d, of_e, of_a = (np.maximum(np.diag(spread)[own + at], 0.0) for at in (0, k, 2 * k))
+    both = spread[own, own + k]
+    frequency, ratio, mass = unit * np.sqrt(e), 0.5 * d / np.sqrt(e), 1.0 / (size * unit**2 * a)
+    rows = [
+        ("frequency", frequency, 0.5 * frequency * np.sqrt(of_e), "undamped frequency", "rad/s"),
+        ("damping_ratio", ratio, ratio * np.sqrt(np.maximum(of_d + 0.25 * of_e - both, 0.0)), "damping ratio", ""),
+        ("mass", mass, np.abs(mass / a) * np.sqrt(of_a), "modal mass at the race", "kg"),
+    ]
+    found = []
+    for name, values, deviation, text, sign in rows:
+        found.append((f"mode_{name}", values[order], f"{text} of the mode", sign))
+        found.append((f"mode_{name}_deviation", deviation[order], f"standard deviation of the {text}", sign))
+    return found
+
+
+# What must be doubted of a fit, and what to do about it.
+
+
+SURE = 4.0  # standard deviations by which the fit must feed energy before it is said
+LEAST = 3  # lines below their noise at an end of the band before it is said
+WHAT_TO_DO = "look at the picture and try another number of modes (--modes) or a narrower band (--band)"
+
+
+def with_doubts(found: xr.Dataset, best: Found, unit: float, lone: Floats, dropped: list[float]) -> xr.Dataset:
+    """``found`` with its ``warnings``, one sentence a line; ``lone`` and ``dropped`` are frequencies, rad/s."""
+    texts = [*_mass_doubt(found), *_energy_doubt(found, best, unit), *_weak_doubt(found, best, unit)]
+    texts += [*_lone_doubt(lone), *_dropped(found, dropped), *_noise_doubt(found), *_tail_doubt(found)]
+    found.attrs["warnings"] = "\n".join(texts)
+    return FittedReceptance.of(found)
+
+
+def _mass_doubt(found: xr.Dataset) -> list[str]:
+    if found.attrs["effective_mass"] > 0.0:
+        return []
+    return [f"the fit has no positive mass at high frequency; measure to higher frequencies, or {WHAT_TO_DO}"]
+
+
+def _energy_doubt(found: xr.Dataset, best: Found, unit: float) -> list[str]:
+    grid = np.linspace(found.attrs["band_low"], found.attrs["band_high"], 2000) / unit
+    known = covariance(best, _lines(found) / unit)
+    slopes = best.modes.slopes(grid)
+    unsure = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes.imag, known, slopes.imag), 0.0))
+    values = best.modes.at(grid)
+    active = unit * grid[values.imag > np.maximum(SURE * unsure, 1e-6 * np.abs(values))]
+    if active.size == 0:
+        return []
+    return [
+        f"the fit feeds energy between {hertz(active[0])} and {hertz(active[-1])} Hz, more than its noise explains, and no "
+        f"rotor at rest does that: either there are too many modes or the lines there are bad ({WHAT_TO_DO}), "
+        "or force and deflection are not at one place and along one direction"
+    ]
+
+
+def _weak_doubt(found: xr.Dataset, best: Found, unit: float) -> list[str]:
+    weak = weak_modes(best, _lines(found) / unit)
+    if not weak:
+        return []
+    return [f"the fit at {_listed(unit * frequencies(best)[weak])} Hz cannot be told from noise. Give fewer --modes"]
+
+
+def _lone_doubt(lone: Floats) -> list[str]:
+    if lone.size == 0:
+        return []
+    few = f"{_listed(lone[:4])} Hz" + (f" and {lone.size - 4} more" if lone.size > 4 else "")
+    return [
+        f"left out as disturbed: {few}, where no mode but single lines stand out, as mains hum or a bad line does. "
+        "If it is a mode, measure with a finer resolution, or give --modes"
+    ]
+
+
+def _dropped(found: xr.Dataset, dropped: list[float]) -> list[str]:
+    if not dropped:
+        return []
+    inside = [at for at in dropped if found.attrs["band_low"] <= at <= found.attrs["band_high"]]
+    places = [f"at {_listed(inside)} Hz"] if inside else []
+    places += [f"{len(dropped) - len(inside)} outside the band"] if len(inside) < len(dropped) else []
+    return [f"dropped: fitted modes that cannot be told from noise or drift, {' and '.join(places)}"]
+
+
+def _noise_doubt(found: xr.Dataset) -> list[str]:
+    """Where at the ends of the band the noise is greater than the value."""
+    used = np.flatnonzero(found["used"].values)
+    size = np.hypot(found["fitted_real"].values, found["fitted_imag"].values)
+    hidden = found["noise_deviation"].values[used] > size[used]
+    frequency = found["frequency"].values[used]
+    if hidden.all() or not hidden.any():
+        return []
+    texts = []
+    if hidden[:LEAST].all():
+        end = frequency[int(np.argmin(hidden))]
+        texts.append(
+            f"below {hertz(end)} Hz the noise is greater than the receptance, as usual where acceleration was measured; these "
+            f'lines have almost no weight. --band "{hertz(end)} Hz:{hertz(frequency[-1])} Hz" leaves them out'
+        )
+    if hidden[-LEAST:].all():
+        end = frequency[hidden.size - int(np.argmin(hidden[::-1])) - 1]
+        texts.append(
+            f"above {hertz(end)} Hz the noise is greater than the receptance; these lines have almost no weight. "
+            f'--band "{hertz(frequency[0])} Hz:{hertz(end)} Hz" leaves them out'
+        )
+    return texts
+
+
+def _tail_doubt(found: xr.Dataset) -> list[str]:
+    """Modes outside the band, which are there to describe what reaches into it."""
+    frequency = found["mode_frequency"].values
+    low, high = found.attrs["band_low"], found.attrs["band_high"]
+    outside = frequency[(frequency < low) | (frequency > high)]
+    if outside.size == 0:
+        return []
+    which = "a mode at {} Hz lies" if outside.size == 1 else "modes at {} Hz lie"
+    return [
+        f"{which.format(_listed(outside))} outside the measured band: only what reaches into the band is known, so frequency "
+        "and damping there are estimates"
+    ]
+
+
+def _lines(found: xr.Dataset) -> Floats:
+    return np.asarray(found["frequency"].values[np.flatnonzero(found["used"].values)], np.float64)
+
+
+def _listed(frequencies: list[float] | Floats) -> str:
+    return ", ".join(hertz(value) for value in frequencies)
+
+
+# Which fitted modes are modes: those that show in more than a few lines and stand out of the noise.
+
+
+FEW = 3  # lines; a mode shows in more of them, a disturbance of one frequency does not, whatever the window
+SAFE = 10.0  # standard deviations of its strength from which on a mode need not be tried to do without
+CLEAR = 3.0  # standard deviations of its strength that a mode must exceed
+# A line this far from the fit, as a log probability beyond that of the worst of all lines, is no noise: e^-9 = 1e-4
+MODE_CHECKS_SURE = 9.0
+NEAR = math.log(1.5)  # how far from its frequency a mode must stand out
+ROUNDS = 6  # of leaving out lines and fitting anew; what is left after them stays in
+DIGITS = 1e-12  # of the greatest value: the arithmetic of a fit leaves this of exact values, which is no disturbance
+MOST = 0.05  # share of the lines that may be left out as disturbed
+
+
+def sure_modes(
+    noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None
+) -> tuple[Found, NDArray[np.bool_], list[float]]:
+    """The modes; which lines they were found from; and the frequencies of modes that were dropped.
+
+    With a number of ``modes`` given, nothing is dropped.
+    """
+    kept = np.ones(noise.frequency.size, np.bool_)
+    for _ in range(ROUNDS):
+        part = noise.only(kept)
+        found = best_order(part, modes, most, progress)
+        lines = lone_lines(found, part) if modes is None else np.zeros(0, np.int64)
+        if lines.size == 0 or (~kept).sum() + lines.size > max(FEW, MOST * kept.size):
+            break
+        kept[np.flatnonzero(kept)[lines]] = False
+    found, dropped = (found, []) if modes is not None else without_weak(part, found)
+    return found, kept, dropped
+
+
+def without_weak(noise: NoiseShapes, found: Found) -> tuple[Found, list[float]]:
+    """The fit without modes that the criterion or their own uncertainty is against; and where the latter were."""
+    dropped: list[float] = []
+    while found.modes.count > 1 and math.isfinite(found.score):
+        weak = weak_modes(found, noise.frequency)
+        doubted = {*weak, *np.flatnonzero(strengths(found, noise.frequency) < SAFE).tolist()}
+        fewer = {i: one_less(noise, found, i) for i in doubted}
+        better = [i for i in fewer if fewer[i].score < found.score]
+        if not (weak or better):
+            break
+        least = min(better or weak, key=lambda i: fewer[i].score)
+        if least in weak:
+            dropped.append(float(frequencies(found)[least]))
+        found = fewer[least]
+    return found, dropped
+
+
+def lone_lines(found: Found, noise: NoiseShapes) -> NDArray[np.int64]:
+    """Lines that stand for themselves: far from the fit, or reached by modes fitted to no more than ``FEW`` of them."""
+    fitted, parts = found.modes.at(noise.frequency), found.modes.parts(noise.frequency)
+    left = np.abs(noise.values - fitted) ** 2
+    variance = np.maximum(found.variance, (DIGITS * np.abs(noise.values).max()) ** 2)
+    far = left / variance > math.log(noise.frequency.size) + MODE_CHECKS_SURE
+    lone = _short_runs(far)
+    for near in _groups(found, noise.frequency):
+        part = parts[:, near].sum(axis=1)
+        gain = (np.abs(noise.values - fitted + part) ** 2 - left) / variance
+        strongest = np.argsort(gain)[::-1][:FEW]
+        if gain.sum() - gain[strongest].sum() < cost(gain.size):
+            lone += [int(i) for i in strongest if gain[i] > math.log(gain.size)]
+    return np.unique(np.array(lone, np.int64))
+
+
+def _short_runs(far: NDArray[np.bool_]) -> list[int]:
+    """Indices in runs of no more than ``FEW``; longer ones are something that is not yet fitted."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]])))
+    runs = [range(int(start), int(end)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+    return [i for run in runs if len(run) <= FEW for i in run]
+
+
+def _groups(found: Found, frequency: Floats) -> list[NDArray[np.int64]]:
+    """Modes within the band, together where they are nearer than ``FEW`` lines: then they may cancel each other."""
+    at = frequencies(found)
+    inside = np.flatnonzero((at >= frequency[0]) & (at <= frequency[-1]))
+    inside = inside[np.argsort(at[inside])]
+    places = np.interp(at[inside], frequency, np.arange(frequency.size))
+    return np.split(inside, np.flatnonzero(np.diff(places) > FEW) + 1) if inside.size else []
+
+
+def weak_modes(found: Found, frequency: Floats) -> list[int]:
+    """Modes that cannot be told from noise or drift.
+
+    Within the band: those whose strength at the race does not exceed its uncertainty clearly, or that do not stand out near
+    their own frequency. Outside of it: those beyond an end where the noise is greater than the receptance. Below it also
+    those that are overdamped or of no clear strength: above itself a mode acts as its mass alone, so that is well known.
+    """
+    at, unclear = frequencies(found), strengths(found, frequency) < CLEAR
+    shares = np.abs(found.modes.parts(frequency)) ** 2 / found.variance[:, None]
+    near = np.abs(np.log(frequency[:, None] / at)) < NEAR
+    unseen = (shares * near).sum(axis=0) < cost(frequency.size)
+    hidden = np.abs(found.modes.at(frequency)) ** 2 < found.variance
+    below, above = at < frequency[0], at > frequency[-1]
+    overdamped = np.exp(found.modes.shapes[: at.size]) > 2.0 * at
+    weak = ~below & ~above & (unseen | unclear)
+    weak |= below & (unclear | overdamped | hidden[:FEW].all())
+    weak |= above & hidden[-FEW:].all()
+    return [int(i) for i in np.flatnonzero(weak)]
+
+
+def cost(lines: int) -> float:
+    """What a mode must gain, in squares of deviations over the variance, for the criterion to be for it."""
+    return 2.0 * math.log(2 * lines)
+
+
+def strengths(found: Found, frequency: Floats) -> Floats:
+    """Of each mode at the race, one over its mass, in its standard deviations."""
+    k = found.modes.count
+    variance = np.diag(covariance(found, frequency))[2 * k : 3 * k]
+    return np.asarray(np.abs(found.modes.numerators[:, 0]) / np.sqrt(np.maximum(variance, 1e-300)))
+
+
+def frequencies(found: Found) -> Floats:
+    """Of the modes, undamped."""
+    return np.asarray(np.exp(0.5 * found.modes.shapes[found.modes.count :]))
+
+
+def covariance(found: Found, frequency: Floats) -> Floats:
+    """Of the parameters of :meth:`Modes.slopes`; the noise has half its variance in either part of a value."""
+    slopes = found.modes.slopes(frequency) / np.sqrt(0.5 * found.variance)[:, None]
+    stacked = np.concatenate([slopes.real, slopes.imag])
+    size = np.linalg.norm(stacked, axis=0)
+    inverse = np.linalg.pinv(stacked / size)
+    return np.asarray((inverse @ inverse.T) / np.outer(size, size))
+
+
+# How many modes a receptance has, and where: AAA proposes poles, an information criterion chooses their number.
+
+
+Progress = Callable[[float, float], None]
+EXACT = 1e-9  # a root mean square deviation below this share of the values is no noise
+PASSES = 6  # of fit and noise in turn
+SETTLED = 0.02  # change of the noise below which another pass is not needed
+WORSE = 2  # so many orders without a better score end the search
+DAMPED = 0.05  # damping ratio of a pole that is guessed; the refinement finds its own
+SHARP = 0.02  # of one guessed at the line that stands out most from the fit so far
+OUTSIDE = 2.5  # a guess outside the band is so many times beyond its end
+
+
+@dataclass(frozen=True)
+class Found:
+    """Modes, the variance of the noise in which they were found, and their Bayesian information criterion."""
+
+    modes: Modes
+    variance: Floats
+    score: float  # -inf: exact
+
+
+def best_order(noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None = None) -> Found:
+    """Orders one after the other; each starts from the order below and a new pole, and from poles of its own."""
+    clear = np.abs(smoothed(noise.values)) > CLEAR * np.sqrt(noise.start)
+    clear = clear if clear.sum() >= FEWEST else np.ones_like(clear)
+    fitting = Fitting(noise.frequency, noise.values, 1.0 / np.sqrt(noise.start * noise.values.size))
+    best, previous = None, None
+    for count in range(1, (modes or most) + 1):
+        if progress is not None:
+            progress(count - 1, modes or most)
+        previous = fitting.search(_starts(noise, clear, count, previous))
+        found = with_its_noise(noise, previous, noise.start)
+        if best is None or found.score < best.score or modes is not None:
+            best = found
+        if modes is None and (count - best.modes.count == WORSE or math.isinf(found.score)):
+            break
+    assert best is not None
+    return best
+
+
+def with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> Found:
+    """The fit whose weights are the noise that it leaves, from ``modes`` fitted with this ``variance``."""
+    values = noise.values
+    for _ in range(PASSES):
+        fitted = modes.at(noise.frequency)
+        squares = np.abs(values - fitted) ** 2
+        if float((squares / np.abs(values) ** 2).mean()) < EXACT**2:
+            return Found(modes, np.maximum(squares.mean(), 1e-30 * np.abs(values) ** 2), -math.inf)
+        before, variance = variance, noise.variances(fitted, squares, modes.taken(noise.frequency, variance))
+        if np.abs(np.log(variance / before)).max() < SETTLED:
+            break
+        modes = Fitting(noise.frequency, values, 1.0 / np.sqrt(variance * values.size)).refined(modes)
+    squares = np.abs(values - modes.at(noise.frequency)) ** 2
+    unlikely = 2.0 * float((np.log(variance) + squares / variance).sum())
+    return Found(modes, variance, unlikely + (4 * modes.count - 1) * math.log(2 * values.size))
+
+
+def one_less(noise: NoiseShapes, found: Found, number: int) -> Found:
+    """The fit that begins with all modes but one."""
+    fitting = Fitting(noise.frequency, noise.values, 1.0 / np.sqrt(found.variance * noise.values.size))
+    return with_its_noise(noise, fitting.refined(found.modes.without(number)), found.variance)
+
+
+def _starts(noise: NoiseShapes, clear: NDArray[np.bool_], count: int, previous: Modes | None) -> list[Complexes]:
+    frequency, values = noise.frequency[clear], noise.values[clear]
+    own = _proposals(frequency, values, 2 * count + 1)
+    starts = [own[:count]] if own.size >= count else []
+    if previous is None:
+        return [*starts, np.array([-DAMPED + 1j]) * frequency[int(np.abs(values).argmax())]]
+    kept, left = previous.poles_and_residues()[0][: previous.count], values - previous.at(frequency)
+    fresh = [complex(pole) for pole in _proposals(frequency, left, 5)[:2]]
+    worst = int((np.abs(smoothed(left)) / np.sqrt(noise.start[clear])).argmax())
+    fresh.append((-SHARP + 1j) * frequency[worst])
+    fresh += [(-DAMPED + 1j) * at for at in (OUTSIDE * frequency[-1], frequency[0] / OUTSIDE)]
+    return starts + [np.append(kept, pole) for pole in fresh]
+
+
+def _proposals(frequency: Floats, values: Complexes, terms: int) -> Complexes:
+    """Poles of the AAA approximant, one of each pair, on the stable side, the greatest contribution first."""
+    points = np.concatenate([1j * frequency, -1j * frequency])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that the tolerance was not reached with so few terms is meant to be so
+        found = AAA(points, np.concatenate([values, values.conj()]), max_terms=terms, clean_up=False)
+    poles, residues = np.asarray(found.poles(), np.complex128), np.asarray(found.residues(), np.complex128)
+    keep = np.isfinite(poles) & (poles.imag >= 0.0) & (np.abs(poles) > 0.0)
+    poles, residues = poles[keep], residues[keep]
+    nearest = np.abs(points[:, None] - poles).min(axis=0, initial=np.inf) + np.abs(poles.real)
+    poles = -np.maximum(np.abs(poles.real), 1e-6 * np.abs(poles)) + 1j * poles.imag
+    return np.asarray(poles[np.argsort(-np.abs(residues) / nearest)], np.complex128)
+
+
+# How much noise a measured receptance has at each frequency: variances of known shapes that add, sized by the data.
+#
+# The noise of a sensor is even over the frequency in what it measures. An accelerance is divided by the square of the
+# frequency, so that its noise grows without limit towards zero. A share of each value and five powers of the
+# frequency describe this, what drifts, and a blow that is weak at its end; the likelihood decides which are there.
+
+
+Noise = Literal["estimated", "relative", "absolute"]
+POWERS = (-2, 0, 1, 2, 3)  # of 1/frequency: a weak blow, deflection, velocity, acceleration, a drift of the latter
+STEPS = 300  # tens are enough, except where a part of the noise vanishes
+ROUNDED = 1e-12  # a line of which the fit leaves no more than this has no voice
+COHERENCE = (1e-3, 1.0 - 1e-4)  # beyond them its own error, of few averages and rounding in files, is all there is
+NOISE_SETTLED = 1e-4  # change of the variances in a step below which they are found
+
+
+@dataclass(frozen=True)
+class NoiseShapes:
+    """What the noise of a measurement may be made of; frequencies scaled so that their middle is one."""
+
+    noise: Noise
+    frequency: Floats
+    values: Complexes
+    coherence: Floats | None = None
+
+    def __post_init__(self) -> None:
+        if self.noise not in ("estimated", "relative", "absolute"):
+            raise QuestionError(f"noise: given {self.noise!r}; must be 'estimated', 'relative' or 'absolute'")
+
+    def only(self, kept: NDArray[np.bool_]) -> NoiseShapes:
+        """The same of some of the lines."""
+        coherence = None if self.coherence is None else self.coherence[kept]
+        return NoiseShapes(self.noise, self.frequency[kept], self.values[kept], coherence)
+
+    @cached_property
+    def start(self) -> Floats:
+        """The variances by the scatter of the values alone, before anything is fitted."""
+        return self.variances(smoothed(self.values), scatter(self.values))
+
+    def shapes(self, fitted: Complexes) -> Floats:
+        """One row for each part of the noise, its variance up to a factor, given the values without noise."""
+        ones = np.ones(self.frequency.size)
+        doubt = ones
+        if self.coherence is not None:
+            clipped = np.clip(self.coherence, *COHERENCE)
+            doubt = (1.0 - clipped) / clipped
+        if self.noise == "relative":
+            return np.asarray(doubt * np.abs(self.values) ** 2)[None]
+        if self.noise == "absolute":
+            return np.asarray(doubt)[None]
+        rows = [np.abs(fitted) ** 2, *(self.frequency ** (-2.0 * power) for power in POWERS)]
+        if self.coherence is not None:
+            own = doubt * np.abs(self.values) ** 2
+            rows.append(np.maximum(own, smoothed(own).real))  # few averages leave the coherence itself uncertain
+        return np.array(rows)
+
+    def variances(self, fitted: Complexes, squares: Floats, taken: Floats | float = 0.0) -> Floats:
+        """The variance at each frequency that makes these squares of deviations likeliest.
+
+        Each factor is multiplied by a root that is one at the greatest likelihood, which rises in every step
+        (Févotte and Idier 2011, Itakura-Saito divergence). ``taken`` is the share of each value that the fit takes up,
+        its leverage: of a square only 1 - ``taken`` is to be expected, so the likelihood is the restricted one
+        (Patterson and Thompson 1971). Without it a fit through the only line on a narrow peak seems to be free of noise.
+        """
+        rows = self.shapes(fitted)
+        least = 1e-30 * float(np.abs(self.values).max()) ** 2
+        factors = float(squares.mean() + least) / rows.mean(axis=1) / len(rows)
+        found, left = factors @ rows, np.broadcast_to(np.maximum(1.0 - taken, ROUNDED), squares.shape)
+        for _ in range(STEPS):
+            factors = factors * np.sqrt((rows @ (squares / found**2)) / (rows @ (left / found)))
+            before, found = found, factors @ rows + least
+            if np.abs(found / before - 1.0).max() < NOISE_SETTLED:
+                break
+        return np.asarray(found)
+
+
+def scatter(values: Complexes) -> Floats:
+    """Squares of what each value deviates from the parabola through its neighbours: noise, before anything is fitted."""
+    weights = np.array([-1.0, 3.0, -3.0, 1.0])
+    third = np.convolve(values, weights, mode="valid") / math.sqrt(20.0)
+    between = np.concatenate([third[:1], third, third[-1:], third[-1:]])
+    ahead = np.concatenate([third[:1], third[:1], third, third[-1:]])
+    return np.asarray(0.5 * (np.abs(between) ** 2 + np.abs(ahead) ** 2))
+
+
+def smoothed(values: Complexes | Floats) -> Complexes:
+    """Mean over five neighbours, fewer at the ends."""
+    ones = np.ones(5)
+    count = np.convolve(np.ones(values.size), ones, mode="same")
+    return np.asarray(np.convolve(values, ones, mode="same") / count, np.complex128)

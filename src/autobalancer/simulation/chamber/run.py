@@ -9,15 +9,23 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.chamber import contact_time
+from autobalancer.assembly.chamber import assemble_chamber, contact_time
 from autobalancer.assembly.contact.rebound import restitution_at
 from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import machine_text
+from autobalancer.kernels.chamber.chamber import CHANGED, DESCRIBED, Chamber, Samples
+from autobalancer.kernels.chamber.records import ACCOUNT, LOST_BALLS, MOTION, PROFILE, SAMPLE, THETA, TOO_DENSE
+from autobalancer.kernels.fields import Rows
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.patience import shows_progress
+from autobalancer.results.answers.run import Run
+from autobalancer.results.labels import label
+from autobalancer.results.provenance import provenance
+from autobalancer.results.verdict.judged import Verdict
 from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
-from autobalancer.simulation.chamber.dataset import joined, labeled
-from autobalancer.simulation.chamber.march import begin, restore
+from autobalancer.simulation.chamber.filling import fill
+from autobalancer.simulation.chamber.verdict import chamber_verdict
 from autobalancer.units import to_si
 
 STEPS_IN_CONTACT = 25  # at least, of the default step in the shortest contact
@@ -189,3 +197,366 @@ def _step(step: float | str, shortest: float) -> float:
             f"and at most {longest:.3g} s. Shorten it, or make the contact softer"
         )
     return h
+
+
+# A run in progress: its numbers, its first energy, and the next samples.
+
+
+Array = Any
+AT_ONCE = 0.1  # s of computing, after which Ctrl-C and other threads get their turn
+OF_A_BALL = 30e-9  # s that its step takes, about
+
+
+class March:
+    """Takes a machine's balls from sample to sample."""
+
+    def __init__(self, machine: ChamberMachine, chamber: Chamber, every: int, method: str, energy: float) -> None:
+        self.machine, self.chamber, self.every, self.method = machine, chamber, every, method
+        self.first_energy = energy
+        self.failure: tuple[str, str] | None = None
+        self.interrupted = False
+
+    @property
+    def samples(self) -> int:
+        """Samples passed since time 0, not counting that one."""
+        return int(self.chamber.progress.steps) // self.every
+
+    def first(self) -> xr.Dataset:
+        """The sample of the state as it is, with reactions of this instant."""
+        return self._labeled(self.samples, sample_now(self.chamber), 1)
+
+    def take(self, count: int, passed: Callable[[int], Any] | None = None) -> xr.Dataset:
+        """The next ``count`` samples; fewer if the motion grew without limit, which ``failure`` then says, or ``interrupted``.
+
+        ``passed`` is called with the samples since time 0 several times in a second. If it raises ``KeyboardInterrupt``, or
+        Ctrl-C does, what was computed is answered.
+        """
+        done = self.samples
+        samples = room_for(self.chamber, count, self.every)
+        at_once = max(round(AT_ONCE / (self.every * len(self.chamber.balls) * OF_A_BALL)), 1)
+        try:
+            for first in range(0, count, at_once):
+                some = slice(first, first + at_once)
+                _advance(self.method, self.chamber, Samples(self.every, samples.rows[some], samples.balls[some]))
+                if self.chamber.progress.trouble:
+                    break
+                if passed is not None:
+                    passed(self.samples)
+        except KeyboardInterrupt:
+            self.interrupted = True
+        got = self.samples - done
+        finite = _finite(samples)[:got]
+        trouble = self.chamber.progress.trouble
+        if trouble == TOO_DENSE:
+            self.failure = (
+                "too dense",
+                "more balls came close to each other than is possible; the contacts are too soft",
+            )
+        if trouble == LOST_BALLS or not finite.all():
+            got = got if finite.all() else int(np.argmin(finite))
+            self.failure = ("not finite", "the motion grew without limit; shorten the step, check masses and stiffness")
+        return self._labeled(done + 1, samples, got)
+
+    def checkpoint(self) -> dict[str, Array]:
+        """Arrays from which the run goes on to the last bit."""
+        return {
+            **{name: np.asarray(value).copy() for name, value in _kept(self.chamber).items()},
+            "first_energy": np.array(self.first_energy),
+            "every": np.array(self.every),
+            "method": np.array(self.method),
+        }
+
+    def _labeled(self, start: int, samples: Samples, count: int) -> xr.Dataset:
+        times = (start + np.arange(count)) * self.every * self.chamber.run.step
+        return chamber_dataset(
+            self.machine, self.chamber, times, samples.rows[:count], samples.balls[:count], self.first_energy
+        )
+
+
+def _finite(samples: Samples) -> Array:
+    """Whether all numbers of a sample are, (k,)."""
+    found = np.ones(len(samples.rows), bool)
+    for rows in (samples.rows, samples.balls):
+        for name in rows.dtype.names:
+            found &= np.isfinite(rows[name].reshape(len(found), -1)).all(axis=1)
+    return found
+
+
+def begin(
+    machine: ChamberMachine,
+    step: float,
+    every: int,
+    method: str,
+    seed: int,
+    settle: bool,
+    waiting: Callable[[], Any] | None = None,
+) -> March:
+    """A run at time 0; ``waiting`` is called again and again while the balls settle."""
+    from autobalancer.kernels.chamber.verlet import start
+
+    positions, filled = fill(machine, seed)
+    if filled and settle:
+        positions = settled(machine, positions, step, waiting)
+    chamber = assemble_chamber(machine, positions, step)
+    start(chamber)
+    return March(machine, chamber, every, method, total_energy(chamber))
+
+
+def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Array]) -> March:
+    """The run of a checkpoint.
+
+    Raises
+    ------
+    QuestionError
+        If it is of another machine, step, sample or method.
+    """
+    total = sum(balls.count for chamber in machine.chambers for balls in chamber.balls)
+    chamber = assemble_chamber(machine, np.zeros((total, 3)), step)
+    asked = _kept(chamber)
+    if missing := (set(asked) | {"first_energy", "every", "method"}) - set(held):
+        raise QuestionError(
+            f"resume: not a checkpoint of a chamber run of this version; it lacks {', '.join(sorted(missing))}"
+        )
+    same = all(_alike(held[name], value) for name, value in asked.items())
+    if not same or any(held[name].size != 1 for name in ("first_energy", "every", "method")):
+        raise QuestionError(
+            "resume: the checkpoint is damaged or belongs to another machine; resume it with its own machine file"
+        )
+    before = float(held["run"]["step"])
+    if int(held["every"]) != every or before != step:
+        raise QuestionError(
+            f"resume: the checkpoint has steps of {before:.17g} s, {int(held['every'])} to a sample; "
+            f"asked for {step:.17g} s, {every} to a sample. Give the step and sample of that run"
+        )
+    if not all(np.array_equal(held[name], np.asarray(asked[name])) for name in DESCRIBED):
+        raise QuestionError("resume: the checkpoint belongs to another machine; resume it with its own machine file")
+    for name, value in asked.items():
+        _fill(value, held[name])
+    return March(machine, chamber, every, str(held["method"]), float(held["first_energy"]))
+
+
+def _kept(chamber: Chamber) -> dict[str, Any]:
+    """What describes a run and what it changes, by name."""
+    kept = {name: getattr(chamber, name) for name in DESCRIBED + CHANGED if name != "pairs"}
+    return kept | {f"pairs_{name}": value for name, value in chamber.pairs._asdict().items()}
+
+
+def _alike(found: Array, asked: Any) -> bool:
+    """Whether an array has the form of the one asked for."""
+    return bool(found.dtype == asked.dtype and found.shape == asked.shape)
+
+
+def _fill(target: Any, source: Array) -> None:
+    if target.shape == ():
+        for name in target.dtype.names:
+            target[name] = source[name]
+    else:
+        target[...] = source
+
+
+def _advance(method: str, chamber: Chamber, samples: Samples) -> None:
+    if method == "runge_kutta":
+        from autobalancer.kernels.chamber.runge_kutta import runge_kutta
+
+        runge_kutta(chamber, samples)
+        return
+    from autobalancer.kernels.chamber.verlet import verlet
+
+    verlet(chamber, samples, 1.0)
+
+
+# Filled balls come to rest on the bottom before the machine starts (Pakuła 2021, appendix 3).
+
+
+DECAY = 40.0  # 1/s: at which velocities of the balls fade, the same for light and heavy ones
+FADE = 1e-3  # s: how often they are made to
+SOFT, LONGEST = 1e-2, 2.0  # stiffness, over the real one, with which they fall, and how long that may last at most, s
+HARD = 0.3  # s: the last part, with the real stiffness, lasts no longer
+SLOW = 3e-3  # m/s: faster than this a ball is not at rest; slower ones creep, as friction that always slides lets them
+LOOK = 0.02  # s
+
+
+def settled(machine: ChamberMachine, positions: Array, step: float, waiting: Callable[[], Any] | None = None) -> Array:
+    """Positions (n, 3) in the chambers after the balls have fallen and calmed down, with the rotor held.
+
+    They fall with softer contacts, which allow longer steps. ``waiting`` is called every 20 ms of that time.
+    """
+    fallen = _fall(machine, positions, step * SOFT**-0.4, SOFT, LONGEST, waiting)
+    return _fall(machine, fallen, step, 1.0, HARD, waiting)
+
+
+def _fall(
+    machine: ChamberMachine,
+    positions: Array,
+    step: float,
+    soft: float,
+    longest: float,
+    waiting: Callable[[], Any] | None,
+) -> Array:
+    from autobalancer.kernels.chamber.verlet import start, verlet
+
+    chamber = assemble_chamber(machine, positions, step)._replace(profile=PROFILE.rows(1))
+    balls = chamber.balls
+    for stiffness in (balls.race_stiffness, balls.flat_stiffness, balls.inner_stiffness, chamber.pair_stiffness):
+        stiffness *= soft
+    balls.velocity, balls.spin = 0.0, 0.0
+    chamber.machine.driven, chamber.machine.free[0], chamber.body.rate[THETA] = 0, -1, 0.0
+    start(chamber)
+    every = max(round(FADE / step), 1)
+    fading = float(np.exp(-DECAY * every * step))
+    samples = room_for(chamber, round(LOOK / FADE), every)
+    quiet = 0
+    for _ in range(max(round(longest / LOOK), 1)):
+        verlet(chamber, samples, fading)
+        if waiting is not None:
+            waiting()
+        quiet = quiet + 1 if float(np.abs(samples.balls.velocity[-1]).max()) < SLOW else 0
+        if quiet == 2:
+            break
+    return np.array(samples.balls.position[-1])
+
+
+# From raw samples to a labelled result.
+
+
+DIMENSIONS = ((), ("time",), ("time", "axis"), ("time", "bearing", "axis"))  # by their number
+KEPT = [field.name for field in SAMPLE.fields if field.name not in ("body_rate", "tilting")]
+LOSSES = [field.name for field in ACCOUNT.fields if field.name.startswith("loss_")]
+
+
+def chamber_dataset(
+    machine: ChamberMachine, chamber: Chamber, times: Array, samples: Rows, balls: Rows, energy: float
+) -> xr.Dataset:
+    """Samples as ``verlet`` keeps them as a dataset; ``energy`` is that at time 0."""
+    kinetic, potential = energies(chamber, samples, balls)
+    total = kinetic + potential + samples.energy_contact
+    lost = sum(samples[name] for name in LOSSES)
+    data: dict[str, Any] = {name: (DIMENSIONS[samples[name].ndim], samples[name]) for name in KEPT}
+    data |= {f"ball_{name}": (("time", "ball", "axis"), balls[name]) for name in balls.dtype.names}
+    data |= {
+        "energy_kinetic": ("time", kinetic),
+        "energy_potential": ("time", potential),
+        "energy_error": ("time", total - energy - samples.work_motor + lost),
+    }
+    if chamber.contact.cylinders:
+        data["tilting"] = ("time", samples.tilting)
+    coordinates: dict[str, Any] = {
+        "time": times,
+        "ball": np.arange(1, chamber.balls.shape[0] + 1),
+        "axis": np.array(["x", "y", "z"], dtype=object),
+        "bearing": np.array([1, 2]),
+        "ball_radius": ("ball", chamber.balls.radius.copy()),
+        "ball_mass": ("ball", chamber.balls.mass.copy()),
+        "chamber": ("ball", chamber.balls.chamber + 1),
+    }
+    if chamber.contact.cylinders:
+        coordinates["ball_length"] = ("ball", 2.0 * chamber.balls.half_length)
+    return label(xr.Dataset({key: (dims, np.array(value)) for key, (dims, value) in data.items()}, coordinates))
+
+
+def joined(parts: list[xr.Dataset]) -> xr.Dataset:
+    """Parts of a run one after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    return xr.concat(parts, "time", data_vars="minimal", coords="minimal", compat="override", join="override")
+
+
+def labeled(
+    run: xr.Dataset, machine: ChamberMachine, attributes: dict[str, Any], outcome: str, text: str, duration: float
+) -> xr.Dataset:
+    """The dataset with attributes that say what it is."""
+    about = run.assign_attrs(
+        title=f"Run of {machine.name}",
+        **provenance(),
+        machine=machine_text(machine),
+        machine_name=machine.name,
+        **attributes,
+        outcome=outcome,
+        outcome_text=text,
+        duration=duration,
+    )
+    return ChamberRun.of(about)
+
+
+# A run of deep chambers as what a person asks first.
+
+
+class ChamberRun(Run):
+    """A run of balls that move freely in deep chambers."""
+
+    __slots__ = ()
+    drawn_by = "chamber_run"
+    times = ("time",)
+
+    def verdict(self) -> Verdict:
+        """The verdict on it."""
+        return chamber_verdict(self)
+
+    def _balls(self) -> str:
+        chambers = np.unique(self["chamber"].values).size
+        return f"{self.sizes['ball']} in {chambers} deep chamber{'s' * (chambers > 1)}"
+
+
+# Energy of balls, body and rotor in sampled states.
+
+
+def energies(chamber: Chamber, samples: Rows, balls: Rows) -> tuple[Array, Array]:
+    """Kinetic and potential energy without that in contacts, (times,) each, of samples as ``verlet`` keeps them, J."""
+    p = chamber.machine
+    q, v = np.hstack([samples.body_position, samples.body_rotation]), samples.body_rate
+    theta, w = samples.rotor_angle, samples.speed
+    along, up = _turned(p.unbalance, theta)
+    couple_c, couple_s = _turned(p.couple, theta)
+    kinetic = 0.5 * np.einsum("ti,ij,tj->t", v, p.inertia, v) + 0.5 * p.polar_inertia * w**2
+    kinetic += v[:, 0] * (v[:, 4] * up - v[:, 5] * along + w * (q[:, 4] * along + q[:, 5] * up))
+    kinetic += w * (along * v[:, 2] - up * v[:, 1] - couple_c * v[:, 4] - couple_s * v[:, 5])
+    mass, inertia, gravity = chamber.balls.mass, chamber.balls.inertia, p.gravity
+    kinetic += 0.5 * np.einsum("i,tij->t", mass, balls.velocity**2)
+    kinetic += 0.5 * np.einsum("i,tij->t", inertia, balls.spin**2)
+    potential = 0.5 * np.einsum("ti,ij,tj->t", q, p.stiffness, q)
+    potential -= gravity[1] * along + gravity[2] * up + gravity[0] * (q[:, 4] * up - q[:, 5] * along)
+    potential -= np.einsum("i,tij,j->t", mass, places(chamber, samples, balls), gravity)
+    return kinetic, potential
+
+
+def _turned(vector: Array, theta: Array) -> tuple[Array, Array]:
+    c, s = np.cos(theta), np.sin(theta)
+    return vector[0] * c - vector[1] * s, vector[0] * s + vector[1] * c
+
+
+def places(chamber: Chamber, samples: Rows, balls: Rows) -> Array:
+    """Places of the balls in space, (times, n, 3), m."""
+    turn = np.tile(np.eye(3), (len(samples), 1, 1))
+    a, b, c = samples.body_rotation.T
+    turn[:, 0, 1], turn[:, 0, 2], turn[:, 1, 0] = c, -b, -c
+    turn[:, 1, 2], turn[:, 2, 0], turn[:, 2, 1] = a, b, -a
+    own = balls.position.copy()
+    own[:, :, 0] += chamber.rooms.center[chamber.balls.chamber]
+    return np.linalg.solve(turn[:, None], own[..., None])[..., 0] + samples.body_position[:, None]
+
+
+def total_energy(chamber: Chamber) -> float:
+    """Energy of the state as it is, with that in contacts, J."""
+    samples = sample_now(chamber)
+    kinetic, potential = energies(chamber, samples.rows, samples.balls)
+    return float(kinetic[0] + potential[0] + chamber.power.stored)
+
+
+# Room for samples, and the sample of an instant.
+
+
+def room_for(chamber: Chamber, count: int, every: int) -> Samples:
+    """Room for ``count`` samples, each after ``every`` steps."""
+    return Samples(every, SAMPLE.rows(count), MOTION.rows(count, chamber.balls.shape[0]))
+
+
+def sample_now(chamber: Chamber) -> Samples:
+    """The sample of the state as it is, with reactions of this instant."""
+    from autobalancer.kernels.chamber.samples import note_sample
+
+    since = chamber.since.copy()
+    for name in ("bearing_1", "bearing_2", "constraint"):
+        since[name] = chamber.body[name]
+    samples = room_for(chamber, 1, 1)
+    note_sample(chamber._replace(since=since), 1.0, samples.rows[0], samples.balls[0])
+    return samples

@@ -7,31 +7,30 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.gauges import gauges_of
-from autobalancer.assembly.places import Places
+from autobalancer.assembly.gauges import desk_for, gauges_of
+from autobalancer.assembly.place_response import without_balancing
+from autobalancer.assembly.places import Places, accelerations, deflections, turning_mass
+from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.resolved.balls import ball_states
+from autobalancer.assembly.rotors import couple_vector
 from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.torsion.links import link_names
+from autobalancer.kernels.balls.normal_forces import normal_forces
+from autobalancer.kernels.derivatives import derivatives
 from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.measures.gauges import Seen
+from autobalancer.kernels.measures.gauges import HELD, Gauges, Seen
+from autobalancer.kernels.measures.limits import FASTEST, UNKNOWN
+from autobalancer.kernels.records.drive import COUPLING
 from autobalancer.kernels.records.resolved import BALL_SPIN, BALL_X, BALL_Y
-from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
+from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matrix, X, Y
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
 from autobalancer.results.places import directions, sizes
 from autobalancer.results.provenance import provenance
-from autobalancer.simulation.saved.along_axis import axis_coordinates, couple_unbalance
-from autobalancer.simulation.saved.at_places import (
-    at_the_end,
-    ball_states_of,
-    mass_attributes,
-    over_time,
-    over_turns,
-    place_names,
-    seen_at,
-)
-from autobalancer.simulation.saved.race_forces import has_real_races, left_race, on_races, stored_in_forces
+from autobalancer.simulation.equations import equations
 from autobalancer.simulation.saved.resolved_walls import wall_contacts
-from autobalancer.simulation.saved.torsion import link_coordinates, over_links
 
 
 def run_dataset(
@@ -201,3 +200,267 @@ def in_order(ring: Matrix, written: int) -> Matrix:
     """The entries of a ring in the order of time."""
     size = ring.shape[0]
     return ring[:written] if written <= size else np.roll(ring, -(written % size), axis=0)
+
+
+# What a result says of planes, stations and supports: deflections, unbalance against balls, forces.
+
+
+def place_names(places: Places) -> dict[str, Any]:
+    """Coordinates of a result: names of planes, places and supports, and the plane of each ball."""
+    found: dict[str, Any] = {
+        "place": np.array(places.names, dtype=object),
+        "place_kind": ("place", np.array(places.kinds, dtype=object)),
+        "support": np.array(places.supports, dtype=object),
+    }
+    if places.planes:
+        found["plane"] = np.array(places.planes, dtype=object)
+        found["ball_plane"] = ("ball", np.array(places.plane_of_ball, np.int64) + 1)
+    return found
+
+
+def over_time(seen: Seen, places: Places) -> dict[str, Any]:
+    """Deflection, unbalance and balls of each plane, and force on each support, over time."""
+    found = _forces("", "time", seen)
+    if places.planes:
+        z = seen.z[:, : len(places.planes)]
+        found |= {"plane_x": (("time", "plane"), z.real), "plane_y": (("time", "plane"), z.imag)}
+        found |= _unbalances("", "time", seen)
+    return found
+
+
+def over_turns(seen: Seen, places: Places) -> dict[str, Any]:
+    """The same over the last revolutions, with deflection and velocity of all places."""
+    both = ("turn", "place")
+    found = {
+        "turn_place_x": (both, seen.z.real),
+        "turn_place_y": (both, seen.z.imag),
+        "turn_place_vx": (both, seen.v.real),
+        "turn_place_vy": (both, seen.v.imag),
+        **_forces("turn_", "turn", seen),
+    }
+    if places.planes:
+        found |= _unbalances("turn_", "turn", seen)
+        left = sizes(seen.wanted + seen.held)
+        found |= {
+            "turn_plane_residual": (("turn", "plane"), left),
+            "turn_unbalance": ("turn", sizes(seen.unbalance[:, 0])),
+            "turn_residual_unbalance": ("turn", sizes(seen.left[:, 0])),
+        }
+    return found
+
+
+def seen_at(states: Matrix, assembly: Assembly, gauges: Gauges) -> Seen:
+    """What states say of places, planes and supports; the time stands first in each row."""
+    from autobalancer.kernels.measures.seen import see
+
+    desk = desk_for(gauges, states.shape[0])
+    see(assembly.system, gauges, np.ascontiguousarray(states), 0, states.shape[0], 1, desk)
+    return desk.seen
+
+
+def at_the_end(time: float, speed: float, assembly: Assembly, places: Places, gauges: Gauges) -> dict[str, Any]:
+    """What the machine would do at its last speed with its balls held, unless it is shaken; and how it sags at rest."""
+    sag = {"rotor_sag": ("place", np.abs(places.sag))} if places.sag.any() else {}
+    if gauges.scalars[HELD] == UNKNOWN or not abs(speed) < FASTEST:
+        return sag
+    vibration, force = without_balancing(assembly, places, gauges, time, speed)
+    if places.rubber_rows.size and np.isnan(vibration).all():
+        return sag  # its circles would be ellipses, for which the stiffness of rubber is not known
+    return {**sag, "vibration_without_balls": ("place", vibration), "force_without_balls": ("support", force)}
+
+
+def mass_attributes(places: Places) -> dict[str, float]:
+    """Mass of all that turns, to which an unbalance is compared."""
+    return {"turning_mass": turning_mass(places)}
+
+
+def ball_states_of(states: Matrix, assembly: Assembly) -> Any:
+    """States of resolved balls in their races, (T, n, ...)."""
+    return ball_states(states, assembly.system, assembly.places.shape[2])
+
+
+def _unbalances(prefix: str, dimension: str, seen: Seen) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, vector in (("unbalance", seen.wanted), ("balls", seen.held)):
+        found[f"{prefix}plane_{name}"] = ((dimension, "plane"), sizes(vector))
+        found[f"{prefix}plane_{name}_angle_in_rotor"] = ((dimension, "plane"), np.angle(vector))
+    return found
+
+
+def _forces(prefix: str, dimension: str, seen: Seen) -> dict[str, Any]:
+    return {
+        f"{prefix}support_force_x": ((dimension, "support"), seen.force.real),
+        f"{prefix}support_force_y": ((dimension, "support"), seen.force.imag),
+    }
+
+
+# What a result says of the links between rotor and motor: twist, speed and torque of each.
+
+
+def link_coordinates(machine: Machine) -> dict[str, Any]:
+    """Names of what is behind each link."""
+    names = link_names(machine)
+    return {"link": np.array(names, dtype=object)} if names else {}
+
+
+def over_links(states: Matrix, drive: Drive) -> dict[str, Any]:
+    """Twist (rad), speed on the side of the motor (rad/s) and torque towards the rotor (N m), over time and link."""
+    if not len(drive.links):
+        return {}
+    at = drive.links.state
+    twist, speed = states[:, at], states[:, at + 1]
+    torque, angle, before = np.zeros_like(twist), states[:, THETA], states[:, SPEED]
+    for i, link in enumerate(drive.links):
+        free, change = twist[:, i].copy(), speed[:, i].copy()
+        if link.kind == COUPLING:
+            turned = link.order * angle + link.phase
+            free -= link.error * np.cos(turned)
+            change -= (1.0 - link.error * link.order * np.sin(turned)) * before
+            angle, before = angle + twist[:, i], speed[:, i]
+        torque[:, i] = link.stiffness * free + link.damping * change
+    both = ("time", "link")
+    return {"twist": (both, twist), "link_speed": (both, speed), "link_torque": (both, torque)}
+
+
+# What a result says of balls on real races: who rests, how hard each is pressed, and whether one would have left.
+
+
+STANDARD_GRAVITY = 9.80665
+
+
+def has_real_races(assembly: Assembly) -> bool:
+    """Whether guided balls run on races with friction, shape, curved drag or excitation."""
+    return bool(assembly.rough and assembly.balls)
+
+
+def on_races(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:
+    """Normal force on each ball, N, and whether adherence holds it; variables over (time, ball)."""
+    n = len(assembly.balls)
+    force, work = np.zeros((times.size, n)), np.zeros(states.shape[1])
+    times, states = np.ascontiguousarray(times), np.ascontiguousarray(states)
+    normal_forces(equations(assembly).rates, assembly.system, times, states, work, force)
+    holding = assembly.system.balls.adherence > 0.0
+    rests = (states[:, BALLS + n : BALLS + 2 * n] == 0.0) & holding
+    return {"ball_at_rest": (("time", "ball"), rests), "ball_normal_force": (("time", "ball"), force)}
+
+
+def stored_in_forces(states: Matrix, assembly: Assembly) -> dict[str, Any]:
+    """Potential energy of the forces on balls, J; a variable over time where any has one."""
+    if not assembly.system.forces.energy.any():
+        return {}
+    from autobalancer.kernels.balls.force_energy import force_energies
+
+    energy = np.zeros(len(states))
+    force_energies(assembly.system, np.ascontiguousarray(states), energy)
+    return {"force_energy": ("time", energy)}
+
+
+def wall_forces(states: Matrix, times: Floats, assembly: Assembly, places: Places) -> Matrix:
+    """Normal force of a plain race on each guided ball, N, (times, balls): what its motion and its weight ask for."""
+    balls, n, system = assembly.balls, len(assembly.balls), assembly.system
+    rates = np.zeros_like(states)
+    derivatives(equations(assembly).rates, system, np.ascontiguousarray(times), np.ascontiguousarray(states), rates)
+    host = deflections(places, accelerations(states, rates, assembly))[:, list(places.plane_of_ball)]
+    speed, change = states[:, SPEED, None], rates[:, SPEED, None]
+    angle, slip = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
+    outward = np.exp(-1j * (states[:, THETA, None] + angle))
+    orbit = np.array([ball.orbit_radius for ball in balls])
+    center = np.array([ball.eccentricity for ball in balls]) * (1j * change - speed**2) * np.exp(-1j * angle)
+    felt = ((host + 1j * _gravity(places)) * outward + center).real - orbit * (speed + slip) ** 2
+    return np.asarray(-np.array([ball.effective_mass for ball in balls]) * felt, np.float64)
+
+
+def _gravity(places: Places) -> float:
+    """Along -y, m/s^2."""
+    return float(places.machine.gravity) if places.machine.axis == "horizontal" else 0.0
+
+
+def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Assembly, places: Places) -> dict[str, Any]:
+    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, when the last one
+    is back to stay, and a sentence.
+
+    A pull of less than a hundredth of the ball's weight is none: so much do balls feel on a rotor at standstill. Plain
+    races are asked on a horizontal axis only, where the weight can take balls off.
+    """
+    if "ball_normal_force" in run and "ball_at_rest" in run:
+        force = run["ball_normal_force"][1]
+    elif (
+        assembly.resolved
+        or not (assembly.balls and times.size and _gravity(places))
+        or places.machine.tilting_races == "full"
+    ):
+        return {}
+    else:
+        force = wall_forces(states, times, assembly, places)
+    weight = STANDARD_GRAVITY * np.array([ball.effective_mass for ball in assembly.balls])
+    pulled = force < -0.01 * weight
+    if not pulled.any():
+        return {}
+    rows = np.flatnonzero(pulled.any(axis=1))
+    when, last = int(rows[0]), int(rows[-1])
+    ball, count = int(np.argmax(pulled[when])) + 1, int(pulled.any(axis=0).sum())
+    pressed = np.flatnonzero(force[:when, ball - 1] >= 0.0)
+    time = float(times[pressed[-1] + 1 if pressed.size else 0])
+    back = np.flatnonzero((force[last:][:, pulled[last]] >= 0.0).all(axis=1))
+    after = float(times[last + back[0] if back.size else -1])
+    until = "to the end of the run" if not back.size else f"to {after:.5g} s"
+    text = (
+        f"from {time:.5g} s {until}, {count} {'ball' if count == 1 else 'balls'} (first ball {ball}) would have left the race "
+        "at times: the normal force is negative. Guided balls cannot leave it; simulate with 'resolved' balls to see it"
+    )
+    return {"left_race_ball": ball, "left_race_time": time, "left_race_end": after, "left_race_text": text}
+
+
+# What a result says of the axis: names of balancers, places along it, and couple unbalance.
+
+
+def axis_coordinates(places: Places, assembly: Assembly) -> dict[str, Any]:
+    """Names of the balancers of the balls, and where planes and stations are along the axis, m."""
+    machine, balls = places.machine, assembly.balls
+    found: dict[str, Any] = {}
+    if balls:
+        names = balancer_names(machine)
+        found["balancer_name"] = ("ball", np.array([names[ball.balancer] for ball in balls], dtype=object))
+    if isinstance(machine.rotor, PlanarRotor):
+        return found
+    if places.planes:
+        first: dict[int, float | str | None] = {}
+        for ball, plane in zip(balls, places.plane_of_ball, strict=True):
+            first.setdefault(plane, machine.balancers[ball.balancer].station)
+        where = [_position(machine, first.get(plane)) for plane in range(len(places.planes))]
+        found["plane_position"] = ("plane", np.array(where, np.float64))
+    if machine.stations:
+        found["station_position"] = ("station", np.array([float(s.position) for s in machine.stations], np.float64))
+    return found
+
+
+def couple_unbalance(places: Places, times: Floats) -> dict[str, Any]:
+    """The couple unbalance that a machine is described with, over time; nothing if there is none."""
+    total = np.zeros(times.size, np.complex128)
+    for number, part in enumerate(places.machine.unbalances):
+        if part.is_couple:
+            factor = np.array([unbalance_factor(part, float(time)) for time in times])
+            total += factor * couple_vector(places.machine, number)
+    if not total.any():
+        return {}
+    return {
+        "couple_unbalance": ("time", np.abs(total)),
+        "couple_unbalance_angle_in_rotor": ("time", np.angle(total)),
+    }
+
+
+def balancer_names(machine: Machine) -> tuple[str, ...]:
+    """What each balancer is called: its name, else that of its station if no other is there, else its number from 1."""
+    stations = [balancer.station for balancer in machine.balancers]
+    names = []
+    for number, balancer in enumerate(machine.balancers):
+        place = balancer.station if isinstance(balancer.station, str) and stations.count(balancer.station) == 1 else ""
+        names.append(balancer.name or place or f"balancer {number + 1}")
+    return tuple(names)
+
+
+def _position(machine: Machine, place: float | str | None) -> float:
+    """Where a place is along the axis, m; nan if that is not said."""
+    if isinstance(place, str):
+        return next(float(station.position) for station in machine.stations if station.name == place)
+    return float("nan") if place is None else float(place)

@@ -10,27 +10,25 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import (
-    parameter_range,
-    si_value,
-    value_of,
-    with_quantity,
-)
+from autobalancer.assembly.quantities import parameter_range, si_value, value_of, with_quantity
 from autobalancer.assembly.terms import Theory, unknown, weightless
-from autobalancer.errors import QuestionError
+from autobalancer.catalog.fluid_table import fluid, fluids
+from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.files.given import balls_in_races
 from autobalancer.files.machine_file import machine_text
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, dimension_of, parts_of
 from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.patience import shows_progress
 from autobalancer.results.provenance import provenance
+from autobalancer.stability.friction.held import held_share
 from autobalancer.stability.host.planar import Floats
 from autobalancer.stability.maps.answers import StabilityMap
 from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.maps.map_friction import with_friction, with_held
-from autobalancer.stability.maps.map_marks import with_borders, with_fluids, with_operating_points, with_release
-from autobalancer.stability.maps.map_rates import rates_over
+from autobalancer.stability.maps.curve import VARIABLES, border_curve, unbalances_to_capability
+from autobalancer.stability.maps.map_rates import rates_over, with_values
+from autobalancer.stability.maps.speeds import borders_of
+from autobalancer.stability.stall.notes import CAPTURE, RELEASE
 from autobalancer.stability.states.described import described
 from autobalancer.units import to_si
 
@@ -189,3 +187,157 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
     if not math.isnan(speed):
         found.attrs["speed"] = speed
     return found
+
+
+# What is drawn on a map besides the growth rate: border speeds, operating points, fluids of the catalog.
+
+
+COARSE = 11  # values of each axis at which release and capture speed are found
+
+
+def with_borders(
+    found: xr.Dataset,
+    machine: Machine,
+    values: dict[str, Floats],
+    count: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The border speeds over the axis that is not the speed, at ``count`` of its values; ``progress`` counts these."""
+    other = next(name for name in values if name != "speed")
+    axis = np.unique(values[other])
+    chosen = axis[np.unique(np.linspace(0, axis.size - 1, min(count, axis.size)).round().astype(int))]
+    if other == "unbalance" and isinstance(machine.rotor, PlanarRotor):  # the border has a narrow peak over it
+        dense = unbalances_to_capability(machine, 2 * count)
+        chosen = np.unique([*chosen, *dense[(dense >= axis[0]) & (dense <= axis[-1])]])
+    curve = border_curve(machine, other, chosen, up_to=float(values["speed"].max()), progress=progress)
+    dim = dimension_of(other)
+    kept = [name for name in (*VARIABLES.values(), "critical_speed") if name in curve]
+    return found.merge(curve[kept].rename({dim: f"{dim}_of_border"}))
+
+
+def with_release(found: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
+    """Release and capture speed over two axes without the speed, at a few values of each."""
+    few = [
+        axis[np.unique(np.linspace(0, axis.size - 1, min(COARSE, axis.size)).round().astype(int))]
+        for axis in (np.unique(axis) for axis in values.values())
+    ]
+    speeds = np.full((2, *(axis.size for axis in few)), np.nan)
+    for i, first in enumerate(few[0].tolist()):
+        for j, second in enumerate(few[1].tolist()):
+            changed, p = with_values(machine, dict(zip(values, (first, second), strict=True)))
+            borders = borders_of(changed, p, (RELEASE, CAPTURE), float(found.attrs["speed"]))
+            named = {border.name: border.speed for border in borders}
+            speeds[:, i, j] = [named.get(name, math.nan) for name in (RELEASE, CAPTURE)]
+    dims = [f"{dimension_of(name)}_of_border" for name in values]
+    found = found.assign_coords(dict(zip(dims, few, strict=True)))
+    for name, table in zip((RELEASE, CAPTURE), speeds, strict=True):
+        found[name.replace(" ", "_")] = (dims, table, {"long_name": name, "units": "rad/s"})
+    return found
+
+
+def with_operating_points(
+    found: xr.Dataset, machine: Machine, names: list[str], points: Mapping[str, tuple[Any, Any]]
+) -> xr.Dataset:
+    """Named points on the map; the machine itself is the first, if it has a value along both axes."""
+    rows: dict[str, tuple[float, ...]] = {}
+    own = tuple(value_of(machine, name) for name in names)
+    if all(math.isfinite(value) for value in own):
+        rows[machine.name] = own
+    for label, pair in points.items():
+        if len(pair) != 2:
+            raise QuestionError(f"operating point {label!r}: given {len(pair)} values; give one along each axis")
+        rows[label] = tuple(
+            float(to_si(value, "rad/s")) if name == "speed" else si_value(machine, name, value)
+            for name, value in zip(names, pair, strict=True)
+        )
+    if not rows:
+        return found
+    table = np.array(list(rows.values()))
+    for name, column in zip(names, table.T, strict=True):
+        dim = dimension_of(name)
+        attrs = {
+            "long_name": f"{found[dim].attrs['long_name']} of the operating point",
+            "units": found[dim].attrs["units"],
+        }
+        found[f"operating_{dim}"] = ("operating_point", column, attrs)
+    return found.assign_coords(operating_point=("operating_point", list(rows)))
+
+
+def with_fluids(found: xr.Dataset, machine: Machine, names: list[str]) -> xr.Dataset:
+    """The fluids of the catalog along a viscosity axis, at the temperature of the machine's fluid, else 25 degC."""
+    if "viscosity" not in names:
+        return found
+    temperature = _temperature(machine)
+    low, high = float(found["viscosity"].min()), float(found["viscosity"].max())
+    rows = []
+    for entry in fluids():
+        try:
+            state = fluid(entry.name, temperature)
+        except CatalogError:  # not known at this temperature
+            continue
+        if low <= state.viscosity <= high:
+            rows.append((entry.name, entry.family, state.viscosity, state.density))
+    if not rows:
+        return found
+    rows.sort(key=lambda row: row[2])
+    found = found.assign_coords(fluid=("fluid", [row[0] for row in rows]))
+    found["fluid_family"] = ("fluid", [row[1] for row in rows], {"long_name": "family of the fluid"})
+    attrs = {"long_name": "kinematic viscosity of the fluid", "units": "m^2/s", "temperature": temperature}
+    found["fluid_viscosity"] = ("fluid", [row[2] for row in rows], attrs)
+    attrs = {"long_name": "its density; the map keeps that of the machine's fluid", "units": "kg/m^3"}
+    found["fluid_density"] = ("fluid", [row[3] for row in rows], attrs)
+    return found
+
+
+def _temperature(machine: Machine) -> float:
+    for balancer in machine.balancers:
+        for race in balancer.races:
+            if race.fluid is not None and race.fluid.temperature is not None:
+                return float(race.fluid.temperature)
+    return 298.15
+
+
+# Where on a map friction holds balls at rest: the whirl it holds against that of the unbalance.
+
+
+MAP_FRICTION_COARSE = 25  # values of a parameter
+SPEEDS = 120
+
+
+def with_friction(machine: Machine, values: Mapping[str, Floats]) -> Machine:
+    """The machine as it is somewhere on the map: with rolling resistance if that is an axis."""
+    name = "rolling_resistance"
+    return with_quantity(machine, name, float(values[name].max())) if name in values else machine
+
+
+def with_held(found: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
+    """``held_share`` over coarser values of both axes; nothing is added to a map without friction."""
+    races = [race for balancer in with_friction(machine, values).balancers for race in balancer.races]
+    if all(race.friction is None for race in races):
+        return found
+    few = {name: _few(axis, SPEEDS if name == "speed" else MAP_FRICTION_COARSE) for name, axis in values.items()}
+    shares = np.empty(tuple(axis.size for axis in few.values()))
+    names = list(few)
+    if "speed" in names:
+        other = 1 - names.index("speed")
+        for number, value in enumerate(few[names[other]].tolist()):
+            row = held_share(with_quantity(machine, names[other], value), few["speed"])
+            shares[(slice(None), number) if other == 1 else (number, slice(None))] = row
+    else:
+        speed = np.array([float(found.attrs["speed"])])
+        for i, first in enumerate(few[names[0]].tolist()):
+            changed = with_quantity(machine, names[0], first)
+            for j, second in enumerate(few[names[1]].tolist()):
+                shares[i, j] = held_share(with_quantity(changed, names[1], second), speed)[0]
+    dims = {name: f"{dimension_of(name)}_of_friction" for name in names}
+    found = found.assign_coords({dims[name]: axis for name, axis in few.items()})
+    text = {"long_name": "whirl that friction holds over that of the unbalance alone", "units": "1"}
+    found["held_share"] = (tuple(dims.values()), shares, text)
+    return found
+
+
+def _few(axis: Floats, count: int) -> Floats:
+    ordered = np.unique(axis)
+    return np.asarray(
+        ordered[np.unique(np.linspace(0, ordered.size - 1, min(count, ordered.size)).round().astype(int))]
+    )

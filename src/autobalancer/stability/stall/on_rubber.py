@@ -8,7 +8,7 @@ suits the stiffness is a function of v alone, and the torque balance of :mod:`au
 The unbalance of the rotor whirls at another speed and is left out, as it is on linear supports. On rubber it changes what the
 balls feel, too, which only a run knows. Gyroscopic terms are taken with the speed of the rotor at release.
 
-Balls of several planes or kinds: :mod:`autobalancer.stability.stall.several_on_rubber`.
+Balls of several planes or kinds: :mod:`autobalancer.stability.stall.borders`.
 
 Where x and y differ the rotor moves in an ellipse, of which the forward circle makes the mean torque of a turn, as on linear
 supports. It is found at some hundred speeds and interpolated.

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from autobalancer.patience import still_time
 from autobalancer.stability.host.planar import Complexes, Floats
-from autobalancer.stability.stall.crossings import crossings, joints
 from autobalancer.stability.stall.groups import Loads
 from autobalancer.stability.stall.whirling import SEEN, AllModes, Indices, Whirling
 
@@ -300,3 +299,32 @@ def _distinct(states: States) -> States:
         if not any(max(a, b) < SAME for a, b in zip(turned, near, strict=True)):
             kept.append(i)
     return states.some(np.array(kept, np.int64))
+
+
+# Where the balance of a second group changes its sign along the arcs on which that of the first one holds.
+
+
+Starts = tuple[Floats, Floats]
+
+
+def crossings(speeds: Floats, lag: Floats, rest: Floats, phase: Floats) -> Starts:
+    """Where a balance changes its sign between two whirl speeds."""
+    at, k = np.nonzero(rest[:, 1:] * rest[:, :-1] <= 0.0)
+    share = rest[at, k] / (rest[at, k] - rest[at, k + 1] + 1e-300)
+    turn = np.angle(np.exp(1j * (phase[at, k + 1] - phase[at, k])))
+    first = lag[at, k] + share * (lag[at, k + 1] - lag[at, k])
+    return speeds[at], np.column_stack([first, phase[at, k] + share * turn])
+
+
+def joints(speeds: Floats, lag: Floats, arcs: list[tuple[Floats, Floats]]) -> list[Starts]:
+    """Where it changes its sign from one arc to the other, at an end at which both meet between two whirl speeds."""
+    (one, phase), (other, far) = arcs
+    known = np.isfinite(one) & np.isfinite(other)
+    turn = np.angle(np.exp(1j * (far - phase)))
+    found = []
+    for here, beyond in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
+        at, k = np.nonzero(known[:, here] & ~known[:, beyond] & (one[:, here] * other[:, here] <= 0.0))
+        k = k if here.stop == -1 else k + 1
+        y = np.column_stack([lag[at, k], phase[at, k] + 0.5 * turn[at, k]])
+        found.append((speeds[at], y))
+    return found

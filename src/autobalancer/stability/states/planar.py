@@ -10,7 +10,7 @@ to its race center, c = Z + E, has no component across the ball: Im(e^(-i phi) c
 
 For races with one center this leaves a quadratic for each net moment, so that none is missed. On orthotropic supports
 D is that of the forward component and the states are those of the averaged torque (Spannan 2021, 4.25-4.29 with the
-signs corrected); the ripple at twice the speed is found by :mod:`autobalancer.stability.states.harmonic_balance`.
+signs corrected); the ripple at twice the speed is found by :mod:`autobalancer.stability.states.floquet`.
 """
 
 from __future__ import annotations

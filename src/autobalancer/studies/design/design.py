@@ -2,24 +2,50 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.assembly.author_units import in_author_units, with_author_springs
+from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
+from autobalancer.files.machine_file import machine_text
 from autobalancer.patience import shows_progress
+from autobalancer.random_numbers import generator
+from autobalancer.results.number_text import moment_text
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
+from autobalancer.shown import rpm_and_si
+from autobalancer.stability.maps.minimum import minimum_viscosity
+from autobalancer.stability.maps.speeds import borders
 from autobalancer.studies.design.answer import NOT_RUN, SAME, STAGES, Designed
-from autobalancer.studies.design.borders import judge_borders
-from autobalancer.studies.design.candidate import candidates
-from autobalancer.studies.design.dataset import designs_dataset
+from autobalancer.studies.design.building import driven, machine_of
+from autobalancer.studies.design.candidate import (
+    Candidate,
+    Ring,
+    candidates,
+    fewest,
+    free_ring,
+    own_sizes,
+    planes_of,
+    rings,
+)
+from autobalancer.studies.design.fluids import blended
 from autobalancer.studies.design.judging import judge_runs
+from autobalancer.studies.design.measured import labelled
+from autobalancer.studies.design.ranking import meets, missed, misses, objective, ordered, used
 from autobalancer.studies.design.reading import read_spec
-from autobalancer.studies.design.running import refuse_faulty_scatter, runs_of
+from autobalancer.studies.design.running import left_out, refuse_faulty_scatter, runs_of
 from autobalancer.studies.design.screening import Design, screened
-from autobalancer.studies.design.search import found_by_search
-from autobalancer.studies.design.spec import Spec
+from autobalancer.studies.design.spec import MARGIN, MEASURED, Spec
 from autobalancer.studies.study.store import Store
 
 RUNS, ANSWER = "runs", "answer.nc"  # folder of the runs in that of a design, and what they said
@@ -242,3 +268,474 @@ def refuse_none(spec: Spec, found: Sequence[Design]) -> None:
         f"{nearest.candidate.label}: {nearest.reason}"
     )
     raise QuestionError(". ".join([text, *spec.remarks]))
+
+
+# All candidates of a design as a labeled dataset: what they are, where they were ruled out and why, what the runs
+# left.
+
+
+SHARES = {
+    "stall": "share of the runs that end with a stalled ball or rotor",
+    "balanced": "share of the runs that end balanced",
+    **{
+        f"{name}_over": f"share of the runs with more than the limit: {text}" for name, (_, _, text) in MEASURED.items()
+    },
+}
+ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
+
+
+def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Dataset:
+    """Over ``design``: candidates in their order; ``place`` is 1 for the best, nan for those that did not run.
+
+    Parameters
+    ----------
+    spec
+        What was asked.
+    designs
+        All candidates that were looked at.
+    how
+        How those that ran were chosen.
+    """
+    ranked = ordered(spec, [one for one in designs if one.numbers])
+    place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
+    front = {id(one): level for one, level in ranked}
+    best = next((one.machine for one, _ in ranked if one.machine is not None), None)
+    found = xr.Dataset(attrs={**_attributes(spec, how), "left_out": left_out(spec, best) if best is not None else ""})
+    found.attrs["borders_ignore"] = _borders_ignore(designs)
+    found = found.assign_coords(
+        design=("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
+    )
+
+    def add(name: str, values: Sequence[Any], text: str, unit: str = "") -> None:
+        kept = (
+            np.array(values, dtype=object) if values and isinstance(values[0], str) else np.asarray(values, np.float64)
+        )
+        found[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
+
+    add("label", _labels(designs), "what it is")
+    add("place", [float(place.get(id(one), np.nan)) for one in designs], "place among those that ran, 1 for the best")
+    add("front", [float(front.get(id(one), np.nan)) for one in designs], "number of its Pareto front, 0 for the first")
+    add(
+        "meets",
+        [float(meets(spec, one)) if one.numbers else -1.0 for one in designs],
+        "1: keeps all limits; 0: too few runs to say; -1: does not",
+    )
+    beyond = [misses(spec, one) if one.numbers else {} for one in designs]
+    add("misses", [float(len(one)) for one in beyond], "limits on the runs that it misses, their number", "1")
+    add(
+        "missed",
+        [missed(spec, one) if one.numbers else one.stage for one in designs],
+        "limits that it misses, or what ruled it out",
+    )
+    add(
+        "stage",
+        [one.stage for one in designs],
+        f"what ruled it out: {', '.join(STAGES[:-1])}; {STAGES[-1]!r} if it ran",
+    )
+    add("reason", [one.reason for one in designs], "why it was ruled out")
+    add(
+        "excess",
+        [one.excess if one.reason else sum(more.values()) for one, more in zip(designs, beyond, strict=True)],
+        "how far it misses that, or limits on the runs added up, over what is allowed",
+        "1",
+    )
+    add("bearing", [one.candidate.ring.bearing for one in designs], "bearing whose outer ring is the race")
+    add("fluid", [one.candidate.fluid for one in designs], "fluid of the races")
+    add("planes", [", ".join(one.candidate.planes) for one in designs], "stations with balls")
+    add("count", [one.candidate.count for one in designs], "balls of a race")
+    add("races", [one.candidate.races for one in designs], "races of a plane")
+    for name, text in (
+        ("orbit_radius", "orbit radius"),
+        ("ball_diameter", "diameter of a ball"),
+        ("bore", "free bore"),
+        ("outer", "outer diameter"),
+        ("width", "width of a race"),
+    ):
+        add(name, [getattr(one.candidate.ring, name) for one in designs], text, "m")
+    add(
+        "viscosity_cold",
+        [one.viscosity[0] for one in designs],
+        "kinematic viscosity at the lowest temperature",
+        "m^2/s",
+    )
+    add(
+        "viscosity_warm",
+        [one.viscosity[1] for one in designs],
+        "kinematic viscosity at the highest temperature",
+        "m^2/s",
+    )
+    add("capability", [one.capability for one in designs], "unbalance that the balls of a plane can balance", "kg m")
+    add(
+        "capability_margin",
+        [one.margin for one in designs],
+        "capability over what is to be balanced, the least of all planes",
+        "1",
+    )
+    add("ball_mass", [one.ball_mass for one in designs], "mass of all balls", "kg")
+    add("pressure", [one.pressure for one in designs], "greatest pressure between ball and race (Hertz)", "Pa")
+    add(
+        "release",
+        [one.release for one in designs],
+        "release speed, the worst of all temperatures and unbalances",
+        "rad/s",
+    )
+    add(
+        "border", [one.border for one in designs], "exact border, the worst of all temperatures and unbalances", "rad/s"
+    )
+    for name, (_, unit, text) in MEASURED.items():
+        at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
+        add(name, [one.numbers.get(name, np.nan) for one in designs], at_share, unit)
+        add(f"{name}_median", [one.numbers.get(f"{name}_median", np.nan) for one in designs], f"{text}; median", unit)
+    for name, text in SHARES.items():
+        if any(name in one.numbers for one in designs):
+            add(name, [one.numbers.get(name, np.nan) for one in designs], text, "1")
+            for end, said in ENDS.items():
+                key = f"{name}_{end}"
+                add(key, [one.numbers.get(key, np.nan) for one in designs], f"{text}; {said}", "1")
+    add("drag_warning", [one.drag_warning for one in designs], "where its balls leave the range of their drag law")
+    add(
+        "used",
+        [used(spec, one) if one.numbers else np.nan for one in designs],
+        "greatest share of a limit that it uses up",
+        "1",
+    )
+    found["machine"] = (
+        "design",
+        np.array([_text(spec, one, place) for one in designs], dtype=object),
+        {"long_name": "machine file"},
+    )
+    if spec.measured is not None:
+        variables, attributes = labelled(spec.measured)
+        found = found.assign(variables).assign_attrs(attributes)
+    return found
+
+
+def _borders_ignore(designs: Sequence[Design]) -> list[str]:
+    """What the border speeds of the table leave out of the machines, a sentence each."""
+    machines = [one.machine for one in designs if one.machine is not None and one.numbers]
+    found = []
+    for name, theory in (("release speed", Theory.STALLED), ("exact border", Theory.AT_REST)):
+        terms = dict.fromkeys(term for machine in machines for term in unknown(machine, theory))
+        found += [f"{name}: ignores {', '.join(terms)}"] if terms else []
+    return found
+
+
+def _labels(designs: Sequence[Design]) -> list[str]:
+    """What each is, without what all have in common."""
+    parts = [one.candidate.parts() for one in designs]
+    for part, one in zip(parts, designs, strict=True):
+        part["ring"] += f" (same race: {', '.join(one.twins)})" * bool(one.twins)
+    common = {key for key in ("ring", "races", "planes", "fluid") if len({one.get(key) for one in parts}) == 1}
+    return [", ".join(text for key, text in one.items() if key not in common) for one in parts]
+
+
+def _text(spec: Spec, one: Design, place: dict[int, int]) -> str:
+    """The machine file of a design that ran, with the run-up of the specification."""
+    if one.machine is None or id(one) not in place:
+        return ""
+    machine = driven(spec, one.machine, spec.fastest, coasting=False)
+    return machine_text(in_author_units(with_author_springs(machine, spec.machine), spec.machine))
+
+
+def _attributes(spec: Spec, how: str) -> dict[str, Any]:
+    return {
+        "title": f"Design{f' {spec.name}' * (spec.name not in ('design', spec.machine.name))} for {spec.machine.name}",
+        **provenance(),
+        "machine_name": spec.machine.name,
+        "design_name": spec.name,
+        "specification": json.dumps(spec.identity()),
+        "limits": json.dumps(spec.limits),
+        "unbalance_range": list(spec.unbalance),
+        "temperature_range": list(spec.temperature),
+        "speeds": list(spec.operation.speeds),
+        "objectives": list(spec.search.objectives),
+        "share": spec.share,
+        "members": spec.search.members,
+        "seed": spec.search.seed,
+        "searched_by": how,
+        **({"input_text": "\n".join(spec.remarks)} if spec.remarks else {}),
+    }
+
+
+# The search where sizes have no steps or candidates are more than can be run: NSGA-II (Deb et al. 2002), by pymoo.
+#
+# The objectives are those of the specification, in logarithms; what a candidate misses, over what is allowed, is its
+# constraint. A generation is screened first, and what is left of it runs together. What the generations leave of the
+# budget goes to candidates that nobody looked at, those nearest to the best ones first.
+
+
+Floats = NDArray[np.float64]
+Judge = Callable[[Candidate], Design]
+Run = Callable[[Sequence[Design]], None]
+FAR = 30.0  # logarithm of an objective that a candidate does not reach
+WORST = 1e3  # of a constraint
+LEAST = 4  # designs of a generation
+TRIED = 40  # candidates screened for each one of the first generation, and in a round behind the last one
+SPREAD = 0.1  # of those where sizes have no steps, about the best designs; the whole range is 1
+
+
+def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
+    """All candidates that the search looked at; those that passed the screens ran, until the budget was spent or none was left.
+
+    Parameters
+    ----------
+    spec
+        What was asked.
+    judge
+        Screens a candidate.
+    run
+        Runs designs and fills their numbers.
+
+    Raises
+    ------
+    QuestionError
+        If pymoo is not installed.
+    """
+    nsga, problems, evaluators, static = _pymoo()
+    coded = Coded(spec)
+    seen: dict[Any, Design] = {}
+    places: dict[int, Floats] = {}  # of designs, by identity: rings that are the same race share one
+
+    def designs(rows: Floats) -> list[Design]:
+        found = []
+        for row in rows:
+            one = coded.candidate(row.tolist())
+            if one.key() not in seen:
+                seen[one.key()] = judge(one)
+                places.setdefault(id(seen[one.key()]), row)
+            found.append(seen[one.key()])
+        return found
+
+    def known() -> list[Design]:
+        return list({id(one): one for one in seen.values()}.values())
+
+    def spent() -> int:
+        return sum(bool(one.numbers) for one in known())
+
+    each = max(LEAST, spec.search.budget // spec.search.generations)
+    first = _first(spec, len(coded.names), each, designs)
+    algorithm = nsga.NSGA2(pop_size=each, sampling=first)
+    problem = problems.Problem(n_var=len(coded.names), n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
+    algorithm.setup(problem, termination=("n_gen", spec.search.generations), seed=spec.search.seed, verbose=False)
+    while algorithm.has_next() and spent() < spec.search.budget:
+        asked = algorithm.ask()
+        if asked is None:
+            break
+        group = designs(asked.get("X"))
+        left = spec.search.budget - spent()
+        fresh = {id(one): one for one in group if not one.reason and not one.numbers}
+        run(list(fresh.values())[:left])
+        numbers = static.StaticProblem(
+            problem,
+            F=np.array([_objectives(spec, one) for one in group]),
+            G=np.array([[_missed(spec, one)] for one in group]),
+        )
+        evaluators.Evaluator().eval(numbers, asked)
+        algorithm.tell(infills=asked)
+    for number in range(spec.search.budget):  # what the generations have left of it
+        left, fresh = min(spec.search.budget - spent(), each), {}
+        if left <= 0:
+            break
+        for row in _nearest(spec, coded, known(), places, number):
+            (one,) = designs(row[None])
+            if not one.reason and not one.numbers:
+                fresh[id(one)] = one
+            if len(fresh) == left:
+                break
+        if not fresh:  # there is nothing that nobody looked at
+            break
+        run(list(fresh.values()))
+    return known()
+
+
+def _nearest(spec: Spec, coded: Coded, seen: list[Design], places: dict[int, Floats], number: int) -> Floats:
+    """Candidates as numbers, the nearest to the best designs first: a whole list, or some where sizes have no steps."""
+    ran = [one for one, _ in ordered(spec, [one for one in seen if one.numbers])]
+    best = ran or sorted(seen, key=lambda one: one.excess)
+    middles = np.array([places[id(one)] for one in best[:LEAST]])
+    if coded.free:
+        random = generator(spec.search.seed, 2, number)
+        about = middles[random.integers(len(middles), size=TRIED)]
+        return np.asarray(np.clip(about + SPREAD * random.standard_normal(about.shape), 0.0, 1.0), np.float64)
+    rows = coded.steps()
+    away = np.min([np.linalg.norm(rows - middle, axis=1) for middle in middles], axis=0)
+    return np.asarray(rows[np.argsort(away, kind="stable")], np.float64)
+
+
+def _first(spec: Spec, width: int, each: int, designs: Callable[[Floats], list[Design]]) -> Floats:
+    """The first generation: as many as possible that pass the screens, the others those that miss them by least."""
+    rows = generator(spec.search.seed, 1).random((TRIED * each, width))
+    found, order, keys = [], [], set()
+    for place, row in enumerate(rows):
+        (one,) = designs(row[None])
+        if one.candidate.key() in keys:
+            continue
+        keys.add(one.candidate.key())
+        order.append((one.excess if one.reason else -1.0, place))
+        found.append(not one.reason)
+        if sum(found) == each:
+            break
+    chosen = [place for _, place in sorted(order)[:each]]
+    return np.asarray(rows[chosen + list(range(each - len(chosen)))])
+
+
+def _objectives(spec: Spec, one: Design) -> list[float]:
+    values = [objective(one, name) for name in spec.search.objectives]
+    return [float(np.log(value)) if np.isfinite(value) and value > 0.0 else FAR for value in values]
+
+
+def _missed(spec: Spec, one: Design) -> float:
+    if one.reason:
+        return 1.0 + min(one.excess, WORST)
+    return min(max(used(spec, one) - 1.0, 0.0), WORST) if one.numbers else WORST
+
+
+def _pymoo() -> tuple[Any, Any, Any, Any]:
+    try:
+        return (
+            import_module("pymoo.algorithms.moo.nsga2"),
+            import_module("pymoo.core.problem"),
+            import_module("pymoo.core.evaluator"),
+            import_module("pymoo.problems.static"),
+        )
+    except ImportError:
+        raise QuestionError(
+            "candidates: sizes without steps, or more candidates than 'search.budget', are searched by pymoo, which is not "
+            "installed; install it with: pip install 'autobalancer[design]', or give lists of values and a larger budget"
+        ) from None
+
+
+# Candidates as numbers between 0 and 1, one for each thing that can be chosen, as an optimizer wants them.
+
+
+class Coded:
+    """What can be chosen, and the candidate that numbers stand for.
+
+    A list is ordered so that neighbors are alike: rings by their outer diameter, fluids by their viscosity at 25 °C.
+    """
+
+    def __init__(self, spec: Spec) -> None:
+        self.spec = spec
+        options, room = spec.options, 298.15
+        self.free = {name: (low, high) for name, low, high in options.free}
+        lists: dict[str, Sequence[Any]] = {
+            "ring": []
+            if set(self.free) & {"orbit_radius", "ball_diameter"}
+            else sorted(rings(spec), key=lambda one: one.outer),
+            "orbit_radius": options.orbit_radii,
+            "ball_diameter": options.ball_diameters,
+            "count": options.counts,
+            "races": options.races,
+            "planes": options.planes,
+            "fluid": sorted(options.fluids, key=lambda one: one[0].at(room)[1])
+            if len(options.fluids) > 1
+            else options.fluids,
+        }
+        if lists["ring"]:
+            lists["orbit_radius"] = lists["ball_diameter"] = ()
+        self.lists = lists
+        self.names = [name for name, one in lists.items() if len(one) > 1] + list(self.free)
+
+    def candidate(self, numbers: Sequence[float]) -> Candidate:
+        """The candidate of numbers between 0 and 1, in the order of ``names``."""
+        given = dict(zip(self.names, map(float, numbers), strict=True))
+        spec, races = self.spec, int(self._chosen("races", given) or 1)
+        planes, fillings = self._chosen("planes", given) or (), self._fillings(given)
+        if len(fillings) > 1:
+            races = len(fillings)
+        ring = self._chosen("ring", given) or self._ring(given)
+        count = self._chosen("count", given) or fewest(spec, ring, races, planes_of(spec, planes), fillings)
+        return Candidate(ring, int(count), races, planes, fillings)
+
+    def steps(self) -> NDArray[np.float64]:
+        """The numbers of all candidates where nothing is free: the middles of their steps."""
+        axes = [(np.arange(len(self.lists[name])) + 0.5) / len(self.lists[name]) for name in self.names]
+        return np.array(list(product(*axes)), np.float64).reshape(-1, len(axes))
+
+    def _chosen(self, name: str, given: dict[str, float]) -> Any:
+        some = self.lists[name]
+        if not some:
+            return None
+        return some[min(int(given.get(name, 0.0) * len(some)), len(some) - 1)]
+
+    def _ring(self, given: dict[str, float]) -> Ring:
+        own = own_sizes(self.spec) or (math.nan, math.nan)
+        sizes = [
+            self._size(name, given, usual) for name, usual in zip(("orbit_radius", "ball_diameter"), own, strict=True)
+        ]
+        return free_ring(self.spec, sizes[0], sizes[1])
+
+    def _size(self, name: str, given: dict[str, float], usual: float) -> float:
+        if name in self.free:
+            low, high = self.free[name]
+            return round(low + given[name] * (high - low), 5)  # to 10 um: nobody makes it finer
+        return float(self._chosen(name, given) or usual)
+
+    def _fillings(self, given: dict[str, float]) -> Any:
+        if self.spec.options.blend is None:
+            return self._chosen("fluid", given) or ()
+        low, high = self.free["viscosity"]
+        viscosity = float(f"{low * (high / low) ** given['viscosity']:.3g}")
+        return (blended(*self.spec.options.blend, min(max(viscosity, low), high)),)
+
+
+# Designs whose balls stall or do not balance at an operating speed, by the exact borders; and the least oil that
+# would do.
+
+
+RELEASE, EXACT = "release speed", "exact border"
+SAYS = {RELEASE: "its balls stall at the critical speed and are released at", EXACT: "balancing is stable from"}
+
+
+def judge_borders(spec: Spec, found: Design) -> None:
+    """Ask both borders at all temperatures and both ends of the unbalance; rule the design out where one is too high."""
+    allowed = spec.slowest / (1.0 + spec.limits.get(MARGIN, 0.0))
+    worst: dict[str, tuple[float, float, float]] = {}
+    for temperature in spec.temperatures:
+        for size in sorted({max(spec.unbalance[0], 0.02 * spec.unbalance[1]), spec.unbalance[1]}):
+            try:
+                machine = machine_of(spec, found.candidate, temperature, size)
+                known = {one.name: one.speed for one in borders(machine, only=(RELEASE, EXACT))}
+            except AutobalancerError:
+                continue
+            for name in (RELEASE, EXACT):
+                speed = known.get(name, math.nan)
+                if not math.isnan(speed) and speed > worst.get(name, (-1.0, 0.0, 0.0))[0]:
+                    worst[name] = speed, temperature, size
+    found.release = worst.get(RELEASE, (math.nan,))[0]
+    found.border = worst.get(EXACT, (math.nan,))[0]
+    for name in (RELEASE, EXACT):
+        speed, temperature, size = worst.get(name, (0.0, 0.0, 0.0))
+        if speed > allowed:
+            said = f"{SAYS[name]} {rpm_and_si(speed)} only" if math.isfinite(speed) else _never(name)
+            at = f" at {temperature - 273.15:.4g} °C" if spec.temperature[0] != spec.temperature[1] else ""
+            at += f" and {moment_text(size)}" if spec.unbalance[0] != spec.unbalance[1] else ""
+            reason = f"{said}{at}; needed is {rpm_and_si(allowed)} or less"
+            found.rule_out(
+                "border", reason + _least(spec, found, name, allowed, (temperature, size)), speed / allowed - 1.0
+            )
+            return
+
+
+def _never(name: str) -> str:
+    return (
+        "its balls stall at the critical speed and are never released"
+        if name == RELEASE
+        else "balancing is never stable"
+    )
+
+
+def _least(spec: Spec, found: Design, name: str, allowed: float, at: tuple[float, float]) -> str:
+    """How thick the oil would have to be at its density, as the end of a reason; empty where it is not known."""
+    one, (temperature, size) = found.candidate, at
+    if len(set(one.fillings)) != 1:
+        return ""
+    has = one.fillings[0].at(temperature)[1]
+    try:
+        machine = machine_of(spec, one, temperature, size)
+        least = minimum_viscosity(machine, allowed, name)
+    except AutobalancerError:
+        return ""
+    if not has < least < math.inf:  # thinner oils may do in a window, which is no design
+        return ""
+    return f"; that takes {1e6 * least:.3g} mm²/s there, this oil has {1e6 * has:.3g}"

@@ -2,26 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal
+from itertools import islice
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.mass_spread import MASS_SPREAD
+from autobalancer.assembly.contact.meetings import ring, set_contacts
+from autobalancer.assembly.contact.touches import with_touches
+from autobalancer.assembly.drive import unbalance_courses, unbalances_over
+from autobalancer.assembly.gauges import meetings_of
+from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
 from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.places import Places, places_of
-from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.spatial import top_speed
+from autobalancer.assembly.starts import planar_sizes, start_angles
+from autobalancer.assembly.system import Assembly, Model
+from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.drag.beta import DragTorque
 from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitError
-from autobalancer.kernels.system import Integers
-from autobalancer.machine import Machine
+from autobalancer.kernels.records.guided import CONTACT
+from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.random_numbers import generator
 from autobalancer.simulation.prepare import prepare
-from autobalancer.studies.ensemble.classes import Class, Differs, class_of, followed
 from autobalancer.studies.ensemble.columns import Columns, ball_of
+from autobalancer.studies.ensemble.described import Changed, Described, Words
 from autobalancer.studies.ensemble.execute import interrupts_noted
-from autobalancer.studies.ensemble.groups import Groups
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.groups import Group, Groups
+from autobalancer.studies.ensemble.integration import Plan, fresh_integration
+from autobalancer.studies.ensemble.layout import bits, words_of
 from autobalancer.studies.variations import variation_text, with_variation
 
 Impossible = Literal["refuse", "record"]
@@ -186,3 +201,366 @@ def _own_starts(starts: dict[str, float], kind: str, balls: range, now: Any) -> 
         )
     given = tuple(map(float, now)) if now is not None else (0.0,) * len(balls)
     return tuple(asked.get(i, given[place]) for place, i in enumerate(balls))
+
+
+# Members sorted into groups: one of each class is assembled, the others follow it where they can.
+
+
+BLOCK = 512  # members whose words are written down together
+TRIED = 3  # other values of a parameter that say whether members can follow it
+UNBALANCE = "unbalance"  # in the names of parameters of which one can be followed
+
+
+class Waiting(NamedTuple):
+    """A member that follows, before its words are written down."""
+
+    number: int
+    values: list[Any]  # of its parameters
+    words: Words  # besides those of parameters whose numbers are known
+
+
+class Differs(Exception):
+    """A member that followed is not the one that is assembled; caught in members.py, where all are assembled then."""
+
+
+class Class:
+    """Members that differ in parameters that can be followed, and in their starts."""
+
+    def __init__(self, members: Members, groups: Groups, names: list[str]) -> None:
+        self._members, self._groups, self._names = members, groups, names
+        self._group: Group | None = None
+        self._follower: Follower | None = None
+        self._base, self._differing = np.zeros(0, np.int64), set[int]()
+        self._count, self._next = 0, 1
+        self._waiting: list[Waiting] = []
+
+    def take(self, number: int) -> None:
+        """Take a member: the first is assembled, and so is one that cannot follow it; the others wait for :meth:`finish`."""
+        members = self._members
+        if self._group is None:
+            self._begin(number)
+            return
+        if self._follower is not None:
+            row = members.row(number)
+            values = [members.columns.parameters[name][row] for name in self._names]
+            words = self._follower.words(values, lambda: members.varied(row), *self._start(number))
+            if words is not None:
+                self._waiting.append(Waiting(number, values, words))
+                if len(self._waiting) == BLOCK:
+                    self.finish()
+                return
+        self._groups.add(number, *members.ready(number, self._groups.plan))
+
+    def finish(self) -> None:
+        """Write down the words of all members that wait."""
+        if self._group is None or self._follower is None or not self._waiting:
+            return
+        waiting, self._waiting = self._waiting, []
+        known = self._follower.of_parameters([one.values for one in waiting])
+        places = np.array(
+            sorted({place for one in waiting for place in one.words} | known.keys() | self._differing), np.int64
+        )
+        usual = dict(zip(places.tolist(), self._base[places].tolist(), strict=True))
+        if any(one.words for one in waiting):
+            words = np.array([list((usual | one.words).values()) for one in waiting], np.int64)
+        else:
+            words = np.tile(self._base[places], (len(waiting), 1))
+        for place, column in known.items():
+            words[:, np.searchsorted(places, place)] = column
+        for number, row in zip((one.number for one in waiting), words, strict=True):
+            self._count += 1
+            if self._count == self._next:
+                self._next *= 8
+                self._compare(number, places, row)
+        self._group.add([one.number for one in waiting], places, words)
+
+    def _begin(self, number: int) -> None:
+        assembly, places = self._members.ready(number, self._groups.plan)
+        self._group = group = self._groups.add(number, assembly, places)
+        starts = list(self._members.columns.starts)
+        machine = self._members.machine_of(number)
+        moves = starts or len(set(self._members.seeds.tolist())) > 1
+        if number in group.later or (moves and not starts_can_follow(machine, assembly, starts)):
+            return
+        self._base = group.last()
+        self._differing = set(np.flatnonzero(self._base != group.fresh).tolist())
+        plan, row = self._groups.plan, self._members.row(number)
+        described = None
+        if not all_known(machine, assembly, self._names):
+            described = Described(self._members.varied(row), assembly, plan.end, plan.tolerance)
+        self._follower = Follower(group, machine, assembly, self._names, plan.tolerance, self._start(number), described)
+
+    def _start(self, number: int) -> Start:
+        members = self._members
+        row = members.row(number)
+        starts = {name: float(start[row]) for name, start in members.columns.starts.items()}
+        return int(members.seeds[number]), starts
+
+    def _compare(self, number: int, places: Integers, words: Integers) -> None:
+        """Assemble the member all the same."""
+        assert self._group is not None
+        try:
+            one, _ = fresh_integration(*self._members.ready(number, self._groups.plan), self._groups.plan)
+        except (MachineError, UnitError, QuestionError):
+            raise Differs from None
+        known, block = self._group.layout.packed(one), self._group.fresh.copy()
+        block[places] = words
+        if known is None or not np.array_equal(known, block):
+            raise Differs
+
+
+def all_known(machine: Machine, assembly: Assembly, names: list[str]) -> bool:
+    """Whether the numbers that all these parameters change are known without a machine of each member."""
+    unbalances = sum(UNBALANCE in name for name in names)
+    return unbalances <= 1 and all(can_follow(machine, assembly, name) for name in names)
+
+
+def followed(members: Members, number: int, plan: Plan) -> list[str]:
+    """The parameters that members can follow, as the machine of this one says."""
+    machine, columns = members.machine_of(number), members.columns.parameters
+    if not columns:
+        return []
+    assembly, _ = members.ready(number, plan)
+    varied = members.varied(members.row(number))
+    described, found = Described(varied, assembly, plan.end, plan.tolerance), list[str]()
+    for name, values in columns.items():
+        own = repr(values[members.row(number)])
+        others = list(islice((value for value in values if repr(value) != own), TRIED))
+        if can_follow(machine, assembly, name) or any(_follows(described, varied, name, other) for other in others):
+            found.append(name)
+    return found
+
+
+def _follows(described: Described, machine: Machine, name: str, value: Any) -> bool:
+    """Whether a machine with this value need not be assembled; one that is impossible is no answer."""
+    try:
+        return described.follows(with_variation(machine, [name], (value,)))
+    except (MachineError, UnitError, QuestionError):
+        return False
+
+
+def class_of(members: Members, number: int, names: list[str]) -> Any:
+    """What members must have in common: the values of all parameters that are not followed."""
+    row = members.row(number)
+    return tuple(repr(values[row]) for name, values in members.columns.parameters.items() if name not in names)
+
+
+# Members that follow an assembled one by a few numbers: drag, unbalance, starts, and what described.py finds of their
+# machine.
+#
+# What a column touches is worked out by the functions that assemble a machine, so a member has the same bits either
+# way. A few members of each kind are assembled all the same and compared word by word; if one differed, all would be
+# assembled.
+
+
+_BETA = re.compile(r"balancers\[(\d+)\]\.races\[(\d+)\]\.drag\.beta")
+_PART = re.compile(r"unbalances\[(\d+)\]\.(moment|mass|radius|angle)")
+Start = tuple[int, dict[str, float]]  # seed, and the columns of starts
+
+
+def can_follow(machine: Machine, assembly: Assembly, name: str) -> bool:
+    """Whether a column changes only numbers that :class:`Follower` knows."""
+    if assembly.resolved or any(ball.drag_curve is not None or ball.slipstream for ball in assembly.balls):
+        return False
+    if name == "drag":
+        return bool(assembly.balls)
+    if found := _BETA.fullmatch(name):
+        return isinstance(_race(machine, int(found[1]) - 1, int(found[2]) - 1).drag, DragTorque)
+    if assembly.model is not Model.PLANAR or not isinstance(machine.rotor, PlanarRotor):
+        return False
+    if name == "unbalance":
+        return True
+    found = _PART.fullmatch(name)
+    return bool(found and getattr(machine.unbalances[int(found[1]) - 1], found[2]) is not None)
+
+
+def starts_can_follow(machine: Machine, assembly: Assembly, names: Sequence[str]) -> bool:
+    """Whether members may start elsewhere without an assembly of their own; ``names`` are those of the columns of starts."""
+    forces = any(race.forces for balancer in machine.balancers for race in balancer.races)
+    walls = any(race.partitions is not None for balancer in machine.balancers for race in balancer.races)
+    held = any(ball.adherence > 0.0 for ball in assembly.balls)
+    speeds = any(ball_of(name)[0] == "ball_speed" for name in names)
+    return not (assembly.resolved or forces or walls or (held and speeds) or equal_groups(machine, resolve(machine)))
+
+
+class Follower:
+    """Words of members that differ from an assembled one in these ``names`` of parameters and in their starts.
+
+    ``begin`` is the start of the assembled one. Parameters that change more than a few numbers that are known here are
+    ``described``: the machine of a member says what is different.
+    """
+
+    def __init__(
+        self,
+        group: Group,
+        machine: Machine,
+        assembly: Assembly,
+        names: Sequence[str],
+        tolerance: float,
+        begin: Start,
+        described: Described | None,
+    ) -> None:
+        self._group, self._machine, self._assembly, self._tolerance = group, machine, assembly, tolerance
+        self._begin, self._described = begin, described
+        self._parameters = [] if described is not None else [self._of_parameter(name) for name in names]
+        self._own = Changed({}, machine, assembly.balls, assembly, again=False)
+        self._last: tuple[Any, Changed] = (None, self._own)
+        self._orders: dict[Any, Words] = {}
+        layout, self._block = group.layout, group.last()
+        self._state, self._start = layout.place("memory.state", 0), layout.place("memory.start", 0)
+        touching = len(assembly.system.contacts)
+        self._wraps = [layout.place("system.contacts", i, field="wrap") for i in range(touching)]
+
+    def words(
+        self, values: Sequence[Any], machine: Callable[[], Machine], seed: int, starts: dict[str, float]
+    ) -> Words | None:
+        """The words of a member besides those :meth:`of_parameters`; None if it has to be assembled: a value may be impossible.
+
+        ``machine`` is what the values make of it, without its start.
+        """
+        own, found = self._own, dict[int, int]()
+        if self._described is not None:
+            if self._last[0] != tuple(values):
+                changed = self._described.changed(machine(), self._group.layout, self._block)
+                if changed is None:
+                    return None
+                if not changed.assembly is self._last[1].assembly is self._assembly:
+                    self._orders = {}  # of other balls
+                self._last = tuple(values), changed
+            own = self._last[1]
+            found = dict(own.words)
+        elif not all(isinstance(value, float | int) and math.isfinite(value) and value > 0.0 for value in values):
+            return None
+        if (seed, starts) == self._begin and not own.again:
+            return found
+        return found if self._follow_start(own, seed, starts, found) else None
+
+    def of_parameters(self, values: Sequence[Sequence[Any]]) -> dict[int, Integers]:
+        """Words of many members that follow, at each place an array over them; ``values`` has a row of each of them."""
+        found: dict[int, Integers] = {}
+        for i, follow in enumerate(self._parameters):
+            found |= follow(np.array([float(row[i]) for row in values]))
+        return found
+
+    def _of_parameter(self, name: str) -> Callable[[Floats], dict[int, Integers]]:
+        layout, balls = self._group.layout, self._assembly.balls
+        match = _BETA.fullmatch(name)
+        if name == "drag" or match:
+            race = (int(match[1]) - 1, int(match[2]) - 1) if match else None
+            own = [i for i, ball in enumerate(balls) if race in (None, (ball.balancer, ball.race))]
+            first, second = ([layout.place("system.balls", i, field=f) for i in own] for f in ("drag", "viscous"))
+            places = list(zip(first, second, [balls[i] for i in own], strict=True))
+
+            def follow_drag(values: Floats) -> dict[int, Integers]:
+                found = {drag: words_of(values) for drag, _, _ in places}
+                return found | {viscous: words_of(values / ball.orbit_radius**2) for _, viscous, ball in places}
+
+            return follow_drag
+        part = _PART.fullmatch(name)
+        number, key = (int(part[1]) - 1, part[2]) if part else (0, "moment")
+        fields = [f"unbalance{field}" for field in ("_x", "_y", "_rate_x", "_rate_y")]
+        rows, parts = self._assembly.system.drive.segments, self._machine.unbalances
+        segments = [
+            [layout.place("system.drive.segments", i, field=field) for field in fields] for i in range(len(rows))
+        ]
+        courses, absolute = unbalance_courses(self._machine, rows.start.tolist()), layout.place("memory.absolute", 0)
+
+        def follow_unbalance(values: Floats) -> dict[int, Integers]:
+            ones = [parts[number].model_copy(update={key: value}) for value in values.tolist()]
+            sizes, vectors = np.array([one.size for one in ones]), np.array([one.vector for one in ones])
+            each = [vectors if i == number else one.vector for i, one in enumerate(parts)]
+            resultant = unbalances_over(courses, [one.real for one in each], [one.imag for one in each])
+            found = {
+                place: words_of(own + np.zeros(len(ones)))
+                for places, numbers in zip(segments, resultant, strict=True)
+                for place, own in zip(places, numbers, strict=True)
+            }
+            moments = [sizes if i == number else one.size for i, one in enumerate(parts)]
+            length, velocity, _ = planar_sizes(self._machine, self._assembly.balls, self._assembly.system, moments)
+            lengths, velocities = (words_of(self._tolerance * size) for size in (length, velocity))
+            return found | {absolute + i: lengths if i in (X, Y) else velocities for i in range(X, VY + 1)}
+
+        return follow_unbalance
+
+    def _follow_start(self, own: Changed, seed: int, starts: dict[str, float], found: Words) -> bool:
+        balls = _started(own.balls, starts)
+        count = len(balls)
+        if not _apart(own.machine, balls):
+            return False
+        angles = np.array(start_angles(balls, generator(seed)), np.float64)
+        contacts = self._contacts(own, balls, angles)
+        if contacts is None:
+            return False
+        found.update(contacts)
+        for first in (self._state, self._start):
+            for i, (angle, ball) in enumerate(zip(angles, balls, strict=True)):
+                found[first + BALLS + i] = bits(angle)
+                found[first + BALLS + count + i] = bits(ball.start_speed)
+        return True
+
+    def _contacts(self, own: Changed, balls: tuple[Ball, ...], angles: Floats) -> Words | None:
+        """Who is next to whom; for each order the contacts are made once. None if they are of another kind."""
+        before = self._assembly.system.contacts
+        if not len(before):
+            return {}
+        rings = [ring(members, angles) for members in _races(balls)]
+        order = tuple((i, j) for links in rings for i, j, _ in links)
+        if order not in self._orders:
+            rows = CONTACT.rows(len(balls))
+            fastest = max(top_speed(own.machine) or 0.0, *own.assembly.critical_speeds)
+            made = set_contacts(own.machine, balls, angles, rows, fastest)
+            system = own.assembly.system._replace(contacts=rows, rebounds=made.rebounds)
+            noting, touches = with_touches(own.machine, replace(own.assembly, system=system, balls=balls))
+            meetings, rebounds = meetings_of(touches)
+            values = {
+                "system.contacts": rows,
+                "system.rebounds": made.rebounds,
+                "system.touches": noting.system.touches,
+                "gauges.meetings": meetings,
+                "gauges.rebounds": rebounds,
+            }
+            parts = [self._group.layout.words(path, value) for path, value in values.items()]
+            if any(part is None for part in parts) or (rows.rigid != before.rigid).any():
+                return None
+            self._orders[order] = {place: word for part in parts for place, word in (part or {}).items()}
+        words = dict(self._orders[order])
+        for links in rings:
+            if len(links) > 1:
+                words |= {self._wraps[i]: bits(wrap) for i, _, wrap in links}
+        return words
+
+
+def _started(balls: tuple[Ball, ...], starts: dict[str, float]) -> tuple[Ball, ...]:
+    """The balls with the starts of a member."""
+    found = list(balls)
+    for name, value in starts.items():
+        kind, number = ball_of(name)
+        for i in range(len(found)) if number is None else (number,):
+            turned = kind == "ball_angle"
+            found[i] = replace(found[i], start_angle=value) if turned else replace(found[i], start_speed=value)
+    return tuple(found)
+
+
+def _races(balls: tuple[Ball, ...]) -> list[list[int]]:
+    places = sorted({(ball.balancer, ball.race) for ball in balls})
+    return [[i for i, ball in enumerate(balls) if (ball.balancer, ball.race) == place] for place in places]
+
+
+def _race(machine: Machine, balancer: int, race: int) -> Any:
+    return machine.balancers[balancer].races[race]
+
+
+def _apart(machine: Machine, balls: tuple[Ball, ...]) -> bool:
+    """Whether given start angles are surely possible."""
+    for members in _races(balls):
+        given = [balls[i] for i in members if balls[i].start_angle is not None]
+        if given and len(given) < len(members):
+            return False
+        if not given or _race(machine, given[0].balancer, given[0].race).coincidence:
+            continue
+        for i, one in enumerate(given):
+            for other in given[i + 1 :]:
+                turn = math.remainder(float(one.start_angle or 0.0) - float(other.start_angle or 0.0), 2.0 * math.pi)
+                if abs(turn) < 0.5 * occupied_angle([one, other]):
+                    return False
+    return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,10 @@ from nicegui import events, ui
 
 from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.editor import toml_editor
-from autobalancer.app.pages.hint import marked
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.inputs import picker, say_refused
 from autobalancer.app.pages.studies.define_design import DefineDesign
-from autobalancer.app.pages.studies.define_study import FIRST, DefineStudy
+from autobalancer.app.pages.studies.entries import LOOK, NONE, Entries
 from autobalancer.app.pages.studies.kept import KeptList
 from autobalancer.app.pages.studies.results import Results
 from autobalancer.app.pages.typed import Typed
@@ -20,11 +21,16 @@ from autobalancer.app.store.measured.shelf import Shelf
 from autobalancer.app.store.studies.designs import run_design
 from autobalancer.app.store.studies.shelf import DESIGN, STUDY, Kept, Studies, sample_text
 from autobalancer.app.store.studies.work import run_study
-from autobalancer.app.text.asked import StudyReading
+from autobalancer.app.text.asked import StudyReading, about, read_study_text
 from autobalancer.app.text.asked_design import DesignReading
-from autobalancer.app.text.document import with_value
+from autobalancer.app.text.document import data_of, value_at, with_value, without
+from autobalancer.app.text.numbers import Number
+from autobalancer.app.text.spread import SHOWN, VALUES, WORDS, Row, offered, rows_of, with_entry, with_kind, with_row
 from autobalancer.errors import AutobalancerError
 from autobalancer.files.samples import sample_names
+from autobalancer.machine import Machine
+from autobalancer.results.measure_table import SWEPT
+from autobalancer.studies.study.outputs import BALANCED, OUTPUTS, RUN, STALLED, STANDING
 
 LARGEST = 1_000_000  # bytes of a file
 FIRST_DESIGN = "centrifuge_design"  # what a new user sees
@@ -155,3 +161,227 @@ def _sample(name: str) -> str:
     """A sample, with its name in the text."""
     text = sample_text(name)
     return text if "\nname" in text else with_value(text, ("name",), name)
+
+
+# A study as a form and as its text: what varies, the plan, when it stops, what is asked of every run.
+
+
+FIRST = """machine = "machine.toml"   # the one on the page Describe
+members = 200              # draws, at most
+
+[vary.unbalance]
+distribution = "normal"
+standard_deviation = "10 %"
+"""
+PLANS = {
+    "random": "Monte Carlo",
+    "latin_hypercube": "Latin hypercube",
+    "sobol": "Sobol' points",
+    "sensitivity": "for Sobol' indices",
+}
+HINTS = {"mean": "of the machine", "median": "of the machine", "mode": "of the machine", "nominal": "of the machine"}
+HELP = {
+    "low": "no draw is below; in the unit of the number",
+    "high": "no draw is above; in the unit of the number",
+    VALUES: "a list such as 5, 10, 20 mm^2/s, or a range such as 5:50 mm^2/s:4; all are run with every draw",
+    "standard_deviation": "in the unit of the number, or in percent of the mean",
+    "factor": "68 % lie between the median over this factor and the median times it",
+    "plus_minus": "both limits, in the unit of the number or in percent; normal with the limits at three standard deviations",
+    "weights": "how often each value is taken; alike if empty",
+    "shape": "normal or uniform between the limits",
+}
+
+
+class DefineStudy:
+    """Form and text; ``start`` is called with what was read."""
+
+    def __init__(self, bench: Bench, draft: Typed, start: Callable[[StudyReading], None]) -> None:
+        self.bench, self.draft, self.start = bench, draft, start
+        self.reading = read_study_text(draft.text, bench.text)
+        self.offer: dict[str, Number] = {}
+        self.entries = Entries(draft)
+        self.place = ui.column().classes("w-full gap-2")
+        with ui.row().classes("items-center gap-2 w-full q-mt-sm"):
+            self.go = ui.button("Start", icon="play_arrow", on_click=lambda: self.start(self.reading))
+            self.go.props('unelevated no-caps data-at="start study"')
+            self.said = ui.label().classes("quiet").props('data-at="study size"')
+        self.wrong = ui.label().classes("wrong").props('role="alert" data-at="study wrong"')
+        draft.on_change(self._changed)
+        bench.on_change(lambda _origin: self._read(again=True))
+        self._read(again=True)
+
+    def _changed(self, origin: object) -> None:
+        self._read(again=origin is not self.entries)
+
+    def _read(self, *, again: bool) -> None:
+        self.reading = read_study_text(self.draft.text, self.bench.text)
+        if again:
+            self._build()
+        self.entries.mark(self.reading.key, self.reading.message)
+        study = self.reading.study
+        self.said.set_text(about(study) if study is not None else "")
+        self.wrong.set_text(self.reading.message)
+        self.go.set_enabled(study is not None)
+
+    def _build(self) -> None:
+        self.place.clear()
+        self.entries.shown = {}
+        machine = self.reading.of.machine
+        self.offer = offered(self.reading.of.text, machine) if machine is not None else {}
+        with self.place:
+            if data_of(self.draft.text) is None:
+                ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
+                return
+            self._machine(machine)
+            with ui.column().classes("w-full gap-1").props('data-at="varies"'):
+                for row in rows_of(self.draft.text):
+                    self._row(row)
+            self._more()
+            self._plan()
+            self._stop()
+            self._asked()
+
+    def _machine(self, machine: Machine | None) -> None:
+        of = self.reading.of
+        with ui.row().classes("items-center gap-2 w-full"):
+            where = "of the page Describe" if of.file == "machine.toml" else f"sample {of.file}"
+            text = f"{machine.name}, {where}" if machine is not None else NONE
+            ui.label(f"Machine: {text}").classes("key").props('data-at="study machine"')
+            if of.file != "machine.toml" and machine is not None:
+
+                def take() -> None:
+                    self.bench.set_text(of.text)
+                    self.draft.set_text(with_value(self.draft.text, ("machine",), "machine.toml"))
+
+                button = ui.button("take it into Describe", icon="input", on_click=take)
+                button.props('flat dense no-caps size=sm data-at="study machine to describe"')
+                hinted(button, "the study is of the machine of that page then; undo brings the machine before back")
+
+    def _row(self, row: Row) -> None:
+        number = self.offer.get(row.name)
+        with marked(ui.column().classes("w-full gap-1 spread"), at=f"varies {row.name}"):
+            with ui.row().classes("items-center gap-2 w-full no-wrap"):
+                hinted(ui.label(row.label).classes("key"), row.name)
+                ui.label(f"now {number.given}" if number is not None else "").classes("quiet")
+                ui.space()
+                bin_ = ui.button(icon="close", on_click=lambda: self._drop(row)).props("flat dense round size=sm")
+                marked(bin_, label=f"do not vary {row.label}")
+            with ui.element("div").classes("fields"):
+                kind = ui.select(WORDS, value=row.kind if row.kind in WORDS else None, label="distribution")
+                marked(kind.props("dense outlined options-dense").classes("field"), at=f"distribution of {row.name}")
+                kind.on_value_change(lambda event: self._kind(row, event.value))
+                kind.without_auto_validation()
+                self.entries.shown[f"vary.{row.name}"] = kind
+                for key in SHOWN.get(row.kind, ()):
+                    self._part(row, key)
+
+    def _part(self, row: Row, key: str) -> None:
+        box = ui.input(key.replace("_", " "), value=row.entries.get(key, ""), placeholder=HINTS.get(key, ""))
+        marked(box.props(LOOK), at=f"{key} of {row.name}")
+        box.classes("field wide" if key == VALUES else "field")
+        hinted(box, HELP.get(key, "in the unit of the number")).without_auto_validation()
+        box.on_value_change(lambda event: self._edit(lambda text: with_entry(text, row, key, event.value or "")))
+        if key != VALUES or row.kind != VALUES:
+            self.entries.shown[f"vary.{row.name}.{key}"] = box
+
+    def _more(self) -> None:
+        known = {name: f"{one.label}: {one.given}" for name, one in self.offer.items()}
+
+        def take(name: str) -> None:
+            if not any(row.name == name for row in rows_of(self.draft.text)):
+                self._edit(lambda text: with_row(text, self.offer[name]), focus=f"distribution of {name}")
+
+        picker(known, "add what varies: a number of the machine", take, at="add varies").classes("w-full")
+
+    def _plan(self) -> None:
+        put = self.entries
+        with ui.element("div").classes("fields"):
+            put.choice("plan", ("plan",), PLANS, "random", "how the draws are placed; see the page on studies")
+            put.line(
+                "members", ("members",), "draws at each point of the grid, at most; base samples for indices", "1000"
+            )
+            put.choice(
+                "starts of the balls",
+                ("starts",),
+                {"random": "random", "machine": "of the machine"},
+                "random",
+                "random: each draw has its own start positions",
+            )
+            put.line("seed", ("seed",), "equal seeds, equal numbers", "0")
+            put.line("duration", ("duration",), "of a run; empty for that of the machine", "of the machine")
+            put.choice(
+                "impossible draws",
+                ("impossible",),
+                {"refuse": "refuse", "truncate": "draw again", "record": "count them"},
+                "refuse",
+                "what happens where distributions make impossible machines",
+            )
+
+    def _stop(self) -> None:
+        stop = value_at(data_of(self.draft.text), ("stop",))
+        on = isinstance(stop, dict)
+        box = ui.checkbox("stop as soon as a number is known well enough", value=on).props('dense data-at="stop"')
+
+        def turned(event: Any) -> None:
+            name = self._names()[0]
+            fresh = {"of": name, "half_width": 0.05} if name == BALANCED else {"of": name, "relative": 0.05}
+            self._edit(
+                lambda text: with_value(text, ("stop",), fresh) if event.value else without(text, ("stop",)),
+                focus="stop",
+            )
+
+        box.on_value_change(turned)
+        if not isinstance(stop, dict):
+            return
+        put, share = self.entries, stop.get("of") in (BALANCED, STALLED)
+        with ui.element("div").classes("fields"):
+            names = {name: name.replace("_", " ") for name in self._names()}
+            of = put.choice("of", ("stop", "of"), names, "", "the quantity that is to be known")
+            of.on_value_change(lambda event: self._stop_of(event.value))
+            if not share:
+                kinds = {"mean": "mean", "quantile": "quantile"}
+                put.choice("statistic", ("stop", "statistic"), kinds, "mean", "of which the interval is asked")
+                put.line("at", ("stop", "at"), "level of the quantile, such as 0.95", "0.5")
+            tip = "half of the 95 % interval: of shares such as 0.05, of numbers with their unit"
+            put.line("half width", ("stop", "half_width"), tip)
+            put.line("or relative", ("stop", "relative"), "half of the interval over the value, such as 0.05")
+
+    def _stop_of(self, name: str) -> None:
+        fresh = {"of": name, "half_width": 0.05} if name in (BALANCED, STALLED) else {"of": name, "relative": 0.05}
+        self._edit(lambda text: with_value(text, ("stop",), fresh), focus="stop.of")
+
+    def _asked(self) -> None:
+        with ui.element("div").classes("fields wide-fields"):
+            said = "all measures of a run; border speeds, critical speed and capability need no run"
+            self.entries.several("results", ("results",), OUTPUTS, [RUN], said)
+            self.entries.several("shown in the table", ("show",), self._names()[2:], [], "medians and percentiles")
+
+    def _names(self) -> list[str]:
+        """Quantities of the members."""
+        given = value_at(data_of(self.draft.text), ("results",))
+        results = [given] if isinstance(given, str) else given if isinstance(given, list) else [RUN]
+        standing = [STANDING[one].name for one in results if one in STANDING]
+        if RUN not in results:
+            return standing or [BALANCED]
+        return [BALANCED, STALLED, *(one.name for one in SWEPT if not one.per_ball), *standing]
+
+    def _kind(self, row: Row, kind: str) -> None:
+        now = next((one for one in rows_of(self.draft.text) if one.name == row.name), row)
+        if kind and kind != now.kind:
+            self._edit(
+                lambda text: with_kind(text, now, kind, self.offer.get(row.name)), focus=f"distribution of {row.name}"
+            )
+
+    def _drop(self, row: Row) -> None:
+        self._edit(lambda text: without(text, row.at), focus="add varies")
+
+    def _edit(self, change: Callable[[str], str], *, focus: str = "") -> None:
+        """Change the text; where other entries belong to it, the form is made anew, and ``focus`` has the focus."""
+        try:
+            self.draft.edit(change, None if focus else self.entries)
+        except (AutobalancerError, ValueError, LookupError, TypeError) as error:  # the text may just have changed
+            ui.notify(str(error), type="warning")
+            return
+        if focus:
+            with self.place:  # the row that was changed is gone
+                self.entries.focus(focus)

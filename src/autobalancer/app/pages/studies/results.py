@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from html import escape
 from typing import Any
@@ -9,16 +10,26 @@ from typing import Any
 from nicegui import run, ui
 
 from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import marked
-from autobalancer.app.pages.studies.design_result import DesignResult
+from autobalancer.app.pages.hint import hinted, marked
 from autobalancer.app.pages.studies.kept import state_of
-from autobalancer.app.pages.studies.study_result import StudyResult
 from autobalancer.app.pages.work import Work
+from autobalancer.app.store.drawn import file_of, svg_of
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.studies.designs import write_report
+from autobalancer.app.store.studies.designs import (
+    chosen_text,
+    design_drawn,
+    design_of,
+    places,
+    reasons_html,
+    write_report,
+)
+from autobalancer.app.store.studies.pictures import DRIVES, FAN, default_quantity, drawn, needs_quantity, offered
 from autobalancer.app.store.studies.shelf import DESIGN, Kept, Studies
-from autobalancer.app.store.studies.work import how_far
+from autobalancer.app.store.studies.work import Known, columns_of, how_far, quantities_of
 from autobalancer.errors import AutobalancerError
+from autobalancer.results.answers.studied import Studied
+from autobalancer.shown import Column, html_table
+from autobalancer.studies.design.answer import Designed
 
 EVERY = 2.0  # s, between two looks at what is finished
 FORMS = ("pdf", "html")
@@ -144,3 +155,243 @@ def _links(entry: Kept) -> dict[str, Any]:
         word = "candidates" if entry.kind == DESIGN else "members"
         known |= {"result.nc": f"{word} (netCDF)", "table.csv": f"{word} (CSV)"}
     return known
+
+
+# What came out of a study, or is known so far: shares with intervals, percentiles, pictures.
+
+
+class StudyResult:
+    """One study; ``read`` may be called in another thread."""
+
+    chosen = 0  # of which design a report is made
+
+    def __init__(self, bench: Bench, shelf: Studies, entry: Kept) -> None:
+        self.shelf, self.entry = shelf, entry
+        self.known = Known(shelf, entry.name)
+        self.found: Studied | None = None
+        self.kind = ""
+        with ui.row().classes("items-center gap-2 w-full") as self.tools:
+            self.quantity = ui.select({}, label="quantity").props("dense outlined options-dense")
+            self.quantity.style("width: 240px").props('data-at="quantity"')
+            self.buttons = ui.row().classes("gap-2")
+            self.points = ui.select({}, label="at").props("dense outlined options-dense")
+            self.points.style("width: 240px").props('data-at="point"')
+            self.work = Work(bench, "study picture")
+            self.saved = Saved(self.work, entry.name)
+        self.picture = (
+            ui.html("", sanitize=False).classes("w-full measured-picture narrow").props('data-at="study picture"')
+        )
+        self.table = ui.html("", sanitize=False).classes("w-full").props('data-at="study table"')
+        for one in (self.quantity, self.points):
+            one.on_value_change(lambda _event: self._again())
+        self.tools.set_visibility(False)
+
+    def read(self, _job: Job | None) -> Studied | None:
+        """What is finished."""
+        return self.known.look()
+
+    def put(self, found: Studied, going: bool) -> None:
+        """Show it; once it does not change any more, with a picture."""
+        first, self.found = self.found is None, found
+        known = quantities_of(found)
+        if first:
+            self._offer(found, known)
+        elif set(known) - set(self.quantity.options):
+            self.quantity.set_options(known, value=self.quantity.value)
+        self._tell()
+        if not going and not self.kind:
+            self._draw("")
+
+    def _offer(self, found: Studied, known: dict[str, str]) -> None:
+        self.quantity.set_options(known, value=default_quantity(found, known) or None)
+        texts = found.point_texts("rpm")
+        self.points.set_options({k: text or "all" for k, text in enumerate(texts, start=1)}, value=1)
+        self.points.set_visibility(False)
+        self.tools.set_visibility(True)
+        with self.buttons:
+            for kind, word in offered(found).items():
+                button = ui.button(word, on_click=lambda kind=kind: self._draw(kind)).props("outline dense no-caps")
+                marked(button, at=f"picture {kind}")
+
+    def _tell(self) -> None:
+        """The table of the chosen quantity, and what is to be known about it."""
+        if self.found is None:
+            return
+        table = table_html(columns_of(self.found, self.quantity.value or ""), "study numbers")
+        notes = notes_html([text for text in self.found.remarks() if not text.startswith("interrupted")])
+        self.table.set_content(f"{table}{notes}{warnings_html(self.entry.notes)}")
+
+    def _again(self) -> None:
+        """Another quantity or point."""
+        self._tell()
+        if self.kind and (self.quantity.value or not needs_quantity(self.kind)):
+            self._draw(self.kind)
+
+    def _draw(self, kind: str) -> None:
+        found, name = self.found, self.entry.name
+        if found is None:
+            return
+        self.kind = kind or next(iter(offered(found)))
+        here, quantity = self.kind, str(self.quantity.value or "")
+        self.points.set_visibility(len(self.points.options) > 1 and here in (DRIVES, FAN))
+        point = int(self.points.value or 1)
+
+        def work(job: Job) -> tuple[str, Any]:
+            draw, words = drawn(self.shelf, name, found, here, quantity, point, job)
+            return svg_of(draw, words), draw
+
+        self.picture.classes(add="old")  # until the new one is there
+
+        def then(job: Job) -> None:
+            if self.picture.is_deleted:
+                return
+            self.picture.classes(remove="old")
+            if here != self.kind or job.state == "cancelled":
+                return
+            wrong = f'<div class="wrong">{escape(job.message)}</div>'
+            content, draw = job.result if job.state == "done" else (wrong, None)
+            self.picture.set_content(content)
+            self.saved.put(draw)
+
+        self.work.start("picture of a study", work, then)
+
+
+# What came out of a design, or is known so far: the ranked designs, their Pareto front, what was ruled out and why.
+
+
+class DesignResult:
+    """One design; ``read`` may be called in another thread."""
+
+    def __init__(self, bench: Bench, shelf: Studies, entry: Kept) -> None:
+        self.bench, self.shelf, self.entry = bench, shelf, entry
+        self.found: Designed | None = None
+        self.ran = 0
+        with ui.row().classes("items-center gap-2 w-full") as self.tools:
+            self.place = ui.select({}, label="design").props('dense outlined options-dense data-at="place"')
+            self.place.style("width: 420px; max-width: 100%")
+            take = ui.button("Take it into Describe", icon="input", on_click=self._take)
+            hinted(take.props('outline dense no-caps data-at="take design"'), "undo brings the machine before back")
+            self.link = ui.link("its machine (TOML)", "").props('download data-at="design machine file"')
+            self.work = Work(bench, "design picture")
+            self.saved = Saved(self.work, entry.name)
+        self.place.on_value_change(lambda _event: self._linked())
+        self.picture = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="front"')
+        self.table = ui.html("", sanitize=False).classes("w-full")
+        self.tools.set_visibility(False)
+
+    @property
+    def chosen(self) -> int:
+        """The place of the design that is chosen."""
+        return int(self.place.value or 1)
+
+    def read(self, job: Job | None) -> Designed | None:
+        """The answer, or what is known of it."""
+        return design_of(self.shelf, self.entry.name, job)
+
+    def put(self, found: Designed, going: bool) -> None:
+        """Show it."""
+        known = places(found)
+        changed, self.found, self.ran = len(known) != self.ran or not going, found, len(known)
+        if not changed or not known:
+            return
+        self.tools.set_visibility(True)
+        self.place.set_options(known, value=self.place.value if self.place.value in known else 1)
+        self._linked()
+        facts = html_table(("", ""), found.facts()).replace("<table>", '<table class="facts">', 1)
+        table = table_html(found.columns("rpm"), "designs")
+        notes = notes_html([str(text) for text in found.remarks() if not str(text).startswith("ruled out")])
+        out = reasons_html(found)
+        self.table.set_content(f"{table}{notes}{out}<h3>What was asked</h3>{facts}{warnings_html(self.entry.notes)}")
+        self._draw(found)
+
+    def _linked(self) -> None:
+        self.link.props["href"] = f"/study/{self.entry.name}/design_{self.chosen}.toml"
+        self.link.set_visibility(self.entry.finished)
+
+    def _draw(self, found: Designed) -> None:
+        def work(_job: Job) -> tuple[str, Any]:
+            draw, words = design_drawn(found)
+            return svg_of(draw, words), draw
+
+        def then(job: Job) -> None:
+            if job.state == "cancelled" or self.picture.is_deleted:
+                return
+            wrong = f'<div class="wrong">{escape(job.message)}</div>'
+            content, draw = job.result if job.state == "done" else (wrong, None)
+            self.picture.set_content(content)
+            self.saved.put(draw)
+
+        self.work.start("picture of a design", work, then)
+
+    def _take(self) -> None:
+        if self.found is None:
+            return
+        try:
+            self.bench.set_text(chosen_text(self.found, self.chosen))
+        except AutobalancerError as error:
+            ui.notify(str(error), type="warning")
+            return
+        ui.notify("the design is on the page Describe; undo brings the machine before back", type="positive")
+
+
+# The picture that is shown, as a file.
+
+
+SAVED_FORMS = ("png", "svg")
+
+
+class Saved:
+    """Two buttons that save what ``draw`` draws; nothing while there is no picture."""
+
+    def __init__(self, work: Work, name: str) -> None:
+        self.work, self.name = work, name
+        self.draw: Callable[[], Any] | None = None
+        with ui.row().classes("items-center gap-1") as self.line:
+            for form in SAVED_FORMS:
+                button = ui.button(form.upper(), icon="download", on_click=lambda form=form: self._save(form))
+                marked(button, at=f"save picture {form}", label=f"save the picture as {form.upper()}")
+                button.props("flat dense no-caps size=sm")
+        self.line.set_visibility(False)
+
+    def put(self, draw: Callable[[], Any] | None) -> None:
+        """Another picture, or none."""
+        self.draw = draw
+        self.line.set_visibility(draw is not None)
+
+    def _save(self, form: str) -> None:
+        draw = self.draw
+        if draw is None:
+            return
+
+        def then(job: Job) -> None:
+            if job.state == "done":
+                ui.download.content(job.result, f"{self.name}.{form}")
+
+        self.work.start("file of a picture", lambda _job: file_of(draw, form), then)
+
+
+# Tables and sentences of results as HTML.
+
+
+def table_html(columns: Sequence[Column], at: str = "", most: int = 200) -> str:
+    """A table with numbers at the right; of a long one the first rows."""
+    heads = [f"{column.head} ({column.unit})" if column.unit else column.head for column in columns]
+    sides = [" class='number'" if column.numeric else "" for column in columns]
+    rows = list(zip(*(column.cells() for column in columns), strict=True))
+    top = "".join(f"<th{side}>{escape(head)}</th>" for head, side in zip(heads, sides, strict=True))
+    body = "".join(
+        "<tr>" + "".join(f"<td{side}>{escape(cell)}</td>" for cell, side in zip(row, sides, strict=True)) + "</tr>"
+        for row in rows[:most]
+    )
+    more = f"<div class='quiet'>and {len(rows) - most} more rows</div>" if len(rows) > most else ""
+    return f'<div class="wide-table"><table class="facts" data-at="{at}"><tr>{top}</tr>{body}</table></div>{more}'
+
+
+def notes_html(texts: Sequence[str]) -> str:
+    """Sentences below a table."""
+    return "".join(f'<div class="quiet">{escape(text)}</div>' for text in texts)
+
+
+def warnings_html(texts: Sequence[str]) -> str:
+    """Notes that the package gave."""
+    return "".join(f'<div class="note">{escape(text)}</div>' for text in texts)
