@@ -16,7 +16,6 @@ from autobalancer.stability.averaged import border as averaged_borders
 from autobalancer.stability.averaged import equations as averaged
 from autobalancer.stability.averaged import formulas as averaged_formulas
 from autobalancer.stability.averaged import phase_windows as speed_windows
-from autobalancer.stability.averaged import rates as averaged_rates
 from autobalancer.stability.averaged import two_balls as averaged_two_balls
 from autobalancer.stability.averaged.stations import averaged_station_matrices
 from autobalancer.stability.host.planar import Plane
@@ -226,7 +225,7 @@ def test_no_ball_positions_have_a_higher_averaged_border_than_the_worst_case(see
         state = balanced(*random.uniform(-math.pi, math.pi, 4))
         assert averaged.averaged_growth_rate(p, 1.0001 * border, state) < 0.0
     (least,) = averaged_borders.worst_spreads(p)
-    assert averaged_rates.growth_rates(p, np.array([0.9999 * border]), least)[0] > 0.0
+    assert averaged_borders.growth_rates(p, np.array([0.9999 * border]), least)[0] > 0.0
 
 
 def test_one_ball_meets_its_sufficient_criterion_as_the_rotor_damping_vanishes() -> None:

@@ -21,7 +21,8 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import write_part
 from autobalancer.results.chamber.recorded import READ
-from autobalancer.simulation.chamber import march, simulate_chamber
+from autobalancer.simulation.chamber import run as chamber_run
+from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_runs import archived_run
 from autobalancer.studies.in_threads import in_threads
 
@@ -76,7 +77,7 @@ def test_ctrl_c_keeps_all_samples_up_to_it_not_only_whole_parts(
         if now > 0.1165:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(march, "AT_ONCE", 0.0)  # looked for after every sample
+    monkeypatch.setattr(chamber_run, "AT_ONCE", 0.0)  # looked for after every sample
     with pytest.raises(KeyboardInterrupt):
         archived_run(Archive(tmp_path), "one", MACHINE, **ASKED, progress=stop)
     stopped = Archive(tmp_path).run("one")

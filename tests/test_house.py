@@ -20,13 +20,13 @@ SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, BODY = 800, 12, 80
 CEILINGS = {
-    "files": 1157,
-    "modules with one importer, beside them": 0.175,
-    "public functions named once elsewhere": 0.300,
-    "import lines": 0.095,
-    "import cycles": 7,
+    "files": 1003,
+    "modules with one importer, beside them": 0.060,
+    "public functions named once elsewhere": 0.220,
+    "import lines": 0.086,
+    "import cycles": 4,
     "bodies over 80 lines": 9,
-    "doubled file names": 193,
+    "doubled file names": 162,
 }
 MANY = {
     "kernels/dwell/hold.py hold": "a compiled loop gets all that it needs and all that it writes",

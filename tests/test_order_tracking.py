@@ -329,14 +329,14 @@ def test_orders_are_kept_in_a_file_and_drawn(motion: np.ndarray, tmp_path: Path)
 def by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Records of more than 3000 samples stay in their files, of which 1500 samples are in memory at once."""
     from autobalancer.measurement.orders import angle as angles
-    from autobalancer.measurement.signals import formats, timebase
+    from autobalancer.measurement.signals import formats, load
     from autobalancer.results.signals import signals, universal_file
 
-    for module in (signals, formats, timebase, universal_file, angles):
+    for module in (signals, formats, load, universal_file, angles):
         monkeypatch.setattr(module, "LONG", 3000)
     monkeypatch.setattr(signals, "BLOCK", 1500)
     monkeypatch.setattr(angles, "BLOCK", 1500)
-    monkeypatch.setattr(timebase, "BLOCK", 1500)
+    monkeypatch.setattr(load, "BLOCK", 1500)
 
 
 def long_record(path: Path, motion: np.ndarray) -> Path:

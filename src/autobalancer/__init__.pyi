@@ -48,11 +48,11 @@ from autobalancer.studies.basin import basin as basin
 from autobalancer.studies.design.chosen import designed_machine as designed_machine
 from autobalancer.studies.design.design import design as design
 from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
+from autobalancer.studies.random_starts import sweep as sweep
 from autobalancer.studies.stepped_response import stepped_response as stepped_response
 from autobalancer.studies.study.fan import envelopes as envelopes
 from autobalancer.studies.study.sensitivity import sensitivity as sensitivity
 from autobalancer.studies.study.study import study as study
-from autobalancer.studies.random_starts import sweep as sweep
 from autobalancer.studies.worst_start import worst_start as worst_start
 
 __version__: str

@@ -8,10 +8,10 @@ from autobalancer.results.chamber.shape import unbalance_of as unbalance_of
 from autobalancer.results.chamber.unconstrained import unconstrained_motion as unconstrained_motion
 from autobalancer.simulation.chamber.bounds import bounds as bounds
 from autobalancer.studies.chamber_amplitudes import amplitudes as amplitudes
+from autobalancer.studies.chamber_amplitudes import variant as variant
 from autobalancer.studies.chamber_design.around import design_sensitivity as design_sensitivity
 from autobalancer.studies.chamber_design.around import designed_machine as designed_machine
 from autobalancer.studies.chamber_design.design import design as design
-from autobalancer.studies.chamber_amplitudes import variant as variant
 from autobalancer.studies.chamber_means import optimal_means as optimal_means
 from autobalancer.studies.chamber_means import over_seeds as over_seeds
 from autobalancer.studies.chamber_means import pick_up_borders as pick_up_borders

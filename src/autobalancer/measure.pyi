@@ -2,9 +2,9 @@
 
 from autobalancer.measurement.angle.curve import equilibrium_angle as equilibrium_angle
 from autobalancer.measurement.angle.evaluation import evaluate_angles as evaluate_angles
-from autobalancer.measurement.angle.file import load_angle_series as load_angle_series
 from autobalancer.measurement.angle.evaluation import fit_rolling_resistance as fit_rolling_resistance
 from autobalancer.measurement.angle.evaluation import rolling_resistance_deviation as rolling_resistance_deviation
+from autobalancer.measurement.angle.file import load_angle_series as load_angle_series
 from autobalancer.measurement.angle.statics import TurnedRace as TurnedRace
 from autobalancer.measurement.angle.statics import drag_coefficients as drag_coefficients
 from autobalancer.measurement.angle.statics import equilibrium_angles as equilibrium_angles
@@ -54,9 +54,9 @@ from autobalancer.measurement.race.rest import rest_friction as rest_friction
 from autobalancer.measurement.race.roundness import race_shape as race_shape
 from autobalancer.measurement.rubber.fit import load_rubber as load_rubber
 from autobalancer.measurement.rubber.fit import rubber as rubber
-from autobalancer.measurement.rubber.signals import hysteresis as hysteresis
 from autobalancer.measurement.rubber.fit import rubber_loops as rubber_loops
 from autobalancer.measurement.rubber.fit import rubber_resonances as rubber_resonances
+from autobalancer.measurement.rubber.signals import hysteresis as hysteresis
 from autobalancer.measurement.rubber.signals import rubber_signals as rubber_signals
 from autobalancer.measurement.sensors.record import record as record
 from autobalancer.measurement.sensors.sensor import Sensor as Sensor

@@ -59,12 +59,12 @@ from autobalancer.plots.signals.spectrum import spectrum as spectrum
 from autobalancer.plots.stability.basins import basin as basin
 from autobalancer.plots.stability.bifurcation_curves import bifurcation_curves as bifurcation_curves
 from autobalancer.plots.stability.border_curve import border_curve as border_curve
+from autobalancer.plots.stability.border_curve import eigenvalues as eigenvalues
 from autobalancer.plots.stability.border_speeds import borders as borders
 from autobalancer.plots.stability.branches import branches as branches
 from autobalancer.plots.stability.ensemble import ensemble as ensemble
 from autobalancer.plots.stability.ensemble import ensemble_distribution as ensemble_distribution
 from autobalancer.plots.stability.ensemble import ensemble_scatter as ensemble_scatter
-from autobalancer.plots.stability.border_curve import eigenvalues as eigenvalues
 from autobalancer.plots.stability.stability_map import map as map
 from autobalancer.plots.studies.design import design as design
 from autobalancer.plots.studies.fan import envelopes as envelopes

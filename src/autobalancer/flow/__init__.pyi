@@ -9,9 +9,9 @@ from autobalancer.flow.ball.sheared_question import sheared_drag as sheared_drag
 from autobalancer.flow.question import annulus_flow as annulus_flow
 from autobalancer.flow.relaxation import RelaxationModes as RelaxationModes
 from autobalancer.flow.relaxation import relaxation_modes as relaxation_modes
-from autobalancer.flow.speed import recorded_speed as recorded_speed
 from autobalancer.flow.result import SpinUp as SpinUp
 from autobalancer.flow.result import spin_up as spin_up
+from autobalancer.flow.speed import recorded_speed as recorded_speed
 
 __all__ = [
     "Annulus",

@@ -94,7 +94,7 @@ def say_refused(event: Any, what: str, ends: str, largest: int) -> None:
     ui.notify(f"{what} ends in {ends}" if kind else f"{what} has at most {largest // 1_000_000} MB", type="negative")
 
 
-def picker(options: Any, label: str, take: Callable[[str], Any], *, at: str, width: int = 220) -> ui.select:
+def picker(options: Any, label: str, take: Callable[[str], Any], *, at: str) -> ui.select:
     """A list that one can search, whose choice is taken at once; its box shows none, so any can be taken once more."""
 
     def chosen(event: Any) -> None:
@@ -103,7 +103,7 @@ def picker(options: Any, label: str, take: Callable[[str], Any], *, at: str, wid
             take(event.value)
 
     box = ui.select(options, label=label, with_input=True, on_change=chosen)
-    box.props("dense outlined options-dense", remove="fill-input").style(f"width: {width}px")
+    box.props("dense outlined options-dense", remove="fill-input").style("width: 220px")
     marked(box, at=at)
     return box
 

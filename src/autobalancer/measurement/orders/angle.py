@@ -378,6 +378,7 @@ def _lower_band(matrix: sparse.csr_array, width: int) -> Floats:
 
 Whole = NDArray[np.int64]
 HYSTERESIS = 0.3  # of the height of a pulse
+LOOKED_AT = LONG  # samples, evenly chosen, of which the height of the pulses is taken
 LEAST_CONTRAST = 6.0  # height of the pulses over the scatter at their feet
 NEIGHBORS = 4  # intervals on each side from which the length of one is foreseen
 EXTRA, MISSING = 0.6, 1.5  # pulses in an interval, as foreseen, below and above which it is not one
@@ -432,7 +433,7 @@ def crossings(
     if low == high:
         raise QuestionError(f"tacho: the signal is constant, {low:.4g}; there are no pulses")
     least, most = sorted((sign * low, sign * high))
-    middle, every = 0.5 * (least + most), -(-values.shape[0] // LONG)
+    middle, every = 0.5 * (least + most), -(-values.shape[0] // LOOKED_AT)
     some = sign * np.concatenate([part[-first % every :: every] for first, part in pieces(values)])
     foot = float(np.median(some[some < middle])) if (some < middle).any() else least
     top = float(np.quantile(some[some >= middle], 0.9)) if (some >= middle).any() else most

@@ -203,7 +203,7 @@ class Fit:
 
     def _put(self, ways: dict[str, str]) -> None:
         with ui.row().classes("items-center gap-2"):
-            self.add = picker({}, "free: add a number of the machine", self._free, at="fit add", width=420)
+            self.add = picker({}, "free: add a number of the machine", self._free, at="fit add").style("width: 420px")
         self._offer()
         self.rows = ui.column().classes("w-full gap-1")
         with ui.row().classes("items-center gap-2"):
