@@ -6,13 +6,14 @@ MACHINE ?= examples/machines/discoidal.toml
 NAME    := $(basename $(notdir $(MACHINE)))
 DEMO    := out/demo
 BIN     := .venv/bin
+PART    := $(BIN)/python -m tools.parts run
 PIP     := $(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check
 export MPLBACKEND := Agg
 export OPENBLAS_NUM_THREADS := 1  # the matrices are small; threads only get in each other's way
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo app app-test test test-slow bench reproduce docs lint wheel clean
+.PHONY: help demo app app-test test test-slow test-times bench reproduce docs lint wheel clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -31,15 +32,22 @@ demo: .venv/.core  ## run a machine from its file to pictures and a film
 app: .venv/.app  ## open the bench in a browser
 	$(BIN)/autobalancer app
 
-app-test: .venv/.dev  ## try the bench in a real browser (Chromium)
+app-test: build/.kernels  ## try the bench in a real browser (Chromium)
 	@tools/find_chromium || { echo "no Chromium is here and none could be installed: the tests of the page are skipped"; exit 0; }; \
-	$(BIN)/python -m pytest tests/browser -m browser
+	$(PART) app-test $(BIN)/python -m pytest tests/browser -m browser $(if $(CI),--reruns 1 -r R)
 
-test: .venv/.dev  ## run the tests, in a few minutes
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not browser"
+test: build/.kernels  ## run the tests, in a few minutes
+	$(PART) test $(BIN)/python -m pytest -n $(WORKERS) -m "not slow and not browser"
 
-test-slow: .venv/.dev  ## run the long tests that `make test` leaves out
-	$(BIN)/python -m pytest -n $(WORKERS) -m slow
+test-slow: build/.kernels  ## run the long tests that `make test` leaves out
+	$(PART) test-slow $(BIN)/python -m pytest -n $(WORKERS) -m slow
+
+test-times: .venv/.dev  ## show what the tests took, and fail where a part is over its share
+	@$(BIN)/python -m tools.parts
+
+build/.kernels: .venv/.dev $(shell find src/autobalancer/kernels -name '*.py')
+	$(PART) kernels $(BIN)/python -m tests.references.compiled $(WORKERS)
+	@touch $@
 
 bench: .venv/.dev  ## measure against other software; writes build/benchmarks.json
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks
@@ -52,10 +60,7 @@ docs: .venv/.dev  ## build the documentation in docs/_build
 	@echo "open docs/_build/index.html"
 
 lint: .venv/.dev  ## style, types and the order of the layers
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/mypy
-	$(BIN)/lint-imports
+	@$(PART) lint sh -c '$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/lint-imports'
 
 wheel: .venv/.dev  ## build a wheel with compiled kernels in dist, and prove that nothing compiles from it
 	$(BIN)/python -m tools.wheel

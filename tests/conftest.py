@@ -1,36 +1,52 @@
-"""Workers share the compilation of a fresh checkout, so that no kernel is compiled twice at the same time."""
+"""Processor time of each test, with that of the processes it starts, for ``make test-times``; and what tests of Ctrl-C share."""
 
 from __future__ import annotations
 
 import gc
+import json
+import os
+import resource
 import signal
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
 
-FOLDER = "kernels"  # what workers are told: where they note what is compiled
+WRITTEN = os.environ.get("TIMES_BY_TEST")  # by tools/parts.py
+TIMES = Counter[str]()  # s of each test
+LAST = [0.0]  # s of this process and those it waited for, when the last step of a test was over
 
 
-@pytest.hookimpl(optionalhook=True)  # of xdist
-def pytest_configure_node(node: Any) -> None:
-    """Called where the tests are handed out, for each worker."""
-    from autobalancer.kernels import cache
-
-    if not hasattr(node.config, "kernel_notes"):
-        node.config.kernel_notes = None if cache.any_compiled() else TemporaryDirectory()
-    node.workerinput[FOLDER] = node.config.kernel_notes.name if node.config.kernel_notes else ""
+def used() -> float:
+    """Processor time of this process and of those it waited for, s."""
+    both = (resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN))
+    return sum(one.ru_utime + one.ru_stime for one in both)
 
 
 def pytest_configure(config: Any) -> None:
     gc.set_threshold(200_000, 20, 20)  # as the commands do: looking for garbage takes an eighth of a compilation
-    folder = getattr(config, "workerinput", {}).get(FOLDER)
-    if folder:
-        from tests.references.compiled import compile_in_turns
 
-        compile_in_turns(Path(folder))
+
+def pytest_collection_finish(session: Any) -> None:
+    LAST[0] = used()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: Any, call: Any) -> Iterator[None]:
+    report = yield
+    LAST[0], report.processor = (until := used()), until - LAST[0]  # travels with the report
+    return report
+
+
+def pytest_runtest_logreport(report: Any) -> None:
+    TIMES[report.nodeid] += getattr(report, "processor", 0.0)  # that of a worker that died has none
+
+
+def pytest_sessionfinish(session: Any) -> None:
+    if WRITTEN and not hasattr(session.config, "workerinput"):
+        Path(WRITTEN).write_text(json.dumps({test: round(taken, 3) for test, taken in TIMES.most_common()}))
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from tools import parts
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "autobalancer"
@@ -61,3 +62,15 @@ def test_make_help_lists_every_target_and_pages_name_no_other() -> None:
     assert re.findall(r"^  make ([a-z-]+) ", listed, re.MULTILINE) == targets
     pages = "\n".join(path.read_text(encoding="utf-8") for path in [*PAGES, *ROOT.glob("docs/*.md")])
     assert set(re.findall(r"(?:^|`)make ([a-z-]+)", pages, re.MULTILINE)) <= set(targets)
+
+
+def test_a_part_of_the_check_is_judged_by_its_work_and_not_by_the_speed_of_the_computer() -> None:
+    quick = parts.SHARES["test"] * 1000.0 * 0.006
+    took = {"processor_s": 0.9 * quick, "clock_s": quick, "loop_s": 0.006, "tests": {"tests/test_a.py::test_b": 3.0}}
+    slow, more = took | {"processor_s": 9.0 * quick, "loop_s": 0.06}, took | {"processor_s": 1.4 * quick}
+    assert parts.over({"test": took}) == parts.over({"test": slow}) == parts.over({"unknown": more}) == []
+    assert parts.over({"lint": took | {"processor_s": 0.0}, "test": more}) == ["test"]
+    assert parts.over({"test": more}, parts.FAILS) == []
+    assert parts.over({"test": slow | {"loop_s": 0.006}}, parts.FAILS) == ["test"]
+    assert any("tests/test_a.py" in line for line in parts.table({"test": took}))
+    assert "test takes 1.4 times its share" in "\n".join(parts.table({"test": more}))

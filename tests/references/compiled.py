@@ -1,15 +1,19 @@
-"""All kernels of a fresh checkout, each compiled by one of the processes that test, and waited for by the others."""
+"""All kernels of a fresh checkout, each compiled by one of several processes: ``python -m tests.references.compiled [2]``."""
 
 from __future__ import annotations
 
 import ast
+import gc
 import inspect
 import os
+import subprocess
+import sys
 import time
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import autobalancer
@@ -129,3 +133,21 @@ def _compile(module: str, part: str) -> None:
     if part == CALLED:
         for name, kind in called_by_address(module).items():
             getattr(loaded, name).compile(kind.signature)
+
+
+def compile_all(processes: int) -> None:
+    """Compile what is not there, by several processes."""
+    with TemporaryDirectory() as folder:
+        words = [sys.executable, "-m", "tests.references.compiled", "--in-turns", folder]
+        others = [subprocess.Popen(words) for _ in range(processes)]
+        failed = [one.wait() for one in others]
+    if any(failed):
+        print(f"compiling ended with {failed}; the tests compile the rest, and say what is wrong")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--in-turns"]:
+        gc.set_threshold(200_000, 20, 20)  # as the commands do: looking for garbage takes an eighth of a compilation
+        compile_in_turns(Path(sys.argv[2]))
+    else:
+        compile_all(int(sys.argv[1]) if sys.argv[1:] else os.cpu_count() or 1)
