@@ -1,4 +1,4 @@
-"""Balls on races of any shape that tilt with a rigid rotor: energies in space, expanded and differentiated by computer algebra.
+"""Balls on races of any shape that tilt with a rigid rotor: places in space, expanded and differentiated by computer algebra.
 
 As tests/references/spatial.py, but the ball runs on eps(phi) instead of a circle, and may move off its path along the outward
 normal of it in the plane of the race. This coordinate n is held at 0; the force that holds it is minus the normal force N, and
@@ -23,13 +23,13 @@ from autobalancer.machine import ConstantTorque, Machine
 
 
 @cache
-def ball() -> Any:
-    """(q, v, numbers, radii) -> mass matrix (7, 7), forces (7,), T, V, path per angle; coordinates X, a, Y, b, theta, phi, n."""
+def derived_places() -> Any:
+    """(q, v, numbers, radii) -> of the place of a ball, by orders in the lateral coordinates: itself (3, 3), its derivatives
+    (3, 3, 7) and its acceleration without q'' (3, 3); the path per angle and its rate. Coordinates X, a, Y, b, theta, phi, n.
+    """
     q, v = sp.symbols("X a Y b theta phi n"), sp.symbols("Xt at Yt bt w phit nt")
-    numbers = mass, fluid, own, r, ex, ey, z, gx, gy, gz = sp.symbols("m f J r Ex Ey z gx gy gz")
-    radii = radius, slope, _, _ = sp.symbols(
-        "R0 R1 R2 R3"
-    )  # and its derivatives; the last one does not matter where n = 0
+    numbers = r_x, r_y, z = sp.symbols("Ex Ey z")
+    radii = radius, slope, _, _ = sp.symbols("R0 R1 R2 R3")  # and its derivatives; the last one does not matter where n = 0
     x, a, y, b, theta, phi, n = q
 
     def change(expression: Any, s: Any) -> Any:
@@ -44,29 +44,37 @@ def ball() -> Any:
     length = sp.sqrt(radius**2 + slope**2)
     off = n * sp.Matrix([along[1], -along[0]]) / length
     spin = sp.Matrix([[sp.cos(theta), -sp.sin(theta)], [sp.sin(theta), sp.cos(theta)]])
-    flat = spin * (sp.Matrix([ex, ey]) + path + off)
+    flat = spin * (sp.Matrix([r_x, r_y]) + path + off)
     rho, tilt = sp.Matrix([*flat, 0]), sp.Matrix([-b, a, 0])
-    # by orders in the lateral coordinates
     places = rho, sp.Matrix([x + z * a, y + z * b, 0]) + tilt.cross(rho), tilt.cross(tilt.cross(rho)) / 2
 
     def rate(expression: Any) -> Any:
-        return sum((change(expression, s) * u for s, u in zip(q, v, strict=True)), sp.zeros(*expression.shape))
+        return sum((change(expression, s) * u for s, u in zip(q[:6], v[:6], strict=True)), sp.zeros(*expression.shape))
 
-    zero, one, two = (rate(place) for place in places)
-    whole, speed = sum(places, sp.zeros(3, 1)), length * v[5]
-    kinetic = mass * (zero.dot(zero) / 2 + zero.dot(one) + one.dot(one) / 2 + zero.dot(two))
-    kinetic += fluid * speed**2 / 2 + own * (v[4] - speed / r) ** 2 / 2
-    potential = -mass * (gx * whole[0] + gy * whole[1] + gz * whole[2])
-    momenta = [sp.diff(kinetic, s) for s in v]
-    resting = {n: 0, v[6]: 0}
-    half = {(i, j): sp.diff(momenta[i], v[j]).subs(resting) for i in range(7) for j in range(i + 1)}
-    matrix = [[half[max(i, j), min(i, j)] for j in range(7)] for i in range(7)]
-    forces = [
-        change(kinetic - potential, s).subs(resting) - sum(change(p, q[j]).subs(resting) * v[j] for j in range(6))
-        for s, p in zip(q, momenta, strict=True)
-    ]
-    found = [matrix, forces, kinetic.subs(resting), potential.subs(resting), length]
-    return sp.lambdify([q, v, numbers, radii[:3]], found, modules="math", cse=True)
+    on_race = [place.subs(n, 0) for place in places]
+    slopes = [[[change(part, s).subs(n, 0) for s in q] for part in place] for place in places]
+    found = [[list(place) for place in on_race], slopes, [list(rate(rate(place))) for place in on_race]]
+    return sp.lambdify([q, v, numbers, radii[:3]], [*found, length, change(length, phi) * v[5]], modules="math", cse=True)
+
+
+def ball(q: Any, v: Any, numbers: Any, radii: Any) -> tuple[np.ndarray, np.ndarray, float, float, float]:
+    """Mass matrix (7, 7), forces (7,), T, V, path per angle; coordinates X, a, Y, b, theta, phi, n.
+
+    Lagrange's equations of (place . place) / 2 are its derivatives times its acceleration, of each pair of orders.
+    """
+    mass, fluid, own, r, *at, gx, gy, gz = numbers
+    *found, length, stretched = derived_places()(q, v, at, radii)
+    places, slopes, rates = (np.array(one, float) for one in found)
+    rolled = np.zeros((2, 7))  # along the race, and the turn of the ball
+    rolled[0, 5], rolled[1, 4:6] = length, (1.0, -length / r)
+    turned = np.array([stretched * v[5], -stretched * v[5] / r])
+    matrix = rolled.T @ np.diag([fluid, own]) @ rolled
+    force = mass * np.array([gx, gy, gz]) @ slopes.sum(axis=0) - rolled.T @ ([fluid, own] * turned)
+    for i, j in ((0, 0), (0, 1), (1, 0), (1, 1), (0, 2), (2, 0)):  # up to the second order
+        matrix += mass * slopes[i].T @ slopes[j]
+        force -= mass * slopes[i].T @ rates[j]
+    potential = -mass * np.array([gx, gy, gz]) @ places.sum(axis=0)
+    return matrix, force, float(0.5 * np.array(v) @ matrix @ v), float(potential), float(length)
 
 
 @dataclass(frozen=True)
@@ -103,10 +111,9 @@ class SpatialRaces:
             rows = [0, 1, 2, 3, 4, 5 + i]
             z = position(machine, machine.balancers[one.balancer].station)
             places, speeds = [*q[:5].tolist(), q[5 + i], 0.0], [*v[:5].tolist(), v[5 + i], 0.0]
-            own, push, kinetic, potential, length = ball()(
+            own, push, kinetic, potential, length = ball(
                 places, speeds, [*flat[:6], z, 0.0, pull, axial], self.flat.radii(i, q[5 + i])
             )
-            own, push = np.array(own, float), np.array(push, float)
             matrix[np.ix_(rows, rows)] += own[:6, :6]
             force[rows] += push[:6]
             force[5 + i] -= self.flat.drag[i] * length**2 * v[5 + i]
