@@ -49,8 +49,8 @@ build/.kernels: .venv/.dev $(shell find src/autobalancer/kernels -name '*.py')
 	$(PART) kernels $(BIN)/python -m tests.references.compiled $(WORKERS)
 	@touch $@
 
-bench: .venv/.dev  ## measure against other software; writes build/benchmarks.json
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks
+bench: .venv/.dev  ## measure against other software, or ONLY=start; writes build/benchmarks.json
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m benchmarks $(if $(ONLY),--only $(ONLY))
 
 reproduce: .venv/.core  ## redo published results; writes build/reproductions.json
 	$(BIN)/python -m reproductions
