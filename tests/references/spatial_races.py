@@ -29,7 +29,9 @@ def derived_places() -> Any:
     """
     q, v = sp.symbols("X a Y b theta phi n"), sp.symbols("Xt at Yt bt w phit nt")
     numbers = r_x, r_y, z = sp.symbols("Ex Ey z")
-    radii = radius, slope, _, _ = sp.symbols("R0 R1 R2 R3")  # and its derivatives; the last one does not matter where n = 0
+    radii = radius, slope, _, _ = sp.symbols(
+        "R0 R1 R2 R3"
+    )  # and its derivatives; the last one does not matter where n = 0
     x, a, y, b, theta, phi, n = q
 
     def change(expression: Any, s: Any) -> Any:
@@ -54,7 +56,9 @@ def derived_places() -> Any:
     on_race = [place.subs(n, 0) for place in places]
     slopes = [[[change(part, s).subs(n, 0) for s in q] for part in place] for place in places]
     found = [[list(place) for place in on_race], slopes, [list(rate(rate(place))) for place in on_race]]
-    return sp.lambdify([q, v, numbers, radii[:3]], [*found, length, change(length, phi) * v[5]], modules="math", cse=True)
+    return sp.lambdify(
+        [q, v, numbers, radii[:3]], [*found, length, change(length, phi) * v[5]], modules="math", cse=True
+    )
 
 
 def ball(q: Any, v: Any, numbers: Any, radii: Any) -> tuple[np.ndarray, np.ndarray, float, float, float]:
