@@ -22,13 +22,12 @@ from benchmarks._run_up import MACHINE
 
 ROOT = Path(__file__).resolve().parent.parent
 IMPORT = [sys.executable, "-c", "import autobalancer"]
-HELP = [sys.executable, "-m", "autobalancer", "--help"]
 CHECK = [sys.executable, "-m", "autobalancer", "check", str(MACHINE)]
 RUN = [sys.executable, "-m", "autobalancer", "simulate", str(MACHINE)]
-COMPLETE = [
+COMMAND = [
     sys.executable,
     "-c",
-    "import sys; sys.argv = ['autobalancer']; import autobalancer.__main__ as a; a.main()",
+    "import sys; sys.argv[0] = 'autobalancer'; import autobalancer.__main__ as a; a.main()",
 ]
 TAB = {"_AUTOBALANCER_COMPLETE": "complete_bash", "COMP_WORDS": "autobalancer si", "COMP_CWORD": "1"}
 REPEATS = 5
@@ -82,8 +81,8 @@ def bench() -> list[dict[str, Any]]:
             wait(once, 1)
         times = {
             "import_s": wait(IMPORT),
-            "help_s": wait(HELP),
-            "completion_s": wait(COMPLETE, **TAB),
+            "help_s": wait([*COMMAND, "--help"]),
+            "completion_s": wait(COMMAND, **TAB),
             "warm_check_s": wait(CHECK),
             "warm_simulate_s": wait(run),
         }
