@@ -98,10 +98,13 @@ def test_every_command_has_an_example_in_its_help(tmp_path: Path) -> None:
         assert hasattr(command, "commands") or "Example: autobalancer" in command.help, name
 
 
-def test_a_check_loads_no_library_of_tables_and_a_help_none_for_numbers() -> None:
+def test_a_command_loads_no_library_that_it_does_not_use(tmp_path: Path) -> None:
+    machine = "examples/machines/discoidal.toml"
+    strangers = {"dask", "distributed", "pint", "matplotlib", "scipy.optimize", "scipy.interpolate", "rich.progress"}
     for words, heavy in (
         (["--help"], {"numpy", "pydantic", "numba", "scipy", "xarray"}),
-        (["check", "examples/machines/discoidal.toml"], {"pandas", "xarray", "pint", "matplotlib", "netCDF4"}),
+        (["check", machine], {"pandas", "xarray", "pint", "matplotlib", "netCDF4"}),
+        (["simulate", machine, "--duration", "0.1 s", "--out", str(tmp_path / "run.nc")], strangers),
     ):
         code = (
             f"import sys; sys.argv = ['autobalancer', *{words}]\nfrom autobalancer.__main__ import main\ntry: main()\n"

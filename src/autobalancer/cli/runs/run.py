@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Seed, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, say, speed_sign
-
-if TYPE_CHECKING:
-    pass
 
 
 def run(
@@ -73,6 +73,7 @@ def run(
     out = out if out is not None else Path(f"{machine.stem}.nc")
     files = Files(out)
     described = load_machine(machine)
+    context.with_resource(_arrays_of_numpy())
     if isinstance(described, ChamberMachine):
         from autobalancer.cli.runs.run_chamber import run_chamber
 
@@ -148,3 +149,28 @@ def _measured(result: Any) -> Any:
         return measures(result)
     except QuestionError:
         return Measured()
+
+
+@contextmanager
+def _arrays_of_numpy() -> Iterator[None]:
+    """Let xarray take every array as one of NumPy: it loads dask and Pint to ask, which takes half a second.
+
+    Only where this command is the first to load xarray: a process that does more may have such arrays.
+    """
+    if "xarray" in sys.modules:
+        yield
+        return
+    modules: dict[str, Any] = sys.modules
+    strangers = {"dask", "pint"} - modules.keys()
+    modules.update(dict.fromkeys(strangers))  # what is None there cannot be imported
+    try:
+        from xarray.namedarray.pycompat import array_type
+
+        array_type("dask")  # xarray remembers that it is not there
+        array_type("pint")
+        if "pint" in strangers:
+            del modules["pint"]  # a unit may need it
+        yield
+    finally:
+        for name in strangers & {name for name, module in modules.items() if module is None}:
+            del modules[name]

@@ -16,8 +16,6 @@ LONGEST = 300.0  # s between two lines in a pipe
 @contextmanager
 def progress_bar(text: str, *columns: Any) -> Iterator[Update]:
     """Yield what is called with (done, total) and fields of the columns, such as ``description`` or ``now``."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
     from autobalancer.cli.terminal.console import Console
     from autobalancer.cli.terminal.printable import plain
 
@@ -25,6 +23,8 @@ def progress_bar(text: str, *columns: Any) -> Iterator[Update]:
     if not console.is_terminal:
         yield _Words(text, console) if not columns else lambda done, total=None, **fields: None
         return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
     usual = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn())
     with Progress(*(columns or usual), console=console, transient=True) as bar:
         task = bar.add_task(plain(text), total=None, now="")
