@@ -26,7 +26,7 @@ from autobalancer.units import list_argument, unbalance_argument
 Quantity = Literal["displacement", "velocity", "acceleration"]
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # each is the rate of the one before
 AT_ONCE = 4_000_000  # entries of the dynamic stiffnesses that are solved together
-STEP, FEWEST, MOST_STEPS = 0.2, 50, 20_000  # of a run-up, over 1/sqrt(growth of the speed); least and greatest number
+STEP, FEWEST, MOST_STEPS = 0.07, 150, 60_000  # of a run-up, over 1/sqrt(growth of the speed); least and greatest number
 ROOT = 6.0**0.5
 RADAU_TIMES = ((4.0 - ROOT) / 10.0, (4.0 + ROOT) / 10.0, 1.0)
 RADAU = np.array(  # Hairer and Wanner (1996), table 5.6
@@ -205,7 +205,8 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
     """Q of q = Re(Q e^(i theta)) while the speed changes, or of its first or second derivative; (S, N).
 
     M (Q'' + 2 i w Q' + (i w' - w²) Q) + (C + w G) (Q' + i w Q) + (K + w' G/2) Q = (w² - i w') load, by the method Radau IIA of
-    order five, whose steps are short for the time in which the run-up passes an undamped resonance, 1/sqrt(w').
+    order five, whose steps are short for the time in which the run-up passes an undamped resonance, 1/sqrt(w'), and for the beats
+    of a lightly damped one after it.
     """
     course = make_interp_spline(time, speeds, k=3)
     growth, span = course.derivative(), float(time[-1] - time[0])

@@ -23,7 +23,8 @@ class Orders:
 
     Times are nan where orders are over the speed. ``shared`` is the part of the deviations that is one and the same error of all
     speeds of a channel, (C,): that of the run-out that was subtracted. ``course`` has times and speeds of the whole run-up or
-    run-down, along which a linear rotor is followed.
+    run-down, along which a linear rotor is followed; ``passed`` is what the window or filter of the tracking makes of a response
+    there, (S, time).
     """
 
     times: Floats
@@ -36,11 +37,12 @@ class Orders:
     quantities: tuple[str, ...]
     shared: Floats
     course: tuple[Floats, Floats] | None = None
+    passed: Floats | None = None
 
     def at(self, rows: NDArray[Any]) -> Orders:
         """Some of the speeds."""
-        parts = {name: getattr(self, name)[rows] for name in ("times", "speeds", "readings", "deviations", "across")}
-        return replace(self, **parts)
+        names = ["times", "speeds", "readings", "deviations", "across", *["passed"] * (self.passed is not None)]
+        return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
 
 def follows_speed(machine: Machine, known: Orders) -> bool:
@@ -61,17 +63,18 @@ def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str
         raise QuestionError(
             f"{owner}: channel {known.places.index('') + 1} has no place; name the station at which it was measured"
         )
-    if known.course is None or not follows_speed(machine, known):
-        speeds, back = np.unique(known.speeds, return_inverse=True)
-    else:  # a resonance is late when the speed changes
-        time, speeds = known.course
-        options["time"], back = time, np.searchsorted(time, known.times).clip(max=time.size - 1)
+    speeds, back = np.unique(known.speeds, return_inverse=True)
+    passed = None
+    if known.course is not None and follows_speed(machine, known):  # a resonance is late when the speed changes
+        options["time"], speeds = known.course
+        passed = known.passed
     found = np.empty((known.speeds.size, len(known.places)), complex)
     stations = None if places == [""] else places
     for quantity in dict.fromkeys(known.quantities):
         kind_of_all: Any = quantity
         seen: xr.Dataset = response(machine, speeds, stations, unbalance, quantity=kind_of_all, **options)
-        x, y = ((seen[f"{k}_real"] + 1j * seen[f"{k}_imag"]).values[back] for k in "xy")
+        both = [(seen[f"{k}_real"] + 1j * seen[f"{k}_imag"]).values for k in "xy"]
+        x, y = (one[back] if passed is None else passed @ one for one in both)
         for c, (place, way, kind) in enumerate(zip(known.places, known.directions, known.quantities, strict=True)):
             if kind == quantity:
                 s = places.index(place)

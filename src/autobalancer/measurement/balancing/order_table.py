@@ -7,15 +7,19 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.table import Table, read_table
 from autobalancer.measurement.balancing.channels import Orders
 from autobalancer.measurement.noise_density import independent
+from autobalancer.measurement.orders.fitted import window_of_fit
+from autobalancer.measurement.orders.vold_kalman import passed_at
 from autobalancer.measurement.signals.unit_words import quantity_of
 from autobalancer.safe_file import as_path
 
 EXAMPLE = "speed [rpm], place, direction, amplitude [um], phase [deg], amplitude deviation [um]"
+Floats = NDArray[np.float64]
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 SAME = 1e-6  # relative difference of speeds that are one
 
@@ -112,18 +116,21 @@ def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
 
     if not isinstance(orders, xr.Dataset):
         orders = load_run(orders) if Path(orders).suffix.lower() == ".nc" else load_orders(orders)
-    course = None
+    course = passed = None
     tracked = {"window_revolutions", "bandwidth"} & set(orders.attrs)  # and not measured at one speed after the other
     if tracked and "time" in orders.dims and "speed" in orders.variables and orders.sizes["time"] > 3:
         course = np.asarray(orders["time"].values, float), np.asarray(orders["speed"].values, float)
         if not ((np.diff(course[0]) > 0.0).all() and (course[1] > 0.0).all()):
             course = None
+    about = orders.attrs
     orders = independent(orders)
     times = (
         np.asarray(orders["time"].values, float)
         if "time" in orders.dims
         else np.full(orders.sizes.get("speed", 0), np.nan)
     )
+    if course is not None:
+        passed = _passed(*course, np.searchsorted(course[0], times), about)
     if "order" in orders.dims:
         if 1.0 not in orders["order"].values:
             raise QuestionError(f"{owner}: the orders have no order 1, which is that of unbalance; track it, too")
@@ -163,7 +170,16 @@ def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
         tuple(map(str, quantities)),
         np.asarray(found["runout_deviation"].values if "runout_deviation" in found else np.zeros(amplitude.shape[1])),
         course,
+        passed,
     )
+
+
+def _passed(time: Floats, speed: Floats, rows: NDArray[np.intp], about: dict[str, Any]) -> Floats:
+    """What the tracking makes of amplitudes over the time at some of its instants, (row, time)."""
+    if "bandwidth" in about:
+        return passed_at(rows, time.size, float(about["bandwidth"]) * float(time[-1] - time[0]) / (time.size - 1))
+    angle = np.r_[0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))]
+    return window_of_fit(angle, rows, float(about["window_revolutions"]))
 
 
 def _place(place: Any) -> str | float:

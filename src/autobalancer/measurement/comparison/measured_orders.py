@@ -32,8 +32,9 @@ Floats = NDArray[np.float64]
 class MeasuredOrders:
     """Amplitude and phase of the first order, for :func:`autobalancer.rotor.identify`.
 
-    A machine gives its unbalance response in their place, along the measured speed over the time; the steady one where
-    only speeds are known or rubber softens, so that the run-up must be slow. Or the orders of a simulated run-up, tracked alike.
+    A machine gives its unbalance response in their place, along the measured speed over the time and through the same window; the
+    steady one where only speeds are known or rubber softens, so that the run-up must be slow. Or the orders of a simulated
+    run-up, tracked alike.
     Of tracked orders those points count whose noise is independent; in a response what the window probably takes away is part of
     the deviation.
 
@@ -100,7 +101,12 @@ class MeasuredOrders:
         along = np.sqrt(np.maximum(known.deviations**2 - known.shared**2, 0.0))
         across = np.fmax(along, np.sqrt(np.maximum(known.across**2 - known.shared**2, 0.0)))
         if self.error is not None:
-            along = across = np.where(np.isfinite(along) & (along > 0.0), along, self._error())
+            there = np.isfinite(along) & (along > 0.0)
+            along, across = (np.where(there, one, self._error()) for one in (along, across))
+        # The angle is smoothed over many pulses, so neighboring readings and all channels share its error: it counts as if each
+        # reading had one pulse of its own. That is nearly what the shared error would leave where pulses are as many as readings.
+        edge = known.speeds * float(self.data.attrs.get("edge_deviation", 0.0))
+        across = np.hypot(across, np.abs(known.readings) * edge[:, None])
         if not all(np.isfinite(one).all() and (one > 0.0).all() for one in (along, across)):
             raise QuestionError(
                 f"{self.label}: the deviation of the amplitudes is not known; give error, such as '2 %', or a column "

@@ -87,3 +87,14 @@ def passed_by_fit(orders: Floats, revolutions: float, ratio: Floats, degree: int
     even, odd = rows[at], rows[at + 1]
     turns = half * np.outer(s, ratio)
     return np.asarray(0.5 * (even @ np.cos(turns) + odd @ np.sin(turns)), np.float64)
+
+
+def window_of_fit(angle: Floats, rows: NDArray[np.intp], revolutions: float, degree: int = SPREAD) -> Floats:
+    """Weights (row, angle) with which an amplitude given at angles enters that of :func:`fitted_orders` at some of these."""
+    half, found = np.pi * revolutions, np.zeros((rows.size, angle.size))
+    for k, row in enumerate(rows):
+        first, last = np.searchsorted(angle, [angle[row] - half, angle[row] + half])
+        s = (angle[first:last] - angle[row]) / half
+        weighted = np.cos(0.5 * np.pi * s) * s ** np.arange(degree + 1)[:, None]
+        found[k, first:last] = np.linalg.pinv(weighted.T)[0] * np.cos(0.5 * np.pi * s)
+    return found

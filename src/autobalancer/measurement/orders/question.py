@@ -417,6 +417,9 @@ def _dataset(
     head = {"title": f"orders of {signals.attrs.get('origin') or 'signals'}", **how}
     doubts = "\n".join(filter(None, [str(signals.attrs.get("warnings", "")), *notes]))
     more = {"origin": signals.attrs.get("origin", ""), "warnings": doubts}
+    if "pulse_jitter" in signals.attrs:  # a pulse is no better known than to a sample, even if all are off by the same
+        step = float(t[-1] - t[0]) / (t.size - 1)
+        more["edge_deviation"] = max(float(signals.attrs["pulse_jitter"]), step / math.sqrt(12.0))
     return Orders.of(found.assign_attrs(head | more | provenance()))
 
 

@@ -115,6 +115,14 @@ def bias_of(amplitude: NDArray[np.complex128], share: float, poles: int = POLES)
     return np.asarray(found.reshape(amplitude.shape), np.float64)
 
 
+def passed_at(rows: NDArray[np.intp], size: int, share: float, poles: int = POLES) -> Floats:
+    """Weights (row, sample) with which an amplitude given at samples enters that of the filter at some of them."""
+    band = _band(np.ones((size, 1)), 2.0 * structural_weight(min(share, 1.0), poles), poles)
+    whole = np.zeros((size, rows.size))
+    whole[rows, np.arange(rows.size)] = 1.0
+    return np.asarray(solveh_banded(band, whole, lower=True, overwrite_b=True).T)
+
+
 def noise_in_bias(away: Floats, bandwidth: float, rate: float, poles: int = POLES) -> Floats:
     """How much of noise, so many hertz beside an order, :func:`bias_of` takes for bias."""
     passed = passed_by_filter(away, bandwidth, rate, poles)
