@@ -32,8 +32,8 @@ def test_from_machine_file_to_pictures(tmp_path: Path) -> None:
     assert found["measures"]["peak_deflection"] == float(
         ab.peak_deflection(ab.load_run(tmp_path / "run.nc"))["deflection"]
     )
-    drawn = run("plot", "run.nc", "--out", "pictures", cwd=tmp_path)
-    assert drawn.returncode == 0, drawn.stderr
+    drawn = CliRunner().invoke(app, ["plot", str(tmp_path / "run.nc"), "--out", str(tmp_path / "pictures")])
+    assert drawn.exit_code == 0, drawn.output
     assert len(list((tmp_path / "pictures").glob("*.png"))) == 3
 
 
