@@ -47,6 +47,19 @@ def test_below_the_critical_speed_free_balls_add_to_the_unbalance_and_pins_keep_
     assert 0.97 < float(deflection.sel(machine="Plain race")) / (both * rotor) < 1.0
 
 
+def test_a_passage_that_balls_make_worse_stands_beside_the_verdict(three):
+    ratio = three["peak_deflection"] / three["peak_without_balls"]
+    held = ab.simulate(PLAIN, hold_balls=True, tolerance=1e-7, save=[ab.Envelope(500), ab.LastRevolutions()])
+    assert float(three["peak_without_balls"][0]) == float(ab.measures(held)["peak_deflection"])
+    assert ratio.values == pytest.approx([2.25, 1.0, 1.36], abs=0.01)  # pins keep the balls apart until they balance
+    (words,) = (column.values for column in three.columns() if column.head == "verdict")
+    assert list(words) == [
+        "balanced, 2.25 times as much on the way",
+        "balanced",
+        "partly balanced, 36.2 % worse on the way",
+    ]
+
+
 def test_springs_between_the_balls_do_not_let_them_balance(three):
     assert str(three["verdict"].sel(machine="Springs along the race").values) == "partly balanced"
     assert float(three["vibration"].sel(machine="Springs along the race")) > 1e-5

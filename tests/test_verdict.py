@@ -293,7 +293,7 @@ def test_a_passage_that_balls_make_worse_is_said_in_the_first_line_and_speeds_fo
     times = float(ab.peak_deflection(run)["deflection"]) / float(ab.peak_deflection(held)["deflection"])
     assert times > 1.5
     assert found.as_dict()["peak_ratio"] == pytest.approx(times, rel=1e-12)
-    said = f"balanced, but the greatest deflection on the way is {times:.3g} times that without balls"
+    said = f"balanced, but the greatest deflection on the way is {times:.3g} times as much as without balls"
     assert said in str(found).splitlines()[0]
     assert said in " ".join(shown.split())
     assert found.peak_without_balls is not None

@@ -70,7 +70,8 @@ def compare(
     Returns
     -------
     Comparison
-        A dataset over ``machine``: ``peak_deflection`` (m) at ``peak_speed`` (rad/s), ``vibration`` (m) at the end and
+        A dataset over ``machine``: ``peak_deflection`` (m) at ``peak_speed`` (rad/s), ``peak_without_balls`` (m, with held
+        balls; nan of deep chambers), ``vibration`` (m) at the end and
         ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``; ``deflection_at`` (m) over ``speed``,
         the greatest in the second half of the time at this speed (within 1 %); ``exact_border`` (rad/s), above which the balanced
         state is stable, with ``border_note``; ``support_force`` (N), how far the force of the hardest loaded support gets from
@@ -101,7 +102,19 @@ def compare(
                 save=[Envelope(bins), LastRevolutions()],
                 progress=False,  # type: ignore[arg-type]
             )
-            return race_row(machine, run, speeds)
+            held = None
+            if run.attrs["outcome"] == "finished" and run.sizes.get("ball", 0):
+                end = float(run.attrs["end_time"])
+                held = simulate_races(
+                    machine,
+                    hold_balls=True,
+                    duration=end,
+                    tolerance=tolerance,
+                    seed=seed,
+                    save=[Envelope(bins), LastRevolutions()],
+                    progress=False,  # type: ignore[arg-type]
+                )
+            return race_row(machine, run, held, speeds)
 
     rows = in_threads(one, list(named.values()), workers, progress)
     for name, row in zip(named, rows, strict=True):
@@ -135,6 +148,7 @@ def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, AnyMach
 
 def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Comparison:
     about = {entry.name: {"long_name": entry.text, "units": entry.unit} for entry in SWEPT}
+    about["peak_without_balls"] = {"long_name": "greatest deflection with held balls", "units": "m"}
     found = xr.Dataset(
         {name: ("machine", [float(row[name]) for row in rows], about[name]) for name in MEASURES},
         {"machine": list(named), "speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})},
@@ -171,11 +185,22 @@ def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], sp
 NEAR = 0.01  # of a speed: the rotor counts as running at it
 LATE = 0.5  # of the time at a speed: the balls have had the rest of it to settle
 BORDER = "exact border"
-MEASURES = ("peak_deflection", "peak_speed", "vibration", "vibration_without_balls", "settling_time", "release_speed")
+MEASURES = (
+    "peak_deflection",
+    "peak_speed",
+    "vibration",
+    "peak_without_balls",
+    "vibration_without_balls",
+    "settling_time",
+    "release_speed",
+)
 
 
-def race_row(machine: Machine, run: xr.Dataset, speeds: Sequence[float]) -> dict[str, Any]:
-    """Of a ``run`` with its envelope and last revolutions; the greatest deflection also at these ``speeds``, rad/s."""
+def race_row(machine: Machine, run: xr.Dataset, held: xr.Dataset | None, speeds: Sequence[float]) -> dict[str, Any]:
+    """Of a ``run`` with its envelope and last revolutions; the greatest deflection also at these ``speeds``, rad/s.
+
+    That on the way without balls is of the run with ``held`` balls.
+    """
     recorded = recorded_of(run)
     row: dict[str, Any] = dict.fromkeys(MEASURES, math.nan)
     row |= {name: value for name, value in numbers(recorded).items() if name in MEASURES}
@@ -184,7 +209,9 @@ def race_row(machine: Machine, run: xr.Dataset, speeds: Sequence[float]) -> dict
     row["deflection_at"] = [_at(bins.speed, bins.high, speed) for speed in speeds]
     judged: Verdict | None = None
     with suppress(QuestionError):
-        judged = verdict(run)
+        judged = verdict(run, held)
+    if judged is not None and judged.peak_without_balls is not None:
+        row["peak_without_balls"] = judged.peak_without_balls.deflection
     row["verdict"], row["support_force"] = _word(judged), _support_force(judged)
     row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
     row["exact_border"], row["border_note"] = _border(machine)

@@ -9,6 +9,7 @@ import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import length_axis, speed_axis
+from autobalancer.results.verdict.text import worse_by
 from autobalancer.shown import Column
 
 
@@ -45,9 +46,19 @@ class Comparison(Answer):
             self.scaled("peak_speed", "peak at", unit, ".4g"),
             Column("left", left, "%", ".2f"),
             Column("settled after", self["settling_time"].values, "s", ".3g"),
-            self.texts("verdict", "verdict"),
+            Column("verdict", self._verdicts()),
             last,
         ]
+
+    def _verdicts(self) -> list[str]:
+        """In words, with the passage where it is worse than without balls."""
+        words = [str(word) for word in self["verdict"].values]
+        if "peak_without_balls" not in self:
+            return words
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = self["peak_deflection"].values / self["peak_without_balls"].values
+        worse = [worse_by(float(ratio)) for ratio in ratios]
+        return [word + f", {much} on the way" * bool(much) for word, much in zip(words, worse, strict=True)]
 
     def in_si(self) -> xr.Dataset:
         """One row for each machine, with a column for each speed that was asked for."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.results.verdict.text import worse_by
 from autobalancer.shown import Column, rpm_and_si
 
 LEFT = (  # variable, what it is called, how it is written, the value without balls
@@ -64,7 +65,10 @@ class Ends(Answer):
                 middle, often, most = map(written, self[name].values)
                 how = self.attrs.get("released", "released")
                 beside = f"without balls {written(float(self[whole]))}"
-                yield f"{text}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}"
+                ratio = float(self[name].values[0]) / float(self[whole]) if float(self[whole]) > 0.0 else np.nan
+                much = worse_by(ratio) if name == "peak_quantile" else ""
+                half = f" (half of the runs at least {much})" * bool(much)
+                yield f"{text}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}{half}"
 
     def planes(self) -> dict[str, dict[str, Any]]:
         """Of each of several planes the shares of its ends, quantiles of its residual and its unbalance, SI."""

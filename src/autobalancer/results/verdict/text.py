@@ -121,10 +121,16 @@ def _transient(found: Verdict) -> str:
     if found.peak is None or found.peak_without_balls is None or not found.peak_ratio > GREATER:
         return ""
     here, other = length_text(found.peak.deflection), length_text(found.peak_without_balls.deflection)
-    share = found.peak_ratio - 1.0
-    much = share_text(share) + " worse than" if share < 1.0 else f"{significant(found.peak_ratio)} times that"
+    much = worse_by(found.peak_ratio) + (" than" if found.peak_ratio < 2.0 else " as")
     joined = ", but" if found.word == BALANCED else ", and" if found.word in WORDS[:4] else ";"
     return f"{joined} the greatest deflection on the way is {much} without balls ({here}, without {other})"
+
+
+def worse_by(ratio: float) -> str:
+    """How much worse a passage is of so many times the greatest deflection without balls; empty up to one tenth."""
+    if not ratio > GREATER:
+        return ""
+    return f"{share_text(ratio - 1.0)} worse" if ratio < 2.0 else f"{significant(ratio)} times as much"
 
 
 def _still(found: Verdict) -> str:
