@@ -23,8 +23,8 @@ BY_TEST = "TIMES_BY_TEST"  # names the file in which tests/conftest.py leaves th
 EVERY = 10.0  # s between two loops: 0.3 % of the time of a part
 SHOWN = 8  # files of tests named for each part
 
-# Thousands of loops, about 6 s of a quick machine each: 1.5 times what the part took in a checkout where nothing was compiled, and
-# twice what style, types and pages took, which depend on stores and waiting. That bears other processors and other work beside it.
+# Thousands of loops, about 6 s of a quick machine each: 1.5 times what the part took in a checkout where nothing was compiled,
+# and twice what style, types and pages took, which depend on stores and waiting. That bears other processors and other work.
 SHARES = {"lint": 60.0, "kernels": 54.0, "test": 125.0, "test-slow": 90.0, "app-test": 60.0}
 FAILS = 1.5  # shares, which no noise reaches: 2.25 times what was measured, or more
 
