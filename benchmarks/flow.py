@@ -15,10 +15,10 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from tests.references.flow_differences import DifferenceFlow
 
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow.annulus import Annulus, annulus_of
-from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.spectral import SpectralFlow
 from autobalancer.flow.speed import wall_speed
 from autobalancer.flow.track import Track

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.references import averaged_two_balls
 from tests.references.averaged import averaged_residuals, unbalance_whirl
 
 from autobalancer.errors import QuestionError
@@ -16,7 +17,6 @@ from autobalancer.stability.averaged import border as averaged_borders
 from autobalancer.stability.averaged import equations as averaged
 from autobalancer.stability.averaged import formulas as averaged_formulas
 from autobalancer.stability.averaged import phase_windows as speed_windows
-from autobalancer.stability.averaged import two_balls as averaged_two_balls
 from autobalancer.stability.averaged.stations import averaged_station_matrices
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.host.stations import of_plane

@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from tests.references.flow_differences import DifferenceFlow
 
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.differences import DifferenceFlow
 from autobalancer.flow.relaxation import all_modes, diffusive_swirl, mode_table, relaxation_modes
 from autobalancer.flow.spectral import SpectralFlow, chebyshev_grid
 from autobalancer.flow.speed import recorded_speed, wall_speed

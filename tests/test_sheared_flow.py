@@ -134,7 +134,7 @@ def test_lags_of_constant_viscosity_are_refused(lag: str) -> None:
         machine(lag=lag)
 
 
-@pytest.mark.parametrize("model", ["modes", "chebyshev", "differences"])
+@pytest.mark.parametrize("model", ["modes", "chebyshev"])
 def test_models_of_constant_viscosity_are_refused(model: Any) -> None:
     with pytest.raises(QuestionError, match=f"model: given '{model}', which is for constant viscosity"):
         ab.flow.annulus_flow(machine(), duration=0.1, model=model)

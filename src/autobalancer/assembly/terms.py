@@ -319,11 +319,6 @@ def declared_for(part: type[Part], key: str) -> tuple[Term, ...]:
     return tuple(term for owner in owners for at in (key, "*") for term in _declared().get((owner, at), ()))
 
 
-def undeclared_keys(part: type[Part]) -> tuple[str, ...]:
-    """The keys of a part that say a value and belong to no term; one that names the kind of a part needs none."""
-    return tuple(key for key in part.model_fields if key not in TAGS and not declared_for(part, key))
-
-
 @cache
 def _declared() -> dict[tuple[str, str], tuple[Term, ...]]:
     found: dict[tuple[str, str], tuple[Term, ...]] = {}

@@ -1,6 +1,6 @@
 """Flow of the fluid in the annulus of a race that turns with the rotor, not disturbed by the balls.
 
-``question.py`` asks, ``annulus.py`` is the chamber, ``spectral.py`` and ``differences.py`` solve the full equations as
+``question.py`` asks, ``annulus.py`` is the chamber, ``spectral.py`` solves the full equations as
 ``choice.py`` and ``solve.py`` decide, ``modes.py`` and ``relaxation.py`` those of a fluid that only diffuses.
 
 Symbols: r, z coordinates from the axis and from the bottom; a, b, H inner and outer radius and height; w speed of the

@@ -1,4 +1,4 @@
-"""Which model is good enough, and how many points it needs."""
+"""Which model is good enough: what to expect of a speed profile before the flow is solved."""
 
 from __future__ import annotations
 
@@ -7,22 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats
 from autobalancer.flow.relaxation import RelaxationModes
 from autobalancer.flow.speed import WallSpeed
 
 SECONDARY = 0.1  # share of the lag that the secondary flow takes away, over (w / slowest decay rate)^2; calibrated
 LOOKS = 400  # instants at which the lag is looked at
-MOST = {"chebyshev": 160, "differences": 400}
 SLOW = 1.6  # lag at the orbit over that of one decaying number: the share (4/pi)^2 of the slowest mode
 SWIRLS = 500.0  # Reynolds number of the lag above which the layer at the inner wall breaks into vortices
-EDDIES, EDDIES_AT, EDDIES_POWER = 40.0, 8800.0, 0.3  # intervals over the gap that carry them, measured
-CONVECTION = 1.2  # rate of the convection limit over lag and intervals, measured
-STEP = (4e-6, 8.5e-10)  # s of one step on a common processor: alone, and over (intervals)^3
-CELL = (2.6e-8, 9.5e-11)  # s of one step of the differences over the cells: alone, and over the axial ones; measured
-LONG = 30.0  # s of computing that are begun without a word
-LONGEST = 300.0  # s of computing that are begun without being asked
 
 
 @dataclass(frozen=True)
@@ -77,75 +69,3 @@ def _behind(annulus: Annulus, before: float, times: Floats, speeds: Floats) -> F
         rise = abs(speeds[i] - speeds[i - 1]) * -math.expm1(-x) / max(x, 1e-300)
         behind[i] = behind[i - 1] * math.exp(-x) + rise
     return np.asarray(SLOW * behind, np.float64)
-
-
-def layer(annulus: Annulus, fastest: float) -> float:
-    """Thickness of the Ekman layers, sqrt(nu/w), m; at most the chamber."""
-    return min(math.sqrt(annulus.viscosity / max(fastest, 1e-300)), annulus.width, annulus.height)
-
-
-def points_for(annulus: Annulus, model: str, seen: Expected, error: float) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Intervals (radial, axial): what is needed at least, and what gives the orbit within about ``error``.
-
-    Chebyshev points crowd at the walls, so their number grows with the root of length over layer; a stretched grid needs a few
-    cells in the layer itself.
-    """
-    thin = layer(annulus, seen.fastest)
-    needed, wanted = [], []
-    for length in (annulus.width, annulus.height):
-        if model == "chebyshev":
-            base = math.sqrt(length / thin)
-            low, good = 2.2 * base, (3.0 + 2.5 * seen.lag) * base
-            if seen.unsteady:
-                eddies = EDDIES * (seen.reynolds / EDDIES_AT) ** EDDIES_POWER
-                good = max(good, eddies * math.sqrt(length / annulus.width))
-        else:
-            low, good = 0.5 * length / thin, (1.5 + 1.5 * seen.lag) * length / thin
-        finer = max(0.0, math.log10(1e-3 / error))
-        if model == "chebyshev":
-            few, good = 12.0 + 6.0 * seen.lag + 4.0 * finer, good * (1.0 + 0.25 * finer)
-        else:
-            few, good = (32.0 + 16.0 * seen.lag) * 10.0 ** (0.5 * finer), good * 10.0 ** (0.5 * finer)
-        needed.append(max(6, math.ceil(low)))
-        wanted.append(2 * math.ceil(0.5 * max(few, good)))
-    return (needed[0], needed[1]), (wanted[0], wanted[1])
-
-
-def chosen_points(
-    annulus: Annulus, model: str, seen: Expected, points: tuple[int, int] | None, error: float
-) -> tuple[int, int]:
-    """The intervals to be used.
-
-    Raises
-    ------
-    QuestionError
-        If ``points`` cannot resolve the layers at the walls, or if this takes more than can be afforded.
-    """
-    needed, wanted = points_for(annulus, model, seen, error)
-    for name, count, least, length in zip(
-        ("radial", "axial"), points or wanted, needed, (annulus.width, annulus.height), strict=True
-    ):
-        if count < least:
-            raise QuestionError(
-                f"points: given {count} in {name} direction, but the layers at the walls are "
-                f"{1e3 * layer(annulus, seen.fastest):.3g} mm thin on {1e3 * length:.3g} mm at {seen.fastest:.4g} rad/s; "
-                f"take at least {least} ({wanted[0]} by {wanted[1]} are recommended for an error of {error:g})"
-            )
-        if count > MOST[model]:
-            raise QuestionError(
-                f"points: {count} in {name} direction are more than the {MOST[model]} this solver is made for; the layers "
-                f"at the walls are only {1e3 * layer(annulus, seen.fastest):.3g} mm thin at {seen.fastest:.4g} rad/s"
-            )
-    return points or wanted
-
-
-def finer(points: tuple[int, int]) -> tuple[int, int] | None:
-    """The next grid for a flow that this one did not resolve; None beyond what the Chebyshev solver is made for."""
-    more = tuple(2 * math.ceil(0.65 * count) for count in points)
-    return (more[0], more[1]) if max(more) <= MOST["chebyshev"] else None
-
-
-def seconds(seen: Expected, points: tuple[int, int]) -> float:
-    """About how long the Chebyshev solver takes, s: steps within the limits of convection and waves times their cost."""
-    steps = CONVECTION * seen.lagged * points[1] + (2.0 * seen.turned if seen.unsteady else 0.0)
-    return float(steps / 0.56 * (STEP[0] + STEP[1] * (points[0] * points[1]) ** 1.5))

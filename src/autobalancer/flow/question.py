@@ -29,7 +29,7 @@ from autobalancer.machine import Machine
 from autobalancer.patience import shows_progress
 from autobalancer.units import argument, list_argument, optional_argument
 
-Model = Literal["auto", "modes", "chebyshev", "differences", "azimuthal"]
+Model = Literal["auto", "modes", "chebyshev", "azimuthal"]
 Progress = Callable[[float, float], None]
 
 _SECONDARY = (
@@ -76,7 +76,7 @@ def annulus_flow(
     samples
         Number of equally spaced times at which the fluid speed at the orbit is stored.
     model
-        ``modes``: diffusion alone, exact; ``chebyshev``, ``differences``: the full equations; ``auto``: modes if neglecting the
+        ``modes``: diffusion alone, exact; ``chebyshev``: the full equations; ``auto``: modes if neglecting the
         secondary flow costs less than ``error``, else ``chebyshev``. ``azimuthal``: without secondary flow, with the viscosity
         of the local rate of shear; a fluid with a shear law always takes it, and a warning says where secondary flow matters.
     points
@@ -111,9 +111,7 @@ def annulus_flow(
     times = list_argument("times", times, "s")
     annulus, profile, end, name = _chamber(chamber, speed, duration, balancer, race)
     if model not in get_args(Model):
-        raise QuestionError(
-            f"model: given {model!r}; must be 'auto', 'modes', 'chebyshev', 'differences' or 'azimuthal'"
-        )
+        raise QuestionError(f"model: given {model!r}; must be 'auto', 'modes', 'chebyshev' or 'azimuthal'")
     if annulus.sheared is not None and model not in ("auto", "azimuthal"):
         raise QuestionError(
             f"model: given {model!r}, which is for constant viscosity; a fluid with a shear law has the model 'azimuthal'"
@@ -143,7 +141,7 @@ def annulus_flow(
     else:
         from autobalancer.flow.solve import by_solver
 
-        solved = by_solver(annulus, walls, end, grid, moments, solver, seen, points, error, progress)
+        solved = by_solver(annulus, walls, end, grid, moments, seen, points, error, progress)
     reason = (
         f"diffusion alone is enough, wrong by at most {percent(seen.error)} of the greatest speed"
         if seen.error <= error

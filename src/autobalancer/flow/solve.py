@@ -1,16 +1,16 @@
-"""A flow solved by one of the two solvers, with the points, the scheme and the certainty that it needs."""
+"""A flow solved by the full equations, with the points, the scheme and the certainty that it needs."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from autobalancer.errors import DurationWarning, QuestionError, warn
+from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats
-from autobalancer.flow.choice import LONG, LONGEST, Expected, chosen_points, finer, seconds
-from autobalancer.flow.differences import DifferenceFlow
+from autobalancer.flow.choice import Expected
 from autobalancer.flow.result import Solved
 from autobalancer.flow.spectral import SpectralFlow
 from autobalancer.flow.speed import WallSpeed
@@ -19,6 +19,11 @@ from autobalancer.flow.track import Track
 Progress = Callable[[float, float], None]
 Fields = tuple[Floats, Floats, Floats, float, float]
 
+MOST = 160  # intervals in one direction
+EDDIES, EDDIES_AT, EDDIES_POWER = 40.0, 8800.0, 0.3  # intervals over the gap that carry them, measured
+CONVECTION = 1.2  # rate of the convection limit over lag and intervals, measured
+STEP = (4e-6, 8.5e-10)  # s of one step on a common processor: alone, and over (intervals)^3
+LONGEST = 300.0  # s of computing that are begun without being asked
 SHARES = {2: 0.002, 3: 0.02}  # of the error asked for that a single step may make, by the order of the integration
 
 
@@ -28,38 +33,29 @@ def by_solver(
     end: float,
     grid: Floats,
     moments: list[float],
-    solver: str,
     seen: Expected,
     points: tuple[int, int] | None,
     error: float,
     progress: Progress | None,
 ) -> Solved:
-    """By the full equations; Chebyshev takes more points where those chosen do not resolve the flow.
+    """By the full equations, with more points where those chosen do not resolve the flow.
 
     Raises
     ------
     QuestionError
         If given points do not resolve it, or chosen ones would take too long.
     """
-    chosen, uncertainty = chosen_points(annulus, solver, seen, points, error), 0.0
+    chosen, uncertainty = chosen_points(annulus, seen, points, error), 0.0
     kept: list[Fields] = []
-    flow: SpectralFlow | DifferenceFlow
-    if solver == "differences":
-        flow = plain = DifferenceFlow(annulus, *chosen)
-        _differences_affordable(plain.seconds(walls, end), seen, chosen, points is None, error)
-        track = plain.march(
-            walls, end, stops=moments, at_stop=lambda time: kept.append(_fields(plain, walls, time)), progress=progress
-        )
-    else:
-        if points is None:
-            _affordable(annulus, seen, chosen)
-        flow, track = _resolved(annulus, walls, end, moments, seen, chosen, points is None, error, kept, progress)
-        if seen.unsteady and points is None:
-            uncertainty = _uncertainty(flow, track, walls, end, seen, SHARES[flow.order] * error)
+    if points is None:
+        _affordable(annulus, seen, chosen)
+    flow, track = _resolved(annulus, walls, end, moments, seen, chosen, points is None, error, kept, progress)
+    if seen.unsteady and points is None:
+        uncertainty = _uncertainty(flow, track, walls, end, seen, SHARES[flow.order] * error)
     times, _, orbit = track.arrays()
     swirl, stream, vorticity, torque, momentum = _stacked(kept)
     return Solved(
-        model=solver,
+        model="chebyshev",
         times=grid,
         speed=walls.over(grid),
         orbit=CubicSpline(times, orbit)(grid),
@@ -120,7 +116,7 @@ def _resolved(
             return flow, track
 
 
-def _fields(flow: SpectralFlow | DifferenceFlow, walls: WallSpeed, time: float) -> Fields:
+def _fields(flow: SpectralFlow, walls: WallSpeed, time: float) -> Fields:
     r = flow.radius[:, None]
     speed = walls.at(time)[0]
     return flow.swirl / r**2, flow.stream.copy(), flow.vorticity / r, flow.torque(), flow.momentum(speed)
@@ -141,21 +137,6 @@ def _affordable(annulus: Annulus, seen: Expected, points: tuple[int, int]) -> No
         )
 
 
-def _differences_affordable(time: float, seen: Expected, points: tuple[int, int], ours: bool, error: float) -> None:
-    """Refuse what takes far too long and was not asked for by its points; warn of what takes long."""
-    if time <= LONG:
-        return
-    cure = "take the model 'chebyshev', which needs far fewer points, or an 'error' above the present "
-    cure += f"{error:g}"
-    if seen.error <= error:
-        cure = f"take the model 'auto' or 'modes': here diffusion alone is wrong by at most {seen.error:.1g}"
-    size = f"{points[0]}x{points[1]}"
-    text = f"flow: the model 'differences' takes {size} points and about {time / 60.0:.2g} minutes of one core; {cure}"
-    if ours and time > LONGEST:
-        raise QuestionError(f"{text}. 'points' (--points {size}) starts it anyway")
-    warn(text, DurationWarning)
-
-
 def _uncertainty(
     flow: SpectralFlow, track: Track, walls: WallSpeed, end: float, seen: Expected, tolerance: float
 ) -> float:
@@ -167,3 +148,66 @@ def _uncertainty(
         return float("nan")
     (times, _, orbit), (grid, _, others) = track.arrays(), other.arrays()
     return float(np.abs(orbit - np.interp(times, grid, others)).max()) / seen.fastest
+
+
+def layer(annulus: Annulus, fastest: float) -> float:
+    """Thickness of the Ekman layers, sqrt(nu/w), m; at most the chamber."""
+    return min(math.sqrt(annulus.viscosity / max(fastest, 1e-300)), annulus.width, annulus.height)
+
+
+def points_for(annulus: Annulus, seen: Expected, error: float) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Intervals (radial, axial): what is needed at least, and what gives the orbit within about ``error``.
+
+    Chebyshev points crowd at the walls, so their number grows with the root of length over layer.
+    """
+    thin = layer(annulus, seen.fastest)
+    needed, wanted = [], []
+    for length in (annulus.width, annulus.height):
+        base = math.sqrt(length / thin)
+        good = (3.0 + 2.5 * seen.lag) * base
+        if seen.unsteady:
+            eddies = EDDIES * (seen.reynolds / EDDIES_AT) ** EDDIES_POWER
+            good = max(good, eddies * math.sqrt(length / annulus.width))
+        digits = max(0.0, math.log10(1e-3 / error))
+        few = 12.0 + 6.0 * seen.lag + 4.0 * digits
+        needed.append(max(6, math.ceil(2.2 * base)))
+        wanted.append(2 * math.ceil(0.5 * max(few, good * (1.0 + 0.25 * digits))))
+    return (needed[0], needed[1]), (wanted[0], wanted[1])
+
+
+def chosen_points(annulus: Annulus, seen: Expected, points: tuple[int, int] | None, error: float) -> tuple[int, int]:
+    """The intervals to be used.
+
+    Raises
+    ------
+    QuestionError
+        If ``points`` cannot resolve the layers at the walls, or if this takes more than can be afforded.
+    """
+    needed, wanted = points_for(annulus, seen, error)
+    for name, count, least, length in zip(
+        ("radial", "axial"), points or wanted, needed, (annulus.width, annulus.height), strict=True
+    ):
+        if count < least:
+            raise QuestionError(
+                f"points: given {count} in {name} direction, but the layers at the walls are "
+                f"{1e3 * layer(annulus, seen.fastest):.3g} mm thin on {1e3 * length:.3g} mm at {seen.fastest:.4g} rad/s; "
+                f"take at least {least} ({wanted[0]} by {wanted[1]} are recommended for an error of {error:g})"
+            )
+        if count > MOST:
+            raise QuestionError(
+                f"points: {count} in {name} direction are more than the {MOST} this solver is made for; the layers "
+                f"at the walls are only {1e3 * layer(annulus, seen.fastest):.3g} mm thin at {seen.fastest:.4g} rad/s"
+            )
+    return points or wanted
+
+
+def finer(points: tuple[int, int]) -> tuple[int, int] | None:
+    """The next grid for a flow that this one did not resolve; None beyond what the Chebyshev solver is made for."""
+    more = tuple(2 * math.ceil(0.65 * count) for count in points)
+    return (more[0], more[1]) if max(more) <= MOST else None
+
+
+def seconds(seen: Expected, points: tuple[int, int]) -> float:
+    """About how long the Chebyshev solver takes, s: steps within the limits of convection and waves times their cost."""
+    steps = CONVECTION * seen.lagged * points[1] + (2.0 * seen.turned if seen.unsteady else 0.0)
+    return float(steps / 0.56 * (STEP[0] + STEP[1] * (points[0] * points[1]) ** 1.5))

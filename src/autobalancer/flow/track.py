@@ -1,4 +1,4 @@
-"""What both solvers record at every step."""
+"""What a solver records at every step."""
 
 from __future__ import annotations
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, say, speed_sign, speed_text
-
-if TYPE_CHECKING:
-    pass
 
 
 def equivalent(

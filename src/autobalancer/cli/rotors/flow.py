@@ -25,7 +25,7 @@ def flow(
     ] = "",
     duration: Annotated[str, typer.Option(help='Such as "20 s"; by default run.duration of the file.')] = "",
     time: Annotated[list[str] | None, typer.Option(help='Time of a field, such as "0.5 s"; may be repeated.')] = None,
-    model: Annotated[str, typer.Option(help="auto, modes, chebyshev, differences or azimuthal.")] = "auto",
+    model: Annotated[str, typer.Option(help="auto, modes, chebyshev or azimuthal.")] = "auto",
     points: Annotated[str, typer.Option(help='Intervals in radial and axial direction, such as "24x32".')] = "",
     error: Annotated[float, typer.Option(help="Of the speed at the orbit over the greatest speed.")] = 1e-3,
     balancer: Annotated[int, typer.Option(help="Counted from 1.")] = 1,

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 import autobalancer as ab
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, Seed, SpeedUnit, Unit
 from autobalancer.cli.terminal.words import note, speed_sign, speed_text
-
-if TYPE_CHECKING:
-    pass
 
 
 def stepped(

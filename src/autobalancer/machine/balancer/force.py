@@ -54,8 +54,3 @@ class PairForce(Force):
     """
 
     pairs: ClassVar[str] = "neighbors"
-
-
-def is_pair(force: Any) -> bool:
-    """Whether it acts between two balls."""
-    return isinstance(force, PairForce) or (isinstance(force, type) and issubclass(force, PairForce))

@@ -64,11 +64,6 @@ def drawn(shelf: Studies, name: str, found: Studied, kind: str, quantity: str, p
     )
 
 
-def table_of(found: Studied, kind: str, quantity: str) -> list[Column]:
-    """The numbers of a picture."""
-    return sensitivity(found, quantity).columns() if kind == DRIVES else columns_of(found, quantity)
-
-
 def said(title: str, columns: list[Column]) -> str:
     """A table in words."""
     cells = [[f"{column.head} {cell} {column.unit}".strip() for cell in column.cells()] for column in columns]

@@ -200,7 +200,7 @@ def homography(places: ArrayLike, pixels: ArrayLike) -> Floats:
                 "a quadrangle"
             )
     a, b = _centered(x), _centered(u)
-    p, q = _apply(a, x), _apply(b, u)
+    p, q = mapped(a, x), mapped(b, u)
     one, zero = np.ones(len(p)), np.zeros((len(p), 3))
     row = np.column_stack([p, one])
     system = np.vstack([np.hstack([row, zero, -q[:, :1] * row]), np.hstack([zero, row, -q[:, 1:] * row])])
@@ -209,12 +209,8 @@ def homography(places: ArrayLike, pixels: ArrayLike) -> Floats:
     return np.asarray(h / np.linalg.norm(h) * np.sign(_apply_weight(h, x)))
 
 
-def mapped(h: Floats, places: ArrayLike) -> Floats:
-    """Where a projective map takes places (..., 2)."""
-    return _apply(h, np.asarray(places, np.float64))
-
-
-def _apply(h: Floats, points: Floats) -> Floats:
+def mapped(h: Floats, points: Floats) -> Floats:
+    """Where a projective map takes points (..., 2)."""
     moved = points @ h[:, :2].T + h[:, 2]
     return np.asarray(moved[..., :2] / moved[..., 2:])
 

@@ -28,13 +28,7 @@ class TwoBallState:
 
 
 def chi_of_two_balls(machine: Given, speed: float, unbalance: complex | float | None = None) -> TwoBallState:
-    """Amplitudes (4.52)-(4.60) and chi of (4.61), (4.62), whether or not the balls can reach it; else angles are nan.
-
-    Raises
-    ------
-    QuestionError
-        If the machine does not have two equal balls in one race, or the speed is an undamped resonance.
-    """
+    """Amplitudes (4.52)-(4.60) and chi of (4.61), (4.62), whether or not the balls can reach it; else angles are nan."""
     p = averaged_plane(machine, unbalance)
     if p.moment.size != 2 or np.ptp(p.moment) > 0.0 or np.ptp(np.abs(p.offset)) > 0.0 or p.offset[0] != p.offset[1]:
         raise QuestionError("two-ball state: the closed form is for two equal balls in one race; use equilibria")
@@ -69,12 +63,6 @@ def chi_of_two_balls(machine: Given, speed: float, unbalance: complex | float | 
 
 
 def two_ball_state(machine: Given, speed: float, unbalance: complex | float | None = None) -> TwoBallState | None:
-    """The steady state with the balls apart, or none if (4.67) fails: then the balls cannot carry what they should.
-
-    Raises
-    ------
-    QuestionError
-        As :func:`chi_of_two_balls`.
-    """
+    """The steady state with the balls apart, or none if (4.67) fails: then the balls cannot carry what they should."""
     state = chi_of_two_balls(machine, speed, unbalance)
     return None if math.isnan(float(state.angles[0])) else state
