@@ -684,7 +684,7 @@ class RunView(Element, component="run_view.js", esm={"nicegui-scene": str(SCENE)
 # Nothing pressed on the page is lost in silence: the server confirms it, and the browser says what is not confirmed.
 
 
-SCRIPT = Path(__file__).with_suffix(".js")
+SCRIPT = Path(__file__).with_name("sign.js")
 
 
 def confirm() -> None:
