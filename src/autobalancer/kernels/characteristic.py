@@ -15,7 +15,7 @@ import math
 
 from numba import void
 
-from autobalancer.kernels.flags import KEPT, njit
+from autobalancer.kernels.flags import EXACT, INLINE, njit
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 SPEED, DAMPING, DRAG, COUPLING, SPREAD, COLUMNS = range(6)  # columns of a point
@@ -25,7 +25,7 @@ NEAR = 1e-12  # a root is found when the steps of Aberth and of Newton are both 
 IN_LINE = 1e-9  # balls count as standing in line if 1 - q is below
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _newton(x: float, y: float, w: float, g: float, d: float, h: float, q: float) -> tuple[float, float]:
     """f'/f at x + i y, the inverse of the step of Newton; the largest float where f is zero."""
     z = complex(x, y)
@@ -45,7 +45,7 @@ def _newton(x: float, y: float, w: float, g: float, d: float, h: float, q: float
     return (f1.real * f.real + f1.imag * f.imag) / size, (f1.imag * f.real - f1.real * f.imag) / size
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _guess(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> None:
     """Rotor whirls near -+ i W, balls as on a rotor of infinite speed; slightly off any symmetry."""
     whirl = math.sqrt(max(1.0 - 0.25 * g * g, 0.01))
@@ -68,7 +68,7 @@ def _guess(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> N
                 roots[4 + 2 * i + j, 1] = 0.007 * side * (1.0 + i)
 
 
-@njit(inline="always", error_model="numpy")
+@njit(**INLINE)
 def _solve(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> bool:
     """Improve the eight roots (real, imaginary) in place; whether they converged."""
     done = 0  # bits
@@ -108,7 +108,7 @@ def _solve(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> b
     return abs(total) < 1e-11 * (1.0 + w + d + g)
 
 
-@njit(void(matrix_type, vector_type, vector_type, matrix_type), cache=KEPT, nogil=True, error_model="numpy")
+@njit(void(matrix_type, vector_type, vector_type, matrix_type), **EXACT)
 def growth_rates(points: Matrix, rates: Floats, frequencies: Floats, roots: Matrix) -> None:
     """Greatest real part that counts, and the imaginary part with it, for each row of ``points``; nan if not found.
 
