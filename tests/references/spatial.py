@@ -87,6 +87,17 @@ class Spatial:
     def balls(self) -> tuple[Ball, ...]:
         return resolve(self.machine)
 
+    @cached_property
+    def own(self) -> list[tuple[float, float]]:
+        return own_turning(self.machine)
+
+    @cached_property
+    def held(self) -> Callable[[float], tuple[np.ndarray, np.ndarray]]:
+        """K and C at a speed; they are added up once where no table changes them."""
+        constant = supports(self.machine, 0.0)
+        tables = any(support.table is not None for support in self.machine.rotor.supports)
+        return (lambda speed: supports(self.machine, speed)) if tables else (lambda _: constant)
+
     def parts(self, time: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
         """Mass matrix, forces of inertia, weight and drag, T and V without supports."""
         machine, balls = self.machine, self.balls
@@ -104,13 +115,12 @@ class Spatial:
         matrix[:5, :5] = np.reshape(body[:36], (6, 6))[:5, :5]
         force[:5] = body[36:41]
         kinetic, potential = body[42:]
-        own = own_turning(machine)
         for i, ball in enumerate(balls):
             at = np.array([0, 1, 2, 3, 4, 5 + i])
             z, e = position(machine, machine.balancers[ball.balancer].station), ball.eccentricity
-            numbers = [ball.mass, ball.orbit_radius, e.real, e.imag, z, *own[i], 0.0, pull, axial]
+            numbers = [ball.mass, ball.orbit_radius, e.real, e.imag, z, *self.own[i], 0.0, pull, axial]
             body = derived("ball", machine.tilting_races == "full")(q[at].tolist(), v[at].tolist(), numbers)
-            matrix[np.ix_(at, at)] += np.reshape(body[:36], (6, 6))
+            matrix[at[:, None], at] += np.reshape(body[:36], (6, 6))
             force[at] += body[36:42]
             force[5 + i] -= ball.drag * v[5 + i]
             kinetic, potential = kinetic + body[42], potential + body[43]
@@ -119,7 +129,7 @@ class Spatial:
     def accelerations(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q''."""
         matrix, force, _, _ = self.parts(time, q, v)
-        stiffness, damping = supports(self.machine, v[4])
+        stiffness, damping = self.held(v[4])
         force[:4] -= stiffness @ q[:4] + damping @ v[:4]
         drive = self.machine.drive
         if not isinstance(drive, PrescribedSpeed):
@@ -134,7 +144,7 @@ class Spatial:
     def energy(self, time: float, q: np.ndarray, v: np.ndarray) -> float:
         """T + V, springs included."""
         _, _, kinetic, potential = self.parts(time, q, v)
-        return float(kinetic + potential + 0.5 * q[:4] @ supports(self.machine, v[4])[0] @ q[:4])
+        return float(kinetic + potential + 0.5 * q[:4] @ self.held(v[4])[0] @ q[:4])
 
     def angular_momentum(self, time: float, q: np.ndarray, v: np.ndarray) -> float:
         """About the axis at rest: the momentum of turning all lateral coordinates and the rotor as one."""
