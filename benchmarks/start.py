@@ -40,7 +40,7 @@ LIMITS = {
     "warm_simulate_s": 1.5,
     "first_check_s": 5.0,
     "first_simulate_s": 20.0,
-    "wheel_first_simulate_s": 3.0,
+    "wheel_first_simulate_s": 2.0,
     "ci_cpu_s": 640.0,
 }
 NOTES = {
