@@ -224,6 +224,11 @@ def test_a_fault_in_the_scatter_is_refused_before_anything_runs() -> None:
     ):
         with pytest.raises(QuestionError, match=words):
             ab.design(changed(scatter=scatter))
+    text = ab.catalog.example_path("discoidal").read_text(encoding="utf-8")
+    known = 'fluid = { name = "silicone oil 20", temperature = "25 degC" }'
+    own = ab.parse_machine(text.replace(known, 'fluid = { density = "950 kg/m^3", viscosity = "20 mm^2/s" }'))
+    with pytest.raises(QuestionError, match=r"^temperature: given from 22 to 28 .* not for the fluid of the machine"):
+        ab.design(changed(machine=own, candidates={"count": [2]}))
 
 
 def test_a_machine_filled_with_a_blend_says_how_to_mix_it() -> None:

@@ -145,6 +145,12 @@ SMALL: dict[str, Callable[[], xr.Dataset]] = {  # of public functions that give 
 }
 
 
+def test_what_a_measure_means_is_said_once_for_all_balls() -> None:
+    names, _, _, _, meanings = (column.cells() for column in ab.measures(short_run()).columns())
+    said = [meaning != "" for name, meaning in zip(names, meanings, strict=True) if name == "greatest_ball_speed"]
+    assert said == [True, False]
+
+
 @pytest.mark.parametrize("name", SMALL)
 def test_a_result_shows_itself_and_comes_back_from_a_file_as_what_it_was(name: str, tmp_path: Path) -> None:
     found = SMALL[name]()

@@ -27,17 +27,21 @@ def printable(text: object) -> str:
 
 @dataclass(frozen=True)
 class Column:
-    """Values of one column; ``wraps`` where they are texts that may be broken between words."""
+    """Values of one column; ``wraps`` where they are texts that may be broken between words, ``once`` if not said again below."""
 
     head: str
     values: Any  # a sequence or an array
     unit: str = ""
     form: str = ".5g"
     wraps: bool = False
+    once: bool = False
 
     def cells(self) -> list[str]:
         """The values as they are shown; what is not known is a dash."""
-        return [_shown(value, self.form, self.unit) for value in self.values]
+        cells = [_shown(value, self.form, self.unit) for value in self.values]
+        if not self.once:
+            return cells
+        return ["" if k and cell == cells[k - 1] else cell for k, cell in enumerate(cells)]
 
     @property
     def numeric(self) -> bool:

@@ -19,10 +19,11 @@ class Measured(Answer):
     most = 200
 
     def columns(self, unit: str = "") -> list[Column]:
-        """Name, of what where there are several, value, unit and meaning."""
+        """Name, of what where there are several, value, unit and meaning, which is shown at the first number of a measure."""
         rows = [row for entry in self.data_vars.values() for row in _rows(entry, unit or self.shown_in)]
         heads = ("measure", "of", "value", "unit", "meaning")
-        return [Column(head, [row[k] for row in rows], wraps=head == "meaning") for k, head in enumerate(heads)]
+        last = len(heads) - 1
+        return [Column(head, [row[k] for row in rows], wraps=k == last, once=k == last) for k, head in enumerate(heads)]
 
     def heading(self) -> str:
         """Which run."""

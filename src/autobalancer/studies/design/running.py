@@ -68,7 +68,7 @@ def runs_of(
 
 
 def refuse_faulty_scatter(spec: Spec, found: Design) -> None:
-    """Refuse a scatter that no design can have, before anything runs.
+    """Refuse a scatter, or temperatures of the machine's own fluid, that no design can have, before anything runs.
 
     Raises
     ------
@@ -80,6 +80,8 @@ def refuse_faulty_scatter(spec: Spec, found: Design) -> None:
             vary(found.machine, spec.scatter)
         except QuestionError as reason:
             raise QuestionError(f"scatter{str(reason).removeprefix('vary')}") from None
+    if found.machine is not None and not found.candidate.fluid:
+        _temperatures(spec, found.machine, found.candidate)
 
 
 def left_out(spec: Spec, machine: Machine) -> str:
