@@ -20,7 +20,7 @@ RUNS, CHAMBER_RUNS = "simulate", "simulate_chamber"
 
 
 def of_a_run(
-    *, runs: str = RUNS, of_machine: str = ""
+    *, runs: str = RUNS, of_machine: str = "", called: str = ""
 ) -> Callable[[Callable[Arguments, Answer]], Callable[Arguments, Answer]]:
     """Refuse a first argument that is no run, with a :class:`QuestionError`.
 
@@ -30,16 +30,20 @@ def of_a_run(
         The function that gives such runs.
     of_machine
         What to call where a machine is given and its own answer is wanted.
+    called
+        The public function that asks, by default of the same name.
     """
 
     def checked(function: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
+        name = called or function.__name__
+
         @wraps(function)
         def asked(*arguments: Arguments.args, **named: Arguments.kwargs) -> Answer:
             run = arguments[0] if arguments else named.get("run")
             if (arguments or "run" in named) and not isinstance(run, xr.Dataset):
-                raise QuestionError(_wanted(function.__name__, run, runs, of_machine))
+                raise QuestionError(_wanted(name, run, runs, of_machine))
             if isinstance(run, xr.Dataset):
-                _refuse_other_kind(function.__name__, run, runs)
+                _refuse_other_kind(name, run, runs)
             return function(*arguments, **named)
 
         return asked

@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 DIFFERENT = 0.02  # relative difference of speeds at one time, above which a note says so
 
 
-@of_a_run()
+@of_a_run(called="compare")
 def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: Any) -> Overlay:
     """Put a measurement beside a run: the same curves and the same measures of both.
 
