@@ -255,7 +255,7 @@ def test_coincident_balls_lose_their_place_at_a_fold_of_known_speed() -> None:
         # no two bundles balance the first of these
         pytest.param(with_balls(3, "2 g"), "unbalance", 5e-5, 9e-4, marks=pytest.mark.slow),
         pytest.param(with_balls(3, "2 g"), "speed", 300.0, 252.0, marks=pytest.mark.slow),
-        (with_balls(1, "3 g"), "speed", 240.0, 300.0),
+        (with_balls(1, "3 g"), "speed", 254.0, 262.0),  # about the critical speed
         (load_race_machine(MACHINES / "eccentric_race.toml"), f"{RACE}.eccentricity", 1e-6, 4e-5),
     ],
     ids=["in line", "three balls", "three balls over speed", "one ball", "eccentric"],
@@ -348,7 +348,7 @@ def test_the_command_lists_the_hopf_point_of_the_balanced_state(tmp_path: Path) 
     assert growth(DISCOIDAL, point["parameter"] - 0.1) > 0.03 > -0.03 > growth(DISCOIDAL, point["parameter"] + 0.1)
     assert point["criticality"] == "supercritical"
     assert size_of(tmp_path / "b.png") == (1200, 990)
-    assert "supercritical" in CliRunner().invoke(app, words).stdout
+    assert "supercritical" in CliRunner().invoke(app, words[:-2]).stdout
 
 
 def test_progress_is_reported_while_branches_are_followed() -> None:
