@@ -151,7 +151,7 @@ def test_deep_chambers_are_compared_by_their_verdicts_measures_and_bearing_force
     assert float(row["deflection_at"][0]) == pytest.approx(late, rel=1e-12)
     heads = [column.head for column in found.columns()]
     assert "bearing force" in heads
-    with pytest.raises(QuestionError, match="^compare: given a run of deep chambers, or a result that is no run"):
+    with pytest.raises(QuestionError, match=r"^compare: given a run of deep chambers, or a result that is no run"):
         ab.compare(run, run)
     assert "exact border" not in heads
     assert not found.remarks()
