@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -410,3 +411,22 @@ def test_a_sweep_counts_hardening_bearings_in_the_force_on_supports() -> None:
     assert swept == pytest.approx(float(ab.measures(run)["vibrating_force"].item()), rel=1e-6)
     size = float(ab.measures(run)["vibration"].item())
     assert swept == pytest.approx(np.hypot(STIFFNESS + CUBIC * size**2, 400.0 * 150.0) * size, rel=1e-3)
+
+
+def test_a_sweep_keeps_the_hardening_of_a_rotor_that_is_given_by_its_critical_speed() -> None:
+    """With w_c and D in place of k and b it is the same rotor, whatever else is varied."""
+    words = {"mass": MASS, "critical_speed": math.sqrt(STIFFNESS / MASS), "damping_ratio": 0.05}
+    numbers = {"mass": MASS, "stiffness": STIFFNESS, "damping": 0.1 * math.sqrt(STIFFNESS * MASS)}
+    more = {
+        "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": 150.0}},
+        "unbalances": [{"moment": 3e-4}],
+    }
+    peaks = [
+        float(ab.sweep(one, {"unbalances[1].angle": [0.4]}, duration=0.5, progress=False)["peak_deflection"][0])
+        for one in (
+            planar(None, rotor=rotor | {"hardening": {"cubic_stiffness": CUBIC}}, **more) for rotor in (words, numbers)
+        )
+    ]
+    assert peaks[0] == pytest.approx(peaks[1], rel=1e-6)
+    soft = ab.sweep(planar(None, rotor=words, **more), {"unbalances[1].angle": [0.4]}, duration=0.5, progress=False)
+    assert peaks[0] < 0.99 * float(soft["peak_deflection"][0])

@@ -30,6 +30,7 @@ def planar_rotor(machine: Machine) -> PlanarRotor:
         "stiffness": rotor.stiffness or stiffness,
         "damping": rotor.damping,
         "inertia": rotor.inertia,
+        "hardening": rotor.hardening,
     }
     if rotor.damping is None:
         found["damping"] = damping
