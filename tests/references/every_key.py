@@ -100,10 +100,10 @@ def machines() -> Iterator[Machine]:
         {"race_radius": 0.085, "drag": PAIR["drag"], **RUBBING, "balls": unequal,
          "harmonics": [{"order": 2, "amplitude": 1e-5, "angle": 0.1}],
          "contact": {"restitution": 0.5, "stiffness": 1e5, "rebound": table}, "eccentricity": 1e-5, "eccentricity_angle": 0.3},
-        rotor=PLANAR | {"hardening": {"cubic_stiffness": 1e9, "clearance": 1e-3, "contact_stiffness": 1e5}},
+        rotor=PLANAR | {"hardening": {"cubic_stiffness": 1e9, "clearance": 1e-5, "contact_stiffness": 1e5}},
         drive=CONSTANT | {"couplings": [coupling]},
     )  # fmt: skip
-    law = {"hardening": {"distance": [1e-4, 2e-4], "force": [1.0, 3.0]}}
+    law = {"hardening": {"distance": [1e-5, 2e-4], "force": [1.0, 3.0]}}
     wave = {
         "roundness": {"deviations": [0.0, 1e-6, 2e-6, 1e-6, 0.0, -1e-6, -2e-6, -1e-6], "angle": 0.1, "harmonics": 2}
     }
@@ -126,6 +126,12 @@ def machines() -> Iterator[Machine]:
     yield machine(PAIR | RUBBING | {"coincidence": True}, rotor={"kind": "planar", "mass": 10.0, "rubber": rubber})
     for force in FORCES:
         yield machine(PAIR | {"forces": [force]})
+    climbing = {"kind": "inclined_race", "incline": 0.5, "inner_radius": 0.078, "outer_radius": 0.085}
+    floor = {"stiffness": 1e6, "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": 0.01}
+    yield machine(PAIR | {"forces": [climbing], "resolved": floor})
+    for filled in ({"layer": 2e-3, "width": 2.03e-3}, {"liquid": 0.05}):
+        ring = {"radius": 0.1, "height": 0.05, "fluid": OIL | {"virtual_mass": 0.5}, **filled}
+        yield machine(balancers=[], liquid_rings=[ring])
     touching = {"stiffness": 1e6, "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": 0.01, "rest_speed": 1e-3,
                 "floor_friction": 0.05, "ball_friction": 0.02, "start_gap": 1e-5,
                 "friction_law": {"kind": "stribeck", "peak": 0.2, "peak_speed": 0.05}}  # fmt: skip

@@ -277,20 +277,28 @@ TERMS = (
         ANY_PLACE,
     ),
     Term(
-        "starts, names, and what counts in runs under a torque only",
+        "starts of the balls, and how many modes a run keeps",
+        "Balls: start_angles start_speeds; ShaftRotor: modes; MultibodyRotor: modes",
+        frozenset({BASIN}),
+        ALL - {BASIN},
+        ANY_PLACE,
+    ),
+    Term(
+        "starts of the rotor, names, and what counts in runs under a torque only",
         "Machine: name description; Station: name; Balancer: name; Body: name; Disk: name; Coupling: name; "
-        "Start: rotor_angle speed deflection velocity; Balls: start_angles start_speeds; RunPlan: duration; "
-        "ShaftRotor: modes; MultibodyRotor: modes; PlanarRotor: inertia; ModalRotor: inertia",
+        "Start: rotor_angle speed deflection velocity; RunPlan: duration; "
+        "PlanarRotor: inertia; ModalRotor: inertia",
         frozenset(),
         ALL,
         ANY_PLACE,
     ),
     Term(
         "rings of liquid",
-        "LiquidRing: name radius height width layer liquid",
+        "LiquidRing: name radius height width layer liquid; Fluid: name temperature density",
         frozenset({LIQUID}),
         ALL - ON_ROTOR,
         "no machine has balls and rings",
+        there=lambda machine: bool(machine.liquid_rings),
     ),
 )  # fmt: skip
 

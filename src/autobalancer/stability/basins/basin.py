@@ -23,6 +23,8 @@ from autobalancer.catalog.resolve import Ball
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.system import BALLS, Matrix
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.drive import PrescribedSpeed
+from autobalancer.machine.profile import Constant, Ramp
 from autobalancer.results.provenance import provenance
 from autobalancer.results.shares import wilson_interval
 from autobalancer.simulation.fluid_lag import diffusing_lags
@@ -57,7 +59,9 @@ def question_of(
     refuse_forces(machine)
     st = of_plane(plane(machine)) if isinstance(machine.rotor, PlanarRotor) else stations(machine)
     lags = diffusing_lags(machine)
-    assembly = assemble(without_links(machine), seed=seed, contact=False, lags=lags)
+    profile = Ramp(start=0.0, end=speed, duration=1.0) if ramp else Constant(speed=speed)
+    there = machine.model_copy(update={"drive": PrescribedSpeed(profile=profile)})
+    assembly = assemble(without_links(there), seed=seed, contact=False, lags=lags)
     slowest = _slowest(st, speed)
     longest = hold or _long_enough(slowest, speed, lags if ramp else {})
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
