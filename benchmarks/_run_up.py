@@ -21,8 +21,7 @@ from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import stepper_for
 
 MACHINE = Path(__file__).resolve().parent.parent / "examples" / "machines" / "stall_and_release.toml"

@@ -19,8 +19,7 @@ from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.studies.chamber_amplitudes import amplitudes
-from autobalancer.studies.chamber_runs import archived_run
+from autobalancer.studies.chamber_study import amplitudes, archived_run
 from benchmarks import compared, measured, seconds
 
 MACHINE = Path(__file__).resolve().parent.parent / "examples" / "machines" / "deep_chamber.toml"

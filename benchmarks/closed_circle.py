@@ -98,6 +98,6 @@ def measurements(run: xr.Dataset, seed: int) -> list[xr.Dataset]:
 
 def parameter(machine: Machine, path: str) -> float:
     """The number at a path."""
-    from autobalancer.assembly.parameters import parameter_of
+    from autobalancer.assembly.quantities import parameter_of
 
     return parameter_of(machine, path)

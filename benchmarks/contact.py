@@ -11,8 +11,7 @@ import autobalancer as ab
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.integrators.memory import EVALUATIONS
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import Envelope
+from autobalancer.simulation.record import Envelope, record_for
 from autobalancer.simulation.steppers import stepper_for
 from benchmarks import measured
 from benchmarks._run_up import MACHINE

@@ -13,13 +13,13 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import value_of
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.files.rigs import rig
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
 from autobalancer.simulation.steppers import Method
 from autobalancer.studies.ensemble.columns import Columns, columns_of
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.layout import Plan
 from autobalancer.studies.ensemble.members import Members, without_start_angles
 from benchmarks import compared, measured
 from benchmarks._run_up import END, GOAL, LADDER_BATCH, MACHINE, heyoka_equations, prepared

@@ -19,9 +19,9 @@ from tests.references.flow_differences import DifferenceFlow
 
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow.annulus import Annulus, annulus_of
-from autobalancer.flow.spectral import SpectralFlow
+from autobalancer.flow.result import Track
+from autobalancer.flow.solve import SpectralFlow
 from autobalancer.flow.speed import wall_speed
-from autobalancer.flow.track import Track
 from autobalancer.machine import Ramp
 from benchmarks import compared
 

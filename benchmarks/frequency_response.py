@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, station_rows, unbalance_load
 from autobalancer.catalog.resolve import resolve
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from autobalancer.studies.stepped_response import stepped_response
 from benchmarks import measured

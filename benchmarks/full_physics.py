@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import Envelope, Samples
+from autobalancer.simulation.record import Envelope, Samples
 from benchmarks import measured, seconds
 
 MACHINE = Path(__file__).resolve().parent.parent / "examples" / "machines" / "discoidal.toml"

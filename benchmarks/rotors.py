@@ -10,8 +10,8 @@ from time import process_time
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.files.rigs import rig
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from benchmarks import measured
 

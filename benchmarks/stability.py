@@ -11,14 +11,12 @@ import xarray as xr
 from tests.references.planar_linear import matrices
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import with_quantity
+from autobalancer.assembly.quantities import with_quantity, with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane
-from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.maps.balanced_stations import StationBalls
+from autobalancer.stability.maps.balanced import StationBalls, balanced_states
 from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, processor_seconds, seconds
 

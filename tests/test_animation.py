@@ -17,10 +17,10 @@ from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.labels import labels_of
 from autobalancer.plots.drawing.style import look
 from autobalancer.plots.film.animation import Scene, _frame_times
-from autobalancer.plots.film.question import size_words
+from autobalancer.plots.film.frames import size_words
 from autobalancer.results.display_units import SPEED_UNITS
-from autobalancer.results.drawn.motion import Motion, races_of
-from autobalancer.simulation.sampling import Envelope, Samples
+from autobalancer.results.drawn import Motion, races_of
+from autobalancer.simulation.record import Envelope, Samples
 
 MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "stall_and_release.toml"
 

@@ -24,13 +24,20 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.app.pages.typed import Typed
+from autobalancer.app.pages.elements import Typed
 from autobalancer.app.server.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
-from autobalancer.app.store.archive import UNREADABLE, Archive, differences
-from autobalancer.app.store.drawn import svg_of
-from autobalancer.app.store.export import exported, script
+from autobalancer.app.store.archive import (
+    UNREADABLE,
+    Archive,
+    differences,
+    exported,
+    new_name,
+    run_folder,
+    script,
+    user_folder,
+)
 from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
-from autobalancer.app.store.names import new_name, run_folder, user_folder
+from autobalancer.app.store.pictures import svg_of
 from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
 from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
 from autobalancer.app.text.problems import drawable, for_page, read
@@ -41,7 +48,7 @@ from autobalancer.files.examples import example_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import keys_of
 from autobalancer.results.places import NO_TURNS, plane_vectors
-from autobalancer.shown import rpm_and_si
+from autobalancer.tables import rpm_and_si
 from autobalancer.units import to_si
 
 DISCOIDAL = example_text("discoidal")
@@ -522,7 +529,7 @@ def test_a_disk_that_is_full_leaves_the_text_of_the_page(tmp_path: Path, monkeyp
 
     page = Typed(tmp_path / "draft.toml", "mass = 10")
     page.set_text("mass = 11")
-    monkeypatch.setattr("autobalancer.app.pages.typed.write_text_safely", full)
+    monkeypatch.setattr("autobalancer.app.pages.elements.write_text_safely", full)
     page.set_text("mass = 12")
     page.look()
     assert page.text == "mass = 12"
@@ -563,7 +570,7 @@ if sys.platform == "linux":
     assert 0 < resource.getrlimit(resource.RLIMIT_DATA)[0] < 2**62
 before = set(sys.modules)
 import autobalancer as ab
-from autobalancer.app.store.drawn import svg_of
+from autobalancer.app.store.pictures import svg_of
 from autobalancer.files.examples import example
 root = Path(ab.__file__).parent
 for path in root.rglob("__init__.py"):

@@ -11,14 +11,11 @@ import pytest
 from tests.test_app import unpacked
 
 import autobalancer as ab
+from autobalancer.app.store.fits import Free, Question, fit, fit_file, fits
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.measured.beside import drive_of
-from autobalancer.app.store.measured.columns import TIME
-from autobalancer.app.store.measured.fits import Free, Question, fit, fit_file, fits
-from autobalancer.app.store.measured.looks import Asked, order_table
-from autobalancer.app.store.measured.shelf import Shelf, plain_name, samples
-from autobalancer.app.store.measured.wave import BINS, WHOLE, wave_block
-from autobalancer.app.text.numbers import numbers_of, with_numbers
+from autobalancer.app.store.measured_files import TIME, Shelf, plain_name, samples
+from autobalancer.app.store.signal_pictures import BINS, WHOLE, Asked, drive_of, order_table, wave_block
+from autobalancer.app.text.fields import numbers_of, with_numbers
 from autobalancer.errors import AutobalancerError, QuestionError
 
 MASS, STIFFNESS, DAMPING, MOMENT = 10.0, 1e5, 100.0, 4e-4  # of the rotor that was measured, SI

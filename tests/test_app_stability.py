@@ -13,17 +13,14 @@ import pytest
 from matplotlib.figure import Figure
 
 import autobalancer as ab
-from autobalancer.app.store import map_point
-from autobalancer.app.store.analyses import ANALYSES, defaults, said
+from autobalancer.app.store import pictures as map_point
+from autobalancer.app.store.analyses import ANALYSES, Known, LatestAnswers, defaults, known_of, said, why_not_at_all
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.known import Known, known_of, why_not_at_all
-from autobalancer.app.store.latest import LatestAnswers
-from autobalancer.app.store.map_point import DrawnMap, drawn_map, seen_exactly, seen_on
-from autobalancer.app.text.quantities import alike, machine_with, text_with
+from autobalancer.app.store.pictures import DrawnMap, drawn_map, seen_exactly, seen_on
+from autobalancer.app.text.fields import alike, machine_with, text_with
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.examples import example_text
+from autobalancer.files.examples import example_text, rig_text
 from autobalancer.files.machine_file import parse_race_machine
-from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine
 
 DISCOIDAL = example_text("discoidal")

@@ -10,27 +10,36 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.studies.designs import (
+from autobalancer.app.store.studies import (
+    DESIGN,
+    STUDY,
+    Kept,
+    Known,
+    Studies,
+    Told,
     chosen_text,
+    columns_of,
     design_drawn,
     design_of,
+    done_of,
+    drawn,
+    how_far,
+    offered,
     places,
+    quantities_of,
     reasons_html,
     run_design,
+    run_study,
+    sample_text,
 )
-from autobalancer.app.store.studies.pictures import drawn, offered
-from autobalancer.app.store.studies.shelf import DESIGN, STUDY, Kept, Studies, sample_text
-from autobalancer.app.store.studies.work import Known, Told, columns_of, done_of, how_far, quantities_of, run_study
-from autobalancer.app.text.asked import MOST, about, read_study_text
-from autobalancer.app.text.asked_design import read_design_text
-from autobalancer.app.text.spread import offered as numbers
-from autobalancer.app.text.spread import rows_of, with_entry, with_kind, with_row
+from autobalancer.app.text.fields import offered as numbers
+from autobalancer.app.text.fields import rows_of, with_entry, with_kind, with_row
+from autobalancer.app.text.problems import MOST, about, read_design_text, read_study_text
 from autobalancer.errors import QuestionError
-from autobalancer.files.examples import example_text
-from autobalancer.files.rigs import rig_text, rigs
+from autobalancer.files.examples import example_text, rig_text, rigs
 from autobalancer.files.samples import sample_names
 from autobalancer.machine import Machine
-from autobalancer.studies.study.distributions import LogNormal, Uniform
+from autobalancer.studies.study.spec import LogNormal, Uniform
 
 PAGE = example_text("stall_and_release")
 STUDIED = """machine = "machine.toml"

@@ -16,15 +16,15 @@ import pytest
 from tests.references.chamber_machines import small_machine
 
 from autobalancer.errors import ResultError
-from autobalancer.results.archive import lock as archive_lock
+from autobalancer.results.archive import run as archive_lock
 from autobalancer.results.archive.folder import Archive
-from autobalancer.results.archive.lock import RunLock
-from autobalancer.studies.chamber_runs import archived_run
+from autobalancer.results.archive.run import RunLock
+from autobalancer.studies.chamber_study import archived_run
 
 HOLD = """
 import sys
 from pathlib import Path
-from autobalancer.results.archive.lock import RunLock
+from autobalancer.results.archive.run import RunLock
 with RunLock(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()

@@ -13,17 +13,16 @@ from tests.references.averaged import averaged_residuals, unbalance_whirl
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.stability.averaged import border as averaged_borders
-from autobalancer.stability.averaged import equations as averaged
-from autobalancer.stability.averaged import formulas as averaged_formulas
-from autobalancer.stability.averaged import phase_windows as speed_windows
-from autobalancer.stability.averaged.stations import averaged_station_matrices
+from autobalancer.stability import averaged
+from autobalancer.stability import averaged as averaged_borders
+from autobalancer.stability import averaged as averaged_formulas
+from autobalancer.stability import averaged as speed_windows
+from autobalancer.stability.averaged import averaged_station_matrices
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.host.stations import of_plane
-from autobalancer.stability.maps.characteristic import PlanarBalancer, worst_case_border
+from autobalancer.stability.maps.balanced import PlanarBalancer, worst_case_border
 from autobalancer.stability.stall.borders import release_border
-from autobalancer.stability.states.planar import Equilibrium, equilibria_of
-from autobalancer.stability.states.polygon import directions
+from autobalancer.stability.states.planar import Equilibrium, directions, equilibria_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 SPEEDS = (85.0, 112.0, 127.0, 150.0, 310.0)

@@ -27,15 +27,17 @@ from autobalancer.machine import (
     Support,
     Unbalance,
 )
-from autobalancer.stability.averaged.formulas import explicit_averaged_border
-from autobalancer.stability.averaged.stations import averaged_station_eigenvalues, averaged_station_growth
+from autobalancer.stability.averaged import (
+    averaged_station_eigenvalues,
+    averaged_station_growth,
+    explicit_averaged_border,
+)
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane, stations
-from autobalancer.stability.maps.averaged import averaged_of
-from autobalancer.stability.maps.balanced_stations import members_of
+from autobalancer.stability.maps.balanced import members_of
+from autobalancer.stability.maps.speeds import averaged_of
 from autobalancer.stability.states.floquet import exponents_of
-from autobalancer.stability.states.state import StationState
-from autobalancer.stability.states.stations import balanced_of
+from autobalancer.stability.states.stations import StationState, balanced_of
 
 ARM, DRAG = 0.1, 8e-4
 RIGHT_ANGLES = np.array([0.25, -0.25, 0.25, -0.25]) * math.pi

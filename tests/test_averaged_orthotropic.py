@@ -11,10 +11,18 @@ from tests.test_averaged import a_plane, balanced, lopsided, unequal
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.stability.averaged.border import averaged_border, balanced_growth_rates, growth_rates
-from autobalancer.stability.averaged.equations import averaged_growth_rate, balanced_growth_rate
-from autobalancer.stability.averaged.formulas import explicit_averaged_border, greatest_g, minimum_drag, stable_ranges
-from autobalancer.stability.averaged.phase_windows import speed_windows
+from autobalancer.stability.averaged import (
+    averaged_border,
+    averaged_growth_rate,
+    balanced_growth_rate,
+    balanced_growth_rates,
+    explicit_averaged_border,
+    greatest_g,
+    growth_rates,
+    minimum_drag,
+    speed_windows,
+    stable_ranges,
+)
 from autobalancer.stability.host.planar import Plane
 
 AT_135 = balanced(0.75 * math.pi, -0.75 * math.pi)

@@ -15,13 +15,13 @@ import tomli_w
 from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.api import check as summary
 from autobalancer.cli import app
-from autobalancer.cli.measured import balls
-from autobalancer.cli.rotors import flow
-from autobalancer.either_kind import check as summary
+from autobalancer.cli import drag_and_flow as flow
+from autobalancer.cli import measured as balls
 from autobalancer.errors import MachineError, QuestionError, UnitError
+from autobalancer.files.examples import rig_text
 from autobalancer.files.machine_file import load_machine, parse_machine
-from autobalancer.files.rigs import rig_text
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.units import to_si

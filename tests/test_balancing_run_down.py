@@ -84,7 +84,7 @@ def test_tracked_orders_over_time_are_taken_and_those_without_order_1_or_place_a
 
 
 def test_a_wrong_model_is_told(rotor):
-    from autobalancer.assembly.parameters import with_value_at
+    from autobalancer.assembly.quantities import with_value_at
 
     wrong = with_value_at(rotor, "rotor.mass", 6.0)
     found = unbalance_from_run_down(wrong, seen(rotor, PARTS, np.linspace(40.0, 300.0, 12), share=0.01))

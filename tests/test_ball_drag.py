@@ -16,11 +16,9 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import MachineError, QuestionError, UnitError
-from autobalancer.flow.ball.forces import BallForces, ball_forces
-from autobalancer.flow.ball.mesh import Fineness, Shape
-from autobalancer.flow.ball.slow import Flow, slow_flow
-from autobalancer.flow.ball.spaces import developed, spaces
-from autobalancer.laws.lubrication import film_slopes
+from autobalancer.flow.ball_problem import BallForces, ball_forces
+from autobalancer.flow.finite_elements import Fineness, Flow, Shape, developed, slow_flow, spaces
+from autobalancer.laws.impacts import film_slopes
 
 pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
 pytest.importorskip("skfem")
@@ -206,7 +204,7 @@ def test_the_command_prints_what_the_function_finds(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_inertia_lifts_a_sliding_ball_from_a_plane_as_cox_and_hsu_found() -> None:
     """18 pi/32 of rho U^2 r^2, at a distance that is small for inertia (Cox and Hsu 1977)."""
-    from autobalancer.flow.ball.inertia import flow_with_inertia
+    from autobalancer.flow.finite_elements import flow_with_inertia
 
     start = slow(Shape(40.0, 40.0, 1.0, 25.0, 40.0), Fineness(0.25, 0.25, 4.0, 0.7), 0.0)
     assert ball_forces(flow_with_inertia(start, 0.2)).lift / 0.1 == pytest.approx(18.0 * math.pi / 32.0, rel=0.03)

@@ -14,12 +14,10 @@ from reproductions.standing import standing
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.measurement.film.drawn import render as scene
-from autobalancer.measurement.film.drawn.render import scenery
-from autobalancer.measurement.film.edges import sampled
-from autobalancer.measurement.film.optics.calibration import calibrate, homography, mapped
-from autobalancer.measurement.film.optics.finding import camera_of
-from autobalancer.measurement.film.optics.view import in_space
+from autobalancer.measurement.film import drawn as scene
+from autobalancer.measurement.film.calibration import calibrate, camera_of, homography, mapped
+from autobalancer.measurement.film.drawn import scenery
+from autobalancer.measurement.film.optics import in_space, sampled
 from autobalancer.measurement.film.track import matched
 
 Floats = NDArray[np.float64]

@@ -7,9 +7,9 @@ import math
 import pytest
 
 from autobalancer.catalog.bearing_table import TABLE_DENSITY, Bearing, bearing, bearings, suitable_bearings
-from autobalancer.catalog.material_table import material, materials
+from autobalancer.catalog.small_tables import material, materials
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.laws.ball_capability import capability, half_sector, largest_useful_count, potential_ratio
+from autobalancer.laws.capabilities import capability, half_sector, largest_useful_count, potential_ratio
 
 UNBALANCE = 594e-6
 

@@ -23,17 +23,16 @@ from tests.test_stability_tilting import SPEED as SPINNING
 from tests.test_stability_tilting import Compiled, random_state
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import with_quantity
+from autobalancer.assembly.quantities import with_quantity, with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS, VX, VY, X, Y
 from autobalancer.machine import Machine
 from autobalancer.plots.film.animation import RotorView
-from autobalancer.results.drawn.motion import Motion, races_of
-from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.friction.held import held_by_friction
+from autobalancer.results.drawn import Motion, races_of
+from autobalancer.stability.continuation.steady import Family
+from autobalancer.stability.friction import held_by_friction
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field

@@ -12,19 +12,22 @@ import pytest
 from tests.references.planar_linear import matrices
 
 import autobalancer as ab
-from autobalancer import patience
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import si_value, value_of, with_quantity
+from autobalancer import progress as patience
+from autobalancer.assembly.quantities import si_value, value_of, with_quantity, with_value_at
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import plane
-from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
-from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
+from autobalancer.stability.maps.balanced import (
+    EqualBalls,
+    PlanarBalancer,
+    balanced_states,
+    growth_rate,
+    worst_case_border,
+)
 from autobalancer.stability.maps.speeds import borders_of
 from autobalancer.stability.states.linear import eigensystem, kept
-from autobalancer.stability.states.planar import Equilibrium, equilibria_of
-from autobalancer.stability.states.spread import spread_range
-from autobalancer.stability.summary.summary import summary
+from autobalancer.stability.states.planar import Equilibrium, equilibria_of, spread_range
+from autobalancer.stability.summary import summary
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 BALL = 6.656e-3 * 0.07695  # kg m, table 6.4 of Spannan (2021)

@@ -10,9 +10,8 @@ from tests.references.two_balls import DISCOIDAL, MACHINES, RACE, specials
 from tests.test_stability_stations import ONE, TWO, Group, machine, same_spectrum
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import value_of, with_quantity
-from autobalancer.either_kind import simulate
+from autobalancer.api import simulate
+from autobalancer.assembly.quantities import value_of, with_quantity, with_value_at
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import (
@@ -25,17 +24,14 @@ from autobalancer.machine import (
     Race,
     Unbalance,
 )
-from autobalancer.machine.profile import Constant
-from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.diagrams.branches import branches
-from autobalancer.stability.diagrams.curves import bifurcation_curves
+from autobalancer.machine.drive import Constant
+from autobalancer.simulation.record import Samples
+from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
 from autobalancer.stability.host.stations import in_plane, stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.states.floquet import exponents_of
+from autobalancer.stability.states.floquet import exponents_of, swinging
 from autobalancer.stability.states.questions import eigenvalues
-from autobalancer.stability.states.state import state_vector
-from autobalancer.stability.states.stations import states_of
-from autobalancer.stability.states.swinging import swinging
+from autobalancer.stability.states.stations import state_vector, states_of
 
 UNEVEN = (2.2e4, 1.8e4)
 K = float(DISCOIDAL.rotor.stiffness)

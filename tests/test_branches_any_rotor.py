@@ -12,22 +12,18 @@ from scipy.integrate import solve_ivp
 from tests.references.two_balls import specials
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import with_quantity
-from autobalancer.either_kind import simulate
+from autobalancer.api import simulate
+from autobalancer.assembly.quantities import with_quantity, with_value_at
 from autobalancer.errors import QuestionError
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine, RigidRotor, Support
-from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.continuation.steady import Range
-from autobalancer.stability.continuation.symmetry import kinds
-from autobalancer.stability.diagrams.branches import branches
-from autobalancer.stability.diagrams.curves import bifurcation_curves
+from autobalancer.simulation.record import Samples
+from autobalancer.stability.continuation.steady import Family, Range, kinds
+from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.periodic.partly_stalled import partly_stalled_orbits
+from autobalancer.stability.periodic.stalled import partly_stalled_orbits
 from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.stability.states.stations import balanced_of, states_of

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
+from autobalancer.api import check as summary
 from autobalancer.catalog.resolve import resolve
-from autobalancer.either_kind import check as summary
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.laws.ball_capability import (
+from autobalancer.laws.capabilities import (
     ball_capability,
     ball_mass,
     capability,

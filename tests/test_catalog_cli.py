@@ -13,11 +13,10 @@ from typer.testing import CliRunner
 
 from autobalancer.catalog.bearing_table import suitable_bearings
 from autobalancer.catalog.fluid_table import blend, fluid, fluids
-from autobalancer.catalog.friction_table import friction
-from autobalancer.catalog.material_table import materials
-from autobalancer.cli.files.catalog import app
+from autobalancer.catalog.small_tables import friction, materials
+from autobalancer.cli.catalog import app
 from autobalancer.errors import AutobalancerError, CatalogError, UnitError
-from autobalancer.laws.ball_capability import capability
+from autobalancer.laws.capabilities import capability
 
 RUNNER = CliRunner(env={"COLUMNS": "160"})
 

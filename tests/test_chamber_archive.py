@@ -20,10 +20,10 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import write_part
-from autobalancer.results.chamber.recorded import READ
+from autobalancer.results.chamber_measures import READ
 from autobalancer.simulation.chamber import run as chamber_run
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.studies.chamber_runs import archived_run
+from autobalancer.studies.chamber_study import archived_run
 from autobalancer.studies.in_threads import in_threads
 
 MACHINE = small_machine()
@@ -220,7 +220,7 @@ def test_balls_that_do_not_fit_are_a_gap_in_the_study() -> None:
 
 
 def test_the_machine_of_a_run_says_its_chambers_and_unbalance(whole: xr.Dataset) -> None:
-    from autobalancer.results.chamber.shape import chambers_of, unbalance_of
+    from autobalancer.results.chamber_shape import chambers_of, unbalance_of
 
     (shape,) = chambers_of(whole)
     assert (shape.radius, shape.depth, shape.place) == (0.1, 0.2, 0.0)

@@ -14,7 +14,7 @@ from autobalancer.assembly.chamber import assemble_chamber
 from autobalancer.kernels.chamber.verlet import start
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.rotordynamics.modes import modes
+from autobalancer.rotordynamics.campbell import modes
 from autobalancer.simulation.chamber import simulate_chamber
 
 FLOATING = [

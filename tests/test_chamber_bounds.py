@@ -14,13 +14,11 @@ from tests.references.chamber_machines import small_machine
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.laws.chamber_capability import chamber_capability
-from autobalancer.laws.deep_chamber.fluid import covering_fill
-from autobalancer.laws.deep_chamber.pick_up import least_friction, lift
-from autobalancer.laws.deep_chamber.settling import decay_rate, swing, swung_residual
-from autobalancer.laws.hertz import greatest_pressure, hertz_stiffness
+from autobalancer.laws.capabilities import chamber_capability
+from autobalancer.laws.deep_chamber import covering_fill, decay_rate, least_friction, lift, swing, swung_residual
+from autobalancer.laws.impacts import greatest_pressure, hertz_stiffness
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber.balls import ball_places_in_rotor
+from autobalancer.results.chamber_measures import ball_places_in_rotor
 from autobalancer.simulation.chamber.bounds import final_speed, time_to
 
 SPEED, RADIUS, SIZE, DENSITY, G = 157.0, 0.1, 0.01, 7800.0, 9.80665

@@ -15,7 +15,7 @@ from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import machine_text, save_machine
 from autobalancer.results.archive.folder import Archive
-from autobalancer.studies.chamber_runs import archived_run
+from autobalancer.studies.chamber_study import archived_run
 
 
 def told(*words: str, code: int = 0) -> str:

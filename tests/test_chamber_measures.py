@@ -11,22 +11,20 @@ from tests.references.chamber_runs import BALL, CHAMBER, chamber_run
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.results.chamber.balls import (
+from autobalancer.results.chamber_measures import (
+    CHAMBER_MEASURES,
+    UNITS,
     ball_places_in_rotor,
     ball_settling_time,
     balls_carried,
     balls_unbalance,
-    residual_of_balls,
-)
-from autobalancer.results.chamber.measures import (
-    CHAMBER_MEASURES,
-    UNITS,
     catalog_numbers,
     catalog_unit,
     chamber_measures,
     collision_statistics,
+    residual_of_balls,
 )
-from autobalancer.results.chamber.unconstrained import LooseBody, pakula_body, unconstrained_motion
+from autobalancer.results.unconstrained_body import LooseBody, pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber.verdict import chamber_verdict
 
 RUN = chamber_run()

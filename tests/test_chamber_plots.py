@@ -14,12 +14,11 @@ from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.plots.chamber.film import animate_chamber
-from autobalancer.plots.chamber.view import Camera, poses_of
+from autobalancer.plots.chamber.view import Camera, animate_chamber, poses_of
 from autobalancer.results.archive.folder import Archive
-from autobalancer.results.chamber.shape import ChamberShape, chambers_of
-from autobalancer.results.chamber.unconstrained import pakula_body
-from autobalancer.studies.chamber_means import optimal_means, over_seeds, pick_up_borders
+from autobalancer.results.chamber_shape import ChamberShape, chambers_of
+from autobalancer.results.unconstrained_body import pakula_body
+from autobalancer.studies.chamber_study import optimal_means, over_seeds, pick_up_borders
 
 RUN = chamber_run(2.5)
 

@@ -11,8 +11,8 @@ import xarray as xr
 
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber.measures import chamber_measures
-from autobalancer.results.chamber.shape import unbalance_of
+from autobalancer.results.chamber_measures import chamber_measures
+from autobalancer.results.chamber_shape import unbalance_of
 from autobalancer.simulation.chamber import simulate_chamber
 
 DESCRIBED = load_chamber_machine(

@@ -10,12 +10,11 @@ import pytest
 from scipy.spatial.distance import pdist
 from tests.references.chamber_machines import SUPPORT, free_machine, small_machine
 
-from autobalancer.assembly.chamber.contact import wall_stiffness
+from autobalancer.assembly.chamber import wall_stiffness
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.laws.hertz import hertz_stiffness
+from autobalancer.laws.impacts import hertz_stiffness
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber.balls import balls_unbalance
-from autobalancer.results.chamber.measures import chamber_measures
+from autobalancer.results.chamber_measures import balls_unbalance, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.filling import fill
 

@@ -11,15 +11,15 @@ import pytest
 from scipy.optimize import brentq
 
 import autobalancer as ab
+from autobalancer.api import simulate
 from autobalancer.assembly.chamber import contact_time
-from autobalancer.either_kind import simulate
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.laws.rebound import damping_ratio
+from autobalancer.laws.impacts import damping_ratio
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber.balls import ball_places_in_rotor, residual_of_balls
+from autobalancer.results.chamber_measures import ball_places_in_rotor, residual_of_balls
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes
 
 DIAMETER, DENSITY, WALL = 0.017, 7800.0, 0.06
 ORBIT = WALL - 0.5 * DIAMETER

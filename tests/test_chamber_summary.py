@@ -15,8 +15,7 @@ from autobalancer.assembly.chamber import contact_time
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError
 from autobalancer.files.machine_file import save_machine
-from autobalancer.laws.ball_capability import capability
-from autobalancer.laws.chamber_capability import chamber_capability
+from autobalancer.laws.capabilities import capability, chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.summary import chamber_summary

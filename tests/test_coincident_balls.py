@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
 from autobalancer.studies.stepped_response import stepped_response
 
 RPM = math.pi / 30.0

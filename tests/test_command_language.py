@@ -23,16 +23,17 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
-from autobalancer.cli.stability.eigenvalues import _usual as usual
-from autobalancer.cli.terminal import sheet, words
-from autobalancer.cli.terminal.console import Console
-from autobalancer.cli.terminal.quantities import parameter_values, speed_range
-from autobalancer.cli.terminal.sheet import Column, print_sheet, sheet_csv
+from autobalancer.cli.stability import _eigenvalues_usual as usual
+from autobalancer.cli.terminal import sheet
+from autobalancer.cli.terminal import sheet as words
+from autobalancer.cli.terminal.options import parameter_values, speed_range
+from autobalancer.cli.terminal.progress_bar import Console
+from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv
 from autobalancer.errors import QuestionError, ResultError, UnitError
 from autobalancer.results.export import plain_json
-from autobalancer.stability.states.questions import eigenvalues
-from autobalancer.stability.states.ranges import ranges
-from autobalancer.units.ranges import listed, range_values
+from autobalancer.stability.states.questions import eigenvalues, ranges
+from autobalancer.tables import Column
+from autobalancer.units.quantity import listed, range_values
 
 ROOT = Path(__file__).parents[1]
 DISCOIDAL = str(ROOT / "examples" / "machines" / "discoidal.toml")
@@ -43,8 +44,7 @@ RPM = np.pi / 30.0
 @pytest.fixture(autouse=True)
 def no_word_of_progress(monkeypatch: pytest.MonkeyPatch) -> None:
     """How far a command is after 20 s depends on the computer, and is no part of its answer."""
-    for place in ("progress", "patience"):
-        monkeypatch.setattr(f"autobalancer.cli.terminal.{place}.FIRST", float("inf"))
+    monkeypatch.setattr("autobalancer.cli.terminal.progress_bar.FIRST", float("inf"))
 
 
 def say(*words: str, code: int = 0, columns: int = 80) -> str:

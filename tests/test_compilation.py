@@ -32,8 +32,8 @@ KERNELS = ROOT / "src/autobalancer/kernels"
 RACES = """
 import autobalancer as ab
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
-from autobalancer.simulation.events import Event
+from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
+from autobalancer.simulation.record import Event
 rotor = {"mass": 10.0, "stiffness": 6e5, "damping": 80.0, "inertia": 0.05}
 drive = {"kind": "torque", "torque": 3.0}
 forces = [{"kind": "race_springs", "stiffness": 30.0}, {"kind": "radial_spring", "stiffness": 9e3, "free_length": 0.05}]

@@ -30,29 +30,23 @@ from tests.references.two_balls import (
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.drive import steady
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import with_quantity
-from autobalancer.assembly.system import assemble
-from autobalancer.cli.stability.branches import branches as command
+from autobalancer.assembly.quantities import with_quantity, with_value_at
+from autobalancer.assembly.system import assemble, steady
+from autobalancer.cli.stability import branches as command
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.machine import Machine
 from autobalancer.stability.continuation.bifurcations import lyapunov_coefficient
-from autobalancer.stability.continuation.family import SMOOTH, Family
 from autobalancer.stability.continuation.follow import Point, Steps, follow, locate
-from autobalancer.stability.continuation.steady import Range, Steady
-from autobalancer.stability.continuation.symmetry import expanded, kinds, merged
-from autobalancer.stability.diagrams.branches import branches
-from autobalancer.stability.diagrams.curves import bifurcation_curves
+from autobalancer.stability.continuation.steady import SMOOTH, Family, Range, Steady, expanded, kinds, merged
+from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
 from autobalancer.stability.diagrams.explorer import Explorer
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane, stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.maps.balanced import planar_balancer_of
-from autobalancer.stability.maps.characteristic import growth_rate, worst_case_border
-from autobalancer.stability.periodic.collocation import DEGREE, Mesh
+from autobalancer.stability.maps.balanced import growth_rate, planar_balancer_of, worst_case_border
+from autobalancer.stability.periodic.orbits import DEGREE, Mesh
 
 SEEDS = range(20)
 

@@ -13,8 +13,8 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.machine.plain_names import axis_attributes
-from autobalancer.plots.drawing.quantity_axis import quantity_axis
+from autobalancer.machine.path import axis_attributes
+from autobalancer.plots.drawing.axes import quantity_axis
 from autobalancer.stability.host.stations import stations
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

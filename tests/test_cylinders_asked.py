@@ -18,16 +18,14 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import save_machine
-from autobalancer.laws.chamber_capability import chamber_capability
+from autobalancer.laws.capabilities import chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.plots.chamber.bodies import seen_cylinders
-from autobalancer.plots.chamber.view import Camera
+from autobalancer.plots.chamber.view import Camera, seen_cylinders
 from autobalancer.results.archive.folder import Archive
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.summary import chamber_summary
-from autobalancer.studies.chamber_amplitudes import variant
-from autobalancer.studies.chamber_runs import archived_run
+from autobalancer.studies.chamber_study import archived_run, variant
 
 WEIGHT = {"gravity": [0.0, 0.0, -9.81]}
 HISTORY = {"law": "history", "shear_ratio": 0.8}

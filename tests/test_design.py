@@ -15,9 +15,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.reporting.report import balls_page
 from autobalancer.studies.design.answer import Designed
 from autobalancer.studies.design.candidate import candidates
-from autobalancer.studies.design.judging import stalled
 from autobalancer.studies.design.reading import read_spec
-from autobalancer.studies.design.running import runs_of
+from autobalancer.studies.design.running import runs_of, stalled
 from autobalancer.studies.design.screening import screened
 
 OILS = ["silicone oil 2", "silicone oil 5", "silicone oil 20", "silicone oil 50"]

@@ -16,9 +16,10 @@ import tomli_w
 
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
+from autobalancer.files.examples import rig_text
 from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine
-from autobalancer.files.rigs import rig_text
-from autobalancer.machine import Machine, leaves
+from autobalancer.machine import Machine
+from autobalancer.machine import plugins as leaves
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber.summary import chamber_summary
 

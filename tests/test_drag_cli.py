@@ -11,7 +11,7 @@ from tests.references.pictures import size_of
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.cli.files.catalog import app
+from autobalancer.cli.catalog import app
 from autobalancer.errors import QuestionError
 from autobalancer.laws import drag_coefficient as laws
 

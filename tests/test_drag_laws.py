@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.fluids import FluidRows, UniformTable
+from autobalancer.assembly.guided import FluidRows, UniformTable
 from autobalancer.errors import QuestionError, RangeWarning
 from autobalancer.kernels.laws.curves import drag_force
 from autobalancer.laws import drag_coefficient as laws
-from autobalancer.laws.drag import annulus_cd_re, linear_drag
-from autobalancer.laws.drag_curve import DragCurve
+from autobalancer.laws.drag_coefficient import DragCurve, annulus_cd_re, linear_drag
 
 MEASURED = laws.table([0.5, 3.0, 40.0, 55.0, 2500.0, 2e4], [760.0, 131.0, 12.0, 9.3, 0.81, 0.6])
 GEOMETRY = ab.laws.race_geometry(annulus_cd_re(2.10, 0.07))

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.resolve import occupied_angle, resolve
 from autobalancer.errors import MachineError, RangeWarning
 from autobalancer.laws import drag_coefficient as laws

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from autobalancer.errors import QuestionError
-from autobalancer.laws.slipstream import slipstream_factor, slipstream_factors
+from autobalancer.laws.drag_coefficient import slipstream_factor, slipstream_factors
 
 
 @pytest.mark.parametrize("re", [0.0, 40.0, 300.0])

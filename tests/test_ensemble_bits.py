@@ -13,9 +13,9 @@ from tests.test_places import SHAFT
 import autobalancer as ab
 from autobalancer.assembly.system import Model
 from autobalancer.machine import Machine
-from autobalancer.simulation.prepare import prepare
+from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.studies.ensemble.columns import columns_of
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.layout import Plan
 from autobalancer.studies.ensemble.members import Members
 
 RACE = "balancers[1].races[1]"

@@ -16,12 +16,12 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS
-from autobalancer.machine.plain_names import dimension_of
+from autobalancer.machine.path import dimension_of
 from autobalancer.results.measure_table import PER_BALL
 from autobalancer.results.shares import wilson_interval
 from autobalancer.studies.ensemble import members as follow
 from autobalancer.studies.ensemble.columns import columns_of
-from autobalancer.studies.ensemble.integration import ASKABLE, Plan
+from autobalancer.studies.ensemble.layout import ASKABLE, Plan
 from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

@@ -12,7 +12,7 @@ from tests.references.rates import rates_at
 from tests.references.shooting import derivative, periodic_state
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.balls.planar import planar
@@ -28,11 +28,11 @@ from autobalancer.machine import (
     Race,
     Unbalance,
 )
-from autobalancer.simulation.sampling import SampleTimes
-from autobalancer.stability.basins.turn import Turn
+from autobalancer.simulation.record import SampleTimes
+from autobalancer.stability.basins import Turn
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import of_plane
-from autobalancer.stability.maps.characteristic import PlanarBalancer, planar_eigenvalues
+from autobalancer.stability.maps.balanced import PlanarBalancer, planar_eigenvalues
 from autobalancer.stability.states.linear import eigensystem, motion_name
 from autobalancer.stability.states.planar import close_polygon, equilibria_of
 

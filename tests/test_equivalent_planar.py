@@ -9,15 +9,14 @@ from tests.references.pictures import size_of
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model, rows_at
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine, save_machine
 from autobalancer.machine import Machine
-from autobalancer.rotordynamics.critical import critical_speeds
+from autobalancer.rotordynamics.campbell import critical_speeds, modes
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from autobalancer.rotordynamics.modes import modes
 
 BALANCER = {
     "name": "ring",

@@ -16,9 +16,8 @@ import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.kernels.integrators.memory import NEXT_SAMPLE, TIME
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, RUNNING, advance
-from autobalancer.simulation.equations import PLANAR
-from autobalancer.simulation.events import Event
-from autobalancer.simulation.sampling import Envelope, Samples, SampleTimes
+from autobalancer.simulation.record import Envelope, Event, Samples, SampleTimes
+from autobalancer.simulation.steppers import PLANAR
 
 # events ---------------------------------------------------------------------------------------------------------------
 

@@ -94,7 +94,8 @@ def test_a_stiff_ball_is_no_burden_to_long_steps() -> None:
 
 def test_sigterm_keeps_what_was_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "autobalancer.cli.terminal.patience.Patience.look", lambda self, now, end: os.kill(os.getpid(), signal.SIGTERM)
+        "autobalancer.cli.terminal.progress_bar.Patience.look",
+        lambda self, now, end: os.kill(os.getpid(), signal.SIGTERM),
     )
     words = [
         "simulate",

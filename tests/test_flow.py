@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from tests.references.flow_differences import DifferenceFlow
 
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.relaxation import all_modes, diffusive_swirl, mode_table, relaxation_modes
-from autobalancer.flow.spectral import SpectralFlow, chebyshev_grid
+from autobalancer.flow.choice import all_modes, diffusive_swirl, mode_table, relaxation_modes
+from autobalancer.flow.solve import SpectralFlow, chebyshev_grid
 from autobalancer.flow.speed import recorded_speed, wall_speed
 from autobalancer.machine import Hill, Ramp
 

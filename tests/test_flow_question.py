@@ -14,13 +14,13 @@ from tests.references.pictures import size_of
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow import solve
 from autobalancer.flow.annulus import Annulus, annulus_of
-from autobalancer.flow.question import annulus_flow
+from autobalancer.flow.annulus_problem import annulus_flow
 from autobalancer.flow.result import SpinUp, spin_up
 from autobalancer.flow.speed import wall_speed
 from autobalancer.machine import Ramp, Table

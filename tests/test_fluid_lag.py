@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.either_kind import simulate
+from autobalancer.api import simulate
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import MachineError
 from autobalancer.flow.annulus import annulus_of
-from autobalancer.flow.relaxation import relaxation_modes
+from autobalancer.flow.choice import relaxation_modes
 from autobalancer.machine import Machine
 from autobalancer.simulation import passes
-from autobalancer.simulation.events import Event
-from autobalancer.simulation.prepare import prepare
-from autobalancer.simulation.sampling import Envelope, Samples, SampleTimes, Sampling
+from autobalancer.simulation.fluid_lag import prepare
+from autobalancer.simulation.record import Envelope, Event, Samples, SampleTimes, Sampling
 from autobalancer.studies.basin import basin
 
 RATE, END = 20.0, 0.5  # rad/s^2, s; slow enough for the secondary flow to carry less than a percent of the lag

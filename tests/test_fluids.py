@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from autobalancer.catalog.fluid_table import FluidState, blend, fluid, fluids
-from autobalancer.catalog.tables import rows
+from autobalancer.catalog.small_tables import rows
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.laws import glycerol, mineral_oil, viscosity, water_and_air
+from autobalancer.laws import viscosity
+from autobalancer.laws import viscosity as glycerol
+from autobalancer.laws import viscosity as mineral_oil
+from autobalancer.laws import viscosity as water_and_air
 
 SILICONE = rows("silicone_oils.csv")
 KELVIN = 273.15

@@ -20,10 +20,9 @@ from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Force, Machine
-from autobalancer.machine.leaves import find, known
+from autobalancer.machine.plugins import find, known
 from autobalancer.plots.drawing.style import FORCE
-from autobalancer.results.drawn.forces import lines_of
-from autobalancer.results.drawn.motion import Motion, races_of
+from autobalancer.results.drawn import Motion, lines_of, races_of
 
 STIFF, LENGTH = 40.0, 0.12  # N/m and m of springs along a race
 ALONG = {"kind": "race_springs", "stiffness": STIFF, "free_length": LENGTH}

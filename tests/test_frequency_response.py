@@ -13,14 +13,14 @@ import xarray as xr
 from tests.references.stalled_pair import hanging_speed
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model, station_rows, unbalance_load
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.style import BALLS
 from autobalancer.plots.run.stepped_response import COLORS, _jumps
-from autobalancer.simulation.sampling import Envelope, SampleTimes
+from autobalancer.simulation.record import Envelope, SampleTimes
 from autobalancer.studies.stepped_response import stepped_response
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

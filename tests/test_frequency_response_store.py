@@ -16,9 +16,9 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.files.rigs import rig, rig_text
+from autobalancer.files.examples import rig, rig_text
 from autobalancer.studies.stepped_response import stepped_response
 
 RIG = rig("rodrigues_rig")

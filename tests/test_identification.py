@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.campbell import modes
 from autobalancer.rotordynamics.identification.fit import weights
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify
@@ -20,7 +21,6 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredResponse,
     MeasuredStiffness,
 )
-from autobalancer.rotordynamics.modes import modes
 
 RIGID = Machine(
     name="rigid", axis="vertical",

@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine, save_machine
-from autobalancer.files.rigs import rig
-from autobalancer.measurement.comparison.measurement_file import load_measurements
+from autobalancer.measurement.comparison.run_up_fit import load_measurements
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.rotordynamics.identification.measurements import (
     KnownValue,

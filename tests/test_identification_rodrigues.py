@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalancer.files.rigs import rig
-from autobalancer.measurement.comparison.measurement_file import load_measurements
-from autobalancer.rotordynamics.critical import critical_speeds
+from autobalancer.files.examples import rig
+from autobalancer.measurement.comparison.run_up_fit import load_measurements
+from autobalancer.rotordynamics.campbell import critical_speeds
 from autobalancer.rotordynamics.identification.identify import Identification, identify
 
 MACHINE, DATA = rig("rodrigues_rig"), Path("examples/measurements")

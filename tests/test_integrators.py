@@ -16,9 +16,8 @@ from autobalancer.kernels.integrators.memory import ACCEPTED, END, LONGEST, REJE
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8
 from autobalancer.machine import Machine
-from autobalancer.simulation.equations import PLANAR
-from autobalancer.simulation.events import Event
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
+from autobalancer.simulation.record import Envelope, Event, LastRevolutions, Samples, SampleTimes, Sampling
+from autobalancer.simulation.steppers import PLANAR
 
 # the pairs as numbers -------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import autobalancer as ab
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.laws.liquid.ring import Ring, growth_rate, whirl_speeds
+from autobalancer.laws.ring_of_liquid import Ring, growth_rate, whirl_speeds
 from autobalancer.machine import Machine
 
 RING = Ring(radius=0.25, height=0.1, layer=0.02, density=1150.0)

@@ -18,9 +18,16 @@ from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, RUNNING
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine
-from autobalancer.simulation.events import Event
-from autobalancer.simulation.record import record_for, turns_complete
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
+from autobalancer.simulation.record import (
+    Envelope,
+    Event,
+    LastRevolutions,
+    Samples,
+    SampleTimes,
+    Sampling,
+    record_for,
+    turns_complete,
+)
 from autobalancer.simulation.steppers import Stepper, stepper_for
 
 LONG, PAIR = "exponential_collocation", "dormand_prince_8"

@@ -11,16 +11,15 @@ from tests.references.spatial import Spatial, split
 from tests.references.spatial_machines import tilting, turned
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.kernels.integrators.memory import ACCEPTED
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, THETA
 from autobalancer.machine import Machine
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import Stepper, stepper_for
 
 LONG, PAIR = "exponential_collocation", "dormand_prince_8"

@@ -28,7 +28,7 @@ from scipy.integrate import solve_ivp
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.laws.chamber_capability import chamber_capability
+from autobalancer.laws.capabilities import chamber_capability
 
 TWO = """
 [[statement]]

@@ -19,8 +19,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.assembly.author_units import in_author_units, with_author_springs
-from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, MachineFileError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine, save_machine

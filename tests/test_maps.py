@@ -15,15 +15,14 @@ from tests.references.planar_linear import matrices
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import with_quantity
+from autobalancer.assembly.quantities import with_quantity, with_value_at
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, MachineError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.stability.host.planar import Plane, plane
-from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.maps.characteristic import (
+from autobalancer.stability.maps.balanced import (
     PlanarBalancer,
+    balanced_states,
     growth_rate,
     growth_rates,
     planar_eigenvalues,

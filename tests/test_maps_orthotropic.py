@@ -10,14 +10,13 @@ from numpy.polynomial import Polynomial
 from tests.test_averaged import a_plane, unequal
 
 import autobalancer as ab
-from autobalancer.stability.averaged.formulas import explicit_averaged_border
+from autobalancer.stability.averaged import explicit_averaged_border
 from autobalancer.stability.host.planar import Plane
 from autobalancer.stability.host.stations import of_plane
-from autobalancer.stability.maps.balanced import EqualBalls, balanced_states
-from autobalancer.stability.maps.balanced_stations import StationBalls
+from autobalancer.stability.maps.balanced import EqualBalls, StationBalls, balanced_states
 from autobalancer.stability.maps.exact import border_of, worst_case
-from autobalancer.stability.states import right_angles
-from autobalancer.stability.states.half_turns import growth_rates
+from autobalancer.stability.states import planar as right_angles
+from autobalancer.stability.states.floquet import growth_rates
 
 SPEEDS = np.array([31.0, 96.0, 104.0, 118.0, 131.0, 260.0, 900.0])
 

@@ -15,9 +15,9 @@ from autobalancer.kernels.integrators.runge_kutta import RUNNING
 from autobalancer.kernels.measures.columns import COLUMNS, STATUS
 from autobalancer.machine import Machine
 from autobalancer.results.measure_table import SWEPT, numbers
-from autobalancer.results.recorded_of import recorded_of
+from autobalancer.results.run_arrays import recorded_of
 from autobalancer.simulation import run as of_simulate
-from autobalancer.studies.sweep_row import sweep_row
+from autobalancer.studies.variations import sweep_row
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 OTHERS = ("chamber_cylinders", "deep_chamber", "deep_chamber_fitted", "released_body", "single_layer", "liquid_ring")

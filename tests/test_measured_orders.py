@@ -16,10 +16,10 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Channel, MeasuredOrders, Sensor, Tacho, load_orders, record
-from autobalancer.measurement.balancing.order_table import given_orders
+from autobalancer.measurement.balancing.run_down import given_orders
 from autobalancer.measurement.noise_density import independent
-from autobalancer.measurement.orders.fitted import fitted_orders
-from autobalancer.rotordynamics.identification.trial import Trial
+from autobalancer.measurement.orders.tracking import fitted_orders
+from autobalancer.rotordynamics.identification.measurements import Trial
 
 ROTOR = """name = "rotor on springs"
 axis = "vertical"

@@ -200,7 +200,7 @@ def test_half_of_the_power_gives_the_damping_of_a_slow_run_up_and_warns_of_a_fas
             for name, one in (("amplitude", 1.0), ("phase", 0.0), ("amplitude_deviation", 1e-3))
         }
         coords = {"order": [1.0], "channel": ["x"], "time": np.linspace(0.0, duration, 600), "speed": ("time", w)}
-        from autobalancer.results.signals.orders import Orders
+        from autobalancer.results.signals import Orders
 
         found = ab.measure.half_power(Orders.of(xr.Dataset({**entries, "phase_deviation": entries["phase"]}, coords)))
         assert float(found["damping_ratio"]) == pytest.approx(ratio, rel=0.01)

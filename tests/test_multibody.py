@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from autobalancer.assembly.rotors import LateralModel, lateral_model, station_rows, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds
-from autobalancer.assembly.rotors.multibody import multibody
+from autobalancer.assembly.rotors.rig import multibody
 from autobalancer.assembly.rotors.rigid import rigid
 from autobalancer.errors import MachineError
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import machine_text, parse_machine
-from autobalancer.files.rigs import rig
 from autobalancer.machine import (
     BallBearing,
     Body,

@@ -11,8 +11,8 @@ import tomli_w
 
 from autobalancer.assembly.rotors import lateral_model, rows_at
 from autobalancer.errors import MachineError, MachineFileError
+from autobalancer.files.examples import rig_text
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.files.rigs import rig_text
 
 DISCOIDAL = tomllib.loads(rig_text("discoidal_rig"))
 BUSHING = 5

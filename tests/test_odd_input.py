@@ -7,12 +7,12 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.files.machine_file import load_chamber_machine, load_machine
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.simulation.chamber.summary import chamber_summary
-from autobalancer.simulation.remarks.input_text import input_notes
+from autobalancer.simulation.input_remarks import input_notes
 from autobalancer.studies.design.design import designs_dataset
 from autobalancer.studies.design.reading import read_spec
 

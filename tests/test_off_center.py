@@ -7,11 +7,11 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.off_center import OffCenter, off_center
+from autobalancer.assembly.place_response import OffCenter, off_center
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.run_out import ring_eccentricity
+from autobalancer.catalog.small_tables import ring_eccentricity
 from autobalancer.cli.main import app
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine

@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, RangeWarning
-from autobalancer.measurement.orders.vold_kalman import filtered_orders, passed_by_filter
+from autobalancer.measurement.orders.tracking import filtered_orders, passed_by_filter
 
 MASS, STIFFNESS, DAMPING, UNBALANCE = 12.27, 44654.0, 68.37, 594e-6  # the discoidal rig of Spannan (2021), table 6.4
 RATE, GROWTH, START, LENGTH = 1000.0, 4.0, 15.0, 20.0
@@ -74,7 +74,7 @@ def test_orders_of_a_run_up_through_resonance_are_those_of_the_motion(
 
 
 def test_a_plain_window_flattens_a_resonance_that_the_fit_does_not(motion: np.ndarray) -> None:
-    from autobalancer.measurement.orders.fitted import fitted_orders
+    from autobalancer.measurement.orders.tracking import fitted_orders
 
     centers = np.interp(np.arange(10.0, 15.0, 0.05), TIME, angle(TIME))
     known = envelope(motion, np.interp(centers, angle(TIME), TIME))
@@ -330,7 +330,8 @@ def by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Records of more than 3000 samples stay in their files, of which 1500 samples are in memory at once."""
     from autobalancer.measurement.orders import angle as angles
     from autobalancer.measurement.signals import formats, load
-    from autobalancer.results.signals import signals, universal_file
+    from autobalancer.results import signals
+    from autobalancer.results import signals as universal_file
 
     for module in (signals, formats, load, universal_file, angles):
         monkeypatch.setattr(module, "LONG", 3000)
@@ -420,7 +421,7 @@ def test_a_long_record_stays_in_its_file_and_gives_the_same_orders_and_maps(
 def test_a_slower_rate_changes_filtered_orders_of_a_long_record_by_less_than_a_thousandth(
     motion: np.ndarray, by_blocks: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from autobalancer.measurement.orders import question
+    from autobalancer.measurement.orders import tracking as question
 
     turned = ab.measure.rotor_angle(measured({"a": motion.real}))
     fast = ab.measure.orders(turned, method="vold-kalman", bandwidth=4.0)

@@ -14,11 +14,10 @@ import pytest
 import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.laws.drag_coefficient import DragLaw
-from autobalancer.laws.drag_curve import DragCurve
-from autobalancer.machine import BallInRace, Drag, Machine, leaves
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Positive, Ratio
+from autobalancer.laws.drag_coefficient import DragCurve, DragLaw
+from autobalancer.machine import BallInRace, Drag, Machine
+from autobalancer.machine import plugins as leaves
+from autobalancer.machine.part import Positive, Ratio, key
 
 SAMPLE = Path("examples/machines/discoidal.toml")
 

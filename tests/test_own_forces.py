@@ -16,7 +16,8 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.machine import Force, Machine, PairForce, key, leaves
+from autobalancer.machine import Force, Machine, PairForce, key
+from autobalancer.machine import plugins as leaves
 
 FILE = '''
 """Two forces of our own."""

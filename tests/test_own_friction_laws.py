@@ -12,9 +12,9 @@ import pytest
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.machine import FrictionLaw, leaves
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Ratio
+from autobalancer.machine import FrictionLaw
+from autobalancer.machine import plugins as leaves
+from autobalancer.machine.part import Ratio, key
 from references.resolved import chamber, free
 
 RUBS: dict[str, Any] = {"restitution": 0.6, "sliding_friction": 0.2, "slip_speed": 0.02}

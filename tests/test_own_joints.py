@@ -11,10 +11,10 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import LateralModel, lateral_model
-from autobalancer.assembly.rotors.multibody import multibody
+from autobalancer.assembly.rotors.rig import multibody
 from autobalancer.assembly.rotors.rigid import rigid
 from autobalancer.errors import MachineError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import (
     Body,
     Bushing,
@@ -26,10 +26,9 @@ from autobalancer.machine import (
     SpeedTable,
     Spring,
     Support,
-    leaves,
 )
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Length
+from autobalancer.machine import plugins as leaves
+from autobalancer.machine.part import Length, key
 from autobalancer.machine.rotors.joint import SpringStiffness
 
 RIG = rig("discoidal_rig")

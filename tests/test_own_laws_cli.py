@@ -14,8 +14,9 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError
-from autobalancer.files.rigs import rig_text
-from autobalancer.machine import Drag, FrictionLaw, Joint, leaves
+from autobalancer.files.examples import rig_text
+from autobalancer.machine import Drag, FrictionLaw, Joint
+from autobalancer.machine import plugins as leaves
 
 RUNNER = CliRunner()
 MACHINES = Path("examples/machines")

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 import autobalancer as ab
-from autobalancer import patience
-from autobalancer.cli.terminal import progress
+from autobalancer import progress as patience
+from autobalancer.cli.terminal import progress_bar as progress
 from autobalancer.errors import MachineError
 
 

@@ -12,17 +12,14 @@ from tests.references.planar_flow import flow
 from tests.references.stalled_pair import parting_multipliers
 from tests.references.two_balls import RACE, STALL, branch, specials, stall_machine, swinging
 
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.either_kind import simulate
-from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.continuation.steady import Range
-from autobalancer.stability.continuation.symmetry import coincident, kinds
+from autobalancer.api import simulate
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.simulation.record import Samples
+from autobalancer.stability.continuation.steady import Family, Range, coincident, kinds
 from autobalancer.stability.diagrams.branches import branches
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import stations
-from autobalancer.stability.maps.balanced import planar_balancer_of
-from autobalancer.stability.maps.characteristic import growth_rate
+from autobalancer.stability.maps.balanced import growth_rate, planar_balancer_of
 from autobalancer.stability.periodic.stalled import stalled_orbits
 
 # balls that swing

@@ -18,7 +18,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import length_text
-from autobalancer.results.standing import standing
+from autobalancer.results.series import standing
 
 GRAVITY = 9.80665
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -192,9 +192,8 @@ def _rotor_moment(machine: Machine, times: np.ndarray, end: float) -> np.ndarray
     """Mass times deflection of the rotor's mass center, from the states of the same run."""
     from autobalancer.kernels.integrators import tableau
     from autobalancer.kernels.integrators.runge_kutta import advance
-    from autobalancer.simulation.equations import equations
-    from autobalancer.simulation.fresh import memory_for
     from autobalancer.simulation.record import record_for
+    from autobalancer.simulation.steppers import equations, memory_for
 
     assembly = assemble(machine)
     pair = tableau.dormand_prince_8()

@@ -17,16 +17,14 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.angles import slipping, wrapped
+from autobalancer.plots.drawing.axes import slipping, wrapped
 from autobalancer.plots.drawing.labels import labels_of
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import UNBALANCE, picture
-from autobalancer.plots.run.ball_looks import BallLook
-from autobalancer.plots.run.history import CriticalSpeeds, Curve, Deflections, History
-from autobalancer.plots.run.panels import deflection_panel, speed_panel
+from autobalancer.plots.drawing.style import UNBALANCE, picture, save_picture
+from autobalancer.plots.run.history import BallLook, CriticalSpeeds, Curve, Deflections, History
+from autobalancer.plots.run.run_up import deflection_panel, speed_panel
 from autobalancer.results.display_units import length_axis, length_text, round_down, speed_axis
-from autobalancer.results.drawn.motion import Motion, races_of
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes
+from autobalancer.results.drawn import Motion, races_of
+from autobalancer.simulation.record import Envelope, LastRevolutions, Samples, SampleTimes
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 

@@ -13,16 +13,15 @@ from matplotlib.patches import FancyArrowPatch
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.labels import label_level, label_point, labels_of, stacked
 from autobalancer.plots.drawing.style import picture
-from autobalancer.plots.run.ball_looks import ball_looks, planes_of
-from autobalancer.plots.run.race_vectors import Vector, vectors_of
-from autobalancer.plots.run.static import static_part
-from autobalancer.results.drawn.motion import Motion, races_of
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
+from autobalancer.plots.run.history import ball_looks, planes_of, static_part
+from autobalancer.plots.run.race import Vector, vectors_of
+from autobalancer.results.drawn import Motion, races_of
+from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 SAVE = (Samples(601), Envelope(200), LastRevolutions(4))

@@ -20,11 +20,11 @@ import pytest
 import typer
 
 import autobalancer as ab
+from autobalancer.api import FilmOptions, RunOptions
 from autobalancer.cli import app
-from autobalancer.either_kind import FilmOptions, RunOptions
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.namespace import function_of
-from autobalancer.plots.chamber.film import animate_chamber
+from autobalancer.plots.chamber.view import animate_chamber
 from autobalancer.plots.film.animation import animate_races
 from autobalancer.public_names import ABOUT, NAMES
 from autobalancer.simulation.chamber.run import simulate_chamber

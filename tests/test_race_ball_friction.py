@@ -18,9 +18,9 @@ from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.kernels.balls.touching import touch
 from autobalancer.kernels.system import BALLS
-from autobalancer.laws.touching_balls import touching_balls
+from autobalancer.laws.impacts import touching_balls
 from autobalancer.machine import Contact, Machine, Race
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
 
 RADIUS, WALL = 0.5 * DIAMETER, ORBIT + 0.5 * DIAMETER
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3

@@ -12,13 +12,13 @@ from tests.references.races import races
 from tests.references.rates import rates_at
 from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, standing
 
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.guided import race_harmonics
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
-from autobalancer.assembly.waves import race_harmonics
 from autobalancer.errors import MachineError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.kernels.balls.rough_races import guided_rough
-from autobalancer.laws.rebound import damping_ratio, rebound
+from autobalancer.laws.impacts import damping_ratio, rebound
 from autobalancer.machine import Contact, Friction, Machine, Race, Roundness
 from autobalancer.studies.stepped_response import stepped_response
 

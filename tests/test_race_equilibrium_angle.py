@@ -11,13 +11,8 @@ import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.measurement.angle.evaluation import fit_rolling_resistance
-from autobalancer.measurement.angle.statics import (
-    TurnedRace,
-    drag_coefficients,
-    equilibrium_angles,
-)
-from autobalancer.simulation.sampling import Samples
+from autobalancer.measurement.angle import TurnedRace, drag_coefficients, equilibrium_angles, fit_rolling_resistance
+from autobalancer.simulation.record import Samples
 
 DIAMETER, ORBIT, STEEL = 0.0123, 0.07695, 7800.0
 FLUIDS = [(953.0, 298e-6), (950.0, 50e-6), (876.0, 10e-6), (844.0, 5e-6), (760.0, 0.65e-6)]

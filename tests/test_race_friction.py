@@ -16,7 +16,7 @@ import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.balls.rough_races import guided_rough
-from autobalancer.laws.resting import rest_interval
+from autobalancer.laws.adherence import rest_interval
 from autobalancer.machine import Machine
 
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3

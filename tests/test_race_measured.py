@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.laws.resting import rest_ends
+from autobalancer.laws.adherence import rest_ends
 from autobalancer.measure import drag_from_lag, race_shape, rest_friction
-from autobalancer.measurement.race.rest import _gain
+from autobalancer.measurement.race import _gain
 from autobalancer.plots.measured.race import race_shape as picture
 from autobalancer.plots.measured.race import rests
 

@@ -14,8 +14,8 @@ import autobalancer as ab
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble
 from autobalancer.machine import Unbalance
-from autobalancer.simulation.sampling import Samples
-from autobalancer.simulation.saved.dataset import wall_forces
+from autobalancer.simulation.record import Samples
+from autobalancer.simulation.saved import wall_forces
 
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3
 

@@ -15,16 +15,16 @@ from tests.references.resolved import chamber, states_at
 from tests.references.standing_races import DENSITY, DIAMETER, ORBIT, standing
 
 import autobalancer as ab
-from autobalancer.assembly.fluids import Lag
+from autobalancer.assembly.guided import Lag
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError, RangeWarning
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.kernels.balls.rough_races import guided_rough
 from autobalancer.kernels.system import BALLS
-from autobalancer.laws.slipstream import slipstream_factor, slipstream_factors
+from autobalancer.laws.drag_coefficient import slipstream_factor, slipstream_factors
 from autobalancer.machine import Machine
-from autobalancer.simulation.equations import equations
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
+from autobalancer.simulation.steppers import equations
 
 VISCOSITY = 1e-4
 OIL = {"density": 900.0, "viscosity": VISCOSITY}

@@ -14,7 +14,7 @@ from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, st
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.kernels.records.resolved import BALL_STATES, BALL_VX, BALL_VY, BALL_X, BALL_Y
-from autobalancer.laws.rebound import first_yield, stokes_number, wet_factor, yielding_factor
+from autobalancer.laws.impacts import first_yield, stokes_number, wet_factor, yielding_factor
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber.run import simulate_chamber

@@ -16,18 +16,26 @@ from tests.references.receptances import Host, chain, measured, planar_model, ti
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.cli.rotors.receptance import receptance as command
+from autobalancer.cli.identify import receptance as command
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine import Machine
-from autobalancer.measurement.loop.balls import RaceBalls, balls_of, equal_balls, positions, spread
-from autobalancer.measurement.loop.border import receptance_border
-from autobalancer.measurement.loop.curve import receptance_loop
-from autobalancer.measurement.loop.growth import loop_eigenvalues, loop_matrix, receptance_stability
+from autobalancer.measurement.loop import (
+    RaceBalls,
+    balls_of,
+    equal_balls,
+    loop_eigenvalues,
+    loop_matrix,
+    positions,
+    receptance_border,
+    receptance_loop,
+    receptance_stability,
+    spread,
+)
 from autobalancer.rotordynamics.receptance.measured import load_receptance
 from autobalancer.rotordynamics.receptance.rational_fit import modes_of, pole_model
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.host.planar import Plane
-from autobalancer.stability.maps.characteristic import PlanarBalancer, growth_rate, worst_case_border
+from autobalancer.stability.maps.balanced import PlanarBalancer, growth_rate, worst_case_border
 from autobalancer.stability.states.linear import eigensystem, kept
 from autobalancer.stability.states.planar import Equilibrium
 

@@ -14,10 +14,9 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.assembly.profile import largest_unbalance
-from autobalancer.cli.rotors.receptance import receptance as command
+from autobalancer.cli.identify import receptance as command
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.loop.balls import equal_balls
-from autobalancer.measurement.loop.border import receptance_border
+from autobalancer.measurement.loop import equal_balls, receptance_border
 from autobalancer.rotordynamics.receptance.measured import receptance_dataset
 
 FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it

@@ -11,9 +11,8 @@ from tests.references.cases import PAIRS, exact, oscillator, prepared, run_up
 
 import autobalancer as ab
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
-from autobalancer.simulation.equations import PLANAR
-from autobalancer.simulation.events import Event
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
+from autobalancer.simulation.record import Envelope, Event, LastRevolutions, Samples, SampleTimes, Sampling
+from autobalancer.simulation.steppers import PLANAR
 
 
 @pytest.mark.parametrize("method", PAIRS)

@@ -10,7 +10,7 @@ import pytest
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds
-from autobalancer.remembered import remembered
+from autobalancer.cache import remembered
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 

@@ -16,8 +16,8 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Sensor, record
-from autobalancer.reporting import machine_pages
 from autobalancer.reporting import page as blocks
+from autobalancer.reporting import page as machine_pages
 from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section, drawing
 from autobalancer.reporting.report import balls_page, write_pdf
 

@@ -12,7 +12,7 @@ from reproductions.pakula2021._grid import MEASURES, deviation, kept, run
 from reproductions.rodrigues2011.balls import from_heavy_spot, with_balls
 from tools.ledger import BENCHMARKS, REPRODUCTIONS, Ledger, markdown, totals
 
-from autobalancer.studies.chamber_many import Cell
+from autobalancer.studies.chamber_study import Cell
 
 
 def test_a_row_of_no_known_kind_is_refused_with_those_there_are() -> None:

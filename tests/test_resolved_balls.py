@@ -13,13 +13,13 @@ from tests.references.resolved import BALL, chamber, contact, run, states_at
 from tests.references.resolved_run_ups import GRIP, ORBIT, PLANAR, RIG, RIGID, SHAFT, apart, run_up
 
 import autobalancer as ab
-from autobalancer.assembly.fluids import Lag
+from autobalancer.assembly.guided import Lag
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import BALLS, X, Y
 from autobalancer.machine import Machine
-from autobalancer.simulation.saved.resolved_walls import wall_forces
+from autobalancer.simulation.saved import forces_on_walls as wall_forces
 
 GRAVITY = 9.80665
 MACHINES = Path(__file__).resolve().parent.parent / "examples" / "machines"

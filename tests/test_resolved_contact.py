@@ -14,8 +14,8 @@ from autobalancer.friction.coulomb import Coulomb
 from autobalancer.friction.stribeck import Stribeck
 from autobalancer.kernels.laws.contact import adherence, normal_force
 from autobalancer.kernels.records import resolved as at
-from autobalancer.laws.hertz import collision_time, hertz_stiffness, pair_stiffness
-from autobalancer.simulation.saved.resolved_walls import wall_forces
+from autobalancer.laws.impacts import collision_time, hertz_stiffness, pair_stiffness
+from autobalancer.simulation.saved import forces_on_walls as wall_forces
 
 HERTZ = {"reduced_modulus": 1.15e11}
 laws = pytest.mark.parametrize("law", [{}, HERTZ], ids=["linear", "hertz"])

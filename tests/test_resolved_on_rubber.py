@@ -11,9 +11,9 @@ from tests.references.resolved_run_ups import GRIP, RIG, apart, run_up
 from tests.references.rig_energy import RigEnergy
 from tests.references.rubber import CHAIN, described
 
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import X, Y
 from autobalancer.machine import Machine

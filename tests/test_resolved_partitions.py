@@ -10,8 +10,8 @@ import pytest
 from tests.references.race_runs import states_of
 from tests.references.resolved import chamber, run
 
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.resolved.balls import ball_states
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.kernels.records import resolved as at

@@ -18,7 +18,7 @@ from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, GRAVITY, 
 import autobalancer as ab
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.machine import Machine
-from autobalancer.simulation.equations import equations
+from autobalancer.simulation.steppers import equations
 
 TOUCH = 2.0 * math.asin(0.5 * DIAMETER / ORBIT)
 RACE = "balancers[1].races[1]."
@@ -246,8 +246,8 @@ from autobalancer.kernels.balls.rigid.events import rigid_contact
 from autobalancer.kernels.balls.rigid.torques import OWN_PULL, PULL
 from autobalancer.kernels.integrators.switching import PASS
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
-from autobalancer.simulation.equations import equations
-from autobalancer.simulation.fresh import memory_for
+from autobalancer.simulation.steppers import equations
+from autobalancer.simulation.steppers import memory_for
 assembly = assemble(standing(angles=[1.0, 1.5, 2.0]), rotating=False)
 pair = (dormand_prince_8(), memory_for(assembly, 1.0, 1e-9, dormand_prince_8()))
 margin = assembly.system.rigid.margin

@@ -11,13 +11,12 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import CatalogError
-from autobalancer.files.rigs import rig, rig_text, rigs
-from autobalancer.rotordynamics.critical import critical_speeds
+from autobalancer.files.examples import rig, rig_text, rigs
+from autobalancer.rotordynamics.campbell import critical_speeds, modes
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from autobalancer.rotordynamics.modes import modes
 
 HERTZ = 2.0 * math.pi
 # Spannan 2021, table 6.5, simulated: speed, backward and forward 1, backward and forward 2

@@ -18,10 +18,8 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.results.store import load_run
-from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.critical import critical_speeds
-from autobalancer.rotordynamics.modes import modes
-from autobalancer.rotordynamics.peaks import response_peaks
+from autobalancer.rotordynamics.campbell import campbell, critical_speeds, modes
+from autobalancer.rotordynamics.response import response_peaks
 
 RIG_FILE = files("autobalancer") / "catalog" / "data" / "rigs" / "rodrigues_rig.toml"
 RPM = math.pi / 30.0

@@ -11,15 +11,14 @@ import pytest
 from tests.test_rotordynamics_modes import ARM, MASS, RIG, SPRING, TRANSVERSE, planar, rigid
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.critical import critical_speeds
-from autobalancer.rotordynamics.peaks import response_peaks
+from autobalancer.rotordynamics.campbell import campbell, critical_speeds
+from autobalancer.rotordynamics.response import response_peaks
 from autobalancer.stability.host.stations import stations
 
 RPM = math.pi / 30.0

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from autobalancer.results.store import load_run, save_run
-from autobalancer.rotordynamics.campbell import campbell
+from autobalancer.rotordynamics.campbell import campbell, modes
 from autobalancer.rotordynamics.eigenproblem import correlation, free_motions
-from autobalancer.rotordynamics.modes import modes
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 RIG = rig("rodrigues_rig")

@@ -15,12 +15,10 @@ from tests.test_rotordynamics_modes import RIG, planar, rigid
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.end_labels import End, joint_name, moved_apart
-from autobalancer.plots.drawing.labels import labels_of
-from autobalancer.plots.rotor.campbell import THINNEST, WHIRL
-from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.modes import modes
-from autobalancer.rotordynamics.orbits import whirl_orbits
+from autobalancer.plots.drawing.labels import End, joint_name, labels_of, moved_apart
+from autobalancer.plots.rotor import THINNEST, WHIRL
+from autobalancer.rotordynamics.campbell import campbell, modes
+from autobalancer.rotordynamics.response import whirl_orbits
 
 RPM = math.pi / 30.0
 

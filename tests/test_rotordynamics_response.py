@@ -13,12 +13,12 @@ from scipy.integrate import solve_ivp
 from tests.test_rotordynamics_modes import ARM, MASS, POLAR, RIG, SPRING, TRANSVERSE, planar, rigid
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.results.store import load_run, save_run
-from autobalancer.rotordynamics.orbits import whirl_orbits
-from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
+from autobalancer.rotordynamics.eigenproblem import Whirl, greatest_mean, mean_of_greatest, whirl
+from autobalancer.rotordynamics.response import whirl_orbits
 
 RPM = math.pi / 30.0
 SIZE = 40e-6 * cmath.exp(0.7j)  # kg m

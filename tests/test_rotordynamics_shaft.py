@@ -10,12 +10,10 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.errors import MachineError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.critical import critical_speeds
-from autobalancer.rotordynamics.modes import modes
-from autobalancer.rotordynamics.orbits import whirl_orbits
+from autobalancer.rotordynamics.campbell import campbell, critical_speeds, modes
+from autobalancer.rotordynamics.response import whirl_orbits
 
 LENGTH, DIAMETER, DENSITY, MODULUS = 2.0, 0.02, 7800.0, 2.1e11
 BEAM = math.sqrt(MODULUS * DIAMETER**2 / (16.0 * DENSITY)) / LENGTH**2  # sqrt(E I / rho A) / L^2

@@ -13,9 +13,8 @@ from tests.test_rubber_response import RACE
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
-from autobalancer.assembly.rotors.ellipses.forces import Elements
-from autobalancer.assembly.rotors.ellipses.steady import ellipses
-from autobalancer.assembly.rotors.softened import softened
+from autobalancer.assembly.rotors.ellipses import Elements, ellipses
+from autobalancer.assembly.rotors.equivalent_stiffness import softened
 from autobalancer.laws.rubber import RubberLaw
 from autobalancer.machine import Machine
 

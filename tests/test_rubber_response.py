@@ -11,7 +11,7 @@ from tests.references.rubber import CHAIN, ELASTIC, MASS, VISCOUS, described
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
-from autobalancer.assembly.rotors.softened import softened
+from autobalancer.assembly.rotors.equivalent_stiffness import softened
 from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import RubberLaw
 from autobalancer.machine import Machine

@@ -9,7 +9,7 @@ import pytest
 from tests.references.rubber import CHAIN, ELASTIC, MASS, MAXWELL, VISCOUS, described, free_motion
 
 import autobalancer as ab
-from autobalancer.assembly.gauges import gauges_of
+from autobalancer.assembly.measure_inputs import gauges_of
 from autobalancer.assembly.place_response import without_balancing
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.system import assemble

@@ -19,8 +19,8 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import ResultError
-from autobalancer.files import given
-from autobalancer.plots.drawing.save import save_picture
+from autobalancer.files import machine_file as given
+from autobalancer.plots.drawing.style import save_picture
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.store import save_run
 from autobalancer.safe_file import ready_to_write, write_safely, write_text_safely

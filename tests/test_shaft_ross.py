@@ -13,7 +13,7 @@ from scipy.linalg import eigvals
 from tests.references.shafts import machine
 
 from autobalancer.assembly.rotors import lateral_model
-from autobalancer.assembly.rotors.model import LateralModel
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.rotordynamics import from_ross as module
 from autobalancer.rotordynamics.from_ross import from_ross

@@ -12,7 +12,7 @@ from tests.references.shafts import frequencies, model_of, part, shaft
 import autobalancer as ab
 from autobalancer.assembly.rotors.shaft import mesh, tensions
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
 
 G = 9.80665
 HINGE = [{"position": 0.0, "stiffness": 1e9}]

@@ -11,11 +11,9 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.flow.ball.forces import ball_forces
-from autobalancer.flow.ball.mesh import Fineness, Shape
-from autobalancer.flow.ball.sheared import Gradients, sheared_flow
-from autobalancer.flow.ball.slow import Flow, slow_flow
-from autobalancer.flow.ball.spaces import spaces
+from autobalancer.flow.ball_problem import ball_forces
+from autobalancer.flow.finite_elements import Fineness, Flow, Shape, slow_flow, spaces
+from autobalancer.flow.sheared_ball_problem import Gradients, sheared_flow
 
 pytest.importorskip("gmsh", exc_type=(ImportError, OSError))
 pytest.importorskip("skfem")

@@ -10,10 +10,11 @@ import pytest
 import autobalancer as ab
 from autobalancer.errors import MachineError, QuestionError, RangeWarning
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.question import ShearFlow
+from autobalancer.flow.annulus_problem import ShearFlow
 from autobalancer.flow.speed import wall_speed
-from autobalancer.laws.liquid.sheared_drag import Sheared
-from autobalancer.machine import Machine, Ramp, ShearLaw, leaves
+from autobalancer.laws.drag_coefficient import Sheared
+from autobalancer.machine import Machine, Ramp, ShearLaw
+from autobalancer.machine import plugins as leaves
 
 
 def power(exponent: float, lowest: float = 1e-6) -> Sheared:

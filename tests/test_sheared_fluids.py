@@ -11,10 +11,10 @@ import pytest
 import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError
-from autobalancer.laws.liquid.sheared_drag import ShearedDragCurve
-from autobalancer.machine import Machine, ShearLaw, leaves
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import ShearRate
+from autobalancer.laws.drag_coefficient import ShearedDragCurve
+from autobalancer.machine import Machine, ShearLaw
+from autobalancer.machine import plugins as leaves
+from autobalancer.machine.part import ShearRate, key
 
 THIN = {"law": "power_law", "exponent": 0.5, "lowest": 1e-3, "at_ball": 0.5}
 SMOOTH = {"law": "carreau", "time": "10 ms", "exponent": 0.5, "at_ball": 0.5}

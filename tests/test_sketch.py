@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.catalog.resolve import resolve
 from autobalancer.cli import app
-from autobalancer.sketch.layout import chamber_layout, layout_of
+from autobalancer.sketch import chamber_layout, layout_of
 
 MACHINES = Path(__file__).resolve().parent.parent / "examples" / "machines"
 DRAWN = sorted(path.stem for path in MACHINES.glob("*.toml") if path.stem not in ("design", "equilibrium_angle"))

@@ -11,11 +11,11 @@ from tests.references.spatial import joined, split
 from tests.references.spatial_machines import rates, states_of, tilting
 
 import autobalancer as ab
+from autobalancer.api import simulate
+from autobalancer.assembly.reduced_rotor import top_speed
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rotors.critical import critical_speeds
-from autobalancer.assembly.spatial import top_speed
 from autobalancer.assembly.system import assemble
-from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
 from autobalancer.files.machine_file import load_machine
 from autobalancer.machine import Machine, PlanarRotor

@@ -13,13 +13,13 @@ from tests.references.spatial_machines import tilting
 from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.api import simulate
 from autobalancer.assembly.rotors import lateral_model, reference, rows_at, rows_matrix, unbalance_load
 from autobalancer.assembly.rotors.reduction import Reducer
 from autobalancer.cli import app
-from autobalancer.either_kind import simulate
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes
 
 STILL = {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}}
 TORQUE = {"kind": "torque", "torque": 8.0, "damping": 0.0}

@@ -14,17 +14,15 @@ from tests.references.two_balls import specials
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.drive import steady
-from autobalancer.assembly.system import assemble
+from autobalancer.assembly.system import assemble, steady
 from autobalancer.cli.main import app
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
 from autobalancer.stability.host.stations import in_plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linear import modes
-from autobalancer.stability.states.state import state_vector
-from autobalancer.stability.states.stations import balanced_of, states_of
+from autobalancer.stability.states.stations import balanced_of, state_vector, states_of
 
 SPEED, STIFFNESS = 110.0, 0.02  # rad/s, N/m
 RACE = "balancers[1].races[1]"

@@ -9,8 +9,8 @@ import pytest
 
 from autobalancer.machine import Machine
 from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.maps.windows import _edge, stable_windows
-from autobalancer.stability.states.described import described
+from autobalancer.stability.maps.exact import _edge, stable_windows
+from autobalancer.stability.states.stations import described
 
 
 def two_planes(share: float) -> Machine:

@@ -16,10 +16,10 @@ from tests.references.tilting import Tilting
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import (
     Balancer,
     Balls,
@@ -35,14 +35,12 @@ from autobalancer.machine import (
 )
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import Stations, stations
-from autobalancer.stability.maps.balanced_stations import EqualAtOneStation, StationBalls, growth_of
-from autobalancer.stability.states.exchanges import without_exchanges
+from autobalancer.stability.maps.balanced import EqualAtOneStation, StationBalls, growth_of
 from autobalancer.stability.states.floquet import exponents_of, swing_of
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.linear import matrices as station_matrices
 from autobalancer.stability.states.planar import equilibria_of
-from autobalancer.stability.states.state import StationState
-from autobalancer.stability.states.stations import balanced_of, states_of
+from autobalancer.stability.states.stations import StationState, balanced_of, states_of, without_exchanges
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 ENDS = (-0.12, 0.16)

@@ -13,19 +13,18 @@ from tests.references.two_balls import specials
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity
-from autobalancer.assembly.spatial import spatial_parts
+from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.kernels.balls.smooth_races import guided_tilting
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.continuation.family import Family
+from autobalancer.simulation.record import Samples
+from autobalancer.stability.continuation.steady import Family
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linear import modes
-from autobalancer.stability.states.state import state_vector
-from autobalancer.stability.states.stations import balanced_of, states_of
+from autobalancer.stability.states.stations import balanced_of, state_vector, states_of
 
 SPEED = 400.0
 TWO_PLANES = ab.with_parameter(ab.example("two_plane_rotor"), "tilting_races", "full")

@@ -14,22 +14,21 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity
-from autobalancer.assembly.spatial import spatial_parts
+from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.system import BALLS, SPEED, THETA
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
 from autobalancer.stability.host.planar import plane
 from autobalancer.stability.host.stations import Stations, in_plane, of_plane, refuse_motion_along_the_axis, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.states.floquet import exponents_of, in_mean
+from autobalancer.stability.states.floquet import exponents_of, in_mean, swinging
 from autobalancer.stability.states.linear import modes
 from autobalancer.stability.states.stations import balanced_of, states_of
-from autobalancer.stability.states.swinging import swinging
 
 RACE = "balancers[1].races[1]"
 RIG = ab.example("discoidal")

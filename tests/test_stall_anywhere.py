@@ -11,8 +11,7 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import value_of, with_quantity
+from autobalancer.assembly.quantities import value_of, with_quantity, with_value_at
 from autobalancer.errors import QuestionError
 from autobalancer.machine import (
     Balancer,
@@ -28,14 +27,12 @@ from autobalancer.machine import (
     ShaftSegment,
     Support,
 )
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
+from autobalancer.stability.border import Border
 from autobalancer.stability.host.stations import stations
-from autobalancer.stability.maps.speeds import Border
 from autobalancer.stability.stall.borders import release_of
-from autobalancer.stability.stall.groups import Loads, stalled_groups
-from autobalancer.stability.stall.ranges import hanging_ranges
-from autobalancer.stability.stall.states import Balance
-from autobalancer.stability.stall.whirling import Whirling
+from autobalancer.stability.stall.branch import hanging_ranges
+from autobalancer.stability.stall.states import Balance, Loads, Whirling, stalled_groups
 
 BOTH = ("release speed", "capture speed")
 BEGUN = 200  # samples, 10 s, until balls have settled at a resonance

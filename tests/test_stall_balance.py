@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import autobalancer as ab
-from autobalancer.laws.drag_curve import DragCurve
+from autobalancer.laws.drag_coefficient import DragCurve
 from autobalancer.laws.stall import (
     StalledBall,
     holding_speed,

@@ -11,14 +11,12 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Balancer, Constant, Machine, PrescribedSpeed, Race, RigidRotor, Support
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.stall.branch import SPEED_SCALE, corrected
-from autobalancer.stability.stall.groups import Loads, stalled_groups
-from autobalancer.stability.stall.states import Balance
-from autobalancer.stability.stall.whirling import Whirling
+from autobalancer.stability.stall.states import Balance, Loads, Whirling, stalled_groups
 
 BOTH = ("release speed", "capture speed")
 FIRST = ((25000.0, 22000.0), (-0.10, 0.15), (40.0, 35.0), 0.015, 1.2e-4)  # stiffness, planes, damping, J_p, beta

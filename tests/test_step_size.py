@@ -9,7 +9,7 @@ from scipy.special import zeta as scipy_zeta
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.laws.central_collision import contact_time, edge_error, energy_error, zeta
+from autobalancer.laws.impacts import contact_time, edge_error, energy_error, zeta
 from autobalancer.studies.step_size import _collide
 
 K = 1e10

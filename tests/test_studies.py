@@ -15,11 +15,18 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import DurationWarning, QuestionError, RangeWarning, unwarned, warn
 from autobalancer.results.shares import wilson_interval
-from autobalancer.stability.averaged.formulas import averaged_plane, damping_share
-from autobalancer.studies.study.distributions import Discrete, LogNormal, Normal, Tolerance, Triangular, Uniform
+from autobalancer.stability.averaged import averaged_plane, damping_share
 from autobalancer.studies.study.reading import read_study
-from autobalancer.studies.study.samples import shares
-from autobalancer.studies.study.stopping import interval
+from autobalancer.studies.study.spec import (
+    Discrete,
+    LogNormal,
+    Normal,
+    Tolerance,
+    Triangular,
+    Uniform,
+    interval,
+    shares,
+)
 
 ROOT = Path(__file__).parents[1]
 MACHINE = str(ROOT / "examples/machines/discoidal.toml")

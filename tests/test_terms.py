@@ -11,14 +11,12 @@ from tests.references.every_key import OIL, machine, machines, variants
 
 import autobalancer as ab
 from autobalancer.assembly.terms import TERMS, Theory, declared_for, unknown
-from autobalancer.catalog.race_capability import capability_of
-from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.resolve import capability_of, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Balancer, PlanarRotor, Race
 from autobalancer.machine.keys import TAGS, parts_at, tables_of
 from autobalancer.machine.machine import Machine
-from autobalancer.machine.part import Part, key
-from autobalancer.machine.quantity import Ratio
+from autobalancer.machine.part import Part, Ratio, key
 
 ALL_PARTS = [part for table in tables_of(Machine) for part in table.parts]
 DISC = ab.load_machine("examples/machines/discoidal.toml")

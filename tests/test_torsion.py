@@ -17,7 +17,7 @@ from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import SPEED, THETA
 from autobalancer.machine import Machine
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes
 
 ROTOR, FIRST, MOTOR, STATOR = 0.05, 0.01, 0.02, 0.1  # kg m^2
 CHAIN: list[dict[str, Any]] = [

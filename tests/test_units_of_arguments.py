@@ -12,9 +12,9 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.errors import UnitError
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.units import argument, ends_argument, to_si
-from autobalancer.units.ranges import example
+from autobalancer.units.quantity import example
 
 PLANAR = ab.load_machine(Path(__file__).parents[1] / "examples" / "machines" / "stall_and_release.toml")
 RIG = rig("rodrigues_rig")

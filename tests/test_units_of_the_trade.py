@@ -14,20 +14,19 @@ import pint
 import pytest
 from typer.testing import CliRunner
 
-from autobalancer.app.store.measured.columns import guessed
+from autobalancer.app.store.measured_files import guessed
 from autobalancer.app.text.fields import in_unit, number_and_unit, written
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, UnitError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.table import read_table
-from autobalancer.machine.quantity import Quantity
+from autobalancer.machine.part import Quantity
 from autobalancer.measure import BalanceRun, Reading, TrialMass, balance, load_signals
+from autobalancer.measurement.signals.form import factor_to, hertz_argument, quantity_of
 from autobalancer.measurement.signals.formats import RawColumn, RawFile
-from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, quantity_of
-from autobalancer.results.signals.universal_file import universal_text
+from autobalancer.results.signals import universal_text
 from autobalancer.units import argument, from_si, option_to_si, to_si
-from autobalancer.units.quantity import read_text
-from autobalancer.units.ranges import ends, range_values
+from autobalancer.units.quantity import ends, range_values, read_text
 from autobalancer.units.trade import JOINED, meanings, table
 
 TURN, MIL, INCH, G0, POUND = math.tau, 25.4e-6, 25.4e-3, 9.80665, 0.45359237

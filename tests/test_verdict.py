@@ -20,11 +20,9 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import moment_text, significant
-from autobalancer.results.verdict.rule import verdict_word
-from autobalancer.results.verdict.text import headline
-from autobalancer.shown import rpm_and_si
-from autobalancer.stability.summary.rows import service_rows, summary_rows
-from autobalancer.stability.summary.service import service_of
+from autobalancer.results.verdict import headline, verdict_word
+from autobalancer.stability.summary import service_of, service_rows, summary_rows
+from autobalancer.tables import rpm_and_si
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 

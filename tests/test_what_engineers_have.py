@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.quantities import parameter_unit, value_of, with_quantity
-from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.assembly.quantities import parameter_unit, value_of, with_quantity, with_value_at
+from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.machine import Balls, Machine, PlanarRotor

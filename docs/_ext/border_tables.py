@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import Machine
 

@@ -8,14 +8,14 @@ import xarray as xr
 from sphinx.util import logging
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
-from autobalancer.results.chamber.measures import CHAMBER_MEASURES, KINDS
+from autobalancer.results.chamber_measures import CHAMBER_MEASURES, KINDS
 from autobalancer.results.labels import LABELS
 from autobalancer.results.measure_table import MEASURES
-from autobalancer.simulation.outcome import outcome
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
+from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
+from autobalancer.simulation.run import outcome
 
 RACE = {"orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-3}, "balls": [{"mass": 3e-3, "motion": "point"}]}
 SMALL = Machine(

@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.stability.continuation.family import Family
-from autobalancer.stability.continuation.steady import Range
+from autobalancer.stability.continuation.steady import Family, Range
 from autobalancer.stability.periodic.stalled import stalled_orbits
 
 HERE = Path(__file__).resolve().parent

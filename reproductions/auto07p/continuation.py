@@ -14,11 +14,10 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.stability.diagrams.branches import branches
-from autobalancer.stability.diagrams.curves import bifurcation_curves
+from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
 from reproductions import Found, compared_all
 
 STALL = Path(__file__).resolve().parents[2] / "examples" / "machines" / "stall_and_release.toml"

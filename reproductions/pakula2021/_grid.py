@@ -19,7 +19,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.studies.chamber_many import Cell, gathered
+from autobalancer.studies.chamber_study import Cell, gathered
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "deep_chamber.toml"
 LOST = "the machine of the source is not printed; who is carried depends on its masses, supports and motor"

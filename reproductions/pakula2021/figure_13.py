@@ -14,8 +14,8 @@ from typing import Any
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.results.chamber.balls import ball_settling_time
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.results.chamber_measures import ball_settling_time
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions import Found, compared_all
 from reproductions.pakula2021._grid import MACHINE

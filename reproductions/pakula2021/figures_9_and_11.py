@@ -14,8 +14,8 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.results.chamber.balls import ball_places_in_rotor, balls_carried
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.results.chamber_measures import ball_places_in_rotor, balls_carried
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions import compared_all, said
 from reproductions.pakula2021._grid import MACHINE

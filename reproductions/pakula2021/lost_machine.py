@@ -16,9 +16,9 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.results.chamber.balls import ball_places_in_rotor, balls_carried
-from autobalancer.results.chamber.unconstrained import pakula_body, unconstrained_motion
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.results.chamber_measures import ball_places_in_rotor, balls_carried
+from autobalancer.results.unconstrained_body import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions import Found, compared_all, said
 from reproductions.pakula2021.lost.closed import chatter, row_of

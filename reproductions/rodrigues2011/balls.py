@@ -13,7 +13,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine
 from autobalancer.studies.stepped_response import stepped_response
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, fitted

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture
-from autobalancer.rotordynamics.peaks import response_peaks
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.rotordynamics.response import response_peaks
 from reproductions import Found, compared_all
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
 

@@ -27,8 +27,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
 from autobalancer.results.series import wrapped
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import STEPS, as_measured, geometric_mean, level, stepped, without_balls

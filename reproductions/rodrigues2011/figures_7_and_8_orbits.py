@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import ALL_BALLS, look, picture
-from autobalancer.plots.rotor.campbell import WHIRL
+from autobalancer.plots.drawing.style import ALL_BALLS, look, picture, save_picture
+from autobalancer.plots.rotor import WHIRL
 from autobalancer.results.display_units import length_axis
-from autobalancer.rotordynamics.orbits import whirl_orbits
+from autobalancer.rotordynamics.response import whirl_orbits
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted
 

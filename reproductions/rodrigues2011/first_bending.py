@@ -18,12 +18,11 @@ import numpy as np
 from scipy.optimize import root
 
 import autobalancer as ab
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import parse_race_machine
-from autobalancer.files.rigs import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.rotordynamics.critical import critical_speeds
-from autobalancer.rotordynamics.modes import modes
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.rotordynamics.campbell import critical_speeds, modes
 from reproductions import Found, compared_all
 
 MASS, TRANSVERSE, POLAR = 1.28, 0.0138, 0.00124  # table 1

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.files.rigs import rig
-from autobalancer.measurement.comparison.measurement_file import load_measurements
-from autobalancer.plots.drawing.save import save_picture
+from autobalancer.files.examples import rig
+from autobalancer.measurement.comparison.run_up_fit import load_measurements
+from autobalancer.plots.drawing.style import save_picture
 from autobalancer.rotordynamics.identification.identify import identify
 from reproductions import Found, Kind, compared_all
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.files.rigs import rig
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 
 DATA = Path(__file__).parent / "data"

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.ball.forces import ball_forces
-from autobalancer.flow.ball.mesh import Fineness, Shape
-from autobalancer.flow.ball.sheared import Gradients, sheared_flow
-from autobalancer.flow.ball.slow import slow_flow
-from autobalancer.flow.ball.spaces import spaces
-from autobalancer.flow.question import ShearFlow
-from autobalancer.laws.liquid.sheared_drag import Sheared
+from autobalancer.flow.annulus_problem import ShearFlow
+from autobalancer.flow.ball_problem import ball_forces
+from autobalancer.flow.finite_elements import Fineness, Shape, slow_flow, spaces
+from autobalancer.flow.sheared_ball_problem import Gradients, sheared_flow
+from autobalancer.laws.drag_coefficient import Sheared
 from autobalancer.shear.power_law import PowerLaw
 from reproductions import Found, compared_all
 

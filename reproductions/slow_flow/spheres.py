@@ -7,11 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from autobalancer.flow.ball.forces import ball_forces
-from autobalancer.flow.ball.inertia import flow_with_inertia
-from autobalancer.flow.ball.mesh import Fineness, Shape
-from autobalancer.flow.ball.slow import Flow, slow_flow
-from autobalancer.flow.ball.spaces import spaces
+from autobalancer.flow.ball_problem import ball_forces
+from autobalancer.flow.finite_elements import Fineness, Flow, Shape, flow_with_inertia, slow_flow, spaces
 from reproductions import Found, compared_all
 
 FORCE, TORQUE = 6.0 * math.pi, 8.0 * math.pi

@@ -14,8 +14,8 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.files.rigs import rig
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 
 DATA = Path(__file__).parent / "data"

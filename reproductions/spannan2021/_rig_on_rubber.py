@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.files.rigs import rig
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 
 RACE = "balancers[1].races[1]."

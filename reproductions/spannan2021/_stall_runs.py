@@ -11,10 +11,10 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
-from autobalancer.laws.drag_curve import DragCurve
+from autobalancer.laws.drag_coefficient import DragCurve
 from autobalancer.laws.stall import StalledBall, StallRange, planar_receptance, stall_ranges
 from autobalancer.machine import Machine, Rubber
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples
 from reproductions.spannan2021.figure_6_24 import (
     BALL,
     CRITICAL,

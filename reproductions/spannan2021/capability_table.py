@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.catalog.bearing_table import TABLE_DENSITY, Bearing, bearings
-from autobalancer.laws.ball_capability import capability, half_sector, largest_useful_count, potential_ratio
+from autobalancer.laws.capabilities import capability, half_sector, largest_useful_count, potential_ratio
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
 from reproductions import Found, Kind, compared_all
 

@@ -17,12 +17,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.files.rigs import rig
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, look, picture
-from autobalancer.rotordynamics.modes import modes
+from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, look, picture, save_picture
+from autobalancer.rotordynamics.campbell import modes
 from reproductions import Found, compared_all
 
 MODES = ("backward 1", "forward 1", "backward 2", "forward 2")

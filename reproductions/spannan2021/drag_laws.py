@@ -12,8 +12,8 @@ from typing import Any
 
 import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
-from autobalancer.laws.drag import annulus_cd_re
-from autobalancer.plots.drawing.save import save_picture
+from autobalancer.laws.drag_coefficient import annulus_cd_re
+from autobalancer.plots.drawing.style import save_picture
 from reproductions import Found, Kind, compared_all
 
 

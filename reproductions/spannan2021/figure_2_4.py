@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.laws.ball_capability import potential_ratio
+from autobalancer.laws.capabilities import potential_ratio
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture
 
 RATIOS = (0.05, 0.27)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.simulation.sampling import Envelope, Samples
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.simulation.record import Envelope, Samples
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "eccentric_race.toml"

@@ -15,8 +15,8 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.stability.maps.windows import stable_windows
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.stability.maps.exact import stable_windows
 from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.averaged.border import averaged_border
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.simulation.record import Samples
+from autobalancer.stability.averaged import averaged_border
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"

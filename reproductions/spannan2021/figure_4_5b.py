@@ -17,14 +17,17 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
-from autobalancer.stability.averaged.border import balanced_growth_rates, growth_rates
-from autobalancer.stability.averaged.equations import averaged_plane, balanced_growth_rate
-from autobalancer.stability.averaged.formulas import greatest_g
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.stability.averaged import (
+    averaged_plane,
+    balanced_growth_rate,
+    balanced_growth_rates,
+    greatest_g,
+    growth_rates,
+)
 from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all
 from reproductions.spannan2021.figure_4_3 import MACHINE, SUPPORTS

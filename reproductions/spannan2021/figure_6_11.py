@@ -17,15 +17,13 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model
-from autobalancer.files.rigs import rig
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.rotordynamics.campbell import campbell
-from autobalancer.rotordynamics.critical import critical_speeds
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.rotordynamics.campbell import campbell, critical_speeds, modes
 from autobalancer.rotordynamics.eigenproblem import free_motions
-from autobalancer.rotordynamics.modes import modes
 from reproductions import Found, compared_all, said
 
 HERTZ = 2.0 * math.pi

@@ -26,11 +26,10 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.files.rigs import rig
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, RACE, look, picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, RACE, look, picture, save_picture
 from reproductions import Found, Kind, compared_all, said
 
 NOMINAL = 1200.0 * np.pi / 30.0

@@ -15,18 +15,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.catalog.tables import rows as table
+from autobalancer.catalog.small_tables import rows as table
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.drag.sphere_on_plane import sphere_on_plane
 from autobalancer.machine import Machine
-from autobalancer.measurement.angle.evaluation import fit_rolling_resistance
-from autobalancer.measurement.angle.statics import (
-    TurnedRace,
-    drag_coefficients,
-    equilibrium_angles,
-)
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.simulation.sampling import Samples
+from autobalancer.measurement.angle import TurnedRace, drag_coefficients, equilibrium_angles, fit_rolling_resistance
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.simulation.record import Samples
 from reproductions import Found, compared_all
 
 DIAMETER, ORBIT, STEEL, ROLLING = 0.0123, 0.07695, 7800.0, 0.05

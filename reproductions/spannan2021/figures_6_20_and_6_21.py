@@ -18,10 +18,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.simulation.sampling import Samples
+from autobalancer.plots.drawing.style import save_picture
+from autobalancer.simulation.record import Samples
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "one_ball_run_up.toml"

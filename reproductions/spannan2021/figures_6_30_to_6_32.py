@@ -23,12 +23,11 @@ from scipy.signal import ShortTimeFFT
 from scipy.signal.windows import hann
 
 import autobalancer as ab
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.files.rigs import rig
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
-from autobalancer.rotordynamics.modes import modes
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.rotordynamics.campbell import modes
 from reproductions import Found, compared_all, said
 
 WIDEST, CLAMP = 0.2312, 0.0  # m from the clamp: mass center, and lower bearing

@@ -15,12 +15,11 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model, with_ball_mass
-from autobalancer.assembly.rotors.softened import softened
+from autobalancer.assembly.rotors.equivalent_stiffness import softened
 from autobalancer.laws.stall import StalledBall, stall_balance
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, look, picture
-from autobalancer.stability.stall.on_rubber import whirl_receptance
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, look, picture, save_picture
+from autobalancer.stability.stall.borders import whirl_receptance
 from reproductions import Found, compared_all
 from reproductions.spannan2021._five_speeds import soft_rubber
 from reproductions.spannan2021.figure_6_24 import BALL, DENSITY, HALF_STEP, MASS, ORBIT, RADIUS, VISCOSITY

@@ -21,8 +21,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.save import save_picture
-from autobalancer.plots.drawing.style import look, picture
+from autobalancer.plots.drawing.style import look, picture, save_picture
 from autobalancer.studies.in_threads import in_threads
 from reproductions import Found, compared_all
 from reproductions.spannan2021 import _five_speeds_on_the_rig as table

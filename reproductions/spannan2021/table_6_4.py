@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.files.rigs import rig
-from autobalancer.plots.drawing.save import save_picture
+from autobalancer.files.examples import rig
+from autobalancer.plots.drawing.style import save_picture
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from autobalancer.rotordynamics.identification.free import FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify

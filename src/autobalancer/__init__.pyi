@@ -11,14 +11,14 @@ from autobalancer import plot as plot
 from autobalancer import rotor as rotor
 from autobalancer import stability as stability
 from autobalancer import units as units
+from autobalancer.api import animate as animate
+from autobalancer.api import check as check
+from autobalancer.api import compare as compare
+from autobalancer.api import measures as measures
+from autobalancer.api import simulate as simulate
+from autobalancer.api import verdict as verdict
 from autobalancer.app.view.widget import widget as widget
 from autobalancer.assembly.quantities import with_parameter as with_parameter
-from autobalancer.either_kind import animate as animate
-from autobalancer.either_kind import check as check
-from autobalancer.either_kind import compare as compare
-from autobalancer.either_kind import measures as measures
-from autobalancer.either_kind import simulate as simulate
-from autobalancer.either_kind import verdict as verdict
 from autobalancer.files.examples import example as example
 from autobalancer.files.machine_file import load_machine as load_machine
 from autobalancer.files.machine_file import machine_text as machine_text
@@ -39,21 +39,21 @@ from autobalancer.results.places import support_forces as support_forces
 from autobalancer.results.places import vibration as vibration
 from autobalancer.results.store import load_run as load_run
 from autobalancer.results.store import save_run as save_run
-from autobalancer.simulation.events import Event as Event
-from autobalancer.simulation.sampling import Envelope as Envelope
-from autobalancer.simulation.sampling import LastRevolutions as LastRevolutions
-from autobalancer.simulation.sampling import SampleTimes as SampleTimes
-from autobalancer.simulation.sampling import Samples as Samples
+from autobalancer.simulation.record import Envelope as Envelope
+from autobalancer.simulation.record import Event as Event
+from autobalancer.simulation.record import LastRevolutions as LastRevolutions
+from autobalancer.simulation.record import SampleTimes as SampleTimes
+from autobalancer.simulation.record import Samples as Samples
 from autobalancer.studies.basin import basin as basin
-from autobalancer.studies.design.chosen import designed_machine as designed_machine
+from autobalancer.studies.design.answer import designed_machine as designed_machine
 from autobalancer.studies.design.design import design as design
 from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
 from autobalancer.studies.random_starts import sweep as sweep
+from autobalancer.studies.random_starts import worst_start as worst_start
 from autobalancer.studies.stepped_response import stepped_response as stepped_response
 from autobalancer.studies.study.fan import envelopes as envelopes
 from autobalancer.studies.study.sensitivity import sensitivity as sensitivity
 from autobalancer.studies.study.study import study as study
-from autobalancer.studies.worst_start import worst_start as worst_start
 
 __version__: str
 

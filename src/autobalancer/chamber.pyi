@@ -1,21 +1,21 @@
 # written by tools/write_stubs.py from public_names.py
 
 from autobalancer.results.archive.folder import Archive as Archive
-from autobalancer.results.chamber.balls import balls_unbalance as balls_unbalance
-from autobalancer.results.chamber.balls import residual_of_balls as residual_of_balls
-from autobalancer.results.chamber.measures import collision_statistics as collision_statistics
-from autobalancer.results.chamber.shape import unbalance_of as unbalance_of
-from autobalancer.results.chamber.unconstrained import unconstrained_motion as unconstrained_motion
+from autobalancer.results.chamber_measures import balls_unbalance as balls_unbalance
+from autobalancer.results.chamber_measures import collision_statistics as collision_statistics
+from autobalancer.results.chamber_measures import residual_of_balls as residual_of_balls
+from autobalancer.results.chamber_shape import unbalance_of as unbalance_of
+from autobalancer.results.unconstrained_body import unconstrained_motion as unconstrained_motion
 from autobalancer.simulation.chamber.bounds import bounds as bounds
-from autobalancer.studies.chamber_amplitudes import amplitudes as amplitudes
-from autobalancer.studies.chamber_amplitudes import variant as variant
 from autobalancer.studies.chamber_design.around import design_sensitivity as design_sensitivity
 from autobalancer.studies.chamber_design.around import designed_machine as designed_machine
 from autobalancer.studies.chamber_design.design import design as design
-from autobalancer.studies.chamber_means import optimal_means as optimal_means
-from autobalancer.studies.chamber_means import over_seeds as over_seeds
-from autobalancer.studies.chamber_means import pick_up_borders as pick_up_borders
-from autobalancer.studies.chamber_runs import archived_run as archived_run
+from autobalancer.studies.chamber_study import amplitudes as amplitudes
+from autobalancer.studies.chamber_study import archived_run as archived_run
+from autobalancer.studies.chamber_study import optimal_means as optimal_means
+from autobalancer.studies.chamber_study import over_seeds as over_seeds
+from autobalancer.studies.chamber_study import pick_up_borders as pick_up_borders
+from autobalancer.studies.chamber_study import variant as variant
 from autobalancer.studies.step_size import step_size as step_size
 
 __all__ = [

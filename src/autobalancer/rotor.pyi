@@ -1,9 +1,10 @@
 # written by tools/write_stubs.py from public_names.py
 
 from autobalancer.assembly.rotors import lateral_model as lateral_model
-from autobalancer.measurement.comparison.measurement_file import load_measurements as load_measurements
+from autobalancer.measurement.comparison.run_up_fit import load_measurements as load_measurements
 from autobalancer.rotordynamics.campbell import campbell as campbell
-from autobalancer.rotordynamics.critical import critical_speeds as critical_speeds
+from autobalancer.rotordynamics.campbell import critical_speeds as critical_speeds
+from autobalancer.rotordynamics.campbell import modes as modes
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar as equivalent_planar
 from autobalancer.rotordynamics.from_ross import from_ross as from_ross
 from autobalancer.rotordynamics.identification.free import FreeParameter as FreeParameter
@@ -13,14 +14,13 @@ from autobalancer.rotordynamics.identification.measurements import MeasuredCriti
 from autobalancer.rotordynamics.identification.measurements import MeasuredMode as MeasuredMode
 from autobalancer.rotordynamics.identification.measurements import MeasuredResponse as MeasuredResponse
 from autobalancer.rotordynamics.identification.measurements import MeasuredStiffness as MeasuredStiffness
-from autobalancer.rotordynamics.liquid.response import liquid_response as liquid_response
-from autobalancer.rotordynamics.modes import modes as modes
-from autobalancer.rotordynamics.orbits import whirl_orbits as whirl_orbits
-from autobalancer.rotordynamics.peaks import response_peaks as response_peaks
+from autobalancer.rotordynamics.liquid import liquid_response as liquid_response
 from autobalancer.rotordynamics.response import response as response
-from autobalancer.rotordynamics.torsion.modes import torsional_critical_speeds as torsional_critical_speeds
-from autobalancer.rotordynamics.torsion.modes import torsional_modes as torsional_modes
-from autobalancer.rotordynamics.torsion.response import torsional_response as torsional_response
+from autobalancer.rotordynamics.response import response_peaks as response_peaks
+from autobalancer.rotordynamics.response import whirl_orbits as whirl_orbits
+from autobalancer.rotordynamics.torsion import torsional_critical_speeds as torsional_critical_speeds
+from autobalancer.rotordynamics.torsion import torsional_modes as torsional_modes
+from autobalancer.rotordynamics.torsion import torsional_response as torsional_response
 
 __all__ = [
     "FreeParameter",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalancer.stability.averaged.equations import stiffness_xy
+from autobalancer.stability.averaged import stiffness_xy
 from autobalancer.stability.host.planar import Floats, Plane
 
 

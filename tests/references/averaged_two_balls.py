@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.stability.averaged.equations import Given, averaged_plane
+from autobalancer.stability.averaged import Given, averaged_plane
 from autobalancer.stability.host.planar import Floats
 
 

@@ -12,10 +12,8 @@ from autobalancer.kernels.integrators.memory import Memory
 from autobalancer.kernels.integrators.record import Record
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8, tsitouras
 from autobalancer.machine import Machine
-from autobalancer.simulation.events import Event
-from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import Sampling
+from autobalancer.simulation.record import Event, Sampling, record_for
+from autobalancer.simulation.steppers import memory_for
 
 PAIRS = {"tsitouras": tsitouras(), "dormand_prince_8": dormand_prince_8()}
 ORDERS = {"tsitouras": (5, 4, 4), "dormand_prince_8": (8, 5, 7)}  # solution, embedded, dense output

@@ -18,8 +18,8 @@ from numba.core.types import NamedTuple as NamedTupleType
 from numba.core.types import NamedUniTuple
 
 from autobalancer.flow.annulus import Annulus, Walls
+from autobalancer.flow.result import Track
 from autobalancer.flow.speed import WallSpeed
-from autobalancer.flow.track import Track
 from autobalancer.kernels.flags import COMPILED, njit
 from autobalancer.kernels.flow.dense import product
 from autobalancer.kernels.flow.speed import wall_speed

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalancer.assembly.contact.meetings import contact_rows
-from autobalancer.assembly.drive import steady
-from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.contact import contact_rows
+from autobalancer.assembly.system import Assembly, steady
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.records.guided import BALL, GUIDED
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Planar, System, X, Y
-from autobalancer.simulation.equations import PLANAR
-from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes, record_for
+from autobalancer.simulation.steppers import PLANAR, memory_for
 from autobalancer.stability.host.planar import Floats, Matrix
 from autobalancer.stability.host.vector_field import Field
 

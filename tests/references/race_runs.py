@@ -8,10 +8,8 @@ from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
 from autobalancer.machine import Machine
-from autobalancer.simulation.equations import equations
-from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes, record_for
+from autobalancer.simulation.steppers import equations, memory_for
 
 
 def states_of(machine: Machine, times: np.ndarray, *, tolerance: float = 1e-12) -> np.ndarray:

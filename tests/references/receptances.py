@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from autobalancer.measurement.loop.balls import RaceBalls
+from autobalancer.measurement.loop import RaceBalls
+from autobalancer.rotordynamics.receptance.answer import PoleModel
 from autobalancer.rotordynamics.receptance.measured import receptance_dataset
-from autobalancer.rotordynamics.receptance.pole_model import PoleModel
 
 
 @dataclass(frozen=True)

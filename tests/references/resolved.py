@@ -9,17 +9,15 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from autobalancer.assembly.resolved.balls import ball_states
+from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
 from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine, Race
-from autobalancer.simulation.equations import equations
-from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes, record_for
+from autobalancer.simulation.steppers import equations, memory_for
 
 TURN = 2.0 * math.pi
 BALL = {"count": 1, "mass": 5e-3, "diameter": 0.01, "start_angles": [0.0]}

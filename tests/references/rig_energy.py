@@ -12,12 +12,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from tests.references.rates import rates_at
 
-from autobalancer.assembly.spatial import spatial_parts
+from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.assembly.system import assemble
 from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine
-from autobalancer.simulation.equations import equations
+from autobalancer.simulation.steppers import equations
 
 
 class RigEnergy:

@@ -12,10 +12,8 @@ from autobalancer.kernels.integrators.memory import Memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8
 from autobalancer.machine import Machine
-from autobalancer.simulation.equations import PLANAR
-from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import SampleTimes
+from autobalancer.simulation.record import SampleTimes, record_for
+from autobalancer.simulation.steppers import PLANAR, memory_for
 
 
 def states_at(

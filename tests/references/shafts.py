@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from autobalancer.assembly.rotors import lateral_model
-from autobalancer.assembly.rotors.model import LateralModel
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.machine import Machine, ShaftRotor
 
 STEEL = {"density": 7850.0, "youngs_modulus": 2.1e11, "poisson_ratio": 0.3}

@@ -13,7 +13,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.basins.turn import Turn
+from autobalancer.stability.basins import Turn
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
 from autobalancer.stability.states.planar import Equilibrium
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from autobalancer.laws.deep_chamber.pick_up import lift
+from autobalancer.laws.deep_chamber import lift
 from reproductions.pakula2021.lost.candidate import DEPTH, Candidate
 
 

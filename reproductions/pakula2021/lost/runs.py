@@ -13,9 +13,8 @@ import xarray as xr
 
 from autobalancer.errors import MachineError
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber.balls import ball_places_in_rotor, balls_carried
-from autobalancer.results.chamber.measures import chamber_measures
-from autobalancer.results.chamber.unconstrained import pakula_body, unconstrained_motion
+from autobalancer.results.chamber_measures import ball_places_in_rotor, balls_carried, chamber_measures
+from autobalancer.results.unconstrained_body import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions.pakula2021.lost.candidate import SOFT_STEEL, STEEL, Candidate
 

@@ -11,8 +11,7 @@ from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import UnitError
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.part import Part, quantity_of
-from autobalancer.machine.quantity import Quantity
+from autobalancer.machine.part import Part, Quantity, quantity_of
 from autobalancer.units import Given, to_si
 
 P = TypeVar("P", bound=Part)

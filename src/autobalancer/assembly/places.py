@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.held import center_moments
+from autobalancer.assembly.guided import ball_inertia
+from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.assembly.rotors import (
     LateralModel,
     lateral_model,
@@ -19,17 +21,17 @@ from autobalancer.assembly.rotors import (
     station_rows,
     with_ball_mass,
 )
+from autobalancer.assembly.rotors.equivalent_stiffness import mounts
 from autobalancer.assembly.rotors.grounds import carried, grounds, large_motions, sag, weights
 from autobalancer.assembly.rotors.hardening import hard_places
-from autobalancer.assembly.rotors.model import Complexes, Floats, Matrix
-from autobalancer.assembly.rotors.mounts import mounts
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.planes import Planes, planes_of
 from autobalancer.assembly.rotors.reduction import Reduction, circular
-from autobalancer.assembly.system import Assembly
-from autobalancer.catalog.race_capability import capability_of
+from autobalancer.assembly.system import Assembly, assemble, assemble_general, total_mass
+from autobalancer.cache import remembered
+from autobalancer.catalog.resolve import Ball, capability_of, resolve, settled
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y
-from autobalancer.machine import Machine, MultibodyRotor
-from autobalancer.remembered import remembered
+from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, Unbalance
 
 SAME = 1e-12  # rows that differ less are those of one place
 
@@ -198,3 +200,43 @@ def table_shares(speeds: Floats, speed: Floats) -> list[Floats]:
     if speeds.size == 1:
         return [np.ones_like(speed)]
     return [np.interp(np.abs(speed), speeds, row) for row in np.eye(speeds.size)]
+
+
+# The same machine without balancing: its balls are spread evenly over their races and held.
+#
+# Their mass stays on the rotor, so that critical speeds are those of the machine with balls. Their forces cancel but
+# for those of races that are not centered.
+
+
+def assemble_held(machine: Machine, rotating: bool | None = None) -> Assembly:
+    """A machine with its balls held, ready to integrate.
+
+    Raises
+    ------
+    MachineError
+        As :func:`autobalancer.assembly.system.assemble`.
+    """
+    balls = resolve(machine)
+    centers = tuple(
+        Unbalance(moment=abs(moment), angle=cmath.phase(moment), station=machine.balancers[number].station)
+        for number, moment in center_moments(machine, balls).items()
+    )
+    unbalances = (*machine.unbalances, *centers)
+    machine = settled(machine)
+    bare = machine.model_copy(update={"balancers": (), "unbalances": unbalances, "tilting_races": "deflection"})
+    if isinstance(machine.rotor, PlanarRotor) and not machine.excitations:
+        loaded = machine.rotor.model_copy(update={"mass": total_mass(machine, balls)})
+        held = assemble(bare.model_copy(update={"rotor": loaded}), rotating=rotating)
+    else:
+        parts = spatial_parts(machine.model_copy(update={"unbalances": unbalances}), balls, held=True)
+        held = assemble_general(bare, (), seed=0, rotating=rotating, contact=False, lags={}, parts=parts)
+    inertia = held.system.polar_inertia + sum(ball_inertia(ball) for ball in balls)
+    return Assembly(**{**vars(held), "system": held.system._replace(polar_inertia=inertia)})
+
+
+def center_moments(machine: Machine, balls: tuple[Ball, ...]) -> dict[int, complex]:
+    """Unbalance of the balls of each balancer (by its number from 0) when they are spread evenly, kg m, if there is one."""
+    found = dict.fromkeys(range(len(machine.balancers)), 0j)
+    for ball in balls:
+        found[ball.balancer] += ball.effective_mass * ball.eccentricity
+    return {number: moment for number, moment in found.items() if moment != 0.0}

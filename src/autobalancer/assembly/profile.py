@@ -8,7 +8,7 @@ from itertools import pairwise
 from autobalancer.errors import MachineError
 from autobalancer.kernels.records.drive import HILL, LINEAR
 from autobalancer.machine import Constant, Dwell, Hill, Machine, PrescribedSpeed, Ramp, Reduction, Table
-from autobalancer.machine.unbalance import Unbalance
+from autobalancer.machine.machine import Unbalance
 
 HILL_SAMPLES = 2000  # of an S-shaped run-up
 SpeedProfile = Constant | Ramp | Table | Dwell | Hill | Reduction

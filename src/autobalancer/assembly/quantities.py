@@ -6,37 +6,28 @@ import cmath
 import math
 from collections.abc import Callable
 from difflib import get_close_matches
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from autobalancer.assembly.changed_parts import (
-    changed_part,
-    group_with_ball,
-    race_with_plateau,
-    race_with_rolling,
-    race_with_temperature,
-    race_with_viscosity,
-)
-from autobalancer.assembly.parameters import EitherMachine, parameter_of, with_value_at
 from autobalancer.assembly.profile import profile_pieces
-from autobalancer.catalog.resolve import fluid_numbers, resolve
-from autobalancer.catalog.resolve_springs import settled
+from autobalancer.catalog.resolve import fluid_numbers, is_spring, resolve, roller_face, settled, with_spring
 from autobalancer.drag.beta import DragTorque
-from autobalancer.errors import QuestionError
-from autobalancer.machine import (
-    Machine,
-    PlanarRotor,
-    PrescribedSpeed,
-    Race,
-    Unbalance,
-)
+from autobalancer.errors import MachineError, QuestionError
+from autobalancer.machine import Balls, Fluid, Friction, Machine, PlanarRotor, PrescribedSpeed, Race, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.machine.near_paths import did_you_mean
-from autobalancer.machine.path import entry_at, unit_at
-from autobalancer.machine.plain_names import QUANTITIES, named_unit, parts_of
+from autobalancer.machine.path import (
+    QUANTITIES,
+    did_you_mean,
+    entry_at,
+    named_unit,
+    number_at,
+    parts_of,
+    unit_at,
+    with_entry,
+)
 from autobalancer.units import to_si
-from autobalancer.units.ranges import range_values
+from autobalancer.units.quantity import range_values
 
 
 def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
@@ -47,8 +38,8 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     machine
         Left as it is.
     name
-        A name of :data:`~autobalancer.machine.plain_names.QUANTITIES`, which concerns all races and all balls at once, or a
-        path of :func:`~autobalancer.assembly.parameters.with_value_at`. Another viscosity keeps the density of the fluid;
+        A name of :data:`~autobalancer.machine.path.QUANTITIES`, which concerns all races and all balls at once, or a
+        path of :func:`~autobalancer.assembly.quantities.with_value_at`. Another viscosity keeps the density of the fluid;
         another temperature changes both, as the catalog says; another rolling resistance raises the adherence if it must;
         another ball mass the diameter, another diameter the density of the ball; another unbalance keeps its direction,
         and its schedules are dropped; on rotors that tilt or bend all unbalances and couples change in proportion, and their
@@ -111,7 +102,7 @@ def with_parameter(machine: EitherMachine, name: str, value: Any) -> EitherMachi
         Left as it is.
     name
         A path such as ``rotor.mass`` or ``balancers[1].races[1].balls[1].diameter``, with entries counted from 1; or, of balls
-        in races, a plain name of :data:`~autobalancer.machine.plain_names.QUANTITIES`, such as ``viscosity``, see
+        in races, a plain name of :data:`~autobalancer.machine.path.QUANTITIES`, such as ``viscosity``, see
         :func:`with_quantity`.
     value
         SI, or a text with a unit; at a path also a whole part.
@@ -272,3 +263,116 @@ def _with_races(machine: Machine, change: Callable[[str, Race], dict[str, Any]])
             where = f"balancers[{b}].races[{r}]"
             machine = with_value_at(machine, where, changed_part(race, **change(where, race)))
     return machine
+
+
+# Parts of a race with another value of one quantity; refused by name where it has none.
+
+
+def race_with_viscosity(where: str, race: Race, value: float) -> dict[str, Any]:
+    """The fluid of a race with another kinematic viscosity."""
+    if race.fluid is None or not race.drag.needs_fluid:
+        raise QuestionError(
+            f"quantity 'viscosity': the drag of {where} is given by its torque, which no viscosity changes; "
+            "vary 'drag', or describe fluid and drag law"
+        )
+    density, _ = fluid_numbers(race.fluid)
+    shear = race.fluid.shear
+    if shear is not None and shear.measured_at is not None:
+        raise QuestionError(
+            f"quantity 'viscosity': the rates of shear of the fluid of {where} change with its temperature; vary 'temperature'"
+        )
+    return {"fluid": Fluid(density=density, viscosity=value, virtual_mass=race.fluid.virtual_mass, shear=shear)}
+
+
+def race_with_rolling(race: Race, value: float) -> Friction:
+    """The friction of a race with another rolling resistance."""
+    given = race.friction or Friction()
+    held = None if given.adherence is None else max(float(given.adherence), value)
+    return Friction(rolling_resistance=value, adherence=held)
+
+
+def race_with_temperature(where: str, race: Race, value: float) -> Fluid:
+    """The fluid of a race at another temperature."""
+    if race.fluid is None or race.fluid.name is None:
+        raise QuestionError(
+            f"quantity 'temperature': {where} has no fluid of the catalog, whose density and viscosity would change with it; "
+            "name one"
+        )
+    changed: Fluid = changed_part(race.fluid, temperature=value)
+    return changed
+
+
+def race_with_plateau(where: str, race: Race, value: float) -> Any:
+    """The law of drag of a race with another plateau."""
+    if "plateau" not in type(race.drag).model_fields:
+        raise QuestionError(f"quantity 'plateau': the law of drag of {where}, {race.drag.word()!r}, has none")
+    return changed_part(race.drag, plateau=value)
+
+
+def group_with_ball(group: Balls, ball: Any, name: str, value: float, where: str) -> Balls:
+    """A group of balls with another count, mass or diameter."""
+    if name == "count":
+        kept = {key: getattr(group, key) for key in group.model_fields_set if not key.startswith("start")}
+        return Balls(**{**kept, "count": int(value)})
+    size = ("diameter", "mass", "density", "material")
+    others = {key: getattr(group, key) for key in group.model_fields_set if key not in size}
+    if name == "ball_mass":
+        sized = {"diameter": ball.diameter} if ball.diameter else {}
+        return Balls(**others, mass=value, **sized)
+    if not ball.volume:
+        raise QuestionError(f"quantity 'ball_diameter': the density of the {group.body}s of {where} is not known")
+    if group.body == "roller":
+        others["length"] = ball.volume / roller_face(group)
+    return Balls(**others, diameter=value, density=ball.mass / ball.volume)
+
+
+def changed_part(part: Any, **new: Any) -> Any:
+    """A part with other entries, checked anew."""
+    return type(part)(**{**{key: getattr(part, key) for key in part.model_fields_set}, **new})
+
+
+# Change one parameter of a machine by its path, spelled as in error messages and files.
+
+
+EitherMachine = TypeVar("EitherMachine", bound=Machine | ChamberMachine)
+
+
+def with_value_at(machine: EitherMachine, path: str, value: Any) -> EitherMachine:
+    """A machine in which the entry at ``path`` is ``value``.
+
+    Parameters
+    ----------
+    machine
+        Left as it is.
+    path
+        For example ``rotor.mass`` or ``balancers[1].races[1].balls[1].diameter``; entries are counted from 1.
+    value
+        SI, or a string with a unit, or a whole part.
+
+    Raises
+    ------
+    QuestionError
+        If there is no such entry; the message lists what there is.
+    MachineError
+        If the value is impossible there.
+    """
+    try:
+        if isinstance(machine, Machine) and is_spring(machine, path):
+            changed: Any = with_spring(machine, path, value)
+        else:
+            known = settled(machine, path) if isinstance(machine, Machine) else machine
+            changed = with_entry(known, path, value)
+    except MachineError as error:
+        raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
+    return cast(EitherMachine, changed)
+
+
+def parameter_of(machine: Machine, path: str) -> float:
+    """The number at a path, SI; of a planar rotor also the springs that follow from its critical speed.
+
+    Raises
+    ------
+    QuestionError
+        If there is no single number.
+    """
+    return number_at(settled(machine, path), path)

@@ -2,47 +2,74 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
+from itertools import zip_longest
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.bearings.hardening import bearings_of, has_hardening
-from autobalancer.assembly.contact.meetings import contact_rows, has_rigid_friction, set_contacts
-from autobalancer.assembly.contact.rigid import rigid_room
-from autobalancer.assembly.drive import drive_of, first_speed
-from autobalancer.assembly.fluids import FluidRows, Lags, UniformTable, mode_count, uniform_table
-from autobalancer.assembly.forces.rows import force_rows
-from autobalancer.assembly.guided import ball_inertia, ball_rows, is_real, moving_rows, put_on_races
-from autobalancer.assembly.host import host_of
-from autobalancer.assembly.mass_spread import with_mass_spread
-from autobalancer.assembly.resolved.balls import free_rows, is_resolved, resolved_scales, resolved_size, start_states
-from autobalancer.assembly.rotors import rows_at
-from autobalancer.assembly.rotors.hardening import HardPlace
-from autobalancer.assembly.rotors.mounts import Mount
-from autobalancer.assembly.rotors.reduction import Reduction
-from autobalancer.assembly.rubber import element_count, force_scales, has_rubber, pulled_forces, rubber_rows
-from autobalancer.assembly.spatial import (
+from autobalancer.assembly.contact import contact_rows, has_rigid_friction, rigid_room, set_contacts
+from autobalancer.assembly.forces import force_rows
+from autobalancer.assembly.guided import (
+    FluidRows,
+    Lags,
+    UniformTable,
+    ball_inertia,
+    ball_rows,
+    is_real,
+    mode_count,
+    moving_rows,
+    put_on_races,
+    uniform_table,
+)
+from autobalancer.assembly.profile import Piece, profile_pieces, schedule_times, unbalance_factor
+from autobalancer.assembly.reduced_rotor import (
     Parts,
+    bearings_of,
     coordinate_places,
+    element_count,
+    force_scales,
+    has_hardening,
+    has_rubber,
+    host_of,
     length_scale,
     pulled,
+    pulled_forces,
+    rubber_rows,
     spatial_parts,
     spatial_scales,
     struck,
     top_speed,
     turned,
 )
-from autobalancer.assembly.starts import planar_scales, planar_start, start_angles
-from autobalancer.assembly.torsion.links import is_linked, scale_of_links, start_of_links
-from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
-from autobalancer.kernels.records.drive import RECORDED, SHAKE
+from autobalancer.assembly.resolved import free_rows, is_resolved, resolved_scales, resolved_size, start_states
+from autobalancer.assembly.rotors import rows_at
+from autobalancer.assembly.rotors.equivalent_stiffness import Mount
+from autobalancer.assembly.rotors.hardening import HardPlace
+from autobalancer.assembly.rotors.reduction import Reduction
+from autobalancer.assembly.torsion import is_linked, link_rows, ripple_rows, scale_of_links, start_of_links
+from autobalancer.catalog.resolve import Ball, occupied_angle, planar_rotor, resolve
+from autobalancer.errors import QuestionError
+from autobalancer.kernels.records.drive import HILL, LINEAR, PRESCRIBED, RECORDED, SEGMENT, SHAKE, TORQUE
 from autobalancer.kernels.records.resolved import BALL_STATES
-from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, Planar, Rows, System
-from autobalancer.machine import BaseMotion, HarmonicForce, Machine, PlanarRotor, RecordedBaseMotion, RecordedForce
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, Planar, Rows, System, X, Y
+from autobalancer.machine import (
+    AsynchronousDrive,
+    BaseMotion,
+    ConstantTorque,
+    HarmonicForce,
+    Machine,
+    PlanarRotor,
+    PrescribedSpeed,
+    RecordedBaseMotion,
+    RecordedForce,
+    TargetTorque,
+    TorqueTable,
+)
 from autobalancer.random_numbers import generator
 
 
@@ -334,3 +361,245 @@ def _with_silence(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     if values[0] != 0.0 and times[0] > step:
         times, values = np.insert(times, 0, times[0] - step), np.insert(values, 0, 0.0)
     return times, values
+
+
+# Drive and unbalance of a machine over time, as the segments of kernels/records/drive.py.
+
+
+def drive_of(machine: Machine, first_state: int = 0) -> Drive:
+    """What turns the rotor of a machine; the states of its links begin at ``first_state``."""
+    drive = machine.drive
+    prescribed = isinstance(drive, PrescribedSpeed)
+    links, ripples = link_rows(drive, first_state), ripple_rows(drive)
+    breakdown, synchronous, slip = 0.0, 0.0, 0.0
+    if isinstance(drive, AsynchronousDrive):
+        synchronous = float(drive.synchronous_speed)
+        breakdown, slip = float(drive.rated_torque * drive.overload), float(drive.breakdown_slip) * synchronous
+    table = np.zeros((0, 2))
+    if isinstance(drive, TorqueTable):
+        table = np.column_stack([[float(w) for w in drive.speed], [float(q) for q in drive.torque]])
+    return Drive(
+        kind=PRESCRIBED if prescribed and not len(links) else TORQUE,
+        damping=0.0 if isinstance(drive, PrescribedSpeed) else float(drive.damping),
+        table=np.ascontiguousarray(table, np.float64),
+        segments=_segments(machine),
+        now=np.zeros(1, np.int64),
+        breakdown_torque=breakdown,
+        synchronous_speed=synchronous,
+        breakdown_slip=slip,
+        motor=PRESCRIBED if prescribed else TORQUE,
+        linked=int(len(links) + len(ripples) > 0),
+        links=links,
+        ripples=ripples,
+    )
+
+
+def steady(speed: float, unbalance: complex) -> Drive:
+    """A constant prescribed speed, rad/s, and an unbalance in the rotor, kg m."""
+    segments = SEGMENT.rows(1)
+    segments.value, segments.unbalance_x, segments.unbalance_y = speed, unbalance.real, unbalance.imag
+    return Drive(PRESCRIBED, 0.0, np.zeros((0, 2)), segments, np.zeros(1, np.int64), motor=PRESCRIBED)
+
+
+def first_speed(machine: Machine, drive: Drive) -> float:
+    """Speed of the rotor at the start, rad/s."""
+    first = drive.segments[0]
+    if drive.motor == PRESCRIBED:
+        return float(first.value if first.kind == LINEAR else first.begin)
+    return float(machine.start.speed)
+
+
+def _pieces(machine: Machine) -> list[Piece]:
+    drive = machine.drive
+    if isinstance(drive, PrescribedSpeed):
+        return profile_pieces(drive.profile)
+    if isinstance(drive, ConstantTorque):
+        return [Piece(0.0, LINEAR, (float(drive.torque), 0.0, 0.0, 0.0))]
+    if isinstance(drive, TargetTorque):
+        gain = float(drive.gain)
+        scaled = []
+        for piece in profile_pieces(drive.profile):
+            a, b, c, d = piece.numbers
+            linear = piece.kind == LINEAR
+            numbers = gain * a, gain * b if linear else b, c, d if linear else gain * d
+            scaled.append(Piece(piece.start, piece.kind, numbers))
+        return scaled
+    return [Piece(0.0, LINEAR, (0.0, 0.0, 0.0, 0.0))]
+
+
+def _segments(machine: Machine) -> Rows:
+    """The common grid of all times at which drive or unbalance take another course."""
+    pieces = _pieces(machine)
+    grid = sorted({*(piece.start for piece in pieces), *schedule_times(machine)})
+    rows = SEGMENT.rows(len(grid))
+    for row, time in zip(rows, grid, strict=True):
+        piece = [p for p in pieces if p.start <= time][-1]
+        row.start, row.kind = time, piece.kind
+        numbers = piece.at(time)
+        if piece.kind == HILL:
+            row.end, row.half_time, row.exponent, row.begin = numbers
+        else:
+            row.value, row.rate = numbers[:2]
+    courses = unbalance_courses(machine, grid)
+    vectors = [unbalance.vector for unbalance in machine.unbalances]
+    resultant = unbalances_over(courses, [one.real for one in vectors], [one.imag for one in vectors])
+    for row, course, values in zip(rows, courses, resultant, strict=True):
+        row.changing = int(any(late != factor for factor, late in course.factors))
+        row.unbalance_x, row.unbalance_y, row.unbalance_rate_x, row.unbalance_rate_y = values
+    return rows
+
+
+class Course(NamedTuple):
+    """How the point unbalances change from one time of a grid to the next."""
+
+    factors: list[tuple[float, float]]  # of each unbalance, just after the one time and just before the next
+    time: float  # between them, s; 1 after the last, where nothing changes
+
+
+def unbalance_courses(machine: Machine, grid: Sequence[float]) -> list[Course]:
+    """The courses of the unbalances of a machine over a grid of times, s."""
+    found = []
+    for time, late in zip_longest(grid, grid[1:]):
+        factors = [unbalance_factor(one, time) for one in machine.unbalances]
+        ends = factors if late is None else [unbalance_factor(one, late, before=True) for one in machine.unbalances]
+        found.append(Course(list(zip(factors, ends, strict=True)), 1.0 if late is None else late - time))
+    return found
+
+
+def unbalances_over(courses: Sequence[Course], x: Sequence[Any], y: Sequence[Any]) -> list[list[Any]]:
+    """The resultant of unbalances at the begin of each course, and its rate.
+
+    Parameters
+    ----------
+    courses
+        From :func:`unbalance_courses`.
+    x, y
+        Of each unbalance at factor one, kg m: a number, or an array over many machines that differ in it.
+
+    Returns
+    -------
+    list
+        Of each course x and y, kg m, and their rates, kg m/s.
+    """
+    found = []
+    for factors, time in courses:
+        after = [sum((part * begin for part, (begin, _) in zip(own, factors, strict=True)), 0.0) for own in (x, y)]
+        rate = [
+            sum((part * (end - begin) / time for part, (begin, end) in zip(own, factors, strict=True)), 0.0)
+            for own in (x, y)
+        ]
+        found.append([*after, *rate])
+    return found
+
+
+# States at the start, and the sizes of motions for tolerances.
+
+
+def start_angles(balls: tuple[Ball, ...], random: np.random.Generator, *, given: bool = True) -> list[float]:
+    """Given angles, or (always if not ``given``) random ones at which the balls of a race do not overlap."""
+    angles: list[float] = []
+    places = sorted({(ball.balancer, ball.race) for ball in balls})
+    for place in places:
+        race = [ball for ball in balls if (ball.balancer, ball.race) == place]
+        if given and race[0].start_angle is not None:
+            angles += [float(ball.start_angle or 0.0) for ball in race]
+            continue
+        gaps = random.dirichlet(np.ones(len(race))) * (2.0 * math.pi - occupied_angle(race))
+        angle = random.uniform(0.0, 2.0 * math.pi)
+        for number, ball in enumerate(race):
+            angles.append(angle)
+            angle += gaps[number] + 0.5 * occupied_angle([ball, race[(number + 1) % len(race)]])
+    return angles
+
+
+def planar_start(machine: Machine, balls: tuple[Ball, ...], system: System, speed: float, angles: Floats) -> Floats:
+    """State of a planar rotor and its balls at time 0."""
+    n = len(balls)
+    state = np.zeros(BALLS + 2 * n)
+    angle = float(machine.start.rotor_angle)
+    back = cmath.exp(-1j * angle) if system.rotating else 1.0
+    place = complex(*machine.start.deflection) * back
+    velocity = complex(*machine.start.velocity) * back
+    state[[X, Y, VX, VY, THETA, SPEED]] = place.real, place.imag, velocity.real, velocity.imag, angle, speed
+    state[BALLS : BALLS + n] = angles
+    state[BALLS + n :] = [ball.start_speed for ball in balls]
+    return state
+
+
+def planar_scales(machine: Machine, balls: tuple[Ball, ...], system: System) -> tuple[Floats, Floats]:
+    """Size of each component of such a state, and 1 where the tolerance grows with the component."""
+    length, velocity, frequency = planar_sizes(machine, balls, system, [one.size for one in machine.unbalances])
+    scale, growing = np.ones(BALLS + 2 * len(balls)), np.zeros(BALLS + 2 * len(balls))
+    scale[[X, Y]] = length
+    scale[[VX, VY]] = velocity
+    scale[SPEED] = frequency
+    scale[BALLS + len(balls) :] = frequency
+    growing[[X, Y, VX, VY]] = 1.0
+    return scale, growing
+
+
+def planar_sizes(
+    machine: Machine, balls: tuple[Ball, ...], system: System, unbalances: Sequence[Any]
+) -> tuple[Any, Any, float]:
+    """Sizes of motions of a planar rotor with unbalances of these moments, kg m.
+
+    A moment may be an array over many machines that differ in it; the sizes are arrays over them then.
+
+    Returns
+    -------
+    deflection, velocity, frequency
+        m, m/s, rad/s.
+    """
+    rotor = system.planar
+    frequency = math.sqrt(max(rotor.stiffness_x, rotor.stiffness_y) / rotor.mass)
+    drives = sum(unbalances) + sum(ball.moment for ball in balls)
+    length = drives / rotor.mass + max((abs(ball.eccentricity) for ball in balls), default=0.0)
+    length = np.maximum(length, max(abs(complex(*machine.start.deflection)), 1e-9))
+    return length, length * frequency, frequency
+
+
+# Equal balls that pass through each other, made a little unequal.
+#
+# Equal balls in one place obey equal equations and never part again, stable or not. Real balls are never equal: within
+# a lot of grade 10 (ISO 3290-1) diameters differ by up to 0.5 um, the masses of balls of 5 mm by 3e-4. A spread far
+# below that leaves every number of a result as it is and lets the balls leave a state that has become unstable.
+
+
+MASS_SPREAD = 1e-6  # heaviest less lightest of equal balls over their mass, where nobody says another
+
+
+def equal_groups(machine: Machine, balls: tuple[Ball, ...]) -> list[list[int]]:
+    """Numbers of the balls that are equal, share a race and may lie in one place; only groups of two or more."""
+    if is_resolved(machine):
+        return []
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for number, ball in enumerate(balls):
+        race = machine.balancers[ball.balancer].races[ball.race]
+        mates = [other for other in balls if (other.balancer, other.race) == (ball.balancer, ball.race)]
+        if race.coincidence or any(other.diameter == 0.0 for other in mates):
+            alike = (ball.balancer, ball.race, ball.mass, ball.diameter, ball.orbit_radius, ball.spin_ratio)
+            groups.setdefault(alike, []).append(number)
+    return [members for members in groups.values() if len(members) > 1]
+
+
+def with_mass_spread(machine: Machine, balls: tuple[Ball, ...], spread: float, seed: int) -> tuple[Ball, ...]:
+    """The balls with masses at equal steps around their mean, in an order drawn from the seed.
+
+    Raises
+    ------
+    QuestionError
+        For a spread below 0, or of 0.1 and more.
+    """
+    if not (math.isfinite(spread) and 0.0 <= spread < 0.1):
+        raise QuestionError(
+            f"mass_spread: given {spread:g}; must be from 0 to less than 0.1, relative to the mass of a ball"
+        )
+    if spread == 0.0:
+        return balls
+    random = generator(seed, 3290)
+    changed = list(balls)
+    for members in equal_groups(machine, balls):
+        steps = random.permutation(np.linspace(-0.5, 0.5, len(members)))
+        for number, step in zip(members, steps, strict=True):
+            changed[number] = replace(balls[number], mass=balls[number].mass * (1.0 + spread * float(step)))
+    return tuple(changed)

@@ -12,15 +12,14 @@ from enum import Enum
 from functools import cache
 from typing import Any
 
-from autobalancer.assembly.bearings.hardening import has_hardening
-from autobalancer.assembly.forces.rows import has_forces
-from autobalancer.assembly.rubber import has_rubber
-from autobalancer.assembly.torsion.links import is_linked
+from autobalancer.assembly.forces import has_forces
+from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
+from autobalancer.assembly.torsion import is_linked
+from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import TAGS
 from autobalancer.machine.part import Part, spell
-from autobalancer.remembered import remembered
 
 
 class Theory(Enum):

@@ -6,13 +6,13 @@ from autobalancer.catalog.bearing_table import suitable_bearings as suitable_bea
 from autobalancer.catalog.fluid_table import blend as blend
 from autobalancer.catalog.fluid_table import fluid as fluid
 from autobalancer.catalog.fluid_table import fluids as fluids
-from autobalancer.catalog.friction_table import friction as friction
-from autobalancer.catalog.material_table import materials as materials
+from autobalancer.catalog.small_tables import friction as friction
+from autobalancer.catalog.small_tables import materials as materials
 from autobalancer.files.examples import example_text as example_text
 from autobalancer.files.examples import examples as examples
-from autobalancer.files.rigs import rig as rig
-from autobalancer.files.rigs import rig_text as rig_text
-from autobalancer.files.rigs import rigs as rigs
+from autobalancer.files.examples import rig as rig
+from autobalancer.files.examples import rig_text as rig_text
+from autobalancer.files.examples import rigs as rigs
 from autobalancer.files.samples import example_path as example_path
 from autobalancer.files.samples import write_example as write_example
 

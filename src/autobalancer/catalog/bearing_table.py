@@ -11,10 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
-from autobalancer.catalog.tables import rows, unknown
+from autobalancer.catalog.small_tables import rows, unknown
 from autobalancer.errors import QuestionError
-from autobalancer.laws.ball_capability import ball_mass, capability, largest_useful_count, needed_count
-from autobalancer.shown import Table
+from autobalancer.laws.capabilities import ball_mass, capability, largest_useful_count, needed_count
+from autobalancer.tables import Table
 from autobalancer.units import argument, optional_argument
 
 TABLE_DENSITY = 7860.0

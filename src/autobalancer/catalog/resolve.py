@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
 
+import numpy as np
+
+from autobalancer.cache import remembered
 from autobalancer.catalog.bearing_table import Bearing
 from autobalancer.catalog.bearing_table import bearing as find_bearing
-from autobalancer.catalog.fluid_table import fluid
-from autobalancer.catalog.resolve_bodies import friction_of, size_of, spin_ratio_of
-from autobalancer.catalog.resolve_drag import ball_drag
-from autobalancer.catalog.resolve_shear import sheared, sheared_curve
+from autobalancer.catalog.fluid_table import ROOM, fluid
+from autobalancer.catalog.small_tables import material
+from autobalancer.drag.race_geometry import AnnulusDrag
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.laws.drag_curve import DragCurve
-from autobalancer.laws.liquid.sheared_drag import Sheared
-from autobalancer.machine import Fluid, Machine, Race
+from autobalancer.laws.drag_coefficient import (
+    FASTEST,
+    SLOWEST,
+    UNNAMED,
+    DragCurve,
+    DragLaw,
+    LinearLaw,
+    Sheared,
+    ShearedDragCurve,
+    linear_drag,
+    tried,
+)
+from autobalancer.laws.ring_of_liquid import Ring
+from autobalancer.machine import Balls, Fluid, Machine, PlanarRotor, Race
+from autobalancer.machine.balancer.fluid import BallInRace, Drag, ShearLaw
+from autobalancer.machine.machine import LiquidRing
 from autobalancer.machine.part import ImpossiblePart, Problem
-from autobalancer.remembered import remembered
+from autobalancer.machine.rotors.planar import DAMPERS, SPRINGS
+from autobalancer.progress import returned
 
 
 @dataclass(frozen=True)
@@ -273,3 +293,350 @@ def _too_large(diameter: float, ring: Bearing) -> str:
 
 def _mm(length: float) -> str:
     return f"{1e3 * length:.4g} mm"
+
+
+# Size, mass and rotation of balls, rollers and pendulums.
+
+
+SOLID_BALL, SOLID_CYLINDER = 0.4, 0.5  # J / (m r^2)
+
+
+def size_of(group: Balls, ring: Bearing | None) -> tuple[float, float, float]:
+    """Mass, diameter and volume of one body of a group; diameter and volume are 0 where they are not known.
+
+    Raises
+    ------
+    CatalogError
+        If the material is not in the catalog.
+    """
+    stuff = float(group.density) if group.density is not None else None
+    if group.material is not None:
+        stuff = float(material(group.material).density)
+    if group.body == "ball":
+        return _ball(group, ring, stuff)
+    mass, diameter = float(group.mass or 0.0), float(group.diameter or 0.0)
+    if group.body == "pendulum":
+        return mass, diameter, 0.0
+    if group.length is not None:
+        volume = roller_face(group) * float(group.length)
+        return mass or (stuff or 0.0) * volume, diameter, volume
+    return mass, diameter, mass / stuff if stuff else 0.0
+
+
+def roller_face(group: Balls) -> float:
+    """Area of the end of a roller, without its bore, m^2."""
+    return 0.25 * math.pi * (float(group.diameter or 0.0) ** 2 - float(group.inner_diameter or 0.0) ** 2)
+
+
+def spin_ratio_of(group: Balls, mass: float, orbit: float) -> float:
+    """J over mass times the square of the rolling radius: 2/5 of a ball, 1/2 to 1 of a roller; of a pendulum J/(m eps^2)."""
+    if group.body == "pendulum":
+        return float(group.inertia or 0.0) / (mass * orbit**2)
+    if group.body == "roller":
+        return SOLID_CYLINDER * (1.0 + (float(group.inner_diameter or 0.0) / float(group.diameter or 1.0)) ** 2)
+    return SOLID_BALL if group.motion == "rolling" else 0.0
+
+
+def friction_of(group: Balls, race: Race, orbit: float) -> tuple[float, float]:
+    """What brakes one body and what holds it at rest: torque over its normal force, per orbit radius.
+
+    A pendulum has the friction of its bearing at the radius of that, all others that of the race.
+    """
+    if race.friction is None:
+        return 0.0, 0.0
+    arm = float(group.bearing_radius or 0.0) / orbit if group.body == "pendulum" else 1.0
+    return arm * float(race.friction.rolling_resistance), arm * race.friction.holding
+
+
+def _ball(group: Balls, ring: Bearing | None, stuff: float | None) -> tuple[float, float, float]:
+    diameter = float(group.diameter) if group.diameter is not None else None
+    if group.unsized and ring is not None:
+        diameter = ring.ball_diameter
+    if diameter is not None:
+        volume = math.pi / 6.0 * diameter**3
+        return float(group.mass) if group.mass is not None else (stuff or 0.0) * volume, diameter, volume
+    mass = float(group.mass or 0.0)
+    diameter = (6.0 * mass / (math.pi * stuff)) ** (1.0 / 3.0) if stuff else 0.0
+    return mass, diameter, math.pi / 6.0 * diameter**3
+
+
+# From the drag law of a race to the numbers of a ball in it.
+
+
+TRIED = np.geomspace(1e-6, 1e7, 2001)  # Reynolds numbers
+
+
+def ball_drag(
+    part: Drag, radius: float, orbit: float, density: float, viscosity: float
+) -> tuple[float, DragCurve | None]:
+    """beta (N m s) of the linear law, and the curve over all Reynolds numbers where the law is asked for as a whole.
+
+    ``radius`` of the ball and ``orbit`` radius in m; ``density`` and kinematic ``viscosity`` of the fluid in SI.
+
+    Raises
+    ------
+    QuestionError
+        If the law is no law for this ball: it fails, or its drag is not finite, negative, or falls as a ball becomes faster.
+    """
+    ball = BallInRace(radius, orbit)
+    if not part.needs_fluid:
+        return _torque(part, ball), None
+    if radius == 0.0:
+        return 0.0, None
+    law = law_of(part, ball)
+    beta = linear_drag(law.cd_re, density, viscosity, radius, orbit)
+    return beta, None if isinstance(law, LinearLaw) else DragCurve(law, density, viscosity, 2.0 * radius)
+
+
+def _torque(part: Drag, ball: BallInRace) -> float:
+    try:
+        torque = returned(lambda: float(part.torque(ball)), f"the drag law {part.word()!r}")
+    except Exception as reason:  # whatever a law of somebody else may raise
+        raise QuestionError(_failed(part, reason)) from None
+    if not (math.isfinite(torque) and torque >= 0.0):
+        raise QuestionError(f"the drag law {part.word()!r} gives a torque of {torque:g} N m s; it must not be negative")
+    return torque
+
+
+@lru_cache(maxsize=256)
+def law_of(part: Drag, ball: BallInRace) -> DragLaw:
+    """The law of a ball, tried over all Reynolds numbers."""
+    try:
+        law = returned(lambda: part.curve(ball), f"the drag law {part.word()!r}")
+    except QuestionError as reason:
+        raise QuestionError(str(reason).replace(repr(UNNAMED), repr(part.word()))) from None
+    except Exception as reason:  # whatever a law of somebody else may raise
+        raise QuestionError(_failed(part, reason)) from None
+    if not isinstance(law, DragLaw):
+        raise QuestionError(
+            f"the drag law {part.word()!r} gives {law!r}; its 'curve' must return what ab.laws.sampled_drag_law or "
+            "ab.laws.linear_drag_law makes"
+        )
+    if law.name == UNNAMED:
+        law = replace(law, name=part.word())
+    product = law.product(TRIED)
+    wrong = np.flatnonzero(~(np.isfinite(product) & (product > 0.0)))
+    if wrong.size:
+        re, value = TRIED[wrong[0]], product[wrong[0]]
+        raise QuestionError(
+            f"the drag law {part.word()!r} gives c_d Re = {value:g} at Re = {re:.4g}; it must be positive"
+        )
+    falls = np.flatnonzero(np.diff(product * TRIED) <= 0.0)
+    if falls.size:
+        re = TRIED[falls[0]]
+        raise QuestionError(
+            f"the drag law {part.word()!r} gives less drag as a ball becomes faster, about Re = {re:.4g}"
+        )
+    return law
+
+
+def _failed(part: Drag, reason: Exception) -> str:
+    return f"the drag law {part.word()!r} fails: {type(reason).__name__}: {reason}"
+
+
+# From the shear law of a fluid to its numbers at the temperature of the fluid, and to the drag on a ball in it.
+
+
+VELOCITIES = np.geomspace(SLOWEST, FASTEST, 1201)  # m/s
+
+
+def sheared(part: Fluid, viscosity: float) -> Sheared | None:
+    """The shear law of a fluid that has this kinematic ``viscosity`` (m^2/s) at rest; None if it has none.
+
+    Raises
+    ------
+    CatalogError
+        If the fluid is not available at the temperature of the measurement.
+    QuestionError
+        If the law is no viscosity.
+    """
+    law = part.shear
+    if law is None:
+        return None
+    _tried(law)
+    if law.measured_at is None or part.name is None:
+        return Sheared(law)
+    here, there = float(part.temperature or ROOM), float(law.measured_at)
+    return Sheared(law, viscosity / fluid(part.name, there).viscosity * there / here)
+
+
+def sheared_curve(
+    race: Race, radius: float, orbit: float, numbers: tuple[float, float], shear: Sheared
+) -> ShearedDragCurve:
+    """Drag on a ball; ``numbers`` are density and viscosity at rest, SI.
+
+    Raises
+    ------
+    QuestionError
+        If the drag falls as a ball becomes faster.
+    """
+    assert race.fluid is not None
+    assert race.fluid.shear is not None
+    law = law_of(race.drag, BallInRace(radius, orbit))
+    curve = ShearedDragCurve(law, *numbers, 2.0 * radius, shear, float(race.fluid.shear.at_ball or 0.0))
+    falls = np.flatnonzero(np.diff(curve.force(VELOCITIES)) <= 0.0)
+    if falls.size:
+        raise QuestionError(
+            f"fluid.shear gives less drag as a ball becomes faster, about {VELOCITIES[falls[0]]:.3g} m/s"
+        )
+    return curve
+
+
+@lru_cache(maxsize=64)
+def _tried(law: ShearLaw) -> None:
+    tried(law, law.word())
+
+
+# Springs and dampers of a planar rotor from what an engineer measures: its critical speed and its damping ratio.
+
+
+WORDS = tuple(f"rotor.{key}" for key in (*SPRINGS[1:], *DAMPERS[1:]))
+"""Paths of entries from which springs and dampers follow."""
+
+
+def planar_rotor(machine: Machine) -> PlanarRotor:
+    """The planar rotor of a machine with its stiffness and damping.
+
+    A critical speed means w_c = sqrt(k/M), where the mass M in motion has the effective masses of the balls; a damping ratio
+    means D = b / (2 sqrt(k M)), and a half-power bandwidth 2 D w_c, which is exact for light damping. Rubber has the stiffness
+    and damping of small motions here.
+    """
+    rotor = machine.rotor
+    assert isinstance(rotor, PlanarRotor)
+    if rotor.settled:
+        return rotor
+    mass = float(rotor.mass) + sum(ball.effective_mass for ball in resolve(machine))
+    stiffness, damping = (pair[0] if pair[0] == pair[1] else pair for pair in rotor.springs(mass))
+    found = {
+        "mass": rotor.mass,
+        "stiffness": rotor.stiffness or stiffness,
+        "damping": rotor.damping,
+        "inertia": rotor.inertia,
+        "hardening": rotor.hardening,
+    }
+    if rotor.damping is None:
+        found["damping"] = damping
+    return PlanarRotor(**{key: value for key, value in found.items() if value is not None})  # type: ignore[arg-type]
+
+
+def settled(machine: Machine, path: str = "") -> Machine:
+    """A machine whose planar rotor has stiffness and damping, so that they stay when something else is changed.
+
+    It is left as it is where ``path`` names what they follow from, because then that is what is changed.
+    """
+    if path in WORDS or not isinstance(machine.rotor, PlanarRotor):
+        return machine
+    if machine.rotor.settled or machine.rotor.rubber is not None:
+        return machine
+    return Machine(
+        **{**{key: getattr(machine, key) for key in machine.model_fields_set}, "rotor": planar_rotor(machine)}
+    )
+
+
+def with_spring(machine: Machine, path: str, value: Any) -> Machine:
+    """A machine with another entry of those that give springs and dampers; the others of its group are dropped.
+
+    So a machine with a stiffness can be given a critical speed, and the other way round.
+    """
+    machine, key = settled(machine, path), path.removeprefix("rotor.")
+    rotor = machine.rotor
+    dropped = {*(SPRINGS if key in SPRINGS else DAMPERS)}
+    kept = {name: getattr(rotor, name) for name in rotor.model_fields_set - dropped}
+    changed = PlanarRotor(**{**kept, key: value})
+    return Machine(**{**{name: getattr(machine, name) for name in machine.model_fields_set}, "rotor": changed})
+
+
+def is_spring(machine: Machine, path: str) -> bool:
+    """Whether a path names one of these entries of a planar rotor."""
+    return isinstance(machine.rotor, PlanarRotor) and path in (
+        *WORDS,
+        *(f"rotor.{keys[0]}" for keys in (SPRINGS, DAMPERS)),
+    )
+
+
+# From the rings of liquid of a machine to their numbers.
+
+
+def rings_of(machine: Machine) -> tuple[Ring, ...]:
+    """The rings of a machine.
+
+    Raises
+    ------
+    MachineError
+        If a fluid is unknown, or a mass of liquid does not fit into its ring.
+    """
+    return tuple(_ring(part, number) for number, part in enumerate(machine.liquid_rings))
+
+
+def _ring(part: LiquidRing, number: int) -> Ring:
+    where = ("liquid_rings", number)
+    try:
+        density, _ = fluid_numbers(part.fluid)
+    except CatalogError as error:
+        raise ImpossiblePart("Machine", [((*where, "fluid", "name"), str(error))]) from None
+    radius, height = float(part.radius), float(part.height)
+    width = math.inf if part.width is None else float(part.width)
+    if part.layer is not None:
+        return Ring(radius, height, float(part.layer), density, width)
+    liquid = float(part.liquid or 0.0)
+    inner = max(radius - width, 0.0)
+    most = math.pi * density * height * (radius**2 - inner**2)
+    if liquid >= most:
+        text = f"given {liquid:.4g} kg, but the ring holds {most:.4g} kg; must be less, because only a free surface balances"
+        raise ImpossiblePart("Machine", [((*where, "liquid"), text)])
+    surface = math.sqrt(radius**2 - liquid / (math.pi * density * height))
+    return Ring(radius, height, radius - surface, density, width)
+
+
+# What the balls of a race can balance at most: side by side, as they really can stand; kg m.
+
+
+def race_capability(balls: list[Ball]) -> float:
+    """Resultant of the balls of one race side by side, kg m; the best place for the gap in the row is taken.
+
+    Of equal balls it is :func:`autobalancer.laws.capabilities.capability`; balls of unknown size are points. It holds for
+    balls that a model lets pass through each other as well.
+    """
+    best = 0.0
+    for first in range(len(balls)):
+        row = balls[first:] + balls[:first]
+        angle, total = 0.0, 0j
+        for ball, after in zip(row, [*row[1:], row[0]], strict=True):
+            total += cmath.rect(ball.moment, angle)
+            angle += 0.5 * occupied_angle([ball, after])
+        best = max(best, abs(total))
+    return best
+
+
+def capability_of(balls: Iterable[Ball]) -> float:
+    """Sum over the races, kg m: each race adds its own, in the same direction."""
+    races: dict[Hashable, list[Ball]] = {}
+    for ball in balls:
+        races.setdefault((ball.balancer, ball.race), []).append(ball)
+    return sum(race_capability(row) for row in races.values())
+
+
+# Sizes that are possible, but so odd beside each other that a unit may be wrong.
+
+
+HIGH = 20.0  # height of a chamber over the diameter of its largest ball
+NARROW, WIDE = 1e-3, 100.0  # clear width over ball radius
+
+
+def odd_sizes(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
+    """Sentences about odd sizes, for ``check``."""
+    found = []
+    for b, balancer in enumerate(machine.balancers):
+        for r, race in enumerate(balancer.races):
+            largest = max((ball.diameter for ball in balls if (ball.balancer, ball.race) == (b, r)), default=0.0)
+            place = f"balancers[{b + 1}].races[{r + 1}]"
+            if race.height is not None and 0.0 < largest * HIGH < race.height:
+                found.append(_odd(f"{place}.height", race.height, largest))
+            drag = race.drag
+            if isinstance(drag, AnnulusDrag) and not NARROW < 2.0 * drag.clear_width / max(largest, 1e-12) < WIDE:
+                found.append(_odd(f"{place}.drag.clear_width", drag.clear_width, largest))
+    return tuple(found)
+
+
+def _odd(place: str, size: float, ball: float) -> str:
+    return f"{place} is {1e3 * size:.4g} mm beside balls of {1e3 * ball:.4g} mm; is its unit right?"

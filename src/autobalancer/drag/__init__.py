@@ -2,9 +2,9 @@
 
 import autobalancer.machine  # noqa: F401  (it reads the leaves of this package, so it comes first)
 from autobalancer.laws.drag_coefficient import DragLaw
-from autobalancer.machine.balancer.drag import Drag
-from autobalancer.machine.leaves import leaves_of
-from autobalancer.shown import Table
+from autobalancer.machine.balancer.fluid import Drag
+from autobalancer.machine.plugins import leaves_of
+from autobalancer.tables import Table
 
 
 class DragLaws(Table[DragLaw]):

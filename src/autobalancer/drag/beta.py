@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from autobalancer.machine.balancer.drag import BallInRace, Drag
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import AngularDamping
+from autobalancer.machine.balancer.fluid import BallInRace, Drag
+from autobalancer.machine.part import AngularDamping, key
 
 
 class DragTorque(Drag):

@@ -7,9 +7,8 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from autobalancer.laws.drag_coefficient import DragLaw, joined, linear_drag_law
-from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Positive
+from autobalancer.machine.balancer.fluid import RANGE, BallInRace, Drag, Range
+from autobalancer.machine.part import Positive, key
 
 
 class CoefficientDrag(Drag):

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from autobalancer.laws.drag_coefficient import CubicLaw, DragLaw, joined, linear_drag_law
-from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Positive
+from autobalancer.machine.balancer.fluid import RANGE, BallInRace, Drag, Range
+from autobalancer.machine.part import Positive, key
 
 STOKES_CD_RE = 387.0
 

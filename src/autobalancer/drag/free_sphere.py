@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from autobalancer.laws.drag_coefficient import CRISIS, DragLaw, Floats, linear_drag_law
-from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
+from autobalancer.machine.balancer.fluid import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 
 STOKES_CD_RE = 24.0

@@ -6,11 +6,9 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
-from autobalancer.laws.drag import annulus_cd_re
-from autobalancer.laws.drag_coefficient import PLANE_PLATEAU, CubicLaw, DragLaw, joined, linear_drag_law
-from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Length, Positive
+from autobalancer.laws.drag_coefficient import PLANE_PLATEAU, CubicLaw, DragLaw, annulus_cd_re, joined, linear_drag_law
+from autobalancer.machine.balancer.fluid import RANGE, BallInRace, Drag, Range
+from autobalancer.machine.part import Length, Positive, key
 
 
 class AnnulusDrag(Drag):

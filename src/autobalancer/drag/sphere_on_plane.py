@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from autobalancer.laws.drag_coefficient import CRISIS, PLANE_PLATEAU, CubicLaw, DragLaw, linear_drag_law
-from autobalancer.machine.balancer.drag import RANGE, BallInRace, Drag, Range
+from autobalancer.machine.balancer.fluid import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 
 STOKES_CD_RE = 322.0

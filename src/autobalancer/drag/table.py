@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from autobalancer.laws.drag_coefficient import DragLaw, table
-from autobalancer.machine.balancer.drag import BallInRace, Drag
-from autobalancer.machine.part import Listed, key
-from autobalancer.machine.quantity import Positive
+from autobalancer.machine.balancer.fluid import BallInRace, Drag
+from autobalancer.machine.part import Listed, Positive, key
 
 
 class TableDrag(Drag):

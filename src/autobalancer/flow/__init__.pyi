@@ -3,14 +3,14 @@
 from autobalancer.flow.annulus import Annulus as Annulus
 from autobalancer.flow.annulus import Walls as Walls
 from autobalancer.flow.annulus import annulus_of as annulus_of
-from autobalancer.flow.ball.channel import Channel as Channel
-from autobalancer.flow.ball.question import ball_drag as ball_drag
-from autobalancer.flow.ball.sheared_question import sheared_drag as sheared_drag
-from autobalancer.flow.question import annulus_flow as annulus_flow
-from autobalancer.flow.relaxation import RelaxationModes as RelaxationModes
-from autobalancer.flow.relaxation import relaxation_modes as relaxation_modes
+from autobalancer.flow.annulus_problem import annulus_flow as annulus_flow
+from autobalancer.flow.ball_problem import Channel as Channel
+from autobalancer.flow.ball_problem import ball_drag as ball_drag
+from autobalancer.flow.choice import RelaxationModes as RelaxationModes
+from autobalancer.flow.choice import relaxation_modes as relaxation_modes
 from autobalancer.flow.result import SpinUp as SpinUp
 from autobalancer.flow.result import spin_up as spin_up
+from autobalancer.flow.sheared_ball_problem import sheared_drag as sheared_drag
 from autobalancer.flow.speed import recorded_speed as recorded_speed
 
 __all__ = [

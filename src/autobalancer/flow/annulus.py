@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.catalog.resolve import fluid_numbers, resolve
-from autobalancer.catalog.resolve_shear import sheared
+from autobalancer.catalog.resolve import fluid_numbers, resolve, sheared
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.laws.liquid.sheared_drag import Sheared
+from autobalancer.laws.drag_coefficient import Sheared
 from autobalancer.machine import Machine
 from autobalancer.units import field_arguments
 

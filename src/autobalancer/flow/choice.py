@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import j0, j1, y0, y1
 
-from autobalancer.flow.annulus import Annulus, Floats
-from autobalancer.flow.relaxation import RelaxationModes
+from autobalancer.errors import QuestionError
+from autobalancer.flow.annulus import Annulus, Floats, Matrix
 from autobalancer.flow.speed import WallSpeed
 
 SECONDARY = 0.1  # share of the lag that the secondary flow takes away, over (w / slowest decay rate)^2; calibrated
@@ -69,3 +71,158 @@ def _behind(annulus: Annulus, before: float, times: Floats, speeds: Floats) -> F
         rise = abs(speeds[i] - speeds[i - 1]) * -math.expm1(-x) / max(x, 1e-300)
         behind[i] = behind[i - 1] * math.exp(-x) + rise
     return np.asarray(SLOW * behind, np.float64)
+
+
+# Relaxation modes: a fluid that only diffuses as a few numbers that decay.
+
+
+MANY = 60  # modes in each direction from which the fewest that matter are taken
+
+
+@dataclass(frozen=True)
+class RelaxationModes:
+    """Lag of the fluid at the orbit in modes: W_f = w - sum c_k with c_k' = -rate_k c_k + gain_k w'.
+
+    To be integrated with the equations of motion where the speed w is a coordinate. The gains of all modes add up to 1:
+    right after a jump of the speed the fluid still rotates as before. Modes that were left out follow without lag.
+
+    Parameters
+    ----------
+    rates
+        Decay rates, 1/s; (mode,).
+    gains
+        Share of each mode in a jump of the speed; (mode,). They are of either sign.
+    """
+
+    rates: Floats
+    gains: Floats
+
+    @property
+    def ramp_lag(self) -> float:
+        """Lag w - W_f after a long ramp over its rate w', s."""
+        return float((self.gains / self.rates).sum())
+
+    def step(self, lags: Floats, duration: float, change: float) -> Floats:
+        """The lags c (rad/s) a time ``duration`` later in which the speed changes by ``change`` at a steady rate; exact."""
+        x = self.rates * duration
+        return lags * np.exp(-x) + self.gains * change * _mean_decay(x)
+
+    def lags(self, speed: WallSpeed, times: Floats) -> Matrix:
+        """c at ``times`` (ascending, from 0 on), rad/s; (time, mode). Exact for straight pieces with corners in ``times``."""
+        speeds = speed.over(times)
+        found = np.empty((times.size, self.rates.size))
+        found[0] = self.gains * (speeds[0] - speed.before)
+        for i in range(1, times.size):
+            found[i] = self.step(found[i - 1], times[i] - times[i - 1], speeds[i] - speeds[i - 1])
+        return found
+
+    def response(self, speed: WallSpeed, times: Floats) -> Floats:
+        """W_f at ``times``, rad/s; as :meth:`lags`."""
+        return np.asarray(speed.over(times) - self.lags(speed, times).sum(axis=1), np.float64)
+
+
+def all_modes(annulus: Annulus) -> RelaxationModes:
+    """As many modes at the orbit as the exact series is worked out with."""
+    rates, gains = mode_table(annulus, MANY, MANY)
+    return RelaxationModes(rates.ravel(), gains.ravel())
+
+
+def relaxation_modes(annulus: Annulus, error: float = 1e-3) -> RelaxationModes:
+    """The fewest modes of an ``annulus`` that give the lag after a long ramp within the share ``error``.
+
+    A jump of the speed is followed with the same error only after a time: about ln(1/error) over the rate of the fastest mode
+    that is kept.
+
+    Raises
+    ------
+    QuestionError
+        If ``error`` is not between 1e-6 and 0.5.
+    """
+    if not 1e-6 <= error <= 0.5:
+        raise QuestionError(f"error: given {error:g}; must be between 1e-6 and 0.5")
+    exact = all_modes(annulus)
+    rates, gains = exact.rates, exact.gains
+    weight = np.abs(gains) / rates
+    order = np.argsort(-weight, kind="stable")
+    lag = (gains / rates)[order]
+    missing = np.abs(lag.cumsum() - lag.sum())
+    kept = order[: int(np.flatnonzero(missing > error * abs(lag.sum()))[-1]) + 2]
+    return RelaxationModes(rates[kept], gains[kept])
+
+
+def diffusive_swirl(annulus: Annulus, speed: WallSpeed, times: Floats, radius: Floats, height: Floats) -> Matrix:
+    """W - w of a fluid that only diffuses, rad/s; (time, radius, height).
+
+    ``times`` ascend from 0 on and contain the corners of the speed; walls that jump at time 0 need some time to be seen with
+    a finite number of modes.
+    """
+    waves = radial_roots(annulus.inner, annulus.outer, MANY)
+    k = math.pi * (2.0 * np.arange(MANY) + 1.0)
+    rates = annulus.viscosity * (waves[:, None] ** 2 + (k[None, :] / annulus.height) ** 2)
+    gains = np.outer(radial_shares(annulus.inner, annulus.outer, waves), 4.0 / k)
+    lags = RelaxationModes(rates.ravel(), gains.ravel()).lags(speed, times).reshape(-1, MANY, MANY)
+    shape = radial_modes(annulus.inner, waves, radius) / radius[:, None]
+    return np.asarray(-(shape @ lags @ np.sin(np.outer(k, height / annulus.height))), np.float64)
+
+
+def _mean_decay(x: Floats) -> Floats:
+    """(1 - exp(-x))/x."""
+    return np.asarray(-np.expm1(-x) / np.maximum(x, math.ulp(1.0) ** 2), np.float64)
+
+
+# Exact modes of a fluid that only diffuses between walls that turn with the rotor.
+#
+# Without secondary flow g_t = nu D2 g - r^2 w', g = 0 on the walls, so g/r is a sum of
+#
+#     phi_n(r) sin(k pi z/H),  phi_n(r) = J1(l_n r) Y1(l_n a) - Y1(l_n r) J1(l_n a),  phi_n(b) = 0,
+#
+# with the decay rates nu (l_n^2 + (k pi/H)^2); only odd k are excited by walls that turn together.
+
+
+def radial_roots(inner: float, outer: float, count: int) -> Floats:
+    """The first ``count`` l_n, 1/m; each lies close to n pi/(b - a)."""
+
+    def cross(wave: float) -> float:
+        return float(j1(wave * outer) * y1(wave * inner) - y1(wave * outer) * j1(wave * inner))
+
+    step = math.pi / (outer - inner)
+    found: list[float] = []
+    low, start = 1e-6 * step, cross(1e-6 * step)
+    while len(found) < count:
+        high = low + 0.1 * step
+        end = cross(high)
+        if start * end < 0.0:
+            found.append(float(brentq(cross, low, high, xtol=1e-13 * step, rtol=1e-15)))
+        low, start = high, end
+    return np.array(found)
+
+
+def radial_modes(inner: float, waves: Floats, radius: Floats) -> Matrix:
+    """phi_n(r); (radius, mode)."""
+    x = np.outer(radius, waves)
+    return np.asarray(j1(x) * y1(waves * inner) - y1(x) * j1(waves * inner), np.float64)
+
+
+def radial_shares(inner: float, outer: float, waves: Floats) -> Floats:
+    """A_n in r = sum A_n phi_n(r), by orthogonality with the weight r."""
+    ends = np.array([inner, outer])
+    x = np.outer(ends, waves)
+    y_a, j_a = y1(waves * inner), j1(waves * inner)
+    jn2, yn2 = 2.0 / x * j1(x) - j0(x), 2.0 / x * y1(x) - y0(x)
+    moment = ends[:, None] ** 2 * (jn2 * y_a - yn2 * j_a) / waves  # integral of r^2 C1 is r^2 C2 / l
+    slope = waves * ((j0(x) - j1(x) / x) * y_a - (y0(x) - y1(x) / x) * j_a)  # phi'
+    square = 0.5 * ends[:, None] ** 2 * slope**2 / waves**2  # integral of r C1^2 where C1 = 0 at both ends
+    return np.asarray((moment[1] - moment[0]) / (square[1] - square[0]), np.float64)
+
+
+def mode_table(annulus: Annulus, radial: int, axial: int) -> tuple[Matrix, Matrix]:
+    """Decay rates (1/s) and gains at the orbit of the modes; (radial, axial), the axial wave numbers k are 1, 3, 5, ...
+
+    After an impulsive start at the speed w from rest the fluid at the orbit turns with w (1 - sum gain exp(-rate t)).
+    """
+    waves = radial_roots(annulus.inner, annulus.outer, radial)
+    k = 2.0 * np.arange(axial) + 1.0
+    shape = radial_modes(annulus.inner, waves, np.array([annulus.orbit_radius]))[0] / annulus.orbit_radius
+    middle = 4.0 / (math.pi * k) * np.where(np.arange(axial) % 2 == 0, 1.0, -1.0)
+    rates = annulus.viscosity * (waves[:, None] ** 2 + (math.pi * k[None, :] / annulus.height) ** 2)
+    return rates, np.outer(radial_shares(annulus.inner, annulus.outer, waves) * shape, middle)

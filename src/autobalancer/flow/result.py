@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -11,7 +12,7 @@ from scipy.interpolate import PchipInterpolator
 
 from autobalancer.flow.annulus import Annulus, Floats, Matrix
 from autobalancer.flow.choice import Expected
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
 
 LABELS = {
@@ -160,3 +161,30 @@ def decay_time(times: Floats, lag: Floats, start: float) -> float:
     i = int(above[-1])
     part = (size[i] - goal) / (size[i] - size[i + 1])
     return float(times[i] + part * (times[i + 1] - times[i]) - start)
+
+
+# What a solver records at every step.
+
+
+Progress = Callable[[float, float], None]
+
+
+@dataclass
+class Track:
+    """Time, speed of the rotor and angular velocity of the fluid at the orbit (rad/s), step by step."""
+
+    times: list[float] = field(default_factory=list)
+    speeds: list[float] = field(default_factory=list)
+    orbit: list[float] = field(default_factory=list)
+    steps: int = 0
+    rejected: int = 0
+
+    def note(self, time: float, speed: float, lag: float) -> None:
+        """One more instant; ``lag`` is relative to the rotor."""
+        self.times.append(time)
+        self.speeds.append(speed)
+        self.orbit.append(speed + lag)
+
+    def arrays(self) -> tuple[Floats, Floats, Floats]:
+        """The same as arrays."""
+        return np.array(self.times), np.array(self.speeds), np.array(self.orbit)

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from autobalancer.assembly.fluids import uniform_table
+from autobalancer.assembly.guided import uniform_table
 from autobalancer.assembly.profile import Piece, SpeedProfile, profile_pieces
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Floats
@@ -96,7 +96,7 @@ class WallSpeed:
 
 
 def recorded_speed(times: Floats | Sequence[str] | str, speeds: Floats | Sequence[str] | str) -> WallSpeed:
-    """A speed that was measured or simulated, for :func:`autobalancer.flow.question.annulus_flow`.
+    """A speed that was measured or simulated, for :func:`autobalancer.flow.annulus_problem.annulus_flow`.
 
     Parameters
     ----------

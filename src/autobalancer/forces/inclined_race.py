@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-from autobalancer.machine.balancer.force import Force
-from autobalancer.machine.balancer.shapes import Line, stroke
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Length, Quantity
+from autobalancer.machine.balancer.force import Force, Line, stroke
+from autobalancer.machine.part import Length, Quantity, key
 
 Incline = Annotated[float, Quantity("rad", positive=True, most=1.5)]
 

@@ -8,10 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from autobalancer.machine.balancer.force import Force
-from autobalancer.machine.balancer.shapes import Line, arc, box
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Angle, ForceSize, Length
+from autobalancer.machine.balancer.force import Force, Line, arc, box
+from autobalancer.machine.part import Angle, ForceSize, Length, key
 
 
 class Magnets(Force):

@@ -7,10 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from autobalancer.machine.balancer.force import Force
-from autobalancer.machine.balancer.shapes import Line, stroke
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Angle, ForceSize, Length, Rate
+from autobalancer.machine.balancer.force import Force, Line, stroke
+from autobalancer.machine.part import Angle, ForceSize, Length, Rate, key
 
 
 class Pins(Force):

@@ -5,10 +5,8 @@ from __future__ import annotations
 import cmath
 from typing import Any, ClassVar, Literal
 
-from autobalancer.machine.balancer.force import PairForce
-from autobalancer.machine.balancer.shapes import Line, bent_coil
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Offset, SpringRate
+from autobalancer.machine.balancer.force import Line, PairForce, bent_coil
+from autobalancer.machine.part import Offset, SpringRate, key
 
 
 class RaceSprings(PairForce):

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar, Literal
 
-from autobalancer.machine.balancer.force import Force
-from autobalancer.machine.balancer.shapes import Line, coil
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Offset, SpringRate
+from autobalancer.machine.balancer.force import Force, Line, coil
+from autobalancer.machine.part import Offset, SpringRate, key
 
 
 class RadialSpring(Force):

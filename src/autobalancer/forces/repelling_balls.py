@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar, Literal
 
-from autobalancer.machine.balancer.force import PairForce
-from autobalancer.machine.balancer.shapes import Line, arc
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import MagneticMoment
+from autobalancer.machine.balancer.force import Line, PairForce, arc
+from autobalancer.machine.part import MagneticMoment, key
 
 
 class RepellingBalls(PairForce):

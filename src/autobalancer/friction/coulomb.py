@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar, Literal
 
-from autobalancer.machine.balancer.friction_law import FrictionLaw
+from autobalancer.machine.balancer.resolved import FrictionLaw
 
 
 class Coulomb(FrictionLaw):

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar, Literal
 
-from autobalancer.machine.balancer.contact import SlipSpeed
-from autobalancer.machine.balancer.friction_law import FrictionLaw
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Ratio
+from autobalancer.machine.balancer.resolved import FrictionLaw, SlipSpeed
+from autobalancer.machine.part import Ratio, key
 
 
 class Stribeck(FrictionLaw):

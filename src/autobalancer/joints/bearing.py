@@ -7,11 +7,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.machine.part import Problem, key
-from autobalancer.machine.quantity import Damping, Stiffness
-from autobalancer.machine.rotors.hardening import Hardening
+from autobalancer.machine.part import Damping, Problem, Stiffness, key
 from autobalancer.machine.rotors.joint import ACROSS, ALONG, HARDENING, DamperConstant, PointJoint, SpringStiffness
-from autobalancer.machine.rotors.support import along_x_and_y
+from autobalancer.machine.rotors.support import Hardening, along_x_and_y
 
 Matrix = NDArray[np.float64]
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Problem, key
-from autobalancer.machine.quantity import Angle, Offset, Quantity
+from autobalancer.machine.part import Angle, Offset, Problem, Quantity, key
 from autobalancer.machine.rotors.joint import (
     RUBBER,
     TABLE,
@@ -21,8 +20,7 @@ from autobalancer.machine.rotors.joint import (
     one_of,
     only_one_rubber,
 )
-from autobalancer.machine.rotors.rubber import Rubber
-from autobalancer.machine.rotors.support import SpeedTable, TiltDamping, TiltStiffness, values_at
+from autobalancer.machine.rotors.support import Rubber, SpeedTable, TiltDamping, TiltStiffness, values_at
 
 Matrix = NDArray[np.float64]
 Component = Annotated[float, Quantity("")]

@@ -7,8 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.machine.part import Problem, key
-from autobalancer.machine.quantity import Damping, Position
+from autobalancer.machine.part import Damping, Position, Problem, key
 from autobalancer.machine.rotors.joint import (
     ACROSS,
     ALONG,

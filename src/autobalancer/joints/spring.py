@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from autobalancer.machine.part import Problem, key
-from autobalancer.machine.quantity import Damping, Position, Stiffness
-from autobalancer.machine.rotors.hardening import Hardening
+from autobalancer.machine.part import Damping, Position, Problem, Stiffness, key
 from autobalancer.machine.rotors.joint import (
     ACROSS,
     ALONG,
@@ -29,8 +27,15 @@ from autobalancer.machine.rotors.joint import (
     only_one_rubber,
     unfit_at,
 )
-from autobalancer.machine.rotors.rubber import Rubber
-from autobalancer.machine.rotors.support import SpeedTable, TiltDamping, TiltStiffness, along_x_and_y, values_at
+from autobalancer.machine.rotors.support import (
+    Hardening,
+    Rubber,
+    SpeedTable,
+    TiltDamping,
+    TiltStiffness,
+    along_x_and_y,
+    values_at,
+)
 
 Matrix = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import Any
 from numba.core import event
 
 from autobalancer.kernels.cache import complaints
-from autobalancer.patience import not_counted
+from autobalancer.progress import not_counted
 
 TEXT = "autobalancer: first use of {}: compiling, up to a minute"  # fits 80 columns
 SHARED = "this version"

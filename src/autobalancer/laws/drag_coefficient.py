@@ -12,12 +12,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.units import argument, field_arguments, texts_argument
 
 Floats = NDArray[np.float64]
 UNNAMED = "own law"
@@ -264,3 +265,365 @@ def _refuse_falling(what: str, re: Floats, product: Floats, cure: str) -> None:
             f"{what}: c_d Re falls from {product[i]:.4g} at Re = {re[i]:.4g} to {product[i + 1]:.4g} at {re[i + 1]:.4g}; "
             f"it must not fall; {cure}"
         )
+
+
+# Drag force on a ball of a size in a fluid, against its velocity.
+
+
+STOKES = 10.0  # Reynolds number up to which drag is linear near a wall (Jan and Chen 1997; Spannan 2021, 5.21)
+
+
+def stokes_record(reynolds: float) -> dict[str, Any]:
+    """What to keep with a result whose drag is the linear range of a law at any speed, and whose balls reached ``reynolds``.
+
+    A sentence in ``drag_warning`` where that is beyond the range, which is then also given as a ``RangeWarning``.
+    """
+    text = ""
+    if reynolds > STOKES:
+        text = (
+            f"the Reynolds number of a ball reaches {reynolds:.3g}, but drag is linear up to about {STOKES:g} and "
+            "greater beyond; set range = 'whole' in the drag of the race (the law cd_re then needs its plateau, too)"
+        )
+        warn(text, RangeWarning)
+    return {"drag_reynolds": reynolds, "drag_reynolds_limit": STOKES, "drag_warning": text}
+
+
+@dataclass(frozen=True)
+class DragCurve:
+    """A law for a ball of ``diameter`` (m) in a fluid of ``density`` (kg/m^3) and kinematic ``viscosity`` (m^2/s)."""
+
+    law: DragLaw
+    density: float
+    viscosity: float
+    diameter: float
+
+    def __post_init__(self) -> None:
+        field_arguments(self, density="kg/m^3", viscosity="m^2/s", diameter="m")
+
+    @property
+    def viscous(self) -> float:
+        """Force over velocity in the Stokes range, N s/m; beta over the square of the orbit radius."""
+        return math.pi / 8.0 * self.density * self.viscosity * self.diameter * self.law.cd_re
+
+    def reynolds(self, velocity: ArrayLike) -> Floats:
+        """Reynolds number, speed times diameter over nu; ``velocity`` in m/s, relative to the fluid."""
+        return np.asarray(np.abs(np.asarray(velocity, dtype=float)) * self.diameter / self.viscosity)
+
+    def force(self, velocity: ArrayLike) -> Floats:
+        """Drag, N, along a velocity of the fluid relative to the ball, m/s; odd, of the shape of ``velocity``."""
+        share = self.law.product(self.reynolds(velocity)) / self.law.cd_re
+        return np.asarray(self.viscous * share * np.asarray(velocity, dtype=float))
+
+    def torque(self, slip: ArrayLike, orbit_radius: float) -> Floats:
+        """Drag torque, N m, on a ball that circles slower than the fluid by ``slip`` (rad/s)."""
+        return orbit_radius * self.force(orbit_radius * np.asarray(slip, dtype=float))
+
+    def points(
+        self, first: float | None = None, last: float | None = None, per_decade: int = 50
+    ) -> tuple[Floats, Floats, Floats]:
+        """The curve on a uniform grid in the logarithm of velocity, for cubic interpolation.
+
+        Parameters
+        ----------
+        first, last
+            Reynolds numbers between which; by default the ends of the shape of the law. Below it is linear, above it c_d
+            is kept, so these need no points, and what bends at an end is followed exactly.
+        per_decade
+            Least number of points for each factor of ten.
+
+        Returns
+        -------
+        tuple
+            Log of velocities (m/s), log of forces (N), and slopes d log F per step of the grid, each of shape (count,).
+        """
+        low, high = first or self.law.stokes_end, last or self.law.kept_from
+        steps = max(math.ceil(per_decade * math.log10(high / low) - 1e-9), 1)
+        log_re = np.linspace(math.log(low), math.log(high), steps + 1)
+        re = np.exp(log_re)
+        re[0], re[-1] = low, high
+        log_velocity = log_re + math.log(self.viscosity / self.diameter)
+        log_force = np.log(self.viscous * self.law.product(re) / self.law.cd_re) + log_velocity
+        return log_velocity, log_force, (2.0 + self.law.log_slope(re)) * (log_re[-1] - log_re[0]) / steps
+
+    def range_record(self, velocity: float) -> dict[str, Any]:
+        """Attributes to store with a result in which the greatest relative velocity was ``velocity`` (m/s).
+
+        Names of law and source, the greatest Reynolds number, that up to which the law holds, and a sentence in
+        ``drag_warning`` if it was exceeded, which is then also given as a ``RangeWarning``.
+        """
+        reynolds = float(self.reynolds(velocity))
+        text = self.law.outside(reynolds)
+        if text:
+            warn(text, RangeWarning)
+        return {
+            "drag_law": self.law.name,
+            "drag_source": self.law.source,
+            "drag_reynolds": reynolds,
+            "drag_reynolds_limit": self.law.highest,
+            "drag_warning": text,
+        }
+
+
+# Drag of a ball in its race in the Stokes range.
+
+
+def annulus_cd_re(width_ratio: float, radius_ratio: float) -> float:
+    """c_d Re of a ball in the annulus of a balancer (Spannan 2021, 5.22), for Re <= 10.
+
+    ``width_ratio`` is W_1 / r_b, ``radius_ratio`` is r_b / eps.
+    """
+    return float(248.0 * width_ratio ** (-11.0 / 8.0) + 245.0 + 813.0 * (radius_ratio - 0.08))
+
+
+def linear_drag(cd_re: float, density: float, viscosity: float, ball_radius: float, orbit_radius: float) -> float:
+    """beta = (c_d Re) (pi/4) rho nu r_b eps^2 in N m s (Spannan 2021, 5.26); SI in.
+
+    It is F eps over phi' with F = 1/2 rho (pi r_b^2) c_d u^2, u = eps phi', Re = u (2 r_b) / nu.
+    """
+    return cd_re * math.pi / 4.0 * density * viscosity * ball_radius * orbit_radius**2
+
+
+# Slipstream: a ball behind another one feels less drag (Spannan 2021, section 5.2.4).
+#
+# The polynomial is a fit to free spheres in line, for Re from 0 to 300 and center distances from 1 to 20 diameters. It
+# runs away outside: at 25 diameters it is 1.32, at 30 it is 3.3. So arguments are clamped to the range and the factor
+# is never above 1; over the last diameter what is left of the shielding, 0.8 % at most, fades, so that the factor is 1
+# from 20 diameters on without a jump. The walls of a race are not in it.
+
+
+REYNOLDS = (0.0, 300.0)
+DISTANCE = (1.0, 20.0)
+
+# rows powers of Re, columns powers of l/d
+FIT = 1e-6 * np.array(
+    [
+        [452100.0, 164000.0, -29690.0, 2731.0, -116.9, 1.876],
+        [-2937.0, 321.9, -55.15, 4.918, -0.1302, 0.0],
+        [4.95, 0.8646, -0.1306, 0.003754, 0.0, 0.0],
+    ]
+)
+
+
+def slipstream_factor(reynolds: ArrayLike, distance: ArrayLike) -> Floats:
+    """Drag of the ball behind over that of a single ball.
+
+    Parameters
+    ----------
+    reynolds
+        Reynolds number of the ball; clamped to 0 ... 300.
+    distance
+        Between the centers, in diameters: 1 is contact; smaller values are read as 1, beyond 20 the factor is 1.
+        The source does not say whether it means centers or gaps; its fit begins at 1, so centers are assumed.
+
+    Returns
+    -------
+    ndarray
+        Between 0.27 and 1, of the common shape of both.
+    """
+    re = np.clip(np.abs(np.asarray(reynolds, dtype=float)), *REYNOLDS)
+    apart = np.asarray(distance, dtype=float)
+    powers = np.stack([np.ones_like(re), re, re**2], axis=-1) @ FIT
+    ratio = np.clip(apart, *DISTANCE)[..., None] ** np.arange(FIT.shape[1])
+    fade = np.clip(DISTANCE[1] - apart, 0.0, 1.0)
+    return np.asarray(1.0 - fade * np.maximum(1.0 - (powers * ratio).sum(axis=-1), 0.0))
+
+
+def slipstream_factors(
+    angles: ArrayLike,
+    velocities: ArrayLike,
+    orbit_radius: float | str,
+    diameter: float | str,
+    viscosity: float | str,
+) -> Floats:
+    """Slipstream factor of every ball of a race: the next ball ahead shields it, in the direction in which it moves.
+
+    The distance is that of the centers along the orbit, as the fluid goes round with the race. Balls that pass through each
+    other hand over what they do to each other within half a diameter, so that the factor is continuous in the angles. It jumps
+    where a velocity changes its sign, but there is no drag then.
+
+    Parameters
+    ----------
+    angles, velocities
+        Ball angles (rad) and velocities relative to the fluid (m/s, positive towards greater angles), shape (n,).
+    orbit_radius, diameter, viscosity
+        m, m, m^2/s.
+
+    Raises
+    ------
+    QuestionError
+        If there are not as many velocities as angles.
+    """
+    angles = texts_argument("angles", angles, "rad")
+    velocities = texts_argument("velocities", velocities, "m/s")
+    orbit_radius = argument("orbit_radius", orbit_radius, "m")
+    diameter = argument("diameter", diameter, "m")
+    viscosity = argument("viscosity", viscosity, "m^2/s")
+    phi, u = np.asarray(angles, dtype=float), np.asarray(velocities, dtype=float)
+    if phi.shape != u.shape or phi.ndim != 1:
+        raise QuestionError(
+            f"slipstream: given {phi.size} angles and {u.size} velocities; give one of each for each ball"
+        )
+    if phi.size < 2:
+        return np.ones_like(phi)
+    ahead = np.sign(u)[:, None] * (phi[None, :] - phi[:, None]) % (2.0 * math.pi) * orbit_radius / diameter
+    around = 2.0 * math.pi * orbit_radius / diameter
+    np.fill_diagonal(ahead, around)
+    reynolds = u * diameter / viscosity
+    passing = 2.0 * np.where(ahead < 0.5, ahead, 0.0).max(axis=1)
+    share = passing**2 * (3.0 - 2.0 * passing)
+    factor = slipstream_factor(reynolds, np.where(ahead < 0.5, around, ahead).min(axis=1))
+    factor += share * (slipstream_factor(reynolds, 1.0) - factor)
+    return np.where(u == 0.0, 1.0, factor)
+
+
+def range_record(reynolds: float) -> dict[str, Any]:
+    """What to keep with a result in which the greatest Reynolds number of a ball was ``reynolds``.
+
+    That number, the last of the fit, and a sentence in ``slipstream_warning`` if it was exceeded, which is then also given as a
+    ``RangeWarning``.
+    """
+    text = ""
+    if reynolds > REYNOLDS[1]:
+        text = (
+            f"slipstream: the Reynolds number reached {reynolds:.3g}; the factor is a fit up to {REYNOLDS[1]:g} "
+            "(Spannan 2021, section 5.2.4), beyond this range its value at the limit is used"
+        )
+        warn(text, RangeWarning)
+    return {"slipstream_reynolds": reynolds, "slipstream_reynolds_limit": REYNOLDS[1], "slipstream_warning": text}
+
+
+# Drag on a ball in a fluid whose viscosity depends on the rate of shear.
+#
+# With a power of the rate of shear a ball far from walls feels F = 3 pi d K U (U/d)^(n-1) X(n), which is Stokes' law
+# with the viscosity at the rate k U/d, k = X^(1/(n-1)). In a slow flow the drag of any geometry is that of a fluid of
+# constant viscosity times an effective share of it; for weak thinning the share is the mean of s over the rates of
+# shear of the flow of constant viscosity, each counted with its dissipation, because to first order a change of the
+# flow does not change the dissipation. One rate k U/d stands for this mean here; k depends on geometry and law, and
+# finite elements find it (`sheared_drag`). With inertia of the fluid the Reynolds number is formed with the viscosity
+# at this rate, which is an assumption.
+
+
+RATES = np.geomspace(1e-9, 1e9, 1801)  # 1/s, at which a law is tried
+LINEAR = 1e-5  # change of the share below which the fluid counts as at rest
+SLOWEST, FASTEST = 1e-9, 1e3  # m/s, of a ball in a table
+SHEARED_DRAG_PER_DECADE = 60
+
+
+class Shares(Protocol):
+    """What is needed of a shear law."""
+
+    def share(self, rate: Any) -> Any:
+        """Viscosity over that at rest."""
+
+    @property
+    def highest(self) -> float:
+        """Rate of shear up to which it is known, 1/s."""
+
+
+@dataclass(frozen=True)
+class Sheared:
+    """A shear law at a temperature: its rates are ``shift`` times those of the fluid."""
+
+    law: Shares
+    shift: float = 1.0
+
+    def share(self, rate: ArrayLike) -> Floats:
+        """Viscosity over that at rest; ``rate`` of shear in 1/s, of any shape and either sign."""
+        return np.asarray(self.law.share(self.shift * np.abs(np.asarray(rate, float))), float)
+
+    @property
+    def highest(self) -> float:
+        """Rate of shear up to which it is known, 1/s."""
+        return self.law.highest / self.shift
+
+
+def tried(law: Shares, word: str) -> None:
+    """Refuse what is no viscosity.
+
+    Raises
+    ------
+    QuestionError
+        If the law fails, is not positive, not 1 at rest, or if the stress falls while the rate of shear grows.
+    """
+    try:
+        share = np.asarray(law.share(RATES), float) * np.ones(RATES.shape)
+        rest = float(law.share(np.zeros(1))[0])
+    except Exception as reason:  # whatever a law of somebody else may raise
+        raise QuestionError(f"the shear law {word!r} fails: {type(reason).__name__}: {reason}") from None
+    wrong = np.flatnonzero(~(np.isfinite(share) & (share > 0.0)))
+    if wrong.size:
+        raise QuestionError(
+            f"the shear law {word!r} gives a share of {share[wrong[0]]:g} at {RATES[wrong[0]]:.4g} 1/s; must be positive"
+        )
+    if not abs(rest - 1.0) < 1e-6:
+        raise QuestionError(f"the shear law {word!r} gives a share of {rest:g} at rest; must be 1")
+    falls = np.flatnonzero(np.diff(share * RATES) <= 0.0)
+    if falls.size:
+        raise QuestionError(
+            f"the shear law {word!r}: the stress falls while the rate of shear grows, from {RATES[falls[0]]:.4g} 1/s on; one "
+            "stress would belong to several rates"
+        )
+
+
+@dataclass(frozen=True)
+class ShearedDragCurve(DragCurve):
+    """A drag law in a sheared fluid; ``viscosity`` is that at rest, ``at_ball`` the k of the effective rate k U/d."""
+
+    sheared: Sheared
+    at_ball: float
+
+    def rate(self, velocity: ArrayLike) -> Floats:
+        """Effective rate of shear, 1/s; ``velocity`` in m/s."""
+        return np.asarray(self.at_ball * np.abs(np.asarray(velocity, float)) / self.diameter)
+
+    def share(self, velocity: ArrayLike) -> Floats:
+        """Viscosity over that at rest."""
+        return self.sheared.share(self.rate(velocity))
+
+    def reynolds(self, velocity: ArrayLike) -> Floats:
+        """Reynolds number with the viscosity at the effective rate of shear."""
+        return np.asarray(super().reynolds(velocity) / self.share(velocity))
+
+    def force(self, velocity: ArrayLike) -> Floats:
+        """Drag, N, along a velocity of the fluid relative to the ball, m/s; odd, of the shape of ``velocity``."""
+        return np.asarray(self.share(velocity) * super().force(velocity))
+
+    def points(
+        self, first: float | None = None, last: float | None = None, per_decade: int = SHEARED_DRAG_PER_DECADE
+    ) -> tuple[Floats, Floats, Floats]:
+        """As :meth:`DragCurve.points`, from where the fluid counts as at rest; ``first`` and ``last`` in m/s."""
+        from scipy.interpolate import PchipInterpolator
+
+        low, high = self._ends()
+        low, high = first or low, last or high
+        steps = max(math.ceil(per_decade * math.log10(high / low)), 1)
+        log_velocity = np.linspace(math.log(low), math.log(high), steps + 1)
+        log_force = np.log(self.force(np.exp(log_velocity)))
+        slopes = PchipInterpolator(log_velocity, log_force).derivative()(log_velocity)
+        return log_velocity, log_force, slopes * (log_velocity[-1] - log_velocity[0]) / steps
+
+    def _ends(self) -> tuple[float, float]:
+        """Velocities at which the drag stops being linear, and from which on its coefficient is kept, m/s."""
+        tries = np.geomspace(SLOWEST, FASTEST, 2401)
+        reynolds = self.reynolds(tries)
+        changed = (np.abs(self.share(tries) - 1.0) > LINEAR) | (reynolds > self.law.stokes_end)
+        kept = reynolds >= self.law.kept_from
+        low = tries[max(int(np.argmax(changed)) - 1, 0)] if changed.any() else 0.1 * FASTEST
+        return float(low), float(tries[np.argmax(kept)] if kept.any() else FASTEST)
+
+    def range_record(self, velocity: float) -> dict[str, Any]:
+        """As :meth:`DragCurve.range_record`, with the greatest effective rate of shear."""
+        found = super().range_record(velocity) if math.isfinite(self.law.stokes_end) else self._linear(velocity)
+        rate = float(self.rate(velocity))
+        if rate > self.sheared.highest:
+            text = (
+                f"the rate of shear at a ball reaches {rate:.3g} 1/s, but the viscosity is known up to "
+                f"{self.sheared.highest:.3g} 1/s and kept beyond"
+            )
+            warn(text, RangeWarning)
+            found["drag_warning"] = "; ".join(filter(None, (found["drag_warning"], text)))
+        return found | {"drag_shear_rate": rate}
+
+    def _linear(self, velocity: float) -> dict[str, Any]:
+        named = {"drag_law": self.law.name, "drag_source": self.law.source}
+        return named | stokes_record(float(self.reynolds(velocity)))

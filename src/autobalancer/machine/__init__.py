@@ -37,35 +37,46 @@ from autobalancer.machine.chamber import (
 from autobalancer.machine.drive import (
     AsynchronousDrive,
     AsynchronousMotor,
+    Constant,
     ConstantTorque,
+    Coupling,
+    Dwell,
+    Hill,
+    MotorMount,
     PrescribedSpeed,
+    Ramp,
+    Reduction,
+    Table,
     TargetTorque,
+    TorqueRipple,
     TorqueTable,
 )
-from autobalancer.machine.drive_train import Coupling, MotorMount, TorqueRipple
-from autobalancer.machine.excitation import BaseMotion, Excitation, HarmonicForce, RecordedBaseMotion, RecordedForce
 from autobalancer.machine.keys import document
-from autobalancer.machine.leaves import Leaf, leaves_of
-from autobalancer.machine.liquid_ring import LiquidRing
-from autobalancer.machine.machine import Machine, RunPlan, Start
-from autobalancer.machine.part import key
-from autobalancer.machine.profile import Constant, Dwell, Hill, Ramp, Reduction, Table
-from autobalancer.machine.quantity import Quantity
+from autobalancer.machine.machine import (
+    BaseMotion,
+    Excitation,
+    HarmonicForce,
+    LiquidRing,
+    Machine,
+    RecordedBaseMotion,
+    RecordedForce,
+    RunPlan,
+    Schedule,
+    Start,
+    Unbalance,
+)
+from autobalancer.machine.part import Quantity, key
+from autobalancer.machine.plugins import Leaf, leaves_of
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.body import Body
-from autobalancer.machine.rotors.disk import Disk
-from autobalancer.machine.rotors.hardening import Hardening
 from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
 from autobalancer.machine.rotors.modal import ModalRotor, Resonance
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
-from autobalancer.machine.rotors.rubber import Rubber, RubberFriction, RubberRelaxation
-from autobalancer.machine.rotors.segment import ShaftMaterial, ShaftSegment
-from autobalancer.machine.rotors.shaft import ShaftRotor
-from autobalancer.machine.rotors.support import SpeedTable, Support
+from autobalancer.machine.rotors.shaft import Disk, ShaftMaterial, ShaftRotor, ShaftSegment
+from autobalancer.machine.rotors.support import Hardening, Rubber, RubberFriction, RubberRelaxation, SpeedTable, Support
 from autobalancer.machine.station import Station
-from autobalancer.machine.unbalance import Schedule, Unbalance
 
 if TYPE_CHECKING:
     from autobalancer.drag.beta import DragTorque

@@ -10,9 +10,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import PlainValidator
 from pydantic.fields import FieldInfo
 
-from autobalancer.machine.leaves import OneOf
-from autobalancer.machine.part import Part, symbol_of
-from autobalancer.machine.quantity import Quantity
+from autobalancer.machine.part import Part, Quantity, symbol_of
+from autobalancer.machine.plugins import OneOf
 
 SCALARS = (PlainValidator, Quantity)  # what reads a single entry
 TAGS = ("kind", "law")  # keys whose value says which class it is

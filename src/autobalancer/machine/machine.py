@@ -2,24 +2,270 @@
 
 from __future__ import annotations
 
+from cmath import rect
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.race import Balancer
 from autobalancer.machine.drive import Drive, PrescribedSpeed, twists
-from autobalancer.machine.excitation import BaseMotion, Excitation, RecordedBaseMotion
-from autobalancer.machine.liquid_ring import LiquidRing
-from autobalancer.machine.part import ImpossiblePart, Listed, Name, Part, Problem, key
-from autobalancer.machine.quantity import Angle, Duration, Gravity, Position, Speed, Velocity
+from autobalancer.machine.part import (
+    Angle,
+    CoupleMoment,
+    Duration,
+    Gravity,
+    ImpossiblePart,
+    Label,
+    Length,
+    Listed,
+    Mass,
+    Name,
+    Part,
+    Position,
+    Positive,
+    Problem,
+    Quantity,
+    Ratio,
+    Speed,
+    Time,
+    UnbalanceMoment,
+    Velocity,
+    key,
+)
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.modal import ModalRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
-from autobalancer.machine.station import Station
-from autobalancer.machine.unbalance import Unbalance
-from autobalancer.pictured import picture_html
-from autobalancer.shown import html_table
+from autobalancer.machine.station import Place, Station
+from autobalancer.notebook import picture_html
+from autobalancer.tables import html_table
+
+# What the balancers have to balance.
+
+
+class Schedule(Part):
+    """How an unbalance changes in time: a factor, piecewise linear over time and constant outside.
+
+    Two equal times are a jump: blade loss at 5 s is ``time = [5, 5], factor = [0, 1]``.
+    """
+
+    time: Annotated[tuple[Time, ...], Listed] = key("must not decrease; the same time twice is a jump")
+    factor: Annotated[tuple[Ratio, ...], Listed] = key(
+        "multiplies the moment; as many as times, linear in between, constant outside"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Schedule:
+        if not self.time:
+            raise ValueError("time: given an empty list; give at least one time")
+        if len(self.time) != len(self.factor):
+            raise ValueError(
+                f"given {len(self.time)} times and {len(self.factor)} factors; give the same number of both"
+            )
+        if any(b < a for a, b in zip(self.time, self.time[1:], strict=False)):
+            raise ValueError("time: must not decrease")
+        if any(a == c for a, c in zip(self.time, self.time[2:], strict=False)):
+            raise ValueError("time: the same time is given three times; a jump needs it twice")
+        return self
+
+
+LARGEST_TILT = 0.5  # rad; the equations are those of small tilts
+
+
+class Unbalance(Part):
+    """A point unbalance (its moment, or mass and radius) or a couple unbalance, at an angle in the rotor.
+
+    A point unbalance sits at a ``station``: a position along the axis, or the name of one of the machine's stations;
+    needless on a planar rotor, and for a couple on a rigid one. The mass belongs to the mass of the rotor; a change in
+    time moves the moment only. ``couple`` is the product of inertia: two unbalances U a distance L apart and opposite
+    are U L, at the angle of the one at greater z. A principal axis tilted by chi has (J_t - J_p) chi, and
+    ``misalignment`` is that chi.
+    """
+
+    moment: UnbalanceMoment | None = key("mass times radius; instead of `mass` and `radius`", None, symbol="U")
+    mass: Mass | None = key("a part of the mass of the rotor, not in addition to it", None)
+    radius: Length | None = key("distance of this mass from the shaft", None)
+    couple: CoupleMoment | None = key(
+        "product of inertia in place of a point unbalance, at the angle of its part at greater $z$; not on a planar rotor",
+        None,
+    )
+    misalignment: Angle | None = key(
+        r"angle $\chi$ of the principal axis, a couple $(J_t - J_p) \chi$; on a rigid rotor only", None, symbol=r"\chi"
+    )
+    angle: Angle = key("in the rotor, from the zero mark", 0.0)
+    station: Place | None = key(
+        "where on the axis: a position, or the name of a station; not needed on a planar rotor", None
+    )
+    schedule: Schedule | None = key("how it changes in time; without one it is constant", None)
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Unbalance:
+        given = [self.moment, self.mass if self.mass is not None else self.radius, self.couple, self.misalignment]
+        if sum(entry is not None for entry in given) != 1 or (self.mass is None) != (self.radius is None):
+            raise ValueError("give either 'moment', or 'mass' and 'radius', or 'couple', or 'misalignment'")
+        if self.misalignment is not None and abs(self.misalignment) > LARGEST_TILT:
+            raise ValueError(
+                f"misalignment: given {self.misalignment:g} rad; must be at most {LARGEST_TILT} rad, a small angle"
+            )
+        return self
+
+    @property
+    def is_couple(self) -> bool:
+        """Whether it is a pure couple."""
+        return self.couple is not None or self.misalignment is not None
+
+    @property
+    def size(self) -> float:
+        """The moment m0 eps0 at factor one, kg m; 0 of a couple."""
+        return float(self.moment) if self.moment is not None else float(self.mass or 0.0) * float(self.radius or 0.0)
+
+    @property
+    def vector(self) -> complex:
+        """The moment at factor one as a vector in the rotor, m0 eps0 e^(i alpha), kg m; 0 of a couple."""
+        return rect(self.size, self.angle)
+
+
+# What shakes a machine from outside: motion of its base, and forces on its rotor.
+
+
+BaseAcceleration = Annotated[float, Quantity("m/s^2")]
+BaseDisplacement = Annotated[float, Quantity("m", non_negative=True)]
+Newton = Annotated[float, Quantity("N")]
+
+PACE = "of a steady vibration, as turns of its own: 10 Hz is 62.83 rad/s; this or `order`"
+ORDER = "cycles per turn of the rotor, any number above zero: 1 is synchronous; in place of a frequency"
+PHASE = "at time zero; with an `order`, at rotor angle zero"
+DIRECTION = "in space, from the x axis"
+RECORD = "must increase; no excitation before the first and after the last time"
+PUSHED = "where the force acts: a position, or the name of a station; not needed on a planar rotor"
+
+
+def _one_pace(frequency: float | None, order: float | None) -> None:
+    if (frequency is None) == (order is None):
+        raise ValueError("give either 'frequency', or 'order' (per turn of the rotor)")
+
+
+def _recorded(time: tuple[float, ...], values: tuple[float, ...], name: str) -> None:
+    if len(time) < 2 or len(time) != len(values):
+        raise ValueError(
+            f"{name}: given {len(values)} values at {len(time)} times; give the same number of both, at least two"
+        )
+    if any(b <= a for a, b in pairwise(time)):
+        raise ValueError("time: must increase")
+
+
+class BaseMotion(Part):
+    """The base moves to and fro along ``direction`` (from the x axis): amplitude cos(2 pi f t + phase).
+
+    The amplitude is that of the ``acceleration`` or of the ``displacement``. Deflections are then relative to the base.
+    """
+
+    kind: Literal["base_motion"] = "base_motion"
+    acceleration: BaseAcceleration | None = key("amplitude; this or `displacement`", None)
+    displacement: BaseDisplacement | None = key("amplitude; requires a `frequency`", None)
+    frequency: Speed | None = key(PACE, None)
+    order: Positive | None = key(ORDER, None)
+    phase: Angle = key(PHASE, 0.0)
+    direction: Angle = key(DIRECTION, 0.0)
+
+    @model_validator(mode="after")
+    def _one_way(self) -> BaseMotion:
+        if (self.acceleration is None) == (self.displacement is None):
+            raise ValueError("give either 'acceleration' or 'displacement'")
+        _one_pace(self.frequency, self.order)
+        if self.displacement is not None and self.frequency is None:
+            raise ValueError("displacement: needs a fixed 'frequency'; give the 'acceleration' with an 'order'")
+        return self
+
+
+class RecordedBaseMotion(Part):
+    """A measured acceleration of the base along ``direction``; zero outside its times."""
+
+    kind: Literal["recorded_base_motion"] = "recorded_base_motion"
+    time: Annotated[tuple[Time, ...], Listed] = key(RECORD)
+    acceleration: Annotated[tuple[BaseAcceleration, ...], Listed] = key(
+        "as many as times; a smooth curve goes through them"
+    )
+    direction: Angle = key(DIRECTION, 0.0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> RecordedBaseMotion:
+        _recorded(self.time, self.acceleration, "acceleration")
+        return self
+
+
+class HarmonicForce(Part):
+    """A force on the rotor at a station, along ``direction`` in space: amplitude cos(2 pi f t + phase)."""
+
+    kind: Literal["force"] = "force"
+    station: Place | None = key(PUSHED, None)
+    force: Newton = key("amplitude")
+    frequency: Speed | None = key(PACE, None)
+    order: Positive | None = key(ORDER, None)
+    phase: Angle = key(PHASE, 0.0)
+    direction: Angle = key(DIRECTION, 0.0)
+
+    @model_validator(mode="after")
+    def _one_way(self) -> HarmonicForce:
+        _one_pace(self.frequency, self.order)
+        return self
+
+
+class RecordedForce(Part):
+    """A measured force on the rotor at a station; zero outside its times."""
+
+    kind: Literal["recorded_force"] = "recorded_force"
+    station: Place | None = key(PUSHED, None)
+    time: Annotated[tuple[Time, ...], Listed] = key(RECORD)
+    force: Annotated[tuple[Newton, ...], Listed] = key("as many as times; a smooth curve goes through them")
+    direction: Angle = key(DIRECTION, 0.0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> RecordedForce:
+        _recorded(self.time, self.force, "force")
+        return self
+
+
+Excitation = Annotated[BaseMotion | RecordedBaseMotion | HarmonicForce | RecordedForce, Field(discriminator="kind")]
+
+
+# A ring partly filled with liquid, in place of balls.
+
+
+class LiquidRing(Part):
+    """A hollow ring around a planar rotor, partly filled with liquid, as on the drums of washing machines.
+
+    Give the ``layer`` of liquid that the turning rotor would have without deflection, or the mass of the ``liquid``. Without
+    ``width`` there is no inner wall.
+    """
+
+    name: Label = key("used in messages and results", "")
+    radius: Length = key("of the outer wall, inside", symbol="R")
+    height: Length = key("along the axis, inside", symbol="L")
+    width: Length | None = key("from the outer to an inner wall, inside", None)
+    layer: Length | None = key("thickness on the outer wall while the rotor turns; this or `liquid`", None)
+    liquid: Mass | None = key("mass of the liquid; this or `layer`", None)
+    fluid: Fluid = key("the liquid; its viscosity does not affect a steady whirl")
+
+    @model_validator(mode="after")
+    def _filled(self) -> LiquidRing:
+        if (self.layer is None) == (self.liquid is None):
+            raise ValueError("give either 'layer' or 'liquid', the mass")
+        if self.fluid.lag != "none":
+            raise ValueError("fluid.lag: the liquid of a ring turns with it in the answers there are; leave it out")
+        room = self.radius if self.width is None else min(self.width, self.radius)
+        if self.width is not None and self.width >= self.radius:
+            raise ValueError(
+                f"width: given {1e3 * self.width:.4g} mm, but the outer wall is at {1e3 * self.radius:.4g} mm; must be smaller"
+            )
+        if self.layer is not None and self.layer >= room:
+            raise ValueError(
+                f"layer: given {1e3 * self.layer:.4g} mm, which fills the ring; must be less than {1e3 * room:.4g} mm, because "
+                "only liquid with a free surface balances"
+            )
+        return self
 
 
 class Start(Part):

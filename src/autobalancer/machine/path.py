@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from difflib import get_close_matches
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from autobalancer.errors import QuestionError
+from autobalancer.machine import DiscoidalDrag, DragTorque
+from autobalancer.machine.balancer import Balls, Fluid, Friction
 from autobalancer.machine.keys import parts_at
-from autobalancer.machine.machine import Machine
-from autobalancer.machine.near_paths import did_you_mean
+from autobalancer.machine.machine import Machine, Unbalance
 from autobalancer.machine.part import Part, quantity_of, symbol_of
+from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.units import shortened
 
 _STEP = re.compile(r"([a-z_]+)((?:\[\d+\])*)")
@@ -156,3 +160,109 @@ def _changed(machine: Part, owner: Any, steps: list[str | int], value: Any, path
         entry = _changed(machine, getattr(owner, step), rest, value, path)
         return type(owner)(**{**{key: getattr(owner, key) for key in owner.model_fields_set}, step: entry})
     return (*owner[:step], _changed(machine, owner[step], rest, value, path), *owner[step + 1 :])
+
+
+# The paths of a machine that somebody may have meant by a name that is none.
+
+
+MOST = 4  # paths in one message
+
+
+def did_you_mean(machine: Part, path: str) -> str:
+    """The end of a message: ``"; did you mean 'drive.profile.speed'?"``; empty where nothing is near."""
+    key = path.rpartition(".")[2].partition("[")[0]
+    paths = list(_paths(machine, ""))
+    keys = {place.rpartition(".")[2].partition("[")[0] for place in paths}
+    inside = sorted(other for other in keys if len(key) > 2 and (f"_{key}" in other or f"{key}_" in other))
+    near = [key] if key in keys else [*inside, *get_close_matches(key, keys - set(inside), n=2, cutoff=0.8)]
+    found = [place for one in near for place in paths if place.rpartition(".")[2].partition("[")[0] == one]
+    if not found:
+        return ""
+    more = f" (and {len(found) - MOST} more)" if len(found) > MOST else ""
+    return f"; did you mean {' or '.join(map(repr, found[:MOST]))}{more}?"
+
+
+def _paths(owner: Any, start: str) -> Iterator[str]:
+    """Paths of all entries, entries counted from 1; of lists of numbers the whole list."""
+    if isinstance(owner, Part):
+        for key in type(owner).model_fields:
+            path = f"{start}.{key}" if start else key
+            yield path
+            yield from _paths(getattr(owner, key), path)
+    elif isinstance(owner, tuple):
+        for number, entry in enumerate(owner, start=1):
+            if isinstance(entry, Part):
+                yield f"{start}[{number}]"
+                yield from _paths(entry, f"{start}[{number}]")
+
+
+# Plain names of quantities, such as ``viscosity``, and what an axis calls a parameter: text, unit and symbol of its
+# key.
+
+
+TOGETHER = "&"  # joins quantities and paths that change in proportion
+
+
+class PlainName(NamedTuple):
+    """What a quantity is called, and the key from which unit and symbol come."""
+
+    text: str
+    part: type[Part]
+    key: str
+
+    @property
+    def unit(self) -> str:
+        """SI, empty for a plain number."""
+        quantity = quantity_of(self.part, self.key)
+        return quantity.unit if quantity is not None else ""
+
+
+QUANTITIES = {
+    "viscosity": PlainName("kinematic viscosity of the fluid", Fluid, "viscosity"),
+    "drag": PlainName("drag torque of a ball over its speed", DragTorque, "beta"),
+    "ball_mass": PlainName("mass of a ball", Balls, "mass"),
+    "ball_diameter": PlainName("diameter of a ball", Balls, "diameter"),
+    "count": PlainName("number of balls", Balls, "count"),
+    "unbalance": PlainName("unbalance", Unbalance, "moment"),
+    "damping": PlainName("damping of the supports", PlanarRotor, "damping"),
+    "stiffness": PlainName("stiffness of the supports", PlanarRotor, "stiffness"),
+    "temperature": PlainName("temperature of the fluid", Fluid, "temperature"),
+    "plateau": PlainName("drag coefficient at high Reynolds numbers", DiscoidalDrag, "plateau"),
+    "rolling_resistance": PlainName("rolling resistance of the balls", Friction, "rolling_resistance"),
+}
+
+
+def parts_of(name: str) -> list[str]:
+    """The quantities and paths that change together under one name."""
+    return [part.strip() for part in name.split(TOGETHER)]
+
+
+def text_of(name: str) -> str:
+    """What a person calls a quantity or path."""
+    first, *others = parts_of(name)
+    if others:
+        return f"{text_of(first)} (in proportion: {', '.join(map(text_of, others))})"
+    if name in QUANTITIES:
+        return QUANTITIES[name].text
+    return "rotor speed" if name == "speed" else label_of_path(name)
+
+
+def named_unit(name: str) -> str:
+    """SI unit of a quantity or path, of several the first; empty for a plain number and where no machine has such an entry."""
+    name, *_ = parts_of(name)
+    if name in QUANTITIES:
+        return QUANTITIES[name].unit
+    return "rad/s" if name == "speed" else unit_at(name)
+
+
+def axis_attributes(name: str) -> dict[str, str]:
+    """Attributes of a coordinate along which a parameter changes: ``long_name``, ``units`` and, if it has one, ``symbol``."""
+    found = {"long_name": text_of(name), "units": named_unit(name).replace("*", " ")}
+    known = QUANTITIES.get(name)
+    symbol = "" if len(parts_of(name)) > 1 else symbol_of(known.part, known.key) if known else symbol_at(name)
+    return {**found, "symbol": symbol} if symbol else found
+
+
+def dimension_of(name: str) -> str:
+    """The name of a quantity or path as a dimension of a dataset."""
+    return "_and_".join(map(dimension_of_path, parts_of(name)))

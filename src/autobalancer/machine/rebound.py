@@ -7,8 +7,7 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import ImpossiblePart, Listed, Part, key
-from autobalancer.machine.quantity import Positive, Quantity
+from autobalancer.machine.part import ImpossiblePart, Listed, Part, Positive, Quantity, key
 
 ImpactSpeed = Annotated[float, Quantity("m/s", positive=True)]
 Share = Annotated[float, Quantity("", positive=True, most=1.0)]

@@ -8,7 +8,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import Key, keys_of, tables_of
 from autobalancer.machine.machine import Machine
-from autobalancer.shown import facts_text, html_table, in_plain_letters
+from autobalancer.tables import facts_text, html_table, in_plain_letters
 
 Kind = Literal["races", "chambers"]
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from autobalancer.machine.part import Name, Part, key
-from autobalancer.machine.quantity import Position, Quantity
+from autobalancer.machine.part import Name, Part, Position, Quantity, key
 
 
 class PlaceQuantity(Quantity):

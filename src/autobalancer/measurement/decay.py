@@ -12,7 +12,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]

@@ -15,31 +15,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.api import check, simulate
 from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.either_kind import check, simulate
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.given import balls_in_races
-from autobalancer.files.machine_file import machine_text
-from autobalancer.laws.balance_quality import grade_argument
-from autobalancer.laws.hertz import STEEL, greatest_pressure
+from autobalancer.files.machine_file import balls_in_races, machine_text
+from autobalancer.laws.capabilities import grade_argument
+from autobalancer.laws.impacts import STEEL, greatest_pressure
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.plain_names import dimension_of, named_unit, text_of
-from autobalancer.measurement.comparison.opened import load_measured
+from autobalancer.machine.path import dimension_of, named_unit, text_of
+from autobalancer.measurement.comparison.run_up_fit import load_measured
 from autobalancer.memory import refuse_what_does_not_fit
-from autobalancer.patience import shows_progress, silent
-from autobalancer.plots.measured.receptance import receptance as receptance_picture
-from autobalancer.plots.studies.design import UNITS
-from autobalancer.plots.studies.design import design as design_picture
-from autobalancer.reporting.html_file import html_text
-from autobalancer.reporting.machine_pages import (
-    capability_page,
-    drawing_page,
-    facts_page,
-    map_page,
-    margin_page,
-    quality_page,
-)
+from autobalancer.plots.measured.rubber import receptance as receptance_picture
+from autobalancer.plots.studies import UNITS
+from autobalancer.plots.studies import design as design_picture
+from autobalancer.progress import shows_progress, silent
 from autobalancer.reporting.page import (
     NO,
     YES,
@@ -51,36 +41,40 @@ from autobalancer.reporting.page import (
     Report,
     Rows,
     Section,
+    basin_page,
+    capability_page,
     columns_table,
     drawing,
+    drawing_page,
     facts,
-    first_page,
-    yes_or_no,
-)
-from autobalancer.reporting.run_pages import (
-    basin_page,
+    facts_page,
     fan_page,
+    first_page,
+    html_text,
+    map_page,
+    margin_page,
     measured_page,
+    quality_page,
     residual_of,
     run_page,
     starts_page,
     study_pages,
+    yes_or_no,
 )
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.number_text import force_text, significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path, ready_to_write, write_safely, write_text_safely
-from autobalancer.shown import speeds_in_rpm
-from autobalancer.simulation.sampling import Samples
-from autobalancer.stability.summary.summary import Summary
-from autobalancer.studies.design.answer import Designed
-from autobalancer.studies.design.chosen import designed_machine
-from autobalancer.studies.design.measured import read_back
+from autobalancer.simulation.record import Samples
+from autobalancer.stability.summary import Summary
+from autobalancer.studies.design.answer import Designed, designed_machine
+from autobalancer.studies.design.reading import read_back
 from autobalancer.studies.design.screening import ROUNDING
 from autobalancer.studies.design.spec import ENOUGH, MARGIN, PRESSURE, STALL
 from autobalancer.studies.ensemble.ensemble import bytes_of_a_member, ensemble
-from autobalancer.studies.study.outputs import standing_numbers
+from autobalancer.studies.study.chunk import standing_numbers
+from autobalancer.tables import speeds_in_rpm
 
 TENTH = 10  # of the random starts, with which small changes are tried
 PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement

@@ -7,23 +7,22 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.limits import LAST, SETTLED
-from autobalancer.results.answers.labeled import SOURCE, Labeled
+from autobalancer.results.answers.answer import SOURCE, Labeled
 from autobalancer.results.answers.measured import Measured
-from autobalancer.results.jumps import jump_times, parts_between_jumps
 from autobalancer.results.measure_table import HERE, label_of, measured
-from autobalancer.results.of_a_run import of_a_run
-from autobalancer.results.places import vibration
+from autobalancer.results.places import of_a_run, vibration
 from autobalancer.results.recorded import SETTLING_FROM, known_origin, settling
-from autobalancer.results.recorded_of import (
+from autobalancer.results.run_arrays import (
     away_from_standing,
     bins_of,
     critical_speed_of,
+    jump_times,
     known_balls,
+    parts_between_jumps,
     recorded_of,
     series,
 )
-from autobalancer.results.series import greatest_at, last_deflection, release_rows, values_at, wrapped
-from autobalancer.results.standing import NONE, load_of
+from autobalancer.results.series import NONE, greatest_at, last_deflection, load_of, release_rows, values_at, wrapped
 from autobalancer.units import optional_argument
 
 

@@ -12,7 +12,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.answers.kinds import as_kind, kind_of
 from autobalancer.results.export import WRITERS
 from autobalancer.results.provenance import MAKER, provenance
-from autobalancer.results.signals.universal_file import UNIVERSAL, universal_text
+from autobalancer.results.signals import UNIVERSAL, universal_text
 from autobalancer.safe_file import as_path, endless_heap, not_to_read, ready_to_write, write_safely, write_text_safely
 
 NUMBERS = {

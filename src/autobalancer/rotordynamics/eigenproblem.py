@@ -7,13 +7,16 @@ lose no digits.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.linalg import eig, eigh
+from scipy.optimize import linear_sum_assignment
 
-from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel
+from autobalancer.rotordynamics.question import Places
 
 CREEPING = 0.1  # of |lambda|: with less frequency, damping ratios above 0.995, a motion creeps back and does not swing
 
@@ -114,3 +117,225 @@ def decay_rates(values: Complexes) -> Floats:
     """Decay of motions with these eigenvalues, 1/s; zero where it is rounding, some 1e-16 of the greatest eigenvalue."""
     greatest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
     return np.where(np.abs(values.real) > 1e-13 * greatest, -values.real, 0.0)
+
+
+# Modes followed over the speed by the likeness of their shapes, so that branches may cross.
+
+
+ALIKE, ANY_LIKENESS = 0.9, 0.05
+DEEPEST = 6  # halvings of a step in which shapes change fast
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Eigenvalues (branches, S) and vectors (branches, S, N); nan where a branch has no oscillating motion."""
+
+    eigenvalue: Complexes
+    vector: Complexes
+
+
+@dataclass(frozen=True)
+class _Front:
+    """Where the branches are: speed, eigenvalues and vectors, the last known ones where a branch has ended."""
+
+    speed: float
+    value: Complexes
+    vector: Complexes
+
+
+def tracked(motions: Callable[[float], FreeMotions], speeds: Floats, mass: Floats, count: int) -> Branches:
+    """Follow the ``count`` lowest modes of the first speed.
+
+    Parameters
+    ----------
+    motions
+        Free motions at a speed, rad/s.
+    speeds
+        Ascending, rad/s.
+    mass
+        M, the weight of the likeness.
+    count
+        Branches at most.
+    """
+    first = motions(float(speeds[0])).lowest(count)
+    front = _Front(float(speeds[0]), first.eigenvalue, first.vector)
+    values, vectors = [front.value], [front.vector]
+    for speed in speeds[1:]:
+        front = _advanced(motions, front, float(speed), mass, DEEPEST)
+        values.append(front.value)
+        vectors.append(np.where(np.isnan(front.value)[:, None], np.nan, front.vector))
+    return Branches(np.array(values).T, np.array(vectors).swapaxes(0, 1))
+
+
+def _advanced(
+    motions: Callable[[float], FreeMotions], front: _Front, speed: float, mass: Floats, halvings: int
+) -> _Front:
+    found = motions(speed)
+    likeness = correlation(front.vector, found.vector, mass)
+    rows, columns = linear_sum_assignment(-likeness)
+    lost = likeness[rows, columns] < ANY_LIKENESS
+    clear = likeness[rows, columns][~np.isnan(front.value[rows])].min(initial=1.0) >= ALIKE
+    if not clear and halvings:
+        middle = _advanced(motions, front, 0.5 * (front.speed + speed), mass, halvings - 1)
+        return _advanced(motions, middle, speed, mass, halvings - 1)
+    rows, columns = rows[~lost], columns[~lost]
+    value, vector = np.full(front.value.size, np.nan + 0j), front.vector.copy()
+    value[rows], vector[rows] = found.eigenvalue[columns], found.vector[columns]
+    return _Front(speed, value, vector)
+
+
+# Names of modes, by looking at their shapes along the axis.
+
+
+BENT = (
+    0.1  # part of the mean square deflection that a straight line misses, 0.19 for half a wave; above it the axis bends
+)
+ONE_PLANE = 0.6  # share of the kinetic energy along x or y above which a mode belongs to this direction
+
+
+def mode_names(model: LateralModel, vectors: Complexes, axis: Places) -> list[str]:
+    """Such as ``cylindrical y``, ``conical forward``, ``bending 1 backward``, ``axial, z of frame``.
+
+    ``vectors`` (modes, N) by ascending frequency, of unit kinetic norm. Cylindrical and conical modes leave the axis
+    nearly straight: without and with a node. Bending modes of one direction are counted.
+    """
+    names: list[str] = []
+    counted: dict[str, int] = {}
+    for vector in vectors:
+        share_x, share_y, other = _shares(model, vector)
+        if other > 0.5:
+            names.append(_other(model, vector))
+            continue
+        ellipses = ellipses_of(model, vector, axis)
+        kind = _kind(ellipses, axis.positions)
+        where = whole_direction(ellipses)
+        if not model.isotropic:
+            where = "x" if share_x > ONE_PLANE else "y" if share_y > ONE_PLANE else where
+        if kind == "bending":
+            counted[where] = counted.get(where, 0) + 1
+            kind = f"bending {counted[where]}"
+        names.append(f"{kind} {where}")
+    return names
+
+
+def ellipses_of(model: LateralModel, vectors: Complexes, places: Places) -> Whirl:
+    """The ellipses of motions (..., N) at places: (..., places)."""
+    n = model.pairs
+    rows = places.deflection.T
+    return whirl(vectors[..., :n] @ rows, vectors[..., n : 2 * n] @ rows)
+
+
+def _shares(model: LateralModel, vector: Complexes) -> tuple[float, float, float]:
+    """Shares of the kinetic energy along x, y and the other coordinates."""
+    n = model.pairs
+    energy = (vector.conj() * (model.mass @ vector)).real
+    return float(energy[:n].sum()), float(energy[n : 2 * n].sum()), float(energy[2 * n :].sum())
+
+
+def _other(model: LateralModel, vector: Complexes) -> str:
+    energy = (vector.conj() * (model.mass @ vector)).real
+    energy[: 2 * model.pairs] = 0.0
+    most = model.coordinates[int(np.argmax(energy))]
+    kind = "axial" if most.startswith("z ") else "torsional" if most.startswith("turning") else ""
+    return f"{kind}, {most}" if kind else most
+
+
+def _kind(ellipses: Whirl, positions: Floats) -> str:
+    """From the greater circle along the axis, turned into one plane as well as it goes."""
+    circles = (ellipses.forward, ellipses.backward)
+    line = max(circles, key=lambda circle: float((np.abs(circle) ** 2).sum()))
+    plane = (line * np.exp(-0.5j * np.angle((line**2).sum()))).real
+    if positions.size == 1:
+        return "cylindrical"
+    straight = np.polyval(np.polyfit(positions, plane, 1), positions)
+    if ((plane - straight) ** 2).sum() > BENT * (plane**2).sum():
+        return "bending"
+    return "cylindrical" if straight[0] * straight[-1] > 0.0 else "conical"
+
+
+# Elliptic whirl: forward and backward circle, semi-axes, inclination, direction.
+#
+# A harmonic motion x = Re(X e^(i v t)), y = Re(Y e^(i v t)) with v > 0 is the sum of two circles,
+# x + i y = F e^(i v t) + B e^(-i v t) with F = (X + i Y)/2 and B = conj(X - i Y)/2: an ellipse with the semi-axes
+# |F| + |B| and ||F| - |B||, inclined by (arg F + arg B)/2, passed through in the sense of the greater circle.
+
+
+STRAIGHT = 1e-6  # a smaller ratio of the semi-axes is no ellipse but a line
+
+
+@dataclass(frozen=True)
+class Whirl:
+    """Ellipses of any shape of array."""
+
+    forward: Complexes
+    backward: Complexes
+
+    @property
+    def semi_major(self) -> Floats:
+        """Greatest deflection, max over time of sqrt(x^2 + y^2)."""
+        return np.asarray(np.abs(self.forward) + np.abs(self.backward))
+
+    @property
+    def semi_minor(self) -> Floats:
+        """Least deflection, positive where the whirl is forward, negative where it is backward."""
+        return np.asarray(np.abs(self.forward) - np.abs(self.backward))
+
+    @property
+    def inclination(self) -> Floats:
+        """Angle of the major axis from x, in (-pi/2, pi/2]; 0 for circles."""
+        angle = 0.5 * np.angle(self.forward * self.backward)
+        round_ = np.minimum(np.abs(self.forward), np.abs(self.backward)) <= 1e-12 * self.semi_major
+        return np.asarray(np.where(round_, 0.0, np.where(angle <= -0.5 * np.pi, angle + np.pi, angle)))
+
+    @property
+    def sense(self) -> np.ndarray:
+        """1 forward, -1 backward, 0 on a line or at rest."""
+        level = self.semi_minor
+        return np.asarray(np.where(np.abs(level) > STRAIGHT * self.semi_major, np.sign(level), 0.0).astype(np.int64))
+
+    @property
+    def direction(self) -> np.ndarray:
+        """``forward``, ``backward`` or ``straight``, as texts."""
+        return np.asarray(np.array(["backward", "straight", "forward"], dtype=object)[self.sense + 1])
+
+
+def whirl(x: Complexes, y: Complexes) -> Whirl:
+    """The ellipse of two complex amplitudes."""
+    return Whirl(np.asarray(0.5 * (x + 1j * y)), np.asarray(0.5 * np.conj(x - 1j * y)))
+
+
+def whole_direction(ellipses: Whirl) -> str:
+    """One word for ellipses along a rotor: ``mixed`` where some run forward and others backward."""
+    size = ellipses.semi_major
+    seen = set(ellipses.sense[size > 1e-3 * size.max(initial=0.0)].tolist()) - {0}
+    return "mixed" if len(seen) == 2 else {1: "forward", -1: "backward"}.get(next(iter(seen), 0), "straight")
+
+
+def turning(ellipses: Whirl, angle: Floats) -> Complexes:
+    """x + i y at phases ``angle`` = v t, (..., angles)."""
+    turn = np.exp(1j * angle)
+    return np.asarray(ellipses.forward[..., None] * turn + ellipses.backward[..., None] / turn)
+
+
+def mean_of_greatest(ellipses: Whirl) -> Floats:
+    """Mean over the last axis (stations) of the greatest deflections: Rodrigues et al. 2011, (3)."""
+    return np.asarray(ellipses.semi_major.mean(axis=-1))
+
+
+def greatest_mean(ellipses: Whirl, samples: int = 128) -> Floats:
+    """Maximum over time of the mean over the last axis (stations) of the momentary deflections sqrt(x^2 + y^2)."""
+    size = (np.abs(ellipses.forward) ** 2 + np.abs(ellipses.backward) ** 2)[..., None]
+    product = (2.0 * ellipses.forward * np.conj(ellipses.backward))[..., None]
+
+    def mean_radius(angle: Floats) -> Floats:
+        square = size + (product * np.exp(2j * angle)).real
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)).mean(axis=-2))
+
+    coarse = np.arange(samples) * np.pi / samples
+    best = coarse[np.argmax(mean_radius(np.broadcast_to(coarse, (*product.shape[:-2], 1, samples))), axis=-1)]
+    step = np.pi / samples
+    for _ in range(4):  # zoom in on the best sample; each pass is ten times finer
+        fine = best[..., None] + np.linspace(-1.0, 1.0, 21) * step
+        best = np.take_along_axis(fine, np.argmax(mean_radius(fine[..., None, :]), axis=-1)[..., None], -1)[..., 0]
+        step *= 0.1
+    return np.asarray(mean_radius(best[..., None, None])[..., 0])

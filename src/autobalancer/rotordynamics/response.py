@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+from scipy.optimize import minimize_scalar
 
-from autobalancer.assembly.rotors import LateralModel
-from autobalancer.assembly.rotors.ellipses.steady import Ellipses, steadily
-from autobalancer.assembly.rotors.model import Complexes, Floats
-from autobalancer.assembly.rotors.softened import Softened
+from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.rotors import LateralModel, balancer_rows, reference, unbalance_load
+from autobalancer.assembly.rotors.ellipses import Ellipses, steadily
+from autobalancer.assembly.rotors.equivalent_stiffness import Softened
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine
-from autobalancer.rotordynamics.answers import Response
-from autobalancer.rotordynamics.question import Places, attributes, checked_speeds, chosen_places, rotor_of
+from autobalancer.machine import Machine, Unbalance
+from autobalancer.results.answers.answer import Labeled
+from autobalancer.rotordynamics.eigenproblem import Whirl, greatest_mean, mean_of_greatest, turning, whirl
+from autobalancer.rotordynamics.question import (
+    Places,
+    Response,
+    ResponsePeaks,
+    along_axis,
+    attributes,
+    checked_speeds,
+    chosen_places,
+    rotor_of,
+)
 from autobalancer.rotordynamics.rubber import add_rubber, rubber_of
-from autobalancer.rotordynamics.unbalance import Given, Load, load_of
-from autobalancer.rotordynamics.whirl import Whirl, greatest_mean, mean_of_greatest, whirl
-from autobalancer.units import list_argument, unbalance_argument
+from autobalancer.units import argument, list_argument, unbalance_argument
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}  # each is the rate of the one before
@@ -87,7 +101,7 @@ def response(
         circles), ``semi_major``, the greatest deflection, and ``semi_minor``; ``inclination`` of the ellipse (rad),
         ``whirl`` (forward, backward, straight), and ``phase``, ``x_phase``, ``y_phase`` against the unbalance (rad,
         negative where the rotor lags; of the forward circle, along x, along y). Over ``speed`` two measures of all
-        chosen stations together, see :func:`~autobalancer.rotordynamics.whirl.greatest_mean`: ``mean_of_greatest``,
+        chosen stations together, see :func:`~autobalancer.rotordynamics.eigenproblem.greatest_mean`: ``mean_of_greatest``,
         Rodrigues et al. 2011, (3), and ``greatest_mean``. Over ``speed`` and ``rubber``, if there is any that softens:
         ``rubber_amplitude`` and ``rubber_minor`` (m, greatest and least deflection), ``rubber_stiffness`` and ``rubber_loss``
         (N/m, means over the ellipse), ``rubber_third_harmonic`` (m, an estimate of the motion at three times the speed that
@@ -350,3 +364,228 @@ def smooth_speeds(speeds: Floats, respond: Callable[[Floats], Complexes]) -> Flo
         speeds = np.insert(speeds, wide + 1, between)
         values = np.insert(values, wide + 1, respond(between), axis=0)
     return speeds
+
+
+# Speeds at which the unbalance response has its peaks: the critical speeds one measures.
+
+
+Measure = Literal["mean_of_greatest", "greatest_mean"]
+
+
+def response_peaks(
+    machine: Machine | str | Path,
+    lowest: float | str,
+    highest: float | str,
+    stations: Sequence[str | float] | str | float | None = None,
+    unbalance: Given | str = None,
+    *,
+    balls: bool = False,
+    measure: Measure = "mean_of_greatest",
+    quantity: Quantity = "displacement",
+    samples: int = 1000,
+) -> ResponsePeaks:
+    """Peaks of the response between two speeds, with damping; each is refined between the samples.
+
+    Parameters
+    ----------
+    machine, stations, unbalance, balls, quantity
+        As for :func:`~autobalancer.rotordynamics.response.response`.
+    lowest, highest
+        Rotor speeds, rad/s.
+    measure
+        Of the chosen stations together: ``mean_of_greatest``, or ``greatest_mean``.
+    samples
+        Number of speeds of the search; peaks closer than two of its steps are not distinguished.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``peak``: ``peak_speed`` (rad/s) and ``peak_amplitude`` (m, m/s or m/s^2), by ascending speed.
+
+    Raises
+    ------
+    QuestionError
+        If the speeds do not ascend from zero, a measure is unknown, or as for ``response``.
+    """
+    lowest = argument("lowest", lowest, "rad/s")
+    highest = argument("highest", highest, "rad/s")
+    unbalance = unbalance_argument(unbalance)
+    owner = "response_peaks"
+    machine, model = rotor_of(machine, balls=balls)
+    if not 0.0 <= lowest < highest or not highest <= model.top_speed:
+        raise QuestionError(
+            f"{owner}: given {lowest:g} to {highest:g} rad/s; must ascend from zero, up to {model.top_speed:g} rad/s at most"
+        )
+    if measure not in get_args(Measure):
+        raise QuestionError(f"{owner}: measure: given {measure!r}; must be one of {', '.join(get_args(Measure))}")
+    if quantity not in UNITS:
+        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
+    if samples < 3:
+        raise QuestionError(f"{owner}: samples: given {samples}; must be at least 3")
+    places = chosen_places(machine, model, stations, owner)
+    load = load_of(machine, model, unbalance, None, owner)
+    order = list(UNITS).index(quantity)
+    summed = mean_of_greatest if measure == "mean_of_greatest" else greatest_mean
+
+    soft = rubber_of(machine, model)
+
+    def height(speeds: Floats) -> Floats:
+        return speeds**order * summed(whirl(*amplitudes(model, speeds, load, places, soft)))
+
+    grid = np.linspace(lowest, highest, samples)
+    level = height(grid)
+    found = []
+    for i in np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] >= level[2:])) + 1:
+        best = minimize_scalar(
+            lambda w: -float(height(np.array([w]))[0]),
+            bounds=(grid[i - 1], grid[i + 1]),
+            method="bounded",
+            options={"xatol": 1e-10 * grid[i]},
+        )
+        found.append((float(best.x), -float(best.fun)))
+    result = xr.Dataset()
+    for column, (name, text, unit) in enumerate(
+        (("peak_speed", "speed of the peak", "rad/s"), ("peak_amplitude", "amplitude at the peak", UNITS[quantity]))
+    ):
+        result[name] = ("peak", [entry[column] for entry in found], {"long_name": text, "units": unit})
+    result.attrs = attributes(machine, f"Peaks of the unbalance response of {machine.name}", balls=balls) | {
+        "measure": measure,
+        "quantity": quantity,
+        "stations": places.names,
+    }
+    return ResponsePeaks.of(result)
+
+
+# Whirl orbits at one speed, at stations and along the whole axis.
+
+
+def whirl_orbits(
+    machine: Machine | str | Path,
+    speed: float | str,
+    stations: Sequence[str | float] | str | float | None = None,
+    unbalance: Given | str = None,
+    *,
+    balls: bool = False,
+    ball_angles: Sequence[float | str] | None = None,
+    points: int = 181,
+) -> xr.Dataset:
+    """Paths of the axis over one revolution under unbalance at a speed.
+
+    Parameters
+    ----------
+    machine, stations, unbalance, balls, ball_angles
+        As for :func:`~autobalancer.rotordynamics.response.response`.
+    speed
+        Rotor speed, rad/s.
+    points
+        Number of points of an orbit; the last one equals the first one.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``station`` and ``rotor_angle`` (rad, from 0 to a full turn) ``x`` and ``y`` (m); ``whirl``, ``semi_major``,
+        ``semi_minor`` (m) and ``inclination`` (rad) over ``station``; ``axis_x`` and ``axis_y`` over ``place`` along the
+        axis and ``rotor_angle``.
+
+    Raises
+    ------
+    QuestionError
+        As for :func:`~autobalancer.rotordynamics.response.response`, and for fewer than 9 points.
+    """
+    ball_angles = None if ball_angles is None else list_argument("ball_angles", ball_angles, "rad")
+    speed = argument("speed", speed, "rad/s")
+    unbalance = unbalance_argument(unbalance)
+    owner = "whirl_orbits"
+    machine, model = rotor_of(machine, balls=balls or ball_angles is not None)
+    omega = checked_speeds(speed, model, owner)
+    if points < 9:
+        raise QuestionError(f"{owner}: points: given {points}; must be at least 9")
+    at, axis = chosen_places(machine, model, stations, owner), along_axis(machine, model)
+    load = load_of(machine, model, unbalance, ball_angles, owner)
+    soft = rubber_of(machine, model)
+    angle = np.linspace(0.0, 2.0 * np.pi, points)
+    here, everywhere = (whirl(*(part[0] for part in amplitudes(model, omega[:1], load, p, soft))) for p in (at, axis))
+    orbit, line = turning(here, angle), turning(everywhere, angle)
+    result = xr.Dataset(
+        coords={
+            "rotor_angle": ("rotor_angle", angle, {"long_name": "rotor angle", "units": "rad"}),
+            "station": ("station", np.array(at.names, dtype=object), {"long_name": "station"}),
+            "position": ("station", at.positions, {"long_name": "position along the axis", "units": "m"}),
+            "place": ("place", axis.positions, {"long_name": "position along the axis", "units": "m"}),
+        }
+    )
+    for name, dims, numbers, text, unit in (
+        ("x", ("station", "rotor_angle"), orbit.real, "deflection along x", "m"),
+        ("y", ("station", "rotor_angle"), orbit.imag, "deflection along y", "m"),
+        ("axis_x", ("place", "rotor_angle"), line.real, "deflection of the axis along x", "m"),
+        ("axis_y", ("place", "rotor_angle"), line.imag, "deflection of the axis along y", "m"),
+        ("whirl", "station", here.direction, "direction of whirl", ""),
+        ("semi_major", "station", here.semi_major, "greatest deflection, major semi-axis", "m"),
+        ("semi_minor", "station", np.abs(here.semi_minor), "least deflection, minor semi-axis", "m"),
+        ("inclination", "station", here.inclination, "angle of the major axis from x", "rad"),
+    ):
+        result[name] = (dims, numbers, {"long_name": text, "units": unit})
+    result.attrs = attributes(machine, f"Whirl orbits of {machine.name}", balls=balls or ball_angles is not None) | {
+        "speed": float(omega[0])
+    }
+    return Labeled.of(result)
+
+
+# What unbalances a rotor in a question: the machine's own unbalance or another, and balls at rest in it.
+
+
+Given = complex | float | Unbalance | Sequence[Unbalance] | None
+
+
+@dataclass(frozen=True)
+class Load:
+    """Forces are w^2 Re, Im (load e^(i theta)); ``direction`` is the angle in the rotor that phases count from, rad."""
+
+    load: Complexes  # (pairs,)
+    direction: float
+
+
+def load_of(
+    machine: Machine,
+    model: LateralModel,
+    unbalance: Given,
+    ball_angles: Sequence[float] | None,
+    owner: str,
+) -> Load:
+    """The load of the unbalance and of balls at given angles in the rotor.
+
+    The direction is that of the resultant point unbalance; of the resultant couple if there is no point unbalance.
+
+    Raises
+    ------
+    QuestionError
+        If there is no unbalance at all, or there are more or fewer angles than balls.
+    """
+    moments, couples = 0j, 0j
+    if isinstance(unbalance, (int, float, complex, np.number)):
+        moments = complex(unbalance)
+        if not cmath.isfinite(moments):
+            raise QuestionError(f"{owner}: unbalance: given {unbalance!r}; must be finite, in kg m")
+        load = np.asarray(moments * reference(machine, model)[1].deflection, np.complex128)
+    else:
+        if unbalance is not None:
+            parts = [unbalance] if isinstance(unbalance, Unbalance) else list(unbalance)
+            machine = with_value_at(machine, "unbalances", tuple(parts))
+        load = unbalance_load(machine, model)
+        for part in machine.unbalances:
+            factor = unbalance_factor(part, np.inf)
+            moments += factor * part.vector
+            couples += factor * cmath.rect(part.couple or part.misalignment or 0.0, part.angle)
+    if ball_angles is not None:
+        balls = resolve(machine)
+        if len(ball_angles) != len(balls):
+            raise QuestionError(
+                f"{owner}: ball_angles: given {len(ball_angles)} for {len(balls)} balls; give one for each, in rad"
+            )
+        rows = balancer_rows(machine, model)
+        for ball, angle in zip(balls, ball_angles, strict=True):
+            arm = ball.eccentricity + ball.orbit_radius * cmath.exp(1j * float(angle))
+            load = load + ball.effective_mass * arm * rows[ball.balancer].deflection
+    if not np.any(load):
+        raise QuestionError(f"{owner}: the rotor has no unbalance and would not move; give one with 'unbalance'")
+    return Load(load, cmath.phase(moments) if moments else cmath.phase(couples))

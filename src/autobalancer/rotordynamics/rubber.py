@@ -9,10 +9,9 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.rotors import LateralModel, lateral_model
-from autobalancer.assembly.rotors.ellipses.forces import alike_springs
-from autobalancer.assembly.rotors.ellipses.steady import Ellipses
-from autobalancer.assembly.rotors.model import Complexes, Floats
-from autobalancer.assembly.rotors.softened import Softened, softened
+from autobalancer.assembly.rotors.ellipses import Ellipses, alike_springs
+from autobalancer.assembly.rotors.equivalent_stiffness import Softened, softened
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.eigenproblem import FreeMotions, correlation, free_motions

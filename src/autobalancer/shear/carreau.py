@@ -7,9 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import model_validator
 
-from autobalancer.machine.balancer.shear import ShearLaw
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Duration, Positive, Quantity
+from autobalancer.machine.balancer.fluid import ShearLaw
+from autobalancer.machine.part import Duration, Positive, Quantity, key
 
 Share = Annotated[float, Quantity("", non_negative=True, most=1.0)]
 

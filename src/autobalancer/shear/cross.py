@@ -6,9 +6,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from autobalancer.machine.balancer.shear import ShearLaw
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Duration, Positive, Ratio
+from autobalancer.machine.balancer.fluid import ShearLaw
+from autobalancer.machine.part import Duration, Positive, Ratio, key
 
 
 class Cross(ShearLaw):

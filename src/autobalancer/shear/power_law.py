@@ -7,9 +7,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import model_validator
 
-from autobalancer.machine.balancer.shear import ShearLaw
-from autobalancer.machine.part import key
-from autobalancer.machine.quantity import Positive, ShearRate
+from autobalancer.machine.balancer.fluid import ShearLaw
+from autobalancer.machine.part import Positive, ShearRate, key
 
 
 class PowerLaw(ShearLaw):

@@ -8,9 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from autobalancer.machine.balancer.shear import ShearLaw
-from autobalancer.machine.part import Listed, key
-from autobalancer.machine.quantity import Positive, ShearRate
+from autobalancer.machine.balancer.fluid import ShearLaw
+from autobalancer.machine.part import Listed, Positive, ShearRate, key
 
 WIDEST = 30.0
 """Greatest step from one rate of shear to the next; a wider one is a hole in the measurement."""

@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autobalancer.assembly.fluids import Lag
+from autobalancer.assembly.guided import Lag
 from autobalancer.assembly.profile import SpeedProfile
+from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PrescribedSpeed
 
 if TYPE_CHECKING:
     from autobalancer.flow.annulus import Annulus
     from autobalancer.flow.speed import WallSpeed
+
 
 SAMPLES = 2001  # instants of the tabled lag
 Place = tuple[int, int]  # numbers of balancer and race, from 0
@@ -107,7 +109,7 @@ def _models(machine: Machine) -> dict[Place, str]:
 
 
 def _diffusing(annulus: Annulus) -> Lag:
-    from autobalancer.flow.relaxation import relaxation_modes
+    from autobalancer.flow.choice import relaxation_modes
 
     modes = relaxation_modes(annulus)
     return Lag(rates=modes.rates, gains=modes.gains)
@@ -136,7 +138,7 @@ class SolvedLag:
 
 def solved_lag(annulus: Annulus, speed: SpeedProfile | WallSpeed, end: float, model: str) -> SolvedLag:
     """The lag by the flow in a chamber; ``model`` is that of the fluid, "full" or "auto"."""
-    from autobalancer.flow.question import annulus_flow
+    from autobalancer.flow.annulus_problem import annulus_flow
 
     flow = annulus_flow(annulus, speed, duration=end, model="chebyshev" if model == "full" else "auto", samples=SAMPLES)
     if flow.attrs["model"] == "modes":
@@ -150,3 +152,29 @@ def solved_lag(annulus: Annulus, speed: SpeedProfile | WallSpeed, end: float, mo
 def _solved_once(annulus: Annulus, profile: SpeedProfile, end: float, model: str) -> SolvedLag:
     """The balls do not disturb the flow, so one solution serves all runs with this profile."""
     return solved_lag(annulus, profile, end, model)
+
+
+# A machine made ready to run: assembled, with the lag of its fluids worked out before.
+
+
+def prepare(
+    machine: Machine,
+    end: float | None,
+    *,
+    seed: int = 0,
+    rotating: bool | None = None,
+    mass_spread: float = 0.0,
+    max_steps: int = 100_000_000,
+) -> Assembly:
+    """Like :func:`autobalancer.assembly.system.assemble`, with fluids that lag behind their chamber.
+
+    ``end`` is the duration of the run; None where the speed is not that of the machine's drive. ``max_steps`` is for the runs
+    that :func:`autobalancer.simulation.fluid_lag.fluid_lags` may need.
+
+    Raises
+    ------
+    MachineError
+        Also if the flow in a race cannot be worked out.
+    """
+    known = fluid_lags(machine, end, seed=seed, max_steps=max_steps)
+    return assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)

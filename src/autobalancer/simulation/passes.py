@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from autobalancer.assembly.fluids import Lag
+from autobalancer.assembly.guided import Lag
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.flow.annulus import Annulus, Floats
 from autobalancer.flow.speed import recorded_speed
@@ -19,11 +19,9 @@ from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.kernels.system import SPEED
 from autobalancer.machine import Machine
-from autobalancer.simulation.equations import equations
 from autobalancer.simulation.fluid_lag import SAMPLES, KnownLags, Place, flow_record, solved_lag
-from autobalancer.simulation.fresh import memory_for
-from autobalancer.simulation.record import record_for
-from autobalancer.simulation.sampling import Samples
+from autobalancer.simulation.record import Samples, record_for
+from autobalancer.simulation.steppers import equations, memory_for
 
 SAME = 5e-4  # greatest change of the speed from pass to pass over the greatest speed; the lag changes by twice that at most
 VAGUE = 0.1  # of the uncertainty of an unsteady flow, whose eddies differ from pass to pass; where this is more

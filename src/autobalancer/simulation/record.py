@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.integrators.memory import NEXT_TURN, Memory
+from autobalancer.kernels.integrators.passages import GREATEST, LENGTH, SUM
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.system import THETA, X, Y
-from autobalancer.simulation.events import Event
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, SampleTimes, Sampling
+from autobalancer.kernels.system import BALLS, SPEED, THETA, X, Y
+from autobalancer.units import to_si
 
 LOGGED_EVENTS = 10_000
 LARGEST = 2.0  # GB
@@ -111,3 +113,120 @@ def _checked(wish: SampleTimes, end: float) -> np.ndarray:
             f"SampleTimes: the times must increase and lie within 0 and {end:g} s, the duration of the run"
         )
     return times
+
+
+# What a run keeps. Ask for one of these or for several; memory grows with them only.
+
+
+MOST = 10_000_000  # of each kind
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The state at ``count`` equally spaced times, begin and end included."""
+
+    count: int = 2001
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.count <= MOST:
+            raise QuestionError(f"Samples(count={self.count}): give 2, for begin and end, to {MOST}")
+
+
+@dataclass(frozen=True)
+class SampleTimes:
+    """The state at these times (s, ascending)."""
+
+    times: Sequence[float]
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Least and greatest deflection in each of ``bins`` equal parts of the run, found on the dense output."""
+
+    bins: int = 1000
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.bins <= MOST:
+            raise QuestionError(f"Envelope(bins={self.bins}): give 1 to {MOST}")
+
+
+@dataclass(frozen=True)
+class LastRevolutions:
+    """The state at equal steps of the rotor angle over the last ``count`` revolutions."""
+
+    count: int = 10
+    per_revolution: int = 72
+
+    def __post_init__(self) -> None:
+        if self.count < 1 or self.per_revolution < 4:
+            raise QuestionError(f"{self}: give at least 1 revolution and 4 samples in each")
+        if self.count * self.per_revolution > MOST:
+            raise QuestionError(f"{self}: give at most {MOST} samples in all")
+
+
+Sampling = Samples | SampleTimes | Envelope | LastRevolutions
+
+
+# Events: a quantity passes a level; the run notes it or ends there.
+
+
+QUANTITIES = ("deflection", "speed", "ball_speed_in_rotor", "ball_speed_in_space", "fastest_ball_in_rotor")
+
+
+@dataclass(frozen=True)
+class Event:
+    """The passage of ``quantity`` through ``level`` (SI).
+
+    Parameters
+    ----------
+    quantity
+        ``deflection``, ``speed``, ``ball_speed_in_rotor``, ``ball_speed_in_space`` (these two of one ``ball``, counted
+        from 1) or ``fastest_ball_in_rotor`` (the greatest amount among all balls).
+    level
+        m or rad/s, or a text with a unit.
+    direction
+        Direction of the passage.
+    ends_run
+        Whether the run stops there.
+
+    Raises
+    ------
+    QuestionError
+        For an unknown quantity or a missing ball.
+    """
+
+    quantity: Literal["deflection", "speed", "ball_speed_in_rotor", "ball_speed_in_space", "fastest_ball_in_rotor"]
+    level: float | str
+    direction: Literal["rising", "falling", "both"] = "both"
+    ends_run: bool = False
+    ball: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.quantity not in QUANTITIES:
+            raise QuestionError(f"event: unknown quantity {self.quantity!r}; known: {', '.join(QUANTITIES)}")
+        object.__setattr__(self, "level", to_si(self.level, "m" if self.quantity == "deflection" else "rad/s"))
+        if self.quantity in ("ball_speed_in_rotor", "ball_speed_in_space") and self.ball is None:
+            raise QuestionError(f"event on {self.quantity}: say which ball, counted from 1")
+
+    @property
+    def name(self) -> str:
+        """For the result: ``speed rising through 250``."""
+        ball = f" of ball {self.ball}" if self.ball is not None else ""
+        way = "" if self.direction == "both" else f" {self.direction}"
+        return f"{self.quantity}{ball}{way} through {float(self.level):g}"
+
+    def quantity_of(self, balls: int) -> tuple[int, int, int]:
+        """The quantity of a machine with so many balls, and its components of the state: kernels/integrators/passages.py."""
+        own = BALLS + balls + (self.ball or 1) - 1
+        return {
+            "deflection": (LENGTH, X, Y),
+            "speed": (SUM, SPEED, -1),
+            "ball_speed_in_rotor": (SUM, own, -1),
+            "ball_speed_in_space": (SUM, own, SPEED),
+            "fastest_ball_in_rotor": (GREATEST, BALLS + balls, BALLS + 2 * balls),
+        }[self.quantity]
+
+    @property
+    def way(self) -> int:
+        """+1 for a rising passage, -1 for a falling one, 0 for both."""
+        return {"rising": 1, "falling": -1, "both": 0}[self.direction]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -11,46 +12,48 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.contact.touches import Touch, with_touches
-from autobalancer.assembly.forces.rows import force_at_fault
-from autobalancer.assembly.gauges import MOST, meetings_of
-from autobalancer.assembly.held import assemble_held
-from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
-from autobalancer.assembly.places import places_of
+from autobalancer.assembly.forces import force_at_fault
+from autobalancer.assembly.measure_inputs import MOST, meetings_of
+from autobalancer.assembly.places import assemble_held, places_of
 from autobalancer.assembly.profile import unbalance_jumps
-from autobalancer.assembly.resolved.friction import friction_at_fault
-from autobalancer.assembly.spatial import top_speed
-from autobalancer.assembly.system import Assembly, assemble
-from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.assembly.reduced_rotor import top_speed
+from autobalancer.assembly.resolved import friction_at_fault
+from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble, equal_groups
+from autobalancer.assembly.touches import Touch, with_touches
+from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
-from autobalancer.files.given import balls_in_races
-from autobalancer.files.machine_file import machine_text
+from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVENTS_SEEN, NEXT_SAMPLE, TIME
 from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING
+from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, NOT_FINITE, RUNNING, STEP_TOO_SMALL
 from autobalancer.kernels.records.impacts import IMPACT
 from autobalancer.kernels.system import SPEED, System
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.patience import ENOUGH, Progress, returned, shows_progress
-from autobalancer.results.impacts import VARIABLES, Impacts
+from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
 from autobalancer.results.labels import label
-from autobalancer.results.standing import static_load
-from autobalancer.simulation.events import Event
+from autobalancer.results.recorded import VARIABLES, Impacts
+from autobalancer.results.series import static_load
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
-from autobalancer.simulation.outcome import outcome
-from autobalancer.simulation.record import record_for, turns_complete
-from autobalancer.simulation.remarks.bearing_text import bearing_text
-from autobalancer.simulation.remarks.coincidence import coincidence_text
-from autobalancer.simulation.remarks.critical_text import critical_attributes
-from autobalancer.simulation.remarks.drag_range import drag_range_attributes
-from autobalancer.simulation.remarks.eccentricity_text import eccentricity_text
-from autobalancer.simulation.remarks.floor_text import floor_text
-from autobalancer.simulation.remarks.friction_text import friction_text
-from autobalancer.simulation.remarks.input_text import input_notes
-from autobalancer.simulation.remarks.rubber_text import rubber_text
-from autobalancer.simulation.sampling import Envelope, LastRevolutions, Samples, Sampling
-from autobalancer.simulation.saved.dataset import run_dataset
+from autobalancer.simulation.input_remarks import critical_attributes, input_notes
+from autobalancer.simulation.record import (
+    Envelope,
+    Event,
+    LastRevolutions,
+    Samples,
+    Sampling,
+    record_for,
+    turns_complete,
+)
+from autobalancer.simulation.remarks import (
+    bearing_text,
+    coincidence_text,
+    drag_range_attributes,
+    eccentricity_text,
+    floor_text,
+    friction_text,
+    rubber_text,
+)
+from autobalancer.simulation.saved import run_dataset
 from autobalancer.simulation.steppers import Method, Stepper, stepper_for
 from autobalancer.units import argument, shortened, to_si
 
@@ -417,3 +420,42 @@ def with_impacts(run: xr.Dataset, noted: Noted) -> xr.Dataset:
     variables = {kept: ("impact", getattr(found, name)) for kept, name in VARIABLES.items()}
     run = label(run.assign(variables).assign_coords(impact_time=("impact", found.time)))
     return run.assign_attrs(impacts_not_kept=noted.lost) if noted.lost else run
+
+
+# How a run ended: a value with a sentence and a cure, not an exception.
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """``name`` is one of finished, event, step too small, not finite, budget spent, interrupted."""
+
+    name: str
+    text: str
+
+
+def outcome(
+    status: int, time: float, duration: float, *, interrupted: bool, steps: int, event: str = "", fault: str = ""
+) -> Outcome:
+    """The outcome of a run that stopped at ``time``; ``fault`` names a force or friction law that was not a number."""
+    if interrupted:
+        return Outcome("interrupted", f"interrupted at {time:.6g} s of {duration:.6g} s; what was computed is kept")
+    if status == FINISHED:
+        return Outcome("finished", f"reached {duration:.6g} s")
+    if status == EVENT:
+        return Outcome("event", f"ended at {time:.6g} s by: {event}")
+    if fault and status in (STEP_TOO_SMALL, NOT_FINITE):
+        return Outcome("not finite", f"at {time:.6g} s {fault}")
+    if status == STEP_TOO_SMALL:
+        return Outcome(
+            "step too small",
+            f"at {time:.6g} s the step size fell below rounding; "
+            "the tolerance may be too tight or a value far too large",
+        )
+    if status == NOT_FINITE:
+        return Outcome("not finite", f"at {time:.6g} s the motion grew without limit; check masses, drag and drive")
+    return Outcome(
+        "budget spent",
+        f"{steps} steps were taken up to {time:.6g} s; "
+        "raise max_steps or shorten the run; steps much shorter than a revolution mean a stiff machine: look for a drag "
+        "or a stiffness that is far too large",
+    )

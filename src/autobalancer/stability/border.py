@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.machine import Machine
-from autobalancer.pictured import picture_html
-from autobalancer.shown import Table, rpm_and_si, speed_cells
+from autobalancer.notebook import picture_html
+from autobalancer.tables import Table, rpm_and_si, speed_cells
 
 
 @dataclass(frozen=True)

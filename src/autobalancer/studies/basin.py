@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.given import any_machine
+from autobalancer.files.machine_file import any_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.patience import shows_progress
-from autobalancer.results.answers.ends import Ends
-from autobalancer.stability.basins.basin import why_unnamed
-from autobalancer.stability.basins.starts import unit_of_axis
-from autobalancer.studies.ensemble.named_ends import named_ends
-from autobalancer.studies.ensemble.start_grid import gridded_starts
+from autobalancer.progress import shows_progress
+from autobalancer.results.answers.studied import Ends
+from autobalancer.stability.basins import unit_of_axis, why_unnamed
+from autobalancer.studies.ensemble.start_grid import gridded_starts, named_ends
 from autobalancer.studies.random_starts import random_starts
 from autobalancer.units import argument, list_argument, optional_argument
 
@@ -79,7 +77,7 @@ def basin(
         state with a 95 % interval (Wilson 1927) for random starts; ``residual_quantile`` (median, 95 %, greatest). Named ends:
         ``time`` until rest, ``final_deflection`` (of balls at rest the greatest in a turn, else at the last instant);
         quantiles over the starts that end at rest, of deflection too, and ``verdict_share``, by the rule of
-        :mod:`autobalancer.results.verdict.rule`; over ``plane``: ``plane_state`` (its names in ``attrs["plane_states"]``),
+        :mod:`autobalancer.results.verdict`; over ``plane``: ``plane_state`` (its names in ``attrs["plane_states"]``),
         ``plane_residual_unbalance``, its quantiles, and ``plane_unbalance`` without balls. Verdicts: ``vibration``,
         ``static_deflection`` and ``support_force`` of each run as of :func:`autobalancer.sweep`, ``vibration_quantile`` over
         all that finished; after run-ups ``peak_deflection`` and ``peak_quantile`` too. Random starts have

@@ -12,22 +12,20 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, RangeWarning, unwarned, warn
-from autobalancer.files.given import any_machine, balls_in_races
-from autobalancer.files.machine_file import machine_text
+from autobalancer.files.machine_file import any_machine, balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.patience import shows_progress
-from autobalancer.results.answers.comparison import Comparison
-from autobalancer.results.chamber.measures import chamber_measures
+from autobalancer.progress import shows_progress
+from autobalancer.results.answers.run import Comparison
+from autobalancer.results.chamber_measures import chamber_measures
 from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.provenance import provenance
-from autobalancer.results.recorded_of import recorded_of
-from autobalancer.results.verdict.judged import Verdict, verdict
-from autobalancer.results.verdict.rule import NO_VERDICT
+from autobalancer.results.run_arrays import recorded_of
+from autobalancer.results.verdict import NO_VERDICT, Verdict, verdict
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.verdict import chamber_verdict, middle_deflection
+from autobalancer.simulation.record import Envelope, LastRevolutions
 from autobalancer.simulation.run import simulate_races
-from autobalancer.simulation.sampling import Envelope, LastRevolutions
 from autobalancer.stability.maps.speeds import borders
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.units import list_argument, optional_argument

@@ -14,39 +14,35 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.resolved.balls import is_resolved
-from autobalancer.assembly.starts import start_angles
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.resolved import is_resolved
+from autobalancer.assembly.system import start_angles
 from autobalancer.assembly.terms import weightless
-from autobalancer.catalog.friction_table import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.given import balls_in_races
-from autobalancer.files.machine_file import machine_text
+from autobalancer.files.machine_file import balls_in_races, machine_text, parse_race_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
-from autobalancer.patience import shows_progress
+from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.swept import Swept
+from autobalancer.results.answers.studied import Swept
 from autobalancer.results.measure_table import SWEPT, label_of
 from autobalancer.results.measures import peak_deflection
 from autobalancer.results.provenance import provenance
 from autobalancer.results.recorded import SETTLING_FROM, known_origin
 from autobalancer.results.shares import wilson_interval
-from autobalancer.results.verdict.rule import BALANCED, WORDS
+from autobalancer.results.verdict import BALANCED, WORDS
+from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
-from autobalancer.simulation.sampling import Envelope
-from autobalancer.stability.basins.basin import REVOLUTIONS, released
-from autobalancer.stability.basins.residuals import QUANTILES
-from autobalancer.stability.basins.starts import START_ANGLE
+from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, released
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.ensemble.execute import run_groups
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.layout import Plan
 from autobalancer.studies.ensemble.members import Members, without_start_angles
-from autobalancer.studies.sweep_row import named
-from autobalancer.studies.variations import coordinate, listed
+from autobalancer.studies.variations import coordinate, listed, named
 from autobalancer.units import optional_argument
 
 FAILED = "failed"
@@ -257,7 +253,7 @@ def sweep(
         A machine or the path of a machine file.
     variations
         Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, or a plain name of
-        :data:`~autobalancer.machine.plain_names.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
+        :data:`~autobalancer.machine.path.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
         a range as one text such as ``"1:100 mm^2/s:5:log"``, or whole parts as a dict. A single value may stand without a list.
     grid
         True: every combination, one dimension for each parameter. False: all lists have the same length and are varied together,
@@ -380,3 +376,44 @@ def _dataset(
             **about,
         },
     )
+
+
+# The worst of random starts as a machine of its own, to run it again and look at it.
+
+
+def worst_start(found: xr.Dataset) -> Machine:
+    """The machine of the worst of random starts, with its start angles, its drive and the duration of its run.
+
+    The worst has the greatest vibration at the end of its run, of run-ups that all balance the greatest deflection on the
+    way, on planar machines without run-up the greatest deflection at its end; ``found.attrs["worst_by"]`` says which.
+    An ordinary run of the machine repeats it, with the same tolerance and the seed ``found["seed"][found.attrs["worst"]]``
+    digit for digit. A planar basin lets balls of known size pass through each other, which they do not in a run.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.basin` with random starts.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` holds no random starts.
+    """
+    if "start_ball_angle_in_rotor" not in found:
+        raise QuestionError(
+            "worst_start: this is not a result of basin() with random starts; ask basin(..., random=50)"
+        )
+    about = found.attrs
+    number, speed, acceleration = int(about["worst"]), float(about["speed"]), float(about["acceleration"])
+    ramp = speed / acceleration if acceleration else 0.0
+    machine = driven_to(parse_race_machine(str(about["machine"])), speed, ramp)
+    angles = found["start_ball_angle_in_rotor"].values[number].tolist()
+    for i, balancer in enumerate(machine.balancers, start=1):
+        for j, race in enumerate(balancer.races, start=1):
+            groups = []
+            for group in race.balls:
+                own, angles = angles[: group.count], angles[group.count :]
+                groups.append(group.model_copy(update={"start_angles": tuple(own)}))
+            machine = with_value_at(machine, f"balancers[{i}].races[{j}].balls", tuple(groups))
+    text = f"Start {number + 1} of {found.sizes['run']} random starts, the worst"
+    return with_value_at(with_value_at(machine, "description", text), "run", {"duration": ramp + float(about["hold"])})

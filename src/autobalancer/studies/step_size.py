@@ -9,9 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.laws.central_collision import contact_time, energy_error
+from autobalancer.laws.impacts import contact_time, energy_error
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.units import list_argument
 

@@ -16,12 +16,10 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.mass_spread import MASS_SPREAD
-from autobalancer.assembly.parameters import with_value_at
-from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.system import MASS_SPREAD, Assembly
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.files.given import balls_in_races
-from autobalancer.files.machine_file import machine_text
+from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.balls.at_nodes.planar_contacts import contacts_in_steps
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
 from autobalancer.kernels.dwell.hold import hold
@@ -33,18 +31,17 @@ from autobalancer.kernels.integrators.passages import SUM
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
 from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
-from autobalancer.patience import shows_progress
-from autobalancer.results.answers.stepped import SteppedResponse
+from autobalancer.progress import shows_progress
+from autobalancer.results.answers.run import SteppedResponse
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import as_path
-from autobalancer.simulation.long_steps import long_steps
-from autobalancer.simulation.outcome import outcome
-from autobalancer.simulation.prepare import prepare
+from autobalancer.simulation.fluid_lag import prepare
+from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.remarks.coincidence import CURE, free_groups, pairs_together, parting_rate
-from autobalancer.simulation.remarks.critical_text import critical_attributes
-from autobalancer.simulation.steppers import LongSteps, stepper_for
+from autobalancer.simulation.remarks import CURE, free_groups, pairs_together, parting_rate
+from autobalancer.simulation.run import outcome
+from autobalancer.simulation.steppers import LongSteps, long_steps, stepper_for
 from autobalancer.units import argument, list_argument, optional_argument
 
 Place = tuple[int, int]  # leg, number of the speed

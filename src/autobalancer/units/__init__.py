@@ -5,24 +5,22 @@ string with a unit. :class:`Given` is the float that remembers how it was writte
 and saved again keeps its author's units.
 """
 
-from autobalancer.units.arguments import (
-    argument,
-    ends_argument,
-    field_arguments,
-    list_argument,
-    optional_argument,
-    texts_argument,
-    unbalance_argument,
-)
 from autobalancer.units.quantity import (
     Given,
+    argument,
     column_factor,
+    ends_argument,
+    field_arguments,
     from_si,
+    list_argument,
     option_to_si,
+    optional_argument,
     sample,
     samples_of,
     shortened,
+    texts_argument,
     to_si,
+    unbalance_argument,
 )
 
 __all__ = [

@@ -6,10 +6,14 @@ import math
 import re
 import sys
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from autobalancer.errors import UnitError
+from autobalancer.errors import QuestionError, UnitError
 from autobalancer.units.trade import SUFFIXES, added, factor, lacks_turns, meant, without_suffix
+
+if TYPE_CHECKING:
+    import numpy as np
+
 
 LONGEST = 80  # characters of a quantity; a sensible one has 30 at most
 NUMBER = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
@@ -235,3 +239,176 @@ def option_to_si(text: str, unit: str) -> Given:
 def samples_of(unit: str) -> str:
     """Quantities as one writes them, for messages: ``"1200 rpm" or "126 rad/s"``."""
     return f'{sample(unit)} or "126 rad/s"' if unit == "rad/s" else sample(unit)
+
+
+# Arguments of functions as people write them: a number in SI, a text with a unit, or a range as one text.
+
+
+T = TypeVar("T")
+
+
+def argument(name: str, value: Any, unit: str, amplitude: bool = False) -> float:
+    """An argument of a function in SI: a number in the SI unit ``unit`` or a text with a unit.
+
+    Numbers pass as they are; whether they make sense is for the function to say. The text of an ``amplitude`` may be a value
+    from peak to peak or an rms value of a sinusoid, such as ``"4 mil pp"``.
+
+    Raises
+    ------
+    UnitError
+        If it is neither, or the text is no such quantity; the message names the argument.
+    """
+    if isinstance(value, str):
+        try:
+            return float(read_text(value, unit, amplitude))
+        except UnitError as error:
+            raise UnitError(f"{name}: {error}") from None
+    if isinstance(value, bool) or not hasattr(value, "__float__") or getattr(value, "ndim", None):
+        kind = f"a number in {unit}" if unit else "a number"
+        raise UnitError(f"{name}: given {shortened(value)}; give {kind} or a text such as {sample(unit)}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise UnitError(f"{name}: given {shortened(value)}; no number of a machine is that great") from None
+
+
+def optional_argument(name: str, value: Any, unit: str) -> float | None:
+    """The same of an argument that may be left out."""
+    return None if value is None else argument(name, value, unit)
+
+
+def list_argument(name: str, values: Any, unit: str) -> list[float]:
+    """The same of several quantities; one alone is a list of one, a text may be a range such as ``"500:3000 rpm:200"``."""
+    if is_range(values):
+        return [float(value) for value in range_values(name, values, unit)]
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        values = [values]
+    return [argument(f"{name}[{number}]", value, unit) for number, value in enumerate(values, start=1)]
+
+
+def texts_argument(name: str, values: Any, unit: str) -> Any:
+    """One quantity or many, of which texts are read; arrays and numbers pass as they are."""
+    if is_range(values):
+        return range_values(name, values, unit)
+    if isinstance(values, str):
+        return argument(name, values, unit)
+    if isinstance(values, (list, tuple)) and any(isinstance(value, str) for value in values):
+        return list_argument(name, values, unit)
+    return values
+
+
+def ends_argument(name: str, values: Any, unit: str) -> tuple[float, float]:
+    """Both ends of a range, as a pair or as one text such as ``"10:200 Hz"``."""
+    if is_range(values):
+        return ends(name, values, unit)
+    low, high = list_argument(name, values, unit)
+    return low, high
+
+
+def unbalance_argument(value: T | str) -> T | float:
+    """An unbalance in kg m, of which a text is read; complex numbers and descriptions pass."""
+    return argument("unbalance", value, "kg*m") if isinstance(value, str) else value
+
+
+def field_arguments(record: Any, **units: str) -> None:
+    """Read the texts among the fields of a frozen record, each in its unit."""
+    for name, unit in units.items():
+        object.__setattr__(record, name, argument(name, getattr(record, name), unit))
+
+
+# Ranges and lists as one text, on the command line and in Python: ``"500 rpm:3000 rpm:200"``, ``"4,6,8 m/s"``.
+#
+# ``name`` is the argument or option that a message names.
+
+
+MOST = 1_000_000  # values along one axis
+COUNT = re.compile(r"[0-9]{1,9}")
+FORM = "from:to:count"
+
+
+def is_range(value: Any) -> bool:
+    """Whether it is a text with a range."""
+    return isinstance(value, str) and ":" in value
+
+
+def written(name: str, text: str, unit: str) -> float:
+    """One quantity in the SI ``unit``, written with a unit if there is one; a fault names the argument."""
+    try:
+        return option_to_si(text, unit)
+    except UnitError as reason:
+        raise UnitError(f"{name}: {reason}") from None
+
+
+def range_values(name: str, text: str, unit: str) -> np.ndarray:
+    """``"1 mm^2/s:100 mm^2/s:200"`` (from, to, count), SI; ``:log`` at the end makes the steps equal ratios.
+
+    A unit may stand with one of the ends only: ``"1:100 mm^2/s:200"``.
+
+    Raises
+    ------
+    QuestionError
+        If it is no such range.
+    UnitError
+        If an end is no quantity in this unit.
+    """
+    import numpy as np
+
+    ends, count, log = _parts(name, text, unit)
+    low, high = (written(name, end, unit) for end in ends)
+    if log and not (low > 0.0 and high > 0.0):
+        raise QuestionError(f"{name}: given {text!r}; equal ratios need ends above zero")
+    return np.geomspace(low, high, count) if log else np.linspace(low, high, count)
+
+
+def listed(name: str, text: str, unit: str) -> list[float]:
+    """``"4,6,8 m/s"``, SI: values with commas between, the unit once at the end; or a range as :func:`range_values`."""
+    if is_range(text):
+        return [float(value) for value in range_values(name, text, unit)]
+    *others, last = (part.strip() for part in text.split(","))
+    parts = [with_common_unit([part, last])[0] for part in others] if unit else others
+    return [written(name, part, unit) for part in (*parts, last)]
+
+
+def whole(name: str, text: str) -> list[int]:
+    """``"3,5,8"``: whole numbers from 1 on."""
+    found = listed(name, text, "")
+    if any(value != round(value) or value < 1 for value in found):
+        raise QuestionError(f"{name}: given {text!r}; must be whole numbers from 1 on, with commas between")
+    return [round(value) for value in found]
+
+
+def ends(name: str, text: str, unit: str) -> tuple[float, float]:
+    """``"500 rpm:3000 rpm"`` (from, to), SI."""
+    parts = [part.strip() for part in text.split(":")]
+    if len(parts) != 2:
+        raise QuestionError(f"{name}: given {text!r}; write it as from:to, such as {example(unit)}")
+    low, high = (written(name, part, unit) for part in with_common_unit(parts))
+    return low, high
+
+
+def with_common_unit(parts: list[str]) -> list[str]:
+    """The only unit of two ends for both of them."""
+    units = [match[2].strip() if (match := NUMBER.match(part)) else part for part in parts]
+    common = next((unit for unit in units if unit), "")
+    return [part if unit or not common else f"{part} {common}" for part, unit in zip(parts, units, strict=True)]
+
+
+def example(unit: str, form: str = "from:to") -> str:
+    """A range as one writes it: ``"500 rpm:3000 rpm"``."""
+    number, space, sign = sample(unit).strip('"').partition(" ")
+    both = "500 rpm:3000 rpm" if unit == "rad/s" else f"{number}{space}{sign}:{10.0 * float(number):g}{space}{sign}"
+    return f'"{both}{"" if form == "from:to" else ":200"}"'
+
+
+def _parts(name: str, text: str, unit: str) -> tuple[list[str], int, bool]:
+    parts = [part.strip() for part in text.split(":")]
+    log = len(parts) == 4 and parts[3] == "log"
+    if not (len(parts) == 3 or log) or not COUNT.fullmatch(parts[2]) or not 1 <= int(parts[2]) <= MOST:
+        if len(parts) == 2 and all(parts):
+            raise QuestionError(
+                f'{name}: given {text!r}, without the number of values; write it as "{FORM}", such as "{text}:200"'
+            )
+        raise QuestionError(
+            f'{name}: given {shortened(text)}; write it as "{FORM}" or "{FORM}:log", such as {example(unit, FORM)}'
+        )
+    return with_common_unit(parts[:2]), int(parts[2]), log

@@ -17,20 +17,14 @@ from fastapi import Request
 from nicegui import Client, app, core, ui
 from nicegui.element import Element
 
-from autobalancer.app.pages.bench import Bench
 from autobalancer.app.pages.describe import describe
-from autobalancer.app.pages.files import serve_files, user_of
-from autobalancer.app.pages.hint import hinted, marked
-from autobalancer.app.pages.measured.files import serve_measured
-from autobalancer.app.pages.measured.page import MeasuredPage
+from autobalancer.app.pages.elements import Bench, Work, hinted, marked, serve_files, user_of
+from autobalancer.app.pages.measured.page import MeasuredPage, serve_measured
 from autobalancer.app.pages.stability.page import StabilityPage
-from autobalancer.app.pages.studies.files import serve_studies
-from autobalancer.app.pages.studies.page import StudiesPage
-from autobalancer.app.pages.work import Work
-from autobalancer.app.store.archive import UNREADABLE, Archive, Entry, differences
-from autobalancer.app.store.export import film as film_of
+from autobalancer.app.pages.studies.page import StudiesPage, serve_studies
+from autobalancer.app.store.archive import UNREADABLE, Archive, Entry, differences, user_folder
+from autobalancer.app.store.archive import film as film_of
 from autobalancer.app.store.jobs import Job, Jobs, keep_warnings
-from autobalancer.app.store.names import user_folder
 from autobalancer.app.text.document import with_value
 from autobalancer.app.text.fields import PLAIN, written
 from autobalancer.app.text.problems import for_page

@@ -9,7 +9,7 @@ from numba import njit
 
 PACKAGES = (
     "PIL.Image",
-    "autobalancer.either_kind",
+    "autobalancer.api",
     "autobalancer.assembly.chamber",
     "autobalancer.assembly.rotors",
     "autobalancer.flow",

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from autobalancer.app.store.names import LOCAL, user_folder
+from autobalancer.app.store.archive import LOCAL, user_folder
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, unwarned
 from autobalancer.safe_file import ready_to_write
 
@@ -174,7 +174,7 @@ def rules_for(host: str, tokens: Sequence[str]) -> Rules:
 
 def _warm_up() -> None:
     """Load or compile the equations, so that the first run of a user does not wait for them, and set what is loaded apart."""
-    from autobalancer.either_kind import check, measures, simulate, verdict
+    from autobalancer.api import check, measures, simulate, verdict
     from autobalancer.files.examples import example
 
     with unwarned():

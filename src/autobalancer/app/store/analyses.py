@@ -2,32 +2,129 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from autobalancer.app.store.known import Known
-from autobalancer.assembly.quantities import parameter_range, parameter_unit
-from autobalancer.errors import QuestionError
+from autobalancer.app.store.archive import FILES
+from autobalancer.app.store.jobs import Job
+from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.quantities import parameter_range, parameter_unit, value_of
+from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.plain_names import text_of
-from autobalancer.patience import Progress
-from autobalancer.plots.rotor.campbell import campbell as draw_campbell
-from autobalancer.plots.rotor.unbalance_response import response as draw_response
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine.path import QUANTITIES, named_unit, text_of
+from autobalancer.plots.rotor import campbell as draw_campbell
+from autobalancer.plots.rotor import response as draw_response
 from autobalancer.plots.run.stepped_response import stepped_response as draw_stepped
 from autobalancer.plots.stability.basins import basin as draw_basin
 from autobalancer.plots.stability.border_curve import border_curve as draw_borders
 from autobalancer.plots.stability.branches import branches as draw_branches
 from autobalancer.plots.stability.stability_map import map as draw_map
+from autobalancer.progress import Progress
 from autobalancer.results.number_text import length_text
-from autobalancer.shown import rpm_and_si
+from autobalancer.results.store import load_run, save_run
+from autobalancer.safe_file import write_text_safely
+from autobalancer.tables import rpm_and_si
 from autobalancer.units import argument, shortened
-from autobalancer.units.ranges import ends, range_values
+from autobalancer.units.quantity import ends, range_values
+
+# What the forms of analyses need to know of a machine: its speeds, what may be varied, and what is not for it.
+
+
+RPM = 30.0 / math.pi
+UNITS = {"m^2/s": (1e6, "mm^2/s"), "kg": (1e3, "g"), "m": (1e3, "mm"), "kg*m": (1e6, "g*mm")}  # in which people write
+LEFT_OUT = ("count", "temperature")  # whole numbers, and what has no zero
+DEEP = "is for balls in races; here they move freely in a deep chamber, which the pages Run and Archive are for"
+GRAVITY = (
+    "is for machines without gravity across the axis; with it balls never rest in the rotor. Run it, or take the basin"
+)
+NO_BALLS = "asks what balls do, and this machine has none"
+NOTHING = "needs a viscosity, a drag or another quantity that all races share, and this machine has none"
+LIQUID = "does not know liquid with a free surface; take the liquid rings out of the machine"
+
+
+@dataclass(frozen=True)
+class Known:
+    """Speeds in rpm, nan where there are none; of each quantity that may be varied its value and unit, as people write them."""
+
+    machine: Machine
+    low: float
+    high: float
+    speed: float  # the last that the drive prescribes
+    critical: float  # the highest critical speed that a run passes
+    quantities: dict[str, tuple[float, str]]
+    balls: int
+
+    def refusal(self, *, balls: bool, steady: bool, varied: bool) -> str:
+        """Why a question is not for this machine, that asks about balls, about steady states, or over a quantity; else empty."""
+        if self.machine.liquid_rings:
+            return LIQUID
+        if balls and not self.balls:
+            return NO_BALLS
+        if steady and self.machine.axis == "horizontal" and self.machine.gravity > 0.0:
+            return GRAVITY
+        return NOTHING if varied and not self.quantities else ""
+
+
+def known_of(machine: Machine) -> Known:
+    """What is known of a machine without running or compiling anything.
+
+    Speeds are from half the lowest critical speed to somewhat above the highest speed of the drive.
+    """
+    from autobalancer.stability.summary import frame_of
+
+    highest = highest_prescribed(machine) or 0.0
+    try:
+        critical = [speed for speed in frame_of(machine, highest or None).critical_speeds if speed > 0.0]
+    except AutobalancerError:  # the question itself says what is wrong
+        critical = []
+    lowest = min(critical, default=0.0)
+    top = max(1.15 * highest, 1.6 * lowest)
+    passed = max((speed for speed in critical if speed < (highest or top)), default=lowest)
+    balls = sum(group.count for one in machine.balancers for race in one.races for group in race.balls)
+    low = 0.5 * lowest if lowest else 0.02 * top
+    last = value_of(machine, "speed")
+    found = (low, top, last if last > 0.0 else math.nan, passed)
+    speeds = [RPM * speed if speed > 0.0 else math.nan for speed in found]
+    return Known(machine, speeds[0], speeds[1], speeds[2], speeds[3], varied(machine), balls)
+
+
+def varied(machine: Machine) -> dict[str, tuple[float, str]]:
+    """The quantities with one value above zero in this machine; viscosity and drag first."""
+    found = {}
+    for name in QUANTITIES:
+        if name in LEFT_OUT or (name == "unbalance" and not isinstance(machine.rotor, PlanarRotor)):
+            continue
+        try:
+            value = value_of(machine, name)
+        except (AutobalancerError, AttributeError):
+            continue
+        if value > 0.0:
+            scale, unit = UNITS.get(named_unit(name), (1.0, named_unit(name)))
+            found[name] = (scale * value, unit)
+    return found
+
+
+def why_not_at_all(machine: object) -> str:
+    """Why no analysis is for what is described; empty for a machine with balls in races."""
+    if isinstance(machine, ChamberMachine):
+        return DEEP
+    return (
+        ""
+        if isinstance(machine, Machine)
+        else "waits until the machine is possible; the page Describe says what is missing"
+    )
+
 
 # The questions of the page as functions: ``read_...`` makes arguments of the texts of a form, ``ask_...`` asks with
 # them.
@@ -117,7 +214,7 @@ def ask_campbell(machine: Machine, asked: dict[str, Any], progress: Progress) ->
 
 def _modes_near(machine: Machine, speeds: Any) -> int:
     """How many modes are slower than ``NEAR`` times the highest speed, at either end of the range; two at least."""
-    from autobalancer.rotordynamics.modes import modes
+    from autobalancer.rotordynamics.campbell import modes
 
     top = float(np.max(speeds))
     ends = [modes(machine, float(speed), modes=MOST_MODES)["frequency"].values for speed in (np.min(speeds), top)]
@@ -431,3 +528,66 @@ def report_file(machine: Any, path: Path, progress: Progress) -> Path:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     return report(machine, path, starts=40, progress=progress)
+
+
+# The latest answer of each analysis of a user, kept as a result file, so that it is there when the page is opened
+# again.
+
+
+@dataclass
+class About:
+    """Of which machine an answer is, and how it was asked."""
+
+    name: str  # of the machine
+    text: str  # of the machine
+    given: dict[str, str]
+    made: str
+    seconds: float = 0.0
+    notes: list[str] = field(default_factory=list)
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine itself."""
+        return parse_race_machine(self.text)
+
+
+class LatestAnswers:
+    """Below the folder of a user, one answer for each analysis; a newer one takes its place."""
+
+    def __init__(self, home: Path) -> None:
+        self.folder = home / "stability"
+
+    def ask(
+        self, name: str, machine: Machine, text: str, asked: dict[str, Any], given: Mapping[str, str], job: Job
+    ) -> str:
+        """Work out an answer and keep it; what a cancelled job measured is kept, too. Gives the name of the analysis."""
+        found = ANALYSES[name].ask(machine, asked, job.progress)
+        about = About(machine.name, text, dict(given), f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC", notes=job.notes)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with FILES:
+            save_run(found, self.path(name))
+        write_text_safely(self.folder / f"{name}.json", json.dumps(asdict(about), indent=1))
+        return name
+
+    def about(self, name: str) -> About | None:
+        """What is known of the latest answer; none if there is none."""
+        try:
+            found = About(**json.loads((self.folder / f"{name}.json").read_text(encoding="utf-8")))
+            return found if self.path(name).is_file() else None
+        except (OSError, ValueError, TypeError):
+            return None
+
+    def answer(self, name: str) -> Any:
+        """The latest answer itself.
+
+        Raises
+        ------
+        ResultError
+            If it cannot be read.
+        """
+        with FILES:
+            return load_run(self.path(name))
+
+    def path(self, name: str) -> Path:
+        """The result file of an answer."""
+        return self.folder / f"{name}.nc"

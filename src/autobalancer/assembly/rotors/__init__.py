@@ -12,12 +12,11 @@ import numpy as np
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.rotors.hardening import with_hardening
-from autobalancer.assembly.rotors.model import Axis, Complexes, LateralModel, Matrix, Rows, matrices
-from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.assembly.rotors.lateral_model import Axis, Complexes, LateralModel, Matrix, Rows, matrices
+from autobalancer.cache import remembered
+from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.machine import Machine, PlanarRotor, RigidRotor, Unbalance
 from autobalancer.machine.part import ImpossiblePart
-from autobalancer.remembered import remembered
 
 __all__ = [
     "Axis",

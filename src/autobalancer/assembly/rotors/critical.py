@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel
-from autobalancer.remembered import remembered
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel
+from autobalancer.cache import remembered
 
 NOT_A_SPEED = 1e-10  # share of the greatest 1/w^2 below which it counts as zero
 INTERVALS = 64  # of the reach of a table, in which critical speeds are sought

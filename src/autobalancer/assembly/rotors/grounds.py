@@ -12,12 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.assembly.rotors import LateralModel, station_rows
+from autobalancer.assembly.rotors.equivalent_stiffness import Mount, beyond_sliding
 from autobalancer.assembly.rotors.hardening import HardPlace, hardenings
-from autobalancer.assembly.rotors.model import Floats, Matrix, Rows
-from autobalancer.assembly.rotors.mounts import Mount, beyond_sliding
-from autobalancer.assembly.rotors.multibody import RigAxis
-from autobalancer.assembly.rotors.rig_joints import assembled, joint_struts
-from autobalancer.assembly.rotors.supports import add_support
+from autobalancer.assembly.rotors.lateral_model import Floats, Matrix, Rows, add_support
+from autobalancer.assembly.rotors.rig import RigAxis, assembled, joint_struts
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor
 from autobalancer.machine.rotors.body import GROUND

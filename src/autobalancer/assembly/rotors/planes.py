@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.assembly.rotors import LateralModel, balancer_rows
-from autobalancer.assembly.rotors.model import Complexes, Floats, Rows
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Rows
 from autobalancer.machine import Machine, PlanarRotor
 
 

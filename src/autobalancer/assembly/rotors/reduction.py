@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.rotors.model import Complexes, Floats, LateralModel, Matrix, Rows
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel, Matrix, Rows
 from autobalancer.errors import MachineError
 
 FREQUENCIES = 48  # at which the receptances of both models are compared

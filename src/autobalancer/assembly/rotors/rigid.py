@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.rotors.model import LateralModel, Rows, matrices
-from autobalancer.assembly.rotors.supports import add_support, table_speeds
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows, add_support, matrices, table_speeds
 from autobalancer.machine import ModalRotor, PlanarRotor, RigidRotor
 
 
@@ -18,13 +17,13 @@ class RigidAxis:
     reach: tuple[float, float]
 
     def rows(self, position: float | None, body: str | None) -> Rows:
-        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`."""
         if body is not None:
             raise ValueError(f"body {body!r}: a rigid rotor is one body; leave it out")
         return Rows(np.array([1.0, float(position or 0.0)]), np.array([0.0, 1.0]))
 
     def line(self) -> list[tuple[float, Rows]]:
-        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`."""
         return [(z, self.rows(z, None)) for z in self.reach]
 
 
@@ -35,13 +34,13 @@ class Point:
     pairs: int = 1
 
     def rows(self, position: float | None, body: str | None) -> Rows:
-        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`."""
         if position or body is not None:
             raise ValueError("this rotor has one plane only; leave the place out")
         return Rows(np.ones(self.pairs), np.zeros(self.pairs))
 
     def line(self) -> list[tuple[float, Rows]]:
-        """See :class:`autobalancer.assembly.rotors.model.Axis`."""
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`."""
         return [(0.0, self.rows(None, None))]
 
 

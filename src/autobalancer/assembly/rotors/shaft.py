@@ -10,12 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.rotors.model import Floats, LateralModel, Matrix, Rows, matrices
-from autobalancer.assembly.rotors.supports import add_support, table_speeds
+from autobalancer.assembly.rotors.lateral_model import (
+    Floats,
+    LateralModel,
+    Matrix,
+    Rows,
+    add_support,
+    matrices,
+    table_speeds,
+)
+from autobalancer.cache import remembered
 from autobalancer.machine import Disk, ShaftRotor, ShaftSegment
 from autobalancer.machine.part import ImpossiblePart
 from autobalancer.machine.rotors.shaft import SAME
-from autobalancer.remembered import remembered
 
 # The nodes of a shaft: ends of elements, disks, supports and thrust bearing.
 
@@ -287,7 +294,7 @@ class ShaftAxis:
     disks: tuple[Disk, ...]
 
     def rows(self, position: float | None, body: str | None) -> Rows:
-        """See :class:`autobalancer.assembly.rotors.model.Axis`; ``None`` is the mass center of the only disk."""
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`; ``None`` is the mass center of the only disk."""
         if body is not None:
             return self._named(position, body)
         if position is None:
@@ -329,7 +336,7 @@ class ShaftAxis:
         return Rows(foot.deflection + arm * foot.slope, foot.slope)
 
     def line(self) -> list[tuple[float, Rows]]:
-        """See :class:`autobalancer.assembly.rotors.model.Axis`; with the arms that stick out of the ends."""
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`; with the arms that stick out of the ends."""
         nodes = self.mesh.nodes
         places = [z + share * (after - z) for z, after in pairwise(nodes) for share in np.arange(INSIDE) / INSIDE]
         line = [(float(z), self.on_shaft(float(z))) for z in [*places, nodes[-1]]]

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
 from enum import StrEnum
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from autobalancer.cli.terminal.words import use_speed_unit
+from autobalancer.cli.terminal.sheet import use_speed_unit
+from autobalancer.errors import AutobalancerError, QuestionError, UnitError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 class SpeedUnit(StrEnum):
@@ -38,3 +46,110 @@ Settling = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 Csv = Annotated[bool, typer.Option("--csv", help="Print the table as CSV, with units in its first line.")]
+
+
+# Blocks of options that several commands share: a parameter of a command that is a dataclass of options.
+
+
+def in_blocks(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that the command line sees with the fields of each block in the place of the block."""
+    hints, blocks, seen = get_type_hints(command, include_extras=True), dict[str, Any](), list[Parameter]()
+    for one in signature(command).parameters.values():
+        kind = hints[one.name]
+        if not is_dataclass(kind):
+            seen.append(one.replace(annotation=kind, kind=Parameter.KEYWORD_ONLY))
+            continue
+        blocks[one.name], options = kind, get_type_hints(kind, include_extras=True)
+        seen += [
+            Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=options[field.name])
+            for field in fields(kind)
+        ]
+
+    @wraps(command)
+    def called(**given: Any) -> None:
+        made = {
+            name: kind(**{field.name: given.pop(field.name) for field in fields(kind)}) for name, kind in blocks.items()
+        }
+        command(**given, **made)
+
+    called.__annotations__ = {one.name: one.annotation for one in seen}
+    called.__signature__ = Signature(seen)  # type: ignore[attr-defined]
+    return called
+
+
+# Quantities and ranges as one writes them on the command line: every number with its unit.
+
+
+FORM = "from:to:count"
+
+
+def quantity(option: str, text: str, unit: str) -> float:
+    """One quantity in the SI ``unit``; a fault names the option."""
+    from autobalancer.units.quantity import written
+
+    return written(option, text, unit)
+
+
+def optional(option: str, text: str, unit: str) -> float | None:
+    """The same, or ``None`` where nothing was given."""
+    return quantity(option, text, unit) if text else None
+
+
+def speed_range(option: str, text: str, count: int | None = None) -> np.ndarray:
+    """``"500 rpm:3000 rpm:200"`` (from, to, count) or one speed, in rad/s; the speeds ascend from above zero.
+
+    ``count`` is taken where the text gives none.
+    """
+    import numpy as np
+
+    from autobalancer.units.quantity import is_range, range_values
+
+    full = f"{text}:{count}" if count is not None and text.count(":") == 1 else text
+    speeds = range_values(option, full, "rad/s") if is_range(full) else np.array([_one_or_range(option, full)])
+    if not speeds[0] > 0.0 or np.any(np.diff(speeds) <= 0.0):
+        raise QuestionError(f"{option}: given {text!r}; must ascend from above zero")
+    return speeds
+
+
+def named(option: str, text: str, form: str = FORM) -> tuple[str, str]:
+    """``"viscosity=1 mm^2/s:100 mm^2/s:200"`` as name and range; the range is empty where only a name was given."""
+    name, mark, span = text.partition("=")
+    if not name.strip() or (mark and not span.strip()):
+        raise QuestionError(f"{option}: given {text!r}; write it as NAME={form}, such as {_sample(form)}")
+    return name.strip(), span.strip()
+
+
+def parameter_values(option: str, text: str, machine: Any) -> tuple[str, np.ndarray]:
+    """``"viscosity=1 mm^2/s:100 mm^2/s:200"`` as name and values, SI; whole numbers for a count."""
+    from autobalancer.assembly.quantities import parameter_range
+
+    name, span = named(option, text)
+    if not span:
+        raise QuestionError(f"{option}: given {text!r}; write it as NAME={FORM}, such as {_sample(FORM)}")
+    unit_of(option, name, machine)
+    return name, parameter_range(machine, name, span, option)
+
+
+def unit_of(option: str, name: str, machine: Any) -> str:
+    """The SI unit of a named quantity or of a path of this machine, empty where there is none."""
+    from autobalancer.assembly.quantities import parameter_unit
+
+    try:
+        return parameter_unit(machine, name)
+    except AutobalancerError as reason:
+        raise QuestionError(f"{option}: {reason}") from None
+
+
+def _sample(form: str) -> str:
+    from autobalancer.units.quantity import example
+
+    return f'"speed={example("rad/s", form)[1:]}'
+
+
+def _one_or_range(option: str, text: str) -> float:
+    from autobalancer.units.quantity import example
+
+    try:
+        return quantity(option, text, "rad/s")
+    except UnitError as reason:
+        raise UnitError(f"{reason}; a range is written as {FORM}: {example('rad/s', FORM)}") from None

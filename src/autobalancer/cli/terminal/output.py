@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from autobalancer.cli.terminal.sheet import Column
     from autobalancer.machine import Machine
+    from autobalancer.tables import Column
 
 RESULT = (".nc", ".csv", ".json")
 SIGNALS = (*RESULT, ".uff")
@@ -67,7 +67,7 @@ class Files:
                 save_run(found, path, rescue=True)
             Command.written.append(path)
         if self.plot is not None and draw is not None:
-            from autobalancer.plots.drawing.save import save_picture
+            from autobalancer.plots.drawing.style import save_picture
 
             save_picture(draw(), self.plot)
             Command.written.append(self.plot)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 import textwrap
 from collections.abc import Sequence
+from contextvars import ContextVar
 from typing import Any
 
-from autobalancer.cli.terminal.words import in_speed_unit
-from autobalancer.shown import Column, printable
-
-__all__ = ["Column", "Facts", "print_facts", "print_sheet", "sheet_csv"]
+from autobalancer.tables import NUMBER, Column, printable, speeds_in
 
 LEAST = 18  # letters of a text that may be broken between words
 EDGE, GAP = 1, 2  # blanks at the ends of a line and between columns
@@ -31,7 +30,7 @@ def print_sheet(columns: Sequence[Column], title: str = "") -> None:
     """Print it; columns that do not fit beside the first ones follow below, with the first column again."""
     from rich.text import Text
 
-    from autobalancer.cli.terminal.console import Console
+    from autobalancer.cli.terminal.progress_bar import Console
 
     console = Console(highlight=False)
     if title:
@@ -61,7 +60,7 @@ class Facts:
         from rich.table import Table
         from rich.text import Text
 
-        from autobalancer.cli.terminal.console import Console
+        from autobalancer.cli.terminal.progress_bar import Console
 
         table = Table(show_header=False, box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0))
         table.add_column(style="bold", no_wrap=True)
@@ -138,3 +137,64 @@ def _plain(value: Any) -> str:
         return str(value)
     number = float(value)
     return "" if math.isnan(number) else f"{number:.10g}"
+
+
+# Numbers as people read them, in the speed unit that the command was asked for, and lines that fit the screen.
+
+
+_BOTH = re.compile(rf"{NUMBER} rpm \((?P<si>{NUMBER}) rad/s\)")
+_UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+_SPEED_UNIT: ContextVar[str] = ContextVar("speed_unit", default="rpm")
+
+
+def use_speed_unit(unit: str) -> str:
+    """Remember the --speed-unit of the command that runs; every text of a speed follows it."""
+    _SPEED_UNIT.set(str(unit))
+    return unit
+
+
+def speed_number(speed: float, form: str = ".5g") -> str:
+    """``"1200"``, in the unit of :func:`speed_sign`."""
+    from autobalancer.results.display_units import speed_axis
+
+    return format(speed * speed_axis(_SPEED_UNIT.get()).factor, form)
+
+
+def speed_sign() -> str:
+    """``"rpm"``."""
+    return _SPEED_UNIT.get()
+
+
+def speed_text(speed: float, form: str = ".5g") -> str:
+    """``"1200 rpm"``; *none* for nan and *never* for infinity, as border speeds mean them."""
+    if math.isnan(speed):
+        return "none"
+    return "never" if math.isinf(speed) else f"{speed_number(speed, form)} {speed_sign()}"
+
+
+def in_speed_unit(text: str) -> str:
+    """A sentence of the package, which has its speeds in rad/s, with these in the unit of :func:`speed_sign`."""
+    from autobalancer.results.display_units import speed_axis
+
+    text = _BOTH.sub(lambda found: speed_text(float(found["si"])), text)
+    return text if speed_sign() == "rad/s" else speeds_in(text, speed_axis(speed_sign()).factor, speed_sign())
+
+
+def say(text: str, indent: str = "", first: str = "") -> None:
+    """Print sentences, broken between words where the screen ends, the further lines of each with an ``indent``."""
+    import textwrap
+
+    import typer
+
+    from autobalancer.cli.terminal.progress_bar import Console
+    from autobalancer.tables import printable
+
+    for line in printable(in_speed_unit(text)).splitlines() or [""]:
+        width = max(Console().width, 40)
+        whole = textwrap.wrap(line, width, initial_indent=first, subsequent_indent=indent, **_UNBROKEN)
+        typer.echo("\n".join(whole))
+
+
+def note(text: str) -> None:
+    """Print a note that the reader must not miss."""
+    say(f"note: {text}", indent="  ")

@@ -2,21 +2,235 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.balancer.balls import INCOMPLETE, Balls
-from autobalancer.machine.balancer.bodies import refuse_bodies
-from autobalancer.machine.balancer.contact import Contact, Friction, Harmonic, Partitions, Roundness
-from autobalancer.machine.balancer.drag import Drag
-from autobalancer.machine.balancer.fluid import Fluid
+from autobalancer.machine.balancer.fluid import Drag, Fluid
 from autobalancer.machine.balancer.force import Force
-from autobalancer.machine.balancer.resolved import ResolvedContact
-from autobalancer.machine.leaves import OneOf
-from autobalancer.machine.part import ImpossiblePart, Label, Listed, Name, Part, key
-from autobalancer.machine.quantity import Angle, Length, Offset
+from autobalancer.machine.balancer.resolved import Contact, Friction, Harmonic, Partitions, ResolvedContact, Roundness
+from autobalancer.machine.part import (
+    Angle,
+    Density,
+    ImpossiblePart,
+    Label,
+    Length,
+    Listed,
+    Mass,
+    MassInertia,
+    Name,
+    Offset,
+    Part,
+    Speed,
+    key,
+)
+from autobalancer.machine.plugins import OneOf
 from autobalancer.machine.station import Place
+
+# Balls, or rollers or pendulums in their place, alike ones together.
+
+
+INCOMPLETE = "give two of 'diameter', 'mass' and 'density' (or 'material'); a point ball may have a mass alone"
+
+
+class Balls(Part):
+    """``count`` equal balls, rollers or pendulums that stand side by side in their race.
+
+    Size and mass follow from two of ``diameter``, ``mass`` and ``density`` (or ``material``, a name of the catalog). Balls of
+    a race with a ``bearing`` have the diameter of its balls, if nothing but their material is given.
+    A ``point`` ball has no spin inertia and may be given by its mass alone; a ``rolling`` ball needs a size.
+
+    A ``roller`` is a cylinder that rolls on the race, solid or with a bore: it has a ``diameter``, and its mass follows from
+    ``length`` and density unless it is given. A ``pendulum`` is a ``mass`` that turns on a bearing about the center of the
+    race, with the orbit radius to its center of mass and the ``inertia`` about that; the friction of the race is then that
+    of its bearing, at ``bearing_radius``. Pendulums pass each other, unless they have the ``diameter`` of a round head.
+
+    ``start_angles`` are the ball angles in the rotor at the start; without them they are drawn at random.
+    """
+
+    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = key("balls of this group", 1, symbol="n")
+    body: Literal["ball", "roller", "pendulum"] = key(
+        "`ball`; `roller`: a cylinder or ring that rolls on the race; `pendulum`: a mass that turns on a bearing about the "
+        "center of the race",
+        "ball",
+    )
+    diameter: Length | None = key(
+        "with two of diameter, mass and density (or material) the third follows; of a pendulum that of its round head",
+        None,
+        symbol="d",
+    )
+    mass: Mass | None = key(
+        "of one ball, in air; with two of diameter, mass and density (or material) the third follows", None, symbol="m"
+    )
+    density: Density | None = key("with two of diameter, mass and density (or material) the third follows", None)
+    material: str | None = key("a name of the catalog, instead of a density", None)
+    length: Length | None = key(
+        "of a roller, along the shaft; with two of mass, length and density (or material) the third follows", None
+    )
+    inner_diameter: Length | None = key("of the bore of a roller; without it the roller is solid", None)
+    inertia: MassInertia | None = key(
+        "of a pendulum, about its own center of mass; 0 for a point mass", None, symbol="J_c"
+    )
+    bearing_radius: Length | None = key("of a pendulum: where its bearing rubs, if the race has `friction`", None)
+    motion: Literal["rolling", "point"] = key(
+        "`rolling` without slip, with the inertia of a solid ball; `point`: no spin, no size needed", "rolling"
+    )
+    start_angles: Annotated[tuple[Angle, ...], Listed] | None = key(
+        "in the rotor, one for each ball; without them drawn at random with the seed of the run", None
+    )
+    start_speeds: Annotated[tuple[Speed, ...], Listed] | None = key(
+        "in the rotor, one for each ball; without them at rest in the rotor", None
+    )
+
+    @model_validator(mode="after")
+    def _determined(self) -> Balls:
+        refuse_keys(self)
+        if self.density is not None and self.material is not None:
+            raise ValueError("give 'density' or 'material', not both")
+        {"ball": _check_ball, "roller": check_roller, "pendulum": check_pendulum}[self.body](self)
+        for name, values in (("start_angles", self.start_angles), ("start_speeds", self.start_speeds)):
+            if values is not None and len(values) != self.count:
+                raise ValueError(f"{name}: given {len(values)} values for {self.count} balls; give one for each ball")
+        return self
+
+    @property
+    def rolls(self) -> bool:
+        """Whether these roll on the race, so that they spin against it."""
+        return self.body != "pendulum" and self.motion == "rolling"
+
+    @property
+    def unsized(self) -> bool:
+        """Whether only the material is known, so that the size is that of the bearing."""
+        return self.diameter is None and self.mass is None
+
+
+def _check_ball(group: Balls) -> None:
+    stuff = group.density is not None or group.material is not None
+    given = (group.diameter is not None) + (group.mass is not None) + stuff
+    if given == 3:
+        raise ValueError("diameter, mass and density (or material) are all given; leave one out")
+    if given < 2 and not stuff and not (group.motion == "point" and group.mass is not None):
+        raise ValueError(INCOMPLETE)
+
+
+# Which keys fit which body of a race: balls, rollers, pendulums.
+
+
+ROLLER = "a roller needs its 'diameter', and 'mass' or two of 'mass', 'length' and 'density' (or 'material')"
+PENDULUM = (
+    "a pendulum needs its 'mass' and 'inertia', the moment of inertia about its own center of mass (0 for a point mass)"
+)
+ONLY = {
+    "motion": ("ball",),
+    "density": ("ball", "roller"),
+    "material": ("ball", "roller"),
+    "length": ("roller",),
+    "inner_diameter": ("roller",),
+    "inertia": ("pendulum",),
+    "bearing_radius": ("pendulum",),
+}
+"""The bodies to which a key of a group belongs; keys that are not here belong to all."""
+
+
+def refuse_keys(group: Any) -> None:
+    """Refuse keys of another body.
+
+    Raises
+    ------
+    ValueError
+        With the key, what it is for, and what to do.
+    """
+    for name, bodies in ONLY.items():
+        if name in group.model_fields_set and getattr(group, name) is not None and group.body not in bodies:
+            owners = " and ".join(f"{body}s" for body in bodies)
+            raise ValueError(
+                f"{name}: a key of {owners}, but this is a group of {group.body}s; leave it out, or change 'body'"
+            )
+
+
+def check_roller(group: Any) -> None:
+    """Refuse a roller whose size or mass is not determined, or is so twice."""
+    stuff = group.density is not None or group.material is not None
+    given = (group.mass is not None) + (group.length is not None) + stuff
+    if group.diameter is None or (given < 2 and group.mass is None):
+        raise ValueError(ROLLER)
+    if given == 3:
+        raise ValueError("mass, length and density (or material) are all given; leave one out")
+    if group.inner_diameter is not None and group.inner_diameter >= group.diameter:
+        raise ValueError(
+            f"inner_diameter: given {1e3 * group.inner_diameter:.4g} mm; must be smaller than the diameter, "
+            f"{1e3 * group.diameter:.4g} mm"
+        )
+
+
+def check_pendulum(group: Any) -> None:
+    """Refuse a pendulum without mass or inertia."""
+    if group.mass is None or group.inertia is None:
+        raise ValueError(PENDULUM)
+
+
+def refuse_bodies(race: Any) -> None:
+    """Refuse rollers and pendulums in a race that does not fit them.
+
+    Raises
+    ------
+    ValueError
+        With the key, the reason, and what to do.
+    """
+    bodies = {group.body for group in race.balls}
+    if bodies == {"ball"}:
+        return
+    others = " and ".join(f"{body}s" for body in ("roller", "pendulum") if body in bodies)
+    if race.drag.law != "beta":
+        raise ValueError(
+            f"drag: the law {race.drag.law!r} is that of spheres; for {others} give the drag torque itself, with the law 'beta'"
+        )
+    if race.slipstream:
+        raise ValueError(f"slipstream: known of balls only, and this race has {others}; leave it out")
+    if race.bearing is not None:
+        raise ValueError(f"bearing: its groove is made for balls, and this race has {others}; give 'orbit_radius'")
+    if "roller" in bodies:
+        _refuse_rollers(race)
+    if "pendulum" in bodies:
+        if len(bodies) > 1:
+            raise ValueError("balls: pendulums share no race with others; give them a race of their own")
+        _refuse_pendulums(race)
+
+
+def _refuse_rollers(race: Any) -> None:
+    if race.fluid is not None:
+        if "virtual_mass" not in race.fluid.model_fields_set:
+            raise ValueError("fluid.virtual_mass: missing; its default, 2, is that of balls, and this race has rollers")
+        for group in race.balls:
+            if group.body == "roller" and group.inner_diameter is not None:
+                raise ValueError("fluid: how it moves with a hollow roller is not known; leave 'inner_diameter' out")
+            if group.body == "roller" and group.length is None and group.density is None and group.material is None:
+                raise ValueError("fluid: it carries part of a roller whose size is known; give its 'length'")
+    if race.resolved is not None and race.resolved.reduced_modulus is not None:
+        raise ValueError(
+            "resolved.reduced_modulus: the contact of spheres (Hertz), and this race has rollers; give 'stiffness'"
+        )
+
+
+def _refuse_pendulums(race: Any) -> None:
+    reasons = {
+        "race_radius": "a pendulum runs on no wall; give 'orbit_radius', from the pivot to its center of mass",
+        "resolved": "a pendulum is guided by its bearing; leave it out",
+        "harmonics": "the path of a pendulum is a circle; leave it out",
+        "roundness": "the path of a pendulum is a circle; leave it out",
+        "fluid": "a pendulum does not know what it displaces; leave it out and give the drag by the law 'beta'",
+    }
+    for name, reason in reasons.items():
+        if getattr(race, name):
+            raise ValueError(f"{name}: {reason}")
+    if race.friction is not None and any(group.bearing_radius is None for group in race.balls):
+        raise ValueError("balls.bearing_radius: missing; the friction of a pendulum acts at the radius of its bearing")
+    for group in race.balls:
+        if None not in (group.bearing_radius, race.orbit_radius) and group.bearing_radius >= race.orbit_radius:
+            raise ValueError(
+                f"balls.bearing_radius: given {1e3 * group.bearing_radius:.4g} mm; must be smaller than the orbit radius, "
+                f"{1e3 * race.orbit_radius:.4g} mm"
+            )
 
 
 class Race(Part):

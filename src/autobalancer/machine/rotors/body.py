@@ -6,8 +6,7 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Name, Part, key
-from autobalancer.machine.quantity import Mass, Position, Quantity
+from autobalancer.machine.part import Mass, Name, Part, Position, Quantity, key
 
 GROUND = "ground"
 BodyInertia = Annotated[float, Quantity("kg*m^2", non_negative=True)]

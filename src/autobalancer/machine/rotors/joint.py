@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
 from pydantic import model_validator
 
-from autobalancer.machine.leaves import Leaf
-from autobalancer.machine.part import Problem, key
-from autobalancer.machine.quantity import Position, Quantity
+from autobalancer.machine.part import Position, Problem, Quantity, key
+from autobalancer.machine.plugins import Leaf
 from autobalancer.machine.rotors.body import GROUND
-from autobalancer.machine.rotors.hardening import Hardening
-from autobalancer.machine.rotors.rubber import Rubber
-from autobalancer.machine.rotors.support import SpeedTable
+from autobalancer.machine.rotors.support import Hardening, Rubber, SpeedTable
 
 if TYPE_CHECKING:
     import numpy as np

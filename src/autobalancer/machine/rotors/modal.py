@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from autobalancer.machine.part import Listed, Part, key
-from autobalancer.machine.quantity import Inertia, Mass, Quantity
+from autobalancer.machine.part import Inertia, Listed, Mass, Part, Quantity, key
 from autobalancer.machine.rotors.support import Support
 
 

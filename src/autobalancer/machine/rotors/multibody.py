@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.leaves import OneOf
 from autobalancer.machine.part import ImpossiblePart, Listed, Part, Problem, key
+from autobalancer.machine.plugins import OneOf
 from autobalancer.machine.rotors.body import GROUND, Body
 from autobalancer.machine.rotors.joint import Joint, PointJoint
 

@@ -7,10 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import model_validator
 
 from autobalancer.errors import MachineError, UnitError
-from autobalancer.machine.part import ImpossiblePart, Part, Problem, key
-from autobalancer.machine.quantity import Damping, Inertia, Mass, Quantity, Stiffness
-from autobalancer.machine.rotors.hardening import Hardening
-from autobalancer.machine.rotors.rubber import Rubber, small_free_motions
+from autobalancer.machine.part import Damping, ImpossiblePart, Inertia, Mass, Part, Problem, Quantity, Stiffness, key
+from autobalancer.machine.rotors.support import Hardening, Rubber, small_free_motions
 from autobalancer.units import Given, to_si
 
 SPRINGS = ("stiffness", "critical_speed")

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Listed, Part, key
-from autobalancer.machine.quantity import Inertia, Mass, Time
+from autobalancer.machine.part import Inertia, Listed, Mass, Part, Time, key
 from autobalancer.machine.rotors.support import Support
 
 

@@ -2,15 +2,148 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import ImpossiblePart, Listed, Part, Problem, key
-from autobalancer.machine.quantity import Position, Time
-from autobalancer.machine.rotors.disk import Disk
-from autobalancer.machine.rotors.segment import ShaftMaterial, ShaftSegment
+from autobalancer.machine.part import (
+    Density,
+    ImpossiblePart,
+    Label,
+    Length,
+    Listed,
+    Mass,
+    Offset,
+    Part,
+    Position,
+    Positive,
+    Problem,
+    Quantity,
+    Time,
+    key,
+)
 from autobalancer.machine.rotors.support import Support
+
+# A rigid body fixed to a shaft.
+
+
+OwnInertia = Annotated[float, Quantity("kg*m^2", non_negative=True)]
+
+
+class Disk(Part):
+    """A rigid body fixed to the shaft at ``position``; inertias about its mass center, 0 of a point mass.
+
+    ``offset`` is the distance of its mass center from there along the axis, positive towards the right end, carried by
+    a rigid arm. ``extent`` is how far the body reaches from there, as a pair (from, to); places on it that lie beyond the
+    ends of the shaft, or that name it as their ``body``, move with it.
+    """
+
+    name: Label = key("for stations that name it as their body", "")
+    position: Position = key("where it is fixed to the shaft, from the left end")
+    mass: Mass = key("without balls", symbol="m")
+    transverse_inertia: OwnInertia = key("about a diameter through its mass center", symbol="J_t")
+    polar_inertia: OwnInertia = key("about the axis", symbol="J_p")
+    offset: Position = key("from its position to its mass center, positive towards the right end", 0.0)
+    extent: tuple[Position, Position] = key("how far the body reaches from its position, from and to", (0.0, 0.0))
+
+    @model_validator(mode="after")
+    def _possible(self) -> Disk:
+        if self.polar_inertia > 2.0 * self.transverse_inertia * (1.0 + 1e-9):
+            raise ValueError(
+                f"polar_inertia: given {self.polar_inertia:g} kg m^2; no body has more than twice its transverse inertia, "
+                f"{2.0 * self.transverse_inertia:g} kg m^2 here"
+            )
+        if self.extent[0] > self.extent[1]:
+            raise ValueError(f"extent: given {self.extent[0]:g} m to {self.extent[1]:g} m; the smaller one comes first")
+        return self
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Positions along the shaft's axis from where to where the body is, m."""
+        arm = (0.0, float(self.offset), float(self.extent[0]), float(self.extent[1]))
+        return float(self.position) + min(arm), float(self.position) + max(arm)
+
+
+# A cylindrical piece of a shaft, and what it is made of.
+
+
+Modulus = Annotated[float, Quantity("Pa", positive=True)]
+PoissonRatio = Annotated[float, Quantity("", non_negative=True)]
+
+
+class ShaftMaterial(Part):
+    """What a shaft is made of; either ``shear_modulus`` or ``poisson_ratio``, which gives the other."""
+
+    density: Density = key("of the shaft", symbol=r"\rho")
+    youngs_modulus: Modulus = key("Young's modulus", symbol="E")
+    shear_modulus: Modulus | None = key("either this or Poisson's ratio", None, symbol="G")
+    poisson_ratio: PoissonRatio | None = key("either this or the shear modulus", None, symbol=r"\nu")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> ShaftMaterial:
+        if (self.shear_modulus is None) == (self.poisson_ratio is None):
+            raise ValueError("give either 'shear_modulus' or 'poisson_ratio'")
+        if not -1e-9 <= self.poisson < 0.5 + 1e-9:
+            where = "poisson_ratio" if self.shear_modulus is None else "shear_modulus"
+            raise ValueError(f"{where}: gives a Poisson ratio of {self.poisson:g}; it must be from 0 to 0.5")
+        return self
+
+    @property
+    def poisson(self) -> float:
+        """Poisson's ratio, as given or E/(2 G) - 1."""
+        if self.poisson_ratio is not None:
+            return float(self.poisson_ratio)
+        return float(self.youngs_modulus) / (2.0 * float(self.shear_modulus or 0.0)) - 1.0
+
+    @property
+    def shear(self) -> float:
+        """Shear modulus, Pa, as given or E/(2 (1 + nu))."""
+        if self.shear_modulus is not None:
+            return float(self.shear_modulus)
+        return float(self.youngs_modulus) / (2.0 * (1.0 + float(self.poisson_ratio or 0.0)))
+
+
+class ShaftSegment(Part):
+    """A cylinder, hollow if it has an ``inner_diameter``, cut into equal ``elements``.
+
+    ``shear_coefficient`` is the share of the section that carries shear; by default that of Cowper (1966).
+    """
+
+    length: Length = key("along the axis")
+    diameter: Length = key("outer diameter")
+    inner_diameter: Offset = key("of the bore", 0.0)
+    elements: Annotated[int, Field(strict=True, ge=1, le=1000)] = key(
+        "equal pieces into which it is cut; disks and supports cut it further", 4
+    )
+    material: ShaftMaterial | None = key("in place of that of the rotor", None)
+    shear_coefficient: Positive | None = key(
+        "share of the section that carries shear; by default that of Cowper (1966)", None
+    )
+
+    @model_validator(mode="after")
+    def _hollow(self) -> ShaftSegment:
+        if self.inner_diameter >= self.diameter:
+            raise ValueError(
+                f"inner_diameter: given {self.inner_diameter:g} m; must be smaller than the diameter, {self.diameter:g} m"
+            )
+        return self
+
+    @property
+    def area(self) -> float:
+        """Of the section, m^2."""
+        return 0.25 * math.pi * (float(self.diameter) ** 2 - float(self.inner_diameter) ** 2)
+
+    @property
+    def second_moment(self) -> float:
+        """Of the area about a diameter, m^4."""
+        return math.pi / 64.0 * (float(self.diameter) ** 4 - float(self.inner_diameter) ** 4)
+
+    @property
+    def volume(self) -> float:
+        """m^3."""
+        return self.area * float(self.length)
+
 
 SAME = 1e-9  # share of the length below which two places are one
 

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.balancing.answer import Balancing
-from autobalancer.measurement.balancing.arrays import Angles, Complexes, Floats, Job, Phase, job_of
-from autobalancer.measurement.balancing.file import given_runs
-from autobalancer.measurement.balancing.runs import MASSES, BalanceRun, one_of
-from autobalancer.measurement.balancing.uncertainty import mass_covariance, polar_deviations
+from autobalancer.measurement.balancing.runs import (
+    MASSES,
+    Angles,
+    BalanceRun,
+    Complexes,
+    Floats,
+    Job,
+    Phase,
+    given_runs,
+    job_of,
+    one_of,
+)
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.number_text import significant
 from autobalancer.results.provenance import provenance
+from autobalancer.tables import Column
 from autobalancer.units import optional_argument
 
 # Correction masses for which the vibration that remains is least: in the mean square, or the greatest one.
@@ -536,3 +546,108 @@ def _weakest(found: Found) -> str:
         if abs(v) > 0.05
     ]
     return f"the combination {', '.join(parts)}"
+
+
+# How sure corrections are: the deviations of all readings carried through to the masses, linearly.
+
+
+STEP = 1e-3  # of a reading's deviation, by which it is changed
+
+
+def mass_covariance(job: Job, corrections: Callable[[Complexes], Complexes]) -> Floats:
+    """Covariance of the masses, real parts first, (2 P, 2 P); nan where a deviation is not known.
+
+    ``corrections`` makes masses of readings of the shape of the job.
+    """
+    count = corrections(job.readings).size
+    if not (np.isfinite(job.along).all() and np.isfinite(job.across).all()):
+        return np.full((2 * count, 2 * count), np.nan)
+    found = np.zeros((2 * count, 2 * count))
+    size = np.abs(job.readings)
+    way = np.where(size > 0.0, job.readings / np.where(size > 0.0, size, 1.0), 1.0)
+    for index in np.ndindex(job.readings.shape):
+        for turned, sure in ((1.0, job.along[index]), (1j, job.across[index])):
+            moved = []
+            for sign in (1.0, -1.0):
+                readings = job.readings.copy()
+                readings[index] += sign * STEP * sure * turned * way[index]
+                masses = corrections(readings)
+                moved.append(np.concatenate([masses.real, masses.imag]))
+            change = (moved[0] - moved[1]) / (2.0 * STEP)
+            found += np.outer(change, change)
+    return found
+
+
+def polar_deviations(masses: Complexes, covariance: Floats) -> tuple[Floats, Floats]:
+    """Standard deviations of size (as the masses) and angle (rad) of each, (P,)."""
+    count = masses.size
+    sizes, angles = np.empty(count), np.empty(count)
+    for p, mass in enumerate(masses):
+        block = covariance[np.ix_([p, count + p], [p, count + p])]
+        way = mass / abs(mass) if mass else 1.0 + 0j
+        along, across = np.array([way.real, way.imag]), np.array([-way.imag, way.real])
+        sizes[p] = np.sqrt(np.maximum(along @ block @ along, 0.0))
+        spread = np.sqrt(np.maximum(across @ block @ across, 0.0))
+        angles[p] = spread / abs(mass) if mass else np.nan
+    return sizes, angles
+
+
+# Corrections as a table: mass and angle in each plane.
+
+
+SHOWN = {"kg": ("g", 1e3), "kg m": ("g mm", 1e6), "m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0)}
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """The unit in which a quantity of a balancing job is shown, and its factor."""
+    return SHOWN.get(unit, (unit, 1.0))
+
+
+class Balancing(Answer):
+    """Correction masses, and what should remain."""
+
+    __slots__ = ()
+    drawn_by = "balancing"
+    row_of = "plane"
+    needed: ClassVar[tuple[str, ...]] = ("correction", "correction_angle")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Mass and angle of each plane, each with its standard deviation."""
+        sign, factor = shown_unit(self["correction"].attrs["units"])
+        turn = 180.0 / np.pi
+        columns = [
+            Column("plane", [str(name) for name in self["plane"].values]),
+            Column("mass" if sign == "g" else "correction", factor * self["correction"].values, sign, ".4g"),
+            Column("+-", factor * self["correction_deviation"].values, sign, ".2g"),
+            Column("angle", np.mod(turn * self["correction_angle"].values, 360.0), "deg", ".1f"),
+            Column("+-", turn * self["correction_angle_deviation"].values, "deg", ".2g"),
+        ]
+        if self.attrs.get("left_on"):
+            columns += [
+                Column("change by", factor * self["change"].values, sign, ".4g"),
+                Column("at", np.mod(turn * self["change_angle"].values, 360.0), "deg", ".1f"),
+            ]
+        return columns
+
+    def facts(self) -> list[tuple[str, str]]:
+        """What remains."""
+        found = []
+        for c in range(self.sizes["channel"]):
+            sign, factor = shown_unit(self["original"].attrs["units"])
+            speed = float(self["speed"].values[c])
+            at = "" if np.isnan(speed) else f", {speed * 30.0 / np.pi:.5g} rpm"
+            sure = factor * float(self["residual_deviation"].values[c])
+            more = "" if np.isnan(sure) else f" +- {significant(sure, 2)}"
+            before, after = (factor * float(self[name].values[c]) for name in ("original", "residual"))
+            after = 0.0 if after < 1e-9 * before else after
+            found.append(
+                (
+                    f"sensor {self['sensor'].values[c]}{at}",
+                    f"{significant(before)} to {significant(after)}{more} {sign}",
+                )
+            )
+        return found
+
+    def remarks(self) -> Sequence[str]:
+        """What to be careful about."""
+        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]

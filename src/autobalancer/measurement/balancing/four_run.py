@@ -12,14 +12,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.balancing.answer import shown_unit
-from autobalancer.measurement.balancing.arrays import Angles, Job, job_of
-from autobalancer.measurement.balancing.file import given_runs
-from autobalancer.measurement.balancing.runs import BalanceRun
-from autobalancer.measurement.balancing.uncertainty import polar_deviations
+from autobalancer.measurement.balancing.balance import polar_deviations, shown_unit
+from autobalancer.measurement.balancing.runs import Angles, BalanceRun, Job, given_runs, job_of
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.provenance import provenance
-from autobalancer.shown import Column, whole_degrees
+from autobalancer.tables import Column, whole_degrees
 from autobalancer.units import optional_argument
 
 OWNER = "four-run"

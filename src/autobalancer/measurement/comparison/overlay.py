@@ -9,23 +9,24 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, RangeWarning, unwarned
-from autobalancer.measurement.comparison.measures import measure_rows, measure_table
-from autobalancer.measurement.comparison.order_curves import is_orders, order_curves
+from autobalancer.measurement.comparison.curves import is_orders, order_curves
 from autobalancer.measurement.comparison.pairs import (
     Pair,
     at_the_end,
+    is_film,
+    measure_rows,
+    measure_table,
     pairs,
     place_doubt,
     scale_doubt,
     sensor_of,
     together,
 )
-from autobalancer.measurement.comparison.stated import is_film
 from autobalancer.measurement.orders.angle import rotor_angle
-from autobalancer.measurement.orders.question import orders
+from autobalancer.measurement.orders.tracking import orders
 from autobalancer.measurement.signals.form import Channel, signals
-from autobalancer.results.answers.overlay import Overlay
-from autobalancer.results.of_a_run import of_a_run
+from autobalancer.results.answers.run import Overlay
+from autobalancer.results.places import of_a_run
 from autobalancer.results.provenance import provenance
 
 Floats = NDArray[np.float64]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -10,10 +13,13 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.comparison.stated import Stated, is_film, stated
-from autobalancer.measurement.sensors.motion import ORDER, at_samples, motion, place_seen, places_of
-from autobalancer.measurement.sensors.sensor import Sensor
+from autobalancer.measurement.sensors import ORDER, Sensor, at_samples, motion, place_seen, places_of
+from autobalancer.random_numbers import generator
+from autobalancer.results.measure_table import MEASURES, needed
+from autobalancer.results.recorded import Balls, Bins, Recorded
+from autobalancer.results.run_arrays import bins_of, critical_speed_of
 from autobalancer.results.series import wrapped
+from autobalancer.results.signals import Signals
 
 Floats = NDArray[np.float64]
 WRONG = 100.0  # ratio of sizes from which on a unit is probably wrong
@@ -164,3 +170,189 @@ def _of_balls(run: xr.Dataset, found: list[Stated]) -> list[Pair]:
         Pair(one, np.asarray(one.values + wrapped(row[twin] - one.values), np.float64))
         for one, row, twin in zip(found, simulated, twins, strict=True)
     ]
+
+
+# What a measurement states: every channel or ball with its values and their standard deviations.
+
+
+ANGLE = "ball_angle"
+
+
+class Stated(NamedTuple):
+    """Values of one channel or ball at times (s) with one standard deviation of each, nan where not known; (time,)."""
+
+    name: str
+    unit: str
+    time: Floats
+    values: Floats
+    deviation: Floats
+
+
+def is_film(measured: xr.Dataset) -> bool:
+    """Whether these are ball angles over time."""
+    return ANGLE in measured and set(measured[ANGLE].dims) == {"time", "ball"}
+
+
+def motions_of(measured: xr.Dataset) -> list[str]:
+    """Names of the channels that a run has, too."""
+    return [str(name) for name, entry in measured.data_vars.items() if entry.attrs.get("quantity") in ORDER]
+
+
+def stated(measured: xr.Dataset) -> list[Stated]:
+    """All channels of motions and forces, or the balls of a film where they were seen.
+
+    Raises
+    ------
+    QuestionError
+        If it is no such measurement.
+    """
+    if is_film(measured):
+        return _balls(measured)
+    if not isinstance(measured, Signals) or not motions_of(measured):
+        raise QuestionError(
+            "measured: give signals with a displacement, velocity, acceleration or force, from ab.measure.load_signals, "
+            "or the ball angles of a film"
+        )
+    time = np.asarray(measured["time"].values, np.float64)
+    return [
+        Stated(
+            name,
+            str(measured[name].attrs["units"]),
+            time,
+            np.asarray(measured[name].values, np.float64),
+            np.full(time.size, float(measured[name].attrs.get("uncertainty", np.nan))),
+        )
+        for name in motions_of(measured)
+    ]
+
+
+def _balls(measured: xr.Dataset) -> list[Stated]:
+    time = np.asarray(measured["time"].values, np.float64)
+    angles = np.asarray(measured[ANGLE].transpose("ball", "time").values, np.float64)
+    sure, seen = np.full(angles.shape, np.nan), np.isfinite(angles)
+    if (name := f"{ANGLE}_deviation") in measured:
+        sure = measured[name].broadcast_like(measured[ANGLE]).transpose("ball", "time").values
+    if "seen" in measured:
+        seen &= measured["seen"].transpose("ball", "time").values.astype(bool)
+    names = measured["ball"].values if "ball" in measured.coords else np.arange(1, len(angles) + 1)
+    return [
+        Stated(f"ball {name}", "rad", time[row], angle[row], deviation[row])
+        for name, row, angle, deviation in zip(names, seen, angles, sure, strict=True)
+    ]
+
+
+# The measures of a run from what was measured, as far as it suffices, and the same of the run as the sensors would see
+# it.
+
+
+DRAWS = 20  # of the noise
+FLAT = 0.1  # sine of the angle between two sensors, below which they count as one
+OF_REST = ("final_ball_angle_to_unbalance",)  # needs an unbalance, which a film does not see
+
+
+class Row(NamedTuple):
+    """One measure: of what, measured, of the run as the sensors see it, and one standard deviation by their noise; SI."""
+
+    name: str
+    unit: str
+    of: str
+    measured: float
+    simulated: float
+    deviation: float
+
+
+def measure_rows(
+    run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int, turned: xr.Dataset | None
+) -> tuple[list[Row], list[str]]:
+    """The measures that can be computed from the pairs, and why the others cannot.
+
+    ``turned`` has the measured speed over its time, held before the first pulse and after the last; without a tacho it is taken
+    to be that of the run.
+    """
+    if found[0].measured.unit == "rad":
+        return _of_film(run, measured, found, seed)
+    place = str(run.attrs.get("reference_station", ""))
+    sensors = [sensor_of(measured[pair.measured.name]) for pair in found]
+    here = [k for k, one in enumerate(sensors) if one.quantity == "displacement" and one.place in ("", place)]
+    angles = np.array([sensors[k].angle for k in here])
+    if len(here) < 2 or np.abs(np.sin(angles - angles[0])).max() < FLAT:
+        return [], [
+            f"no measures of the deflection: they need displacements in two directions at the reference station {place!r}"
+        ]
+    across = np.linalg.pinv(np.column_stack([np.cos(angles), np.sin(angles)]))
+    time = found[here[0]].measured.time
+    of_run = np.interp(time, run["time"].values, run["speed"].values)
+    own = of_run if turned is None else np.interp(time, turned["time"].values, turned["speed"].values)
+
+    def recorded(values: list[Floats], seen: bool) -> Recorded:
+        x, y = across @ np.array(values)
+        speed = own if seen else of_run
+        data = xr.Dataset({"deflection": ("time", np.hypot(x, y)), "speed": ("time", speed)}, {"time": time})
+        return Recorded(float(time[-1]), True, critical_speed_of(run), bins_of(data))
+
+    rows = _rows([found[k] for k in here], recorded, "bins", seed)
+    return rows, ["no measures of balls, supports and residual unbalance: they are not in signals of displacement"]
+
+
+def _of_film(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int) -> tuple[list[Row], list[str]]:
+    """Of the motion of the balls; frames in which one was not seen are bridged."""
+    time = np.asarray(measured["time"].values, np.float64)
+    if time.size < 2:
+        return [], ["no measures: one picture says where balls are, and not how they move"]
+    speed = np.interp(time, run["time"].values, run["speed"].values)
+
+    def recorded(values: list[Floats], _seen: bool) -> Recorded:
+        angle = np.array(
+            [np.interp(time, pair.measured.time, np.unwrap(one)) for pair, one in zip(found, values, strict=True)]
+        ).T
+        rate = np.gradient(angle, time, axis=0)
+        empty = Bins(*[np.zeros(0)] * 6)
+        balls = Balls(float(time[0]), time, speed, angle, rate)
+        return Recorded(float(time[-1]), True, critical_speed_of(run), empty, balls)
+
+    return _rows(found, recorded, "balls", seed), ["no measures of the deflection: a film of balls does not show it"]
+
+
+def _rows(found: list[Pair], recorded: Callable[[list[Floats], bool], Recorded], known: str, seed: int) -> list[Row]:
+    """Of the measures that need nothing else than what is ``known``; without deviation where a sensor states none.
+
+    ``recorded`` is told whether the values are the measured ones.
+    """
+    random = generator(seed)
+    stated = all(np.isfinite(pair.measured.deviation).any() for pair in found)
+    true = recorded([pair.measured.values - (pair.shifted - pair.simulated) for pair in found], True)
+    draws = []
+    for _ in range(DRAWS):
+        noise = [np.nan_to_num(pair.measured.deviation) * random.standard_normal(pair.simulated.size) for pair in found]
+        draws.append(recorded([pair.simulated + part for pair, part in zip(found, noise, strict=True)], False))
+    rows = []
+    for measure in MEASURES:
+        if set(needed(measure)) != {known} or measure.name in OF_REST:
+            continue
+        seen = np.array([np.atleast_1d(measure.of(draw)) for draw in draws], np.float64)
+        values = np.atleast_1d(measure.of(true))
+        for k, value in enumerate(values):
+            several = [found[k].measured.name] if measure.along else [""]
+            known_draws = seen[:, k][np.isfinite(seen[:, k])]
+            mean = float(known_draws.mean()) if known_draws.size > DRAWS // 2 else math.nan
+            spread = float(known_draws.std(ddof=1)) if stated and known_draws.size > DRAWS // 2 else math.nan
+            rows.append(Row(measure.name, measure.unit, several[0], float(value), mean, spread))
+    return rows
+
+
+def measure_table(rows: list[Row]) -> xr.Dataset:
+    """Rows as arrays over ``measure``."""
+
+    def words(texts: list[str]) -> NDArray[np.object_]:
+        return np.array(texts, dtype=object)
+
+    return xr.Dataset(
+        {
+            "measured_value": ("measure", np.array([row.measured for row in rows], np.float64)),
+            "simulated_value": ("measure", np.array([row.simulated for row in rows], np.float64)),
+            "value_deviation": ("measure", np.array([row.deviation for row in rows], np.float64)),
+            "measure_of": ("measure", words([row.of for row in rows])),
+            "measure_unit": ("measure", words([row.unit for row in rows])),
+        },
+        {"measure": words([row.name for row in rows])},
+    )

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.measurement.film.background import Background
-from autobalancer.measurement.film.edges import ANYWHERE, located
-from autobalancer.measurement.film.optics.rings import ball_outlines
-from autobalancer.measurement.film.optics.view import View, in_space
-from autobalancer.measurement.film.search import circle, peaks, steps_around
+from autobalancer.measurement.film.optics import ANYWHERE, Outline, View, ball_outlines, in_space, located, sampled
 from autobalancer.measurement.film.setup import FilmSetup
 
 Floats = NDArray[np.float64]
@@ -123,3 +120,96 @@ def _apart(
         if all(abs(np.angle((place[one] - center) / (place[other] - center))) >= least for other in chosen):
             chosen.append(int(one))
     return np.array([one for one in kept if one in chosen], np.intp)
+
+
+# How the race looks without balls: the same all around the axis but for the light, which changes slowly around it.
+
+
+ANGLES = 180
+REACH = 3.0  # ball radii inside and outside of the orbit
+WAVES = 2  # of the light around the axis
+
+
+class Background:
+    """Brightness of the race over the radius, the median around the axis, times the light over the angle."""
+
+    def __init__(self, view: View, setup: FilmSetup, pictures: Sequence[Gray], centers: Sequence[complex]) -> None:
+        self.view = view
+        pixel = float(np.linalg.norm(view.position)) / view.focal_length
+        half = 0.5 * REACH * setup.diameter
+        count = int(np.clip(2.0 * half / (0.4 * pixel), 8, 400))
+        self.radius = np.linspace(max(setup.orbit - half, 0.02 * setup.orbit), setup.orbit + half, count)
+        angle = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
+        circles = self.radius[:, None] * np.exp(1j * angle)
+        seen = np.array(
+            [sampled(one, view.pixels(in_space(at + circles, 0.0))) for one, at in zip(pictures, centers, strict=True)]
+        )
+        level = np.median(seen, axis=(0, 2))
+        waves = _waves(angle)
+        share = np.median(seen, axis=0) / np.maximum(level, 1.0)[:, None]
+        self.light = np.linalg.lstsq(waves, np.median(share, axis=0), rcond=None)[0]
+        light = waves @ self.light
+        self.level = np.median(seen / np.maximum(light, 0.1), axis=(0, 2))
+
+    def at(self, pixels: Floats, center: complex) -> Floats:
+        """Brightness of pixels (..., 2), of 255, if no ball were there."""
+        place = self.view.places(pixels)
+        z = place[..., 0] + 1j * place[..., 1] - center
+        return np.asarray(np.interp(np.abs(z), self.radius, self.level) * (_waves(np.angle(z)) @ self.light))
+
+
+def _waves(angle: Floats) -> Floats:
+    rows = [np.ones_like(angle)]
+    for k in range(1, WAVES + 1):
+        rows += [np.cos(k * angle), np.sin(k * angle)]
+    return np.stack(rows, axis=-1)
+
+
+# Round things on a circle, looked for all around it: where a ring of their size separates light from dark.
+
+
+SEARCH_POINTS = 24  # of a ring
+AWAY = 1.6  # pixels inside and outside of the edge
+
+
+class Circle(NamedTuple):
+    """Rings all around a circle, at equal steps from angle zero."""
+
+    inner: NDArray[np.float64]
+    outer: NDArray[np.float64]
+
+    def scores(self, picture: Gray, shift: Floats | float = 0.0) -> Floats:
+        """Mean step from outside to inside of each ring, all shifted by some pixels, of 255, less that without things."""
+        step = sampled(picture, self.inner + shift) - sampled(picture, self.outer + shift)
+        score = step.mean(axis=-1).astype(np.float64)
+        return np.asarray(score - np.median(score))
+
+
+def circle(outline: Outline, away: float = AWAY) -> Circle:
+    """Rings from the outlines of a thing at all places of a circle, so many pixels inside and outside."""
+    return Circle(outline.beside(-away), outline.beside(away))
+
+
+def steps_around(radius_in_pixels: float) -> int:
+    """Number of places on a circle, a little more than a pixel apart."""
+    return int(np.clip(2.0 * np.pi * radius_in_pixels / 1.2, 240, 2400))
+
+
+def peaks(score: Floats, apart: float, most: int) -> tuple[Floats, Floats]:
+    """Angles (rad) and heights of the highest peaks at least ``apart`` (rad) from each other, the highest first."""
+    count = score.size
+    top = (score >= np.roll(score, 1)) & (score > np.roll(score, -1))
+    places = np.flatnonzero(top)
+    places = places[np.argsort(-score[places], kind="stable")]
+    kept: list[int] = []
+    step = 2.0 * np.pi / count
+    for place in places:
+        gaps = [abs((place - other + count // 2) % count - count // 2) * step for other in kept]
+        if all(gap >= apart for gap in gaps):
+            kept.append(int(place))
+        if len(kept) == most:
+            break
+    at = np.array(kept, np.intp)
+    before, here, after = score[at - 1], score[at], score[(at + 1) % count]
+    bend = np.minimum(before - 2.0 * here + after, -1e-12)
+    return np.asarray((at + np.clip(0.5 * (before - after) / bend, -0.5, 0.5)) * step), np.asarray(here)

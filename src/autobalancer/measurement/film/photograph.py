@@ -12,12 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film.balls import Seen, mirror_warning
-from autobalancer.measurement.film.labels import labeled
-from autobalancer.measurement.film.optics.calibration import Calibration
-from autobalancer.measurement.film.optics.finding import camera_of
+from autobalancer.measurement.film.calibration import Calibration, camera_of
 from autobalancer.measurement.film.pictures import Reader
-from autobalancer.measurement.film.setup import FilmSetup
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.measurement.film.setup import FilmSetup, labeled
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.safe_file import not_to_read
 

@@ -7,9 +7,64 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.marks import Mark
-from autobalancer.units import field_arguments
+from autobalancer.results.labels import LABELS, Label
+from autobalancer.units import argument, field_arguments
+
+# Marks: round spots of known place, on the rotor or on what stands still around it.
+
+
+FAR = 1000.0  # m: no mark of a rotor is so far away
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A round mark.
+
+    Parameters
+    ----------
+    place
+        Its true place x, y, m or texts: on the rotor in the frame of the rotor, with the zero mark on the x axis.
+    radius
+        m or a text.
+    pixel
+        About where it is in the picture (column, row), or exactly; not needed of marks that move through the picture.
+
+    Raises
+    ------
+    QuestionError
+        If a number is not finite or the radius not above zero.
+    """
+
+    place: tuple[float | str, float | str]
+    radius: float | str
+    pixel: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        x, y = (argument("place of a mark", one, "m") for one in self.place)
+        radius = argument("radius of a mark", self.radius, "m")
+        known = [x, y, radius, *(self.pixel or ())]
+        if not (all(map(math.isfinite, known)) and 0.0 < radius < FAR and math.hypot(x, y) < FAR):
+            raise QuestionError(
+                f"mark: given place {self.place}, radius {self.radius}, pixel {self.pixel}; finite numbers, radius > 0, "
+                f"all within {FAR:g} m"
+            )
+        object.__setattr__(self, "place", (x, y))
+        object.__setattr__(self, "radius", radius)
+
+    @property
+    def z(self) -> complex:
+        """The place as x + i y, m."""
+        return complex(float(self.place[0]), float(self.place[1]))
+
+
+def places_of(marks: Sequence[Mark]) -> NDArray[np.complex128]:
+    """Places of marks as x + i y, m."""
+    return np.array([mark.z for mark in marks], np.complex128)
 
 
 @dataclass(frozen=True)
@@ -116,3 +171,27 @@ class FilmSetup:
                 raise QuestionError(
                     f"film: the marks on the rotor look the same after {degrees:.3g} degrees; move one of them"
                 )
+
+
+# Long names and units of what films and photographs give; the rest has those of runs.
+
+
+OWN = {
+    "ball_angle": Label("ball angle in the rotor, measured", "rad", "rotor"),
+    "ball_speed": Label("ball speed in the rotor, measured", "rad/s", "rotor"),
+    "ball_angle_deviation": Label("standard deviation of the ball angle in the rotor", "rad", "rotor"),
+    "ball_speed_deviation": Label("standard deviation of the ball speed in the rotor", "rad/s", "rotor"),
+    "seen": Label("whether the ball was seen in the picture", ""),
+    "identity_margin": Label("what the second best match of balls would cost more, in squares of deviations", ""),
+    "fault": Label("why the picture is of no use; empty if it is", ""),
+}
+
+
+def labeled(found: xr.Dataset) -> xr.Dataset:
+    """The same data with long names, units and frames."""
+    for name, variable in found.variables.items():
+        entry = OWN.get(str(name)) or LABELS[str(name)]
+        variable.attrs.update(long_name=entry.long_name, units=entry.units)
+        if entry.frame:
+            variable.attrs["frame"] = entry.frame
+    return found

@@ -8,12 +8,10 @@ from typing import Any
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.text import read_toml
 from autobalancer.machine.part import unknown_key
-from autobalancer.measurement.film.drawn.camera import Camera
-from autobalancer.measurement.film.drawn.render import scenery
-from autobalancer.measurement.film.marks import Mark
-from autobalancer.measurement.film.optics.view import in_space
-from autobalancer.measurement.film.setup import FilmSetup
-from autobalancer.results.given import Given
+from autobalancer.measurement.film.drawn import Camera, scenery
+from autobalancer.measurement.film.optics import in_space
+from autobalancer.measurement.film.setup import FilmSetup, Mark
+from autobalancer.results.run_argument import Given
 from autobalancer.safe_file import as_path, write_text_safely
 
 KEYS = (

@@ -19,7 +19,7 @@ from scipy.optimize import minimize_scalar
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.results.labels import LABELS
-from autobalancer.results.signals.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
+from autobalancer.results.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
 from autobalancer.units import argument
 
 Floats = NDArray[np.float64]

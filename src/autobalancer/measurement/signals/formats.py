@@ -21,9 +21,18 @@ from autobalancer.errors import ResultError, UnitError
 from autobalancer.files.samples import sample_hint
 from autobalancer.files.table import CLOCK, NUMBER, Table, head_of, read_table
 from autobalancer.files.text import TABLE, WINDOWS, read_text
-from autobalancer.measurement.signals.unit_words import factor_to, quantity_of
-from autobalancer.results.signals.signals import LONG, Samples, pieces
-from autobalancer.results.signals.universal_file import AXES, OWN, UNIVERSAL, Function, is_universal, read_universal
+from autobalancer.measurement.signals.form import factor_to, quantity_of
+from autobalancer.results.signals import (
+    AXES,
+    LONG,
+    OWN,
+    UNIVERSAL,
+    Function,
+    Samples,
+    is_universal,
+    pieces,
+    read_universal,
+)
 from autobalancer.safe_file import endless_heap, not_to_read
 
 Floats = NDArray[np.float64]

@@ -16,11 +16,19 @@ from scipy.interpolate import make_interp_spline
 
 from autobalancer.errors import QuestionError, RangeWarning, UnitError, warn
 from autobalancer.files.text import MACHINE, read_text
-from autobalancer.measurement.signals.form import UNEVEN, UNITS, Channel, signals
+from autobalancer.measurement.signals.form import (
+    UNEVEN,
+    UNITS,
+    Channel,
+    factor_to,
+    hertz_argument,
+    is_tacho,
+    quantity_of,
+    signals,
+)
 from autobalancer.measurement.signals.formats import RawColumn, RawFile, read_raw
-from autobalancer.measurement.signals.unit_words import factor_to, hertz_argument, is_tacho, quantity_of
 from autobalancer.memory import refuse_what_does_not_fit
-from autobalancer.results.signals.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
+from autobalancer.results.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
 from autobalancer.units import optional_argument, to_si

@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import Collection, EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from autobalancer.plots.chamber.bodies import seen_cylinders
-from autobalancer.plots.drawing.style import INK, UNBALANCE
-from autobalancer.results.chamber.shape import ChamberShape
+from autobalancer.errors import QuestionError
+from autobalancer.plots.drawing.style import BALLS, INK, RACE, UNBALANCE, heading, look, picture
+from autobalancer.plots.film.frames import (
+    Film,
+    FilmCanvas,
+    film_question,
+    frame_times,
+    frames_of,
+    magnification,
+    pace,
+    size_words,
+    write_film,
+)
+from autobalancer.plots.run.race import CHAMFER
+from autobalancer.results.chamber_shape import ChamberShape, bodies_of, chambers_of, unbalance_of
+from autobalancer.results.display_units import AxisUnit, length_axis
+from autobalancer.results.run_argument import Given, given_chamber_run
+from autobalancer.units import list_argument
 
 Floats = NDArray[np.float64]
 ROUND = np.linspace(0.0, 2.0 * np.pi, 121)
@@ -231,3 +252,303 @@ def poses_of(
     radius = run["ball_radius"].values
     length = run["ball_length"].values if "ball_length" in run else np.zeros_like(radius)
     return Poses(times, places, speed, radius, heavy + turned, turned, body, length)
+
+
+# Films of a deep chamber in three dimensions.
+
+
+def animate_chamber(
+    run: xr.Dataset,
+    path: str | Path,
+    *,
+    start: float | str | None = None,
+    end: float | str | None = None,
+    duration: float | str = 10.0,
+    fps: int = 25,
+    frame: Literal["rotor", "space"] = "space",
+    azimuth: float = 35.0,
+    elevation: float = 20.0,
+    deflection_scale: float | Literal["auto"] = "auto",
+    speed_unit: str = "rpm",
+    width: int = 960,
+    progress: Callable[[int, int], None] | None = None,
+) -> Film:
+    """Make a film of the balls in their chamber, colored by their speed, beside rotor speed and deflection over time.
+
+    Parameters
+    ----------
+    run
+        From ``simulate`` or an archive; samples are read as the film needs them.
+    path
+        The film, ``.mp4`` or ``.gif``; replaced when the new one is complete.
+    start, end
+        Interval of the run in s; by default all of it.
+    duration, fps
+        Length of the film in s, and frames in a second of it, 1 to 100.
+    frame
+        ``"space"``: as it is; ``"rotor"``: the rotor stands as under a stroboscope, so that one sees where balls rest.
+    azimuth, elevation
+        Direction of view in degrees: in the horizontal plane from the rotor's axis, and above it. 0 and 0 look along the
+        axis, 90 and 0 from the side, 0 and 90 from above.
+    deflection_scale
+        How much larger the displacement of the body is drawn; by default so that the greatest is 10 % of the radius.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    width
+        Pixels, 320 to 3840.
+    progress
+        Called with (frames done, frames in all).
+
+    Returns
+    -------
+    Film
+        The path of the file that was written; a notebook shows the film.
+
+    Raises
+    ------
+    QuestionError
+        If the interval is not within the run, or a number, unit or extension is not possible.
+    ResultError
+        If the file cannot be written.
+    """
+    asked = film_question(
+        path, start=start, end=end, duration=duration, fps=fps, frame=frame, speed_unit=speed_unit, width=width
+    )
+    if not (np.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
+        raise QuestionError(f"elevation: given {elevation:g} degrees, azimuth {azimuth:g}; the first is from -90 to 90")
+    times = frame_times(run["time"].values, asked.start, asked.end, asked.frames)
+    chambers = chambers_of(run)
+    inside = (run["time"].values >= times[0]) & (run["time"].values <= times[-1])
+    greatest = float(np.abs(run["body_position"].values[inside]).max(initial=0.0))
+    scale = magnification(deflection_scale, greatest, max(chamber.radius for chamber in chambers), 0.1)
+    unbalance = unbalance_of(run)
+    heavy = float(np.angle(unbalance[0])) if unbalance is not None else 0.0
+    with look():
+        poses = poses_of(run, times, in_rotor=frame == "rotor", chambers=chambers, scale=scale, heavy=heavy)
+        view = "in the frame of the rotor" if frame == "rotor" else "in space"
+        caption = f"{view}, {pace(asked.duration, times)}, {size_words('displacement', scale)}"
+        scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), asked.unit, caption, width)
+        write_film(asked.path, frames_of(scene.frame, asked.frames, progress), fps)
+    return Film(asked.path)
+
+
+class _Scene(FilmCanvas):
+    """Chamber and balls from one side, beside two panels over time."""
+
+    def __init__(
+        self,
+        run: xr.Dataset,
+        poses: Poses,
+        chambers: list[ChamberShape],
+        camera: Camera,
+        unit: AxisUnit,
+        caption: str,
+        width: int,
+    ) -> None:
+        super().__init__(width)
+        self.poses, self.unit = poses, unit
+        figure = self.figure
+        self.view = ChamberView(figure.add_axes((0.0, 0.09, 0.56, 0.80)), poses, chambers, camera, True)
+        figure.text(0.28, 0.955, str(run.attrs.get("machine_name", "")), ha="center", va="center", weight="bold")
+        self.text = figure.text(0.28, 0.91, "", ha="center", va="center", fontsize=11, family="monospace")
+        figure.text(0.28, 0.02, caption, ha="center", va="bottom", fontsize=8.5, color="#404040")
+        key = [Line2D([], [], color=UNBALANCE, marker="o", ms=5, label="unbalance")]
+        figure.legend(handles=key, loc="lower left", bbox_to_anchor=(0.01, 0.05))
+        bar = figure.add_axes((0.575, 0.2, 0.012, 0.6))
+        figure.colorbar(ScalarMappable(self.view.colors, COLORS), cax=bar)
+        bar.set_title("m/s", fontsize=8.5, weight="normal", loc="left")
+        bar.grid(False)
+        self._panels(run)
+        self.freeze(sorted([*self.view.artists, self.text], key=lambda artist: artist.get_zorder()))
+
+    def frame(self, k: int) -> NDArray[np.uint8]:
+        """Pixels of frame ``k``."""
+        self.view.show(k)
+        time = float(self.poses.time[k])
+        fastest = float(self.poses.speed[k].max(initial=0.0))
+        body = "cylinder" if self.poses.length.any() else "ball"
+        self.text.set_text(f"{time:8.3f} s   fastest {body} {fastest:5.2f} m/s")
+        return self.pixels(time)
+
+    def _panels(self, run: xr.Dataset) -> None:
+        first, last = float(self.poses.time[0]), float(self.poses.time[-1])
+        upper, lower = self.panels(0.69, first, last)
+        time = run["time"].values
+        inside = np.flatnonzero((time >= first) & (time <= last))
+        if inside.size < 2:
+            inside = np.arange(time.size)
+        shown = run.isel(time=slice(int(inside[0]), int(inside[-1]) + 1))
+        upper.plot(shown["time"], shown["speed"] * self.unit.factor, color=INK)
+        upper.set_ylabel(f"rotor speed ({self.unit.sign})")
+        body = shown["body_position"].values
+        body = body - body.mean(axis=0)
+        axis = length_axis(None, float(np.abs(body[:, 1:]).max(initial=0.0)))
+        for column, name, color in ((1, "horizontal", BALLS[1]), (2, "vertical", BALLS[0])):
+            lower.plot(shown["time"], body[:, column] * axis.factor, color=color, lw=0.8, label=name)
+        lower.set_ylabel(f"displacement ({axis.sign})")
+        lower.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
+        lower.set_xlim(first, last)
+        self.figure.align_ylabels([upper, lower])
+
+
+# Where the balls of a deep chamber are: from the front, and along the unrolled race (Pakuła 2021, figures 9 and 11).
+
+
+RIM = "#8A949C"
+
+
+def chamber_arrangement(
+    run: Given, times: Sequence[float | str] | None = None, *, chamber: int = 1, title: str | None = None
+) -> Figure:
+    """The balls of a chamber at some times, colored by speed, with the unbalance in space.
+
+    Above, the chamber from the front, seen against the rotor's axis; below, its race unrolled, with places along the axis
+    over the angle from the unbalance: balls on the light side are near 180 degrees.
+
+    Parameters
+    ----------
+    run
+        From ``simulate`` or an archive.
+    times
+        s; by default begin, middle and end of the run.
+    chamber
+        Number of the chamber, from 1.
+    title
+        Above the picture; by default the name of the machine.
+
+    Raises
+    ------
+    QuestionError
+        If a time is not in the run, or there is no such chamber.
+    """
+    run = given_chamber_run(run, "plot.chamber_arrangement")
+    times = None if times is None else list_argument("times", times, "s")
+    time = run["time"].values
+    if times is None:
+        times = [float(time[0]), 0.5 * float(time[0] + time[-1]), float(time[-1])]
+    outside = [at for at in times if not time[0] - 1e-9 <= at <= time[-1] + 1e-9]
+    if outside or len(times) == 0:
+        raise QuestionError(f"times: given {list(times)}; the run goes from {time[0]:g} s to {time[-1]:g} s")
+    shapes = chambers_of(run)
+    if not 1 <= chamber <= len(shapes):
+        raise QuestionError(f"chamber: given {chamber}; the machine has {len(shapes)}")
+    unbalance = unbalance_of(run)
+    heavy = float(np.angle(unbalance[0])) if unbalance is not None else 0.0
+    shape = shapes[chamber - 1]
+    body = bodies_of(run)[:-1]
+    inside = np.flatnonzero(run["chamber"].values.astype(int) == chamber)
+    with look():
+        poses = poses_of(
+            run.isel(ball=inside), np.asarray(times, float), in_rotor=False, chambers=shapes, scale=0.0, heavy=heavy
+        )
+        figure = picture(2.9 * len(times) + 0.9, 5.2)
+        axes = figure.subplots(2, len(times), squeeze=False, sharey="row", height_ratios=[1.5, 1.0])
+        for k, at in enumerate(times):
+            _front(axes[0, k], poses, k, shape)
+            _unrolled(axes[1, k], poses, k, shape)
+            axes[0, k].set_title(f"{at:.4g} s")
+        axes[0, 0].set_ylabel("seen from +x: z (mm)")
+        axes[1, 0].set_ylabel("unrolled: along the axis,\nx (mm)")
+        figure.colorbar(
+            ScalarMappable(speed_colors(poses.speed), COLORS),
+            ax=axes,
+            label=f"speed of a {body} (m/s)",
+            aspect=40,
+            pad=0.01,
+        )
+        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
+    return figure
+
+
+def _front(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
+    size = 1e3 * shape.radius
+    axes.add_patch(Circle((0.0, 0.0), size, fc=RACE, ec=RIM, lw=1.2))
+    places = poses.balls[k]
+    order = np.argsort(places[:, 0])
+    at, width, speed = 1e3 * places[order, 1:], 2e3 * poses.radius[order], poses.speed[k][order]
+    if poses.length.any():  # a second circle makes the end of a cylinder, and the next one hides both
+        at, speed = np.repeat(at, 2, axis=0), np.repeat(speed, 2)
+        width = np.outer(width, [1.0, CHAMFER]).ravel()
+    _draw(axes, at, width, speed, poses)
+    tip = 0.97 * size * np.array([np.cos(poses.heavy[k]), np.sin(poses.heavy[k])])
+    axes.plot([0.0, tip[0]], [0.0, tip[1]], "-o", color=UNBALANCE, lw=1.6, ms=5, markevery=[1], zorder=3.5)
+    axes.set_aspect("equal")
+    axes.set_xlim(-1.06 * size, 1.06 * size)
+    axes.set_ylim(-1.06 * size, 1.06 * size)
+    axes.set_xlabel("y (mm)")
+    axes.grid(False)
+
+
+def _unrolled(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
+    places = poses.balls[k]
+    angle = np.rad2deg(np.mod(np.arctan2(places[:, 2], places[:, 1]) - poses.heavy[k], 2.0 * np.pi))
+    half = 0.5e3 * shape.depth
+    axes.add_patch(Rectangle((0.0, -half), 360.0, 2.0 * half, fc=RACE, ec=RIM, lw=1.2))
+    width = np.rad2deg(2.0 * poses.radius / (shape.radius - poses.radius))
+    along = 1e3 * (places[:, 0] - shape.place)
+    for shift in (-360.0, 0.0, 360.0):
+        at = np.stack([angle + shift, along], axis=1)
+        if poses.length.any():
+            _colored(axes, rectangles(at, width, 1e3 * poses.length), poses.speed[k], poses)
+        else:
+            _draw(axes, at, width, poses.speed[k], poses, height=2e3 * poses.radius)
+    axes.axvline(0.0, color=UNBALANCE, lw=2.0)
+    axes.axvline(360.0, color=UNBALANCE, lw=2.0)
+    axes.set_xlim(-6.0, 366.0)
+    reach = max(1.08 * half, 1e3 * float(poses.radius.max(initial=0.0)) * 1.5)
+    axes.set_ylim(-reach, reach)
+    axes.set_xticks([0, 90, 180, 270, 360])
+    axes.set_xlabel("angle from the unbalance (°)")
+    axes.grid(False)
+
+
+def _draw(axes: Axes, at: Floats, width: Floats, speed: Floats, poses: Poses, height: Floats | None = None) -> None:
+    balls = EllipseCollection(
+        width, width if height is None else height, np.zeros_like(width), units="xy", offsets=at,
+        offset_transform=axes.transData,
+    )  # fmt: skip
+    _colored(axes, balls, speed, poses)
+
+
+def _colored(axes: Axes, bodies: Collection, speed: Floats, poses: Poses) -> None:
+    """Add balls or cylinders, each in the color of its speed."""
+    bodies.set(edgecolors="#222222", linewidths=0.6, cmap=COLORS, norm=speed_colors(poses.speed), zorder=3, array=speed)
+    axes.add_collection(bodies)
+
+
+# How cylinders parallel to the rotor look from any side.
+
+
+BODIES_ROUND = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
+
+
+def seen_cylinders(camera: Floats, places: Floats, radius: Floats, length: Floats) -> Floats:
+    """Outlines (2 n, points, 2) of cylinders at ``places`` (n, 2): of each the whole and the end that faces the eye.
+
+    ``camera`` (3, 3) are the directions right, up and towards the eye; cylinders point along the first axis.
+    """
+    rim = np.stack(
+        [
+            np.outer(np.cos(BODIES_ROUND), camera[row, 1:2]) + np.outer(np.sin(BODIES_ROUND), camera[row, 2:])
+            for row in (0, 1)
+        ]
+    )
+    rim = rim[..., 0].T  # (points, 2) of an end with radius one
+    along = camera[:2, 0]
+    # an edge of the outline belongs to the end towards which it lies outward
+    ahead = np.roll(rim, -1, axis=0) - rim
+    outward = np.stack([ahead[:, 1], -ahead[:, 0]], axis=1) * np.sign(camera[2, 0] or 1.0)
+    side = np.repeat(np.where(outward @ along > 0.0, 0.5, -0.5), 2)[:, None]
+    facing = np.full_like(side, 0.5 * np.sign(camera[2, 0] or 1.0))
+    corners = np.stack([rim, np.roll(rim, -1, axis=0)], axis=1).reshape(-1, 2)
+    shapes = np.empty((2 * len(places), len(corners), 2))
+    for k, ends in enumerate((side, facing)):
+        shapes[k::2] = places[:, None] + corners * radius[:, None, None] + ends * along * length[:, None, None]
+    return shapes
+
+
+def rectangles(at: Floats, width: Floats, height: Floats) -> PolyCollection:
+    """Rectangles around the places ``at`` (n, 2)."""
+    corner = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    size = np.stack([width, height], axis=1)
+    return PolyCollection(list(at[:, None] + corner * size[:, None]))

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
+from pathlib import Path
 from textwrap import fill
 from typing import Any
 
@@ -18,6 +19,9 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+
+from autobalancer.errors import QuestionError
+from autobalancer.safe_file import as_path, write_safely
 
 # Okabe and Ito (2008): told apart with every kind of color vision. Vermilion is kept for the unbalance.
 INK = "#222222"
@@ -188,3 +192,42 @@ def legend_width(labels: list[str], columns: int) -> float:
     ends = [0, *((i + 1) * most + min(i + 1, longer) for i in range(columns))]
     widest = [max(map(len, labels[first:last])) for first, last in pairwise(ends)]
     return sum(4.7 * width + 33.0 for width in widest)
+
+
+# Pictures to files.
+
+
+FORMATS = ("png", "svg", "pdf")
+
+
+def save_picture(figure: Figure, path: str | Path, *, dpi: float = 150.0) -> Path:
+    """Write a picture; the extension says how: ``.png``, ``.svg`` or ``.pdf``.
+
+    Parameters
+    ----------
+    figure
+        From a function of ``ab.plot``.
+    path
+        The file; its folder is made if there is none.
+    dpi
+        Pixels per inch of a PNG.
+
+    Returns
+    -------
+    pathlib.Path
+        The file that was written.
+
+    Raises
+    ------
+    QuestionError
+        If the extension is none of these.
+    ResultError
+        If the file cannot be written.
+    """
+    path = as_path(path)
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise QuestionError(f"{path}: pictures are saved as .png, .svg or .pdf; end the name with one of these")
+    when = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]  # equal runs, equal files
+    with DRAWING, matplotlib.rc_context({"svg.hashsalt": "autobalancer"}):
+        return write_safely(path, lambda file: figure.savefig(file, format=kind, dpi=dpi, metadata=when))

@@ -16,20 +16,45 @@ from matplotlib.text import Text
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
-from autobalancer.patience import shows_progress
 from autobalancer.plots.drawing.style import FORCE, INK, RACE, UNBALANCE, look
-from autobalancer.plots.film.canvas import FilmCanvas, frames_of
-from autobalancer.plots.film.files import write_film
-from autobalancer.plots.film.film import Film
-from autobalancer.plots.film.question import film_question, frame_times, magnification, pace, size_words
-from autobalancer.plots.run.ball_looks import ball_looks, planes_of
-from autobalancer.plots.run.body_shapes import CHAMFER, ROD
-from autobalancer.plots.run.history import Deflections, critical_speeds_of, deflections_of, ends_at, history_of, quiet
-from autobalancer.plots.run.panels import deflection_panel, speed_panel
-from autobalancer.plots.run.places import PlacesInRotor, places_in_rotor
+from autobalancer.plots.film.frames import (
+    Film,
+    FilmCanvas,
+    film_question,
+    frame_times,
+    frames_of,
+    magnification,
+    pace,
+    size_words,
+    write_film,
+)
+from autobalancer.plots.run.history import (
+    Deflections,
+    PlacesInRotor,
+    ball_looks,
+    critical_speeds_of,
+    deflections_of,
+    ends_at,
+    history_of,
+    places_in_rotor,
+    planes_of,
+    quiet,
+)
+from autobalancer.plots.run.race import CHAMFER, ROD
+from autobalancer.plots.run.run_up import deflection_panel, speed_panel
+from autobalancer.progress import shows_progress
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
-from autobalancer.results.drawn.forces import ForcesOfRaces, forces_of, lines_of
-from autobalancer.results.drawn.motion import Complexes, Floats, Moments, Motion, Races, races_of
+from autobalancer.results.drawn import (
+    Complexes,
+    Floats,
+    ForcesOfRaces,
+    Moments,
+    Motion,
+    Races,
+    forces_of,
+    lines_of,
+    races_of,
+)
 
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 

@@ -10,13 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from autobalancer.plots.drawing.angles import wrapped
+from autobalancer.plots.drawing.axes import panels_of_units, wrapped
 from autobalancer.plots.drawing.labels import label_point
-from autobalancer.plots.drawing.speed_panels import panels_of_units
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, heading, legend, look, picture
 from autobalancer.results.display_units import speed_axis
-from autobalancer.results.given import Given, result
-from autobalancer.shown import whole_degrees
+from autobalancer.results.run_argument import Given, result
+from autobalancer.tables import whole_degrees
 
 UNITS = {"kg": ("g", 1e3), "kg m": ("g mm", 1e6), "m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0)}
 FEW = 4  # channels that are drawn run by run

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from numpy.typing import NDArray
 
 from autobalancer import drag
 from autobalancer.errors import QuestionError
 from autobalancer.laws.drag_coefficient import DragLaw, SampledLaw, TableLaw
-from autobalancer.plots.drawing.style import BALLS, look, picture
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, ball_color, heading, legend, look, picture
+from autobalancer.results.display_units import AxisUnit, speed_axis
+from autobalancer.results.run_argument import Given, result
 
 LINES = ("-", (0, (6, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.2)))
 
@@ -78,3 +83,231 @@ def _axes(axes: Axes, label: str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylabel(label)
+
+
+# The flow around a ball in its race, and its drag over the Reynolds number.
+
+
+Floats = NDArray[np.float64]
+
+
+def ball_drag(found: Given) -> Figure:
+    """Draw the flow in the plane of the ball centers, seen from the ball, and c_d Re over the Reynolds number.
+
+    Parameters
+    ----------
+    found
+        From :func:`~autobalancer.flow.ball_drag`; the flow is that at its last Reynolds number.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    found = result(found, "plot.ball_drag", "flow.ball_drag", lambda one: "cd_re" in one and "velocity_x" in one)
+    moving = found["reynolds"].values > 0.0
+    with look():
+        figure = picture(8.2, 6.4 if moving.any() else 3.6)
+        panels = figure.subplots(
+            2 if moving.any() else 1, 1, squeeze=False, height_ratios=[1.25, 1][: 1 + moving.any()]
+        )
+        _flow(figure, panels[0, 0], found)
+        if moving.any():
+            _curve(panels[1, 0], found, moving)
+        heading(figure, str(found.attrs["title"]))
+    return figure
+
+
+def _flow(figure: Figure, axes: Axes, found: xr.Dataset) -> None:
+    x, y = found["x"].values * 1e3, found["y"].values * 1e3
+    u, v = found["velocity_x"].values.T, found["velocity_y"].values.T
+    speed = np.ma.masked_invalid(np.hypot(u, v))
+    shade = axes.pcolormesh(x, y, speed, cmap="cividis", shading="gouraud", rasterized=True, vmin=0.0)
+    axes.streamplot(
+        x,
+        y,
+        np.ma.masked_invalid(u),
+        np.ma.masked_invalid(v),
+        color="white",
+        linewidth=0.7,
+        density=(1.6, 0.9),
+        arrowsize=0.7,
+    )
+    radius = 0.5e3 * float(found.attrs["ball_diameter"])
+    for center in _centers(found):
+        axes.add_patch(Circle(center, radius, facecolor=FILL, edgecolor=INK, lw=0.9, zorder=5))
+    for wall, beyond in zip(_walls(found, x), (y[0] - radius, y[-1] + radius), strict=True):
+        axes.fill_between(x, wall, beyond, color="white", lw=0.0, zorder=2.2)
+        axes.plot(x, wall, color=INK, lw=1.6, zorder=2.3)
+    axes.set_aspect("equal")
+    axes.grid(False)
+    axes.set_xlim(x[0], x[-1])
+    axes.set_ylim(y[0] - 0.05 * radius, y[-1] + 0.05 * radius)
+    axes.set_xlabel("ahead of the ball (mm); outer wall below")
+    axes.set_ylabel("inward (mm)")
+    axes.set_title(f"seen from the ball, Re = {float(found['reynolds'][-1]):.4g}", fontsize=9.0)
+    figure.colorbar(shade, ax=axes, label="speed over that of the ball", shrink=0.8)
+
+
+def _centers(found: xr.Dataset) -> list[tuple[float, float]]:
+    """Of the balls, mm."""
+    orbit, along = 1e3 * float(found.attrs["orbit_radius"]), 1e3 * float(found.attrs["ball_ahead"])
+    if np.isnan(along):
+        return [(0.0, 0.0)]
+    angle = along / orbit
+    return [(0.0, 0.0), (orbit * np.sin(angle), orbit * (1.0 - np.cos(angle))) if np.isfinite(orbit) else (along, 0.0)]
+
+
+def _walls(found: xr.Dataset, x: Floats) -> list[Floats]:
+    """Both walls over x, mm."""
+    attrs = found.attrs
+    radius, orbit = 0.5e3 * float(attrs["ball_diameter"]), 1e3 * float(attrs["orbit_radius"])
+    outer = radius * (1.0 + float(attrs["mesh_gap"]))
+    depths = [0.0, 1e3 * float(attrs["width"])]
+    if not np.isfinite(orbit):
+        return [np.full(x.size, depth - outer) for depth in depths]
+    return [orbit - np.sqrt(np.maximum((orbit + outer - depth) ** 2 - x**2, 0.0)) for depth in depths]
+
+
+def _curve(axes: Axes, found: xr.Dataset, moving: NDArray[np.bool_]) -> None:
+    re, cd_re = found["reynolds"].values, found["cd_re"].values
+    axes.plot(re[moving], cd_re[moving], "o-", color=ball_color(0), label="with inertia of the fluid")
+    if not moving.all():
+        axes.axhline(cd_re[0], color=INK, ls="--", lw=0.9, label="without")
+    axes.set_xscale("log")
+    axes.set_xticks(re[moving], [f"{number:.4g}" for number in re[moving]])
+    axes.minorticks_off()
+    axes.set_ylim(0.0, 1.15 * float(cd_re.max()))
+    axes.set_xlabel("Reynolds number of the ball")
+    axes.set_ylabel(r"$c_d\,\mathrm{Re}$")
+    axes.set_title(f"gap of {1e6 * float(found.attrs['gap']):.3g} µm", fontsize=9.0)
+    axes.legend(loc="lower left")
+
+
+# The drag of a ball in a sheared fluid over its velocity.
+
+
+def sheared_drag(found: Given) -> Figure:
+    """Draw the drag over that with the viscosity at rest: finite elements, one effective rate of shear, first order.
+
+    Parameters
+    ----------
+    found
+        From ``ab.flow.sheared_drag``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    found = result(found, "plot.sheared_drag", "flow.sheared_drag", _is_drag)
+    attrs, velocity = found.attrs, found["velocity"].values
+    with look():
+        figure = picture(7.4, 4.4)
+        axes = figure.subplots()
+        axes.plot(velocity, found["share"].values, "o", color=BALLS[0], label="finite elements")
+        label = f"at_ball = {attrs['at_ball']:.3g}, off by at most {100.0 * attrs['greatest_error']:.2g} %"
+        axes.plot(
+            velocity, found["reduced_share"].values, "s--", color=BALLS[1], ms=8.0, mfc="none", lw=1.0, label=label
+        )
+        axes.plot(velocity, found["first_order"].values, ":", color=INK, lw=1.0, label="to first order")
+        axes.set_xscale("log")
+        axes.set_xticks(velocity, [f"{one:g}" for one in velocity])
+        axes.minorticks_off()
+        axes.set_ylim(0.0, 1.1 * max(1.0, float(found["share"].max())))
+        axes.set_xlabel("velocity of the ball along its walls (m/s)")
+        axes.set_ylabel("drag over that at rest")
+        axes.legend()
+        heading(figure, str(attrs["title"]))
+    return figure
+
+
+def _is_drag(found: xr.Dataset) -> bool:
+    return "share" in found and "rate_factor" in found
+
+
+# Pictures of the equilibrium-angle experiment: the angle over the speed, and the drag that measured angles say.
+
+
+MARKS = ("o", "s", "^", "v", "D", "P")
+
+
+def equilibrium_angle(found: Given, *, speed_unit: str = "rpm") -> Figure:
+    """The angle from the lowest point over the speed, by statics and, if available, by simulation.
+
+    Parameters
+    ----------
+    found
+        From ``ab.measure.equilibrium_angle``.
+    speed_unit
+        rpm, rad/s or Hz.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no such result or the unit is not known.
+    """
+    found = result(found, "plot.equilibrium_angle", "measure.equilibrium_angle", lambda it: "angle_with_pressure" in it)
+    unit = speed_axis(speed_unit)
+    speed = unit.factor * found["speed"].values
+    with look():
+        figure = picture(6.4, 4.0)
+        axes = figure.subplots()
+        axes.plot(speed, np.degrees(found["angle"]), color=INK, label="statics")
+        pressed = np.degrees(found["angle_with_pressure"])
+        axes.plot(speed, pressed, color=CRITICAL, ls=(0, (5, 3)), label="with the pressure of the turning fluid")
+        if "simulated_angle" in found:
+            axes.plot(speed, np.degrees(found["simulated_angle"]), "o", ms=3.5, color=BALLS[0], label="simulated")
+        legend(axes)
+        _angles(axes, unit)
+        axes.set_xlim(0.0, None)
+    return figure
+
+
+def measured_drag(found: Given, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
+    """Drag coefficients from measured angles against the law of the machine, and the angles themselves.
+
+    Parameters
+    ----------
+    found
+        From :func:`~autobalancer.measurement.angle.evaluate_angles`.
+    pressure_force
+        Of the turning fluid: "left out", as in (6.6) of Spannan (2021), or "included".
+    speed_unit
+        rpm, rad/s or Hz.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no such result, or a choice or unit is not known.
+    """
+    found = result(found, "plot.measured_drag", "measure.evaluate_angles", lambda it: "measured_angle" in it)
+    if pressure_force not in found["pressure_force"].values:
+        raise QuestionError(f"pressure_force: given {pressure_force!r}; must be 'left out' or 'included'")
+    unit, one = speed_axis(speed_unit), found.sel(pressure_force=pressure_force).sortby("reynolds")
+    names = list(dict.fromkeys(found["series"].values.tolist()))
+    with look():
+        figure = picture(9.2, 4.4)
+        left, right = figure.subplots(1, 2)
+        left.plot(one["reynolds"], one["law_coefficient"], color=INK, lw=1.0, label=f"law: {found.attrs['drag_law']}")
+        for number, name in enumerate(names):
+            points = one.isel(point=np.flatnonzero(one["series"].values == name))
+            color, mark = BALLS[number % len(BALLS)], MARKS[number // len(BALLS) % len(MARKS)]
+            seen = points["drag_coefficient"] > 0.0
+            left.plot(points["reynolds"][seen], points["drag_coefficient"][seen], mark, ms=3.5, color=color, label=name)
+            speed = unit.factor * points["speed"].values
+            right.plot(speed, np.degrees(points["measured_angle"]), mark, ms=3.5, color=color)
+            right.plot(speed, np.degrees(points["angle"]), color=color, lw=0.9)
+        left.set(xscale="log", yscale="log", xlabel="Reynolds number", ylabel="drag coefficient $c_d$")
+        coefficient, deviation = (float(one[f"rolling_resistance{end}"]) for end in ("", "_deviation"))
+        text = f"{coefficient:.3g}" + (f" ± {deviation:.1g}" if np.isfinite(deviation) else "")
+        left.set_title(f"rolling resistance {text}, {found.attrs['rolling_resistance_from']}")
+        right.set_xscale("log")
+        right.set_title(f"lines: law, pressure force {pressure_force}")
+        _angles(right, unit)
+        figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _angles(axes: Axes, unit: AxisUnit) -> None:
+    axes.axhline(90.0, color=CRITICAL, lw=0.8, ls=(0, (2, 2)))
+    axes.set(xlabel=f"rotor speed ({unit.sign})", ylabel="angle from the lowest point (°)", ylim=(0.0, 95.0))
+    axes.set_yticks(range(0, 91, 15))

@@ -15,7 +15,7 @@ from scipy.interpolate import RectBivariateSpline
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, ball_color, heading, legend, look, picture
 from autobalancer.results.display_units import speed_axis
-from autobalancer.results.given import Given, result
+from autobalancer.results.run_argument import Given, result
 from autobalancer.units import list_argument, optional_argument
 
 STREAM_LINES = 7  # in each direction of circulation

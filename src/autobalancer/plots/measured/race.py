@@ -6,11 +6,26 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, heading, look, picture
-from autobalancer.results.display_units import length_axis
-from autobalancer.results.given import Given, refusal, result
+from autobalancer.errors import QuestionError
+from autobalancer.plots.drawing.style import (
+    BALLS,
+    CRITICAL,
+    FILL,
+    INK,
+    UNBALANCE,
+    ball_color,
+    ball_label,
+    heading,
+    legend,
+    look,
+    picture,
+)
+from autobalancer.results.display_units import length_axis, speed_axis
+from autobalancer.results.run_argument import Given, refusal, result
 
 BINS = 72
 
@@ -108,4 +123,164 @@ def rests(found: Any) -> Figure:
             f"held between the dashed lines by an adherence\n"
             f"of {found.adherence:.3g} ({found.low:.3g} to {found.high:.3g} with 95 %)",
         )
+    return figure
+
+
+# Balls of a film: their angles over time, a picture seen from above, and where they come to rest.
+
+
+Floats = NDArray[np.float64]
+SURE = 1.96  # standard deviations of a 95 % band
+
+
+def ball_film(found: Given, *, speed_unit: str = "rpm") -> Figure:
+    """Angles of the balls in the rotor over time with their 95 % bands, impacts and events; below, the speeds.
+
+    Parameters
+    ----------
+    found
+        From ``ab.measure.track_balls``.
+    speed_unit
+        rpm, rad/s or Hz.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no such result or the unit is not known.
+    """
+    found = result(found, "plot.ball_film", "measure.track_balls", lambda it: "ball_angle" in it and "seen" in it)
+    unit, time = speed_axis(speed_unit), found["time"].values
+    angle, deviation = np.degrees(found["ball_angle"].values), np.degrees(found["ball_angle_deviation"].values)
+    with look():
+        figure = picture(8.4, 5.4)
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+        for i in range(angle.shape[1]):
+            color, name = ball_color(i), ball_label(i, angle.shape[1])
+            upper.plot(time, angle[:, i], color=color, label=name, marker="." if time.size < 60 else "", ms=4)
+            low, high = angle[:, i] - SURE * deviation[:, i], angle[:, i] + SURE * deviation[:, i]
+            upper.fill_between(time, low, high, color=color, alpha=0.3, lw=0)
+            lower.plot(time, unit.factor * found["ball_speed"].values[:, i], color=color, lw=1.0)
+        if found.sizes.get("impact", 0):
+            first, at = found["impact_ball"].values - 1, found["impact_time"].values
+            second = found["impact_partner"].values - 1
+            places = [[_at(t, time, angle[:, i]) for t, i in zip(at, one, strict=True)] for one in (first, second)]
+            away = (np.subtract(places[1], places[0]) + 180.0) % 360.0 - 180.0
+            upper.plot(at, np.add(places[0], 0.5 * away), "x", color=INK, ms=5, mew=1.0, label="impact")
+        faults = [t for t, text in zip(time, found["fault"].values, strict=True) if text]
+        if faults:
+            bottom = np.full(len(faults), 0.01)
+            upper.plot(
+                faults,
+                bottom,
+                "|",
+                color=CRITICAL,
+                ms=8,
+                transform=upper.get_xaxis_transform(),
+                label="picture with a fault",
+            )
+        for at, name in zip(found["event_time"].values, found["event_name"].values, strict=True):
+            for axes in (upper, lower):
+                axes.axvline(at, color=UNBALANCE, lw=0.8, ls=(0, (2, 2)))
+            upper.annotate(
+                str(name), (at, 0.98), xycoords=("data", "axes fraction"), rotation=90, va="top", ha="right", fontsize=8
+            )
+        upper.set_ylabel("ball angle in the rotor (°)")
+        lower.set(xlabel="time (s)", ylabel=f"ball speed\nin the rotor ({unit.sign})", xlim=(time[0], time[-1]))
+        legend(upper)
+        median = float(np.nanmedian(deviation)) if np.isfinite(deviation).any() else float("nan")
+        upper.annotate(
+            f"95 % bands: ± {SURE * median:.2g}° (median)",
+            (0.01, 0.02 + 0.03 * bool(faults)),
+            xycoords="axes fraction",
+            fontsize=8.5,
+        )
+        figure.align_ylabels([upper, lower])
+    return figure
+
+
+def _at(moment: float, time: Floats, values: Floats) -> float:
+    known = np.isfinite(values)
+    return float(np.interp(moment, time[known], values[known]))
+
+
+def rectified_picture(found: Given) -> Figure:
+    """A picture of a film seen from straight above, with orbit and balls as they were found.
+
+    Parameters
+    ----------
+    found
+        From ``ab.measure.rectified_picture``.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no such result.
+    """
+    asked = "plot.rectified_picture"
+    found = result(found, asked, "measure.rectified_picture", lambda it: "brightness" in it and "ball_x" in it)
+    x, y = 1e3 * found["x"].values, 1e3 * found["y"].values
+    radius = 1e3 * float(found.attrs["orbit_radius"])
+    with look():
+        figure = picture(5.6, 5.6)
+        axes = figure.subplots()
+        axes.imshow(
+            found["brightness"].values, cmap="gray", vmin=0, vmax=255, extent=(x[0], x[-1], y[0], y[-1]), origin="lower"
+        )
+        axes.add_patch(Circle((0.0, 0.0), radius, fill=False, color=BALLS[4], lw=0.8, ls=(0, (4, 3))))
+        for u, v in zip(1e3 * found["ball_x"].values, 1e3 * found["ball_y"].values, strict=True):
+            axes.add_patch(
+                Circle((u, v), 500.0 * float(found.attrs["ball_diameter"]), fill=False, color=UNBALANCE, lw=1.2)
+            )
+            away = 1.0 + 1.1e3 * float(found.attrs["ball_diameter"]) / radius
+            axes.annotate(
+                f"{np.degrees(np.arctan2(v, u)):.1f}°",
+                (away * u, away * v),
+                ha="center",
+                va="center",
+                color="white",
+                fontsize=8.5,
+            )
+        axes.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal", title=str(found.attrs.get("title", "")))
+        axes.grid(visible=False)
+    return figure
+
+
+def rest_histogram(found: Given, *, unbalance: float | None = None) -> Figure:
+    """Where balls come to rest, as a polar histogram.
+
+    Parameters
+    ----------
+    found
+        From ``ab.measure.rest_histogram``.
+    unbalance
+        Direction of the unbalance from the reference, rad, to be marked.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no such result.
+    """
+    found = result(found, "plot.rest_histogram", "measure.rest_histogram", lambda it: "count" in it and "angle" in it)
+    angle, count = found["angle"].values, found["count"].values
+    if not count.sum():
+        raise QuestionError("plot.rest_histogram: no balls were counted")
+    with look():
+        figure = picture(5.0, 5.0)
+        axes = figure.add_subplot(projection="polar")
+        wide = 2.0 * np.pi / angle.size
+        axes.bar(
+            angle,
+            count,
+            width=0.94 * wide,
+            color=BALLS[0],
+            edgecolor="white",
+            lw=0.6,
+            yerr=found["count_deviation"].values,
+            ecolor=INK,
+        )
+        if unbalance is not None:
+            axes.plot([unbalance] * 2, [0.0, 1.05 * count.max()], color=UNBALANCE, lw=1.6, label="unbalance")
+            axes.legend(loc="lower left", bbox_to_anchor=(0.9, 0.0))
+        axes.set_yticks(range(0, int(count.max()) + 1, max(1, int(count.max()) // 4)))
+        axes.set_title(str(found.attrs.get("title", "")))
     return figure

@@ -6,12 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.run.places import places
-from autobalancer.plots.run.static import static_part
-from autobalancer.results.series import end_of_run_up
+from autobalancer.plots.drawing.style import BALLS, ball_color
+from autobalancer.results.drawn import Complexes, bodies_of, cubic
+from autobalancer.results.series import NONE, end_of_run_up, load_of
 
 Floats = NDArray[np.float64]
 CALM = 0.05  # of the greatest deflection
@@ -226,3 +227,189 @@ def _column(run: xr.Dataset, name: str) -> Floats:
 
 def _balls(run: xr.Dataset, name: str, rows: int) -> Floats:
     return np.asarray(run[name].values, np.float64) if name in run else np.empty((rows, 0))
+
+
+# The places on the axis whose deflection a run knows: the planes of its balancers, then its other stations.
+
+
+class Place(NamedTuple):
+    """A place and its motion; ``position`` is m along the axis, nan if not known."""
+
+    name: str
+    position: float
+    deflection: Complexes  # m, x + i y in space, over time
+
+
+def places(run: xr.Dataset, prefix: str = "") -> list[Place]:
+    """The reference place first; with ``prefix`` "turn_" over the last revolutions.
+
+    A station in the plane of a balancer is named after it once, not twice.
+    """
+    reference = np.asarray(run[f"{prefix}x"].values + 1j * run[f"{prefix}y"].values)
+    found: list[Place] = []
+    for kind in ("place",) if f"{prefix}place_x" in run else ("plane", "station"):
+        if f"{prefix}{kind}_x" not in run:
+            continue
+        if kind == "place" and "place_kind" in run:
+            run = run.isel(place=np.flatnonzero(run["place_kind"].values != "support"))
+        names = planes_of(run).names if kind == "plane" else _renamed(run, kind)
+        z = np.asarray(run[f"{prefix}{kind}_x"].values + 1j * run[f"{prefix}{kind}_y"].values)
+        where = run[f"{kind}_position"].values if f"{kind}_position" in run else np.full(z.shape[1], np.nan)
+        for name, position, column in zip(names, where, z.T, strict=True):
+            if not any(np.allclose(column, place.deflection, rtol=1e-9, atol=0.0) for place in found):
+                found.append(Place(str(name), float(position), column))
+    same = [place for place in found if np.allclose(place.deflection, reference, rtol=1e-9, atol=0.0)]
+    if not same:
+        return [Place("rotor", float("nan"), reference), *found]
+    return [same[0], *(place for place in found if place is not same[0])]
+
+
+class PlacesInRotor(NamedTuple):
+    """Places with a position on the axis, in its order, at some times."""
+
+    names: tuple[str, ...]
+    position: Floats  # (places,) m
+    deflection: Complexes  # (times, places) m, in the rotor
+
+
+def places_in_rotor(run: xr.Dataset, times: Floats) -> PlacesInRotor | None:
+    """What is known along the axis at ``times`` (s); ``None`` if that are fewer than two places."""
+    known = [place for place in places(run) if np.isfinite(place.position)]
+    known = sorted(known, key=lambda place: place.position)
+    if len({place.position for place in known}) < 2:
+        return None
+    samples = run["time"].values
+    z = np.column_stack([place.deflection for place in known]) * np.exp(-1j * run["rotor_angle"].values)[:, None]
+    between = cubic(times, samples, z, np.gradient(z, samples, axis=0))
+    return PlacesInRotor(
+        tuple(place.name for place in known), np.array([place.position for place in known]), np.asarray(between)
+    )
+
+
+def _renamed(run: xr.Dataset, kind: str) -> list[str]:
+    """Names of stations or places; a place that is a plane is called by its balancers, as everywhere in pictures."""
+    known = {}
+    if "plane" in run:
+        known = dict(zip(map(str, run["plane"].values), planes_of(run).names, strict=True))
+    return [known.get(str(name), str(name)) if kind == "place" else str(name) for name in run[kind].values]
+
+
+# What of a deflection stands still in space, and what vibrates about it.
+
+
+SAMPLES = 60  # that are looked at around a moment
+TURNS = 4.0  # of the rotor, at least as many as they span: within less a whirl that grows looks like one about another place
+LEAST = 0.1  # of the vibration; a smaller static part cannot be told from one that comes and goes
+APART = 30.0  # condition above which samples do not tell a turning vector from a standing one
+
+
+def static_part(
+    run: xr.Dataset, time: Floats, angle: Floats, deflection: Complexes, moment: float, *, samples: int = SAMPLES
+) -> complex:
+    """The mean place in m, x + i y in space, about which a place moves around a ``moment`` (s).
+
+    Fitted to samples of the deflection in space: a vector that stands, one that turns with the rotor (by ``angle``) and
+    one against it. Zero where nothing can deflect the rotor for good, as on a vertical axis without a recorded excitation,
+    where samples lie so far apart that they always see the rotor from the same side, and where what these three leave is
+    greater than the standing one.
+    """
+    loaded = load_of({"axis": "horizontal"} | run.attrs) != NONE
+    still = not loaded or run.attrs.get("frame_of_integration", "space") == "rotor"
+    if still or time.size < 8:
+        return 0j
+    near = np.argsort(np.abs(time - moment))[:samples]
+    if np.ptp(angle[near]) < 2.0 * np.pi * TURNS:
+        here = np.interp(moment, time, angle)
+        near = np.flatnonzero(np.abs(angle - here) <= 2.0 * np.pi * TURNS)
+    turned = np.exp(1j * angle[near])
+    columns = np.column_stack([np.ones(near.size), turned, turned.conj()])
+    if np.linalg.cond(columns) > APART:
+        return 0j
+    standing, *turning = found = np.linalg.lstsq(columns, deflection[near], rcond=None)[0]
+    rest = float(np.sqrt(np.mean(np.abs(deflection[near] - columns @ found) ** 2)))
+    return complex(standing) if abs(standing) > max(LEAST * sum(map(abs, turning)), rest) else 0j
+
+
+# Colors and legend entries of the balls of a run, names of balancers and planes: the same in every picture.
+
+
+FEW = len(BALLS)  # so many balls have a color of their own
+
+
+class BallLook(NamedTuple):
+    """How one ball is drawn; label "_" hides an entry of the legend."""
+
+    color: str
+    label: str
+
+
+def ball_looks(run: xr.Dataset) -> list[BallLook]:
+    """A color for each of few balls; of more, one for each race, in shades from its first ball to its last."""
+    count = run.sizes.get("ball", 0)
+    if count <= FEW:
+        return [BallLook(ball_color(i), f"{body} {i + 1}") for i, body in enumerate(bodies_of(run))]
+    places = list(zip(_ball_looks_column(run, "balancer", count), _ball_looks_column(run, "race", count), strict=True))
+    groups = sorted(set(places))
+    looks = [BallLook("", "_")] * count
+    for number, place in enumerate(groups):
+        members = [i for i, where in enumerate(places) if where == place]
+        for shade, i in zip(np.linspace(-0.4, 0.4, len(members)), members, strict=True):
+            looks[i] = BallLook(shaded(ball_color(number), float(shade)), "_")
+        middle = members[len(members) // 2]
+        name = group_name(run, place, groups)
+        body = bodies_of(run)[members[0]] if len(set(bodies_of(run)[members])) == 1 else "ball"
+        first, last = members[0] + 1, members[-1] + 1
+        text = f"{body}s {first} to {last}" if len(members) > 1 else f"{body} {first}"
+        looks[middle] = looks[middle]._replace(label=f"{text}, {name}" if name else text)
+    return looks
+
+
+def group_name(run: xr.Dataset, place: tuple[int, int], groups: list[tuple[int, int]]) -> str:
+    """What tells a race (its balancer and number, from 1) from the others: the name of its balancer, its number, or both."""
+    parts = []
+    if len({balancer for balancer, _ in groups}) > 1:
+        parts.append(balancer_name(run, place[0]))
+    if sum(balancer == place[0] for balancer, _ in groups) > 1:
+        parts.append(f"race {place[1]}")
+    return ", ".join(parts)
+
+
+def balancer_name(run: xr.Dataset, number: int) -> str:
+    """The name of a balancer, counted from 1; its number if the run knows no names."""
+    if "balancer_name" in run and "balancer" in run:
+        held = run["balancer_name"].values[run["balancer"].values == number]
+        if held.size:
+            return str(held[0])
+    return f"balancer {number}"
+
+
+class Planes(NamedTuple):
+    """The planes of the balancers; a rotor that only moves sideways has one."""
+
+    names: tuple[str, ...]  # of the balancers in each
+    position: Floats  # m along the axis; nan if not known
+
+
+def planes_of(run: xr.Dataset) -> Planes:
+    """The planes of a run."""
+    count = run.sizes.get("plane", 1)
+    if "ball_plane" not in run or (count == 1 and "station" not in run):
+        return Planes(("rotor",), np.array([np.nan]))
+    where, held = run["ball_plane"].values, _ball_looks_column(run, "balancer", run.sizes["ball"])
+    names = []
+    for plane in range(1, count + 1):
+        balancers = sorted({number for number, place in zip(held, where, strict=True) if place == plane})
+        names.append(" and ".join(balancer_name(run, number) for number in balancers) or f"plane {plane}")
+    position = run["plane_position"].values if "plane_position" in run else np.full(count, np.nan)
+    return Planes(tuple(names), np.asarray(position, np.float64))
+
+
+def shaded(color: str, share: float) -> str:
+    """A color lighter (towards 1: white) or darker (towards -1: black)."""
+    rgb = np.array(to_rgb(color))
+    red, green, blue = (rgb + (1.0 - rgb) * share if share > 0.0 else rgb * (1.0 + share)).tolist()
+    return str(to_hex((red, green, blue)))
+
+
+def _ball_looks_column(run: xr.Dataset, name: str, count: int) -> list[int]:
+    return [int(value) for value in run[name].values] if name in run else [1] * count

@@ -12,11 +12,10 @@ from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.style import INK, UNBALANCE, heading, look, picture
-from autobalancer.plots.run.places import places
-from autobalancer.plots.run.static import static_part
+from autobalancer.plots.run.history import places, static_part
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, significant, speed_axis, times_larger
-from autobalancer.results.drawn.motion import Complexes, Floats, cubic
-from autobalancer.results.given import Given, given_race_run
+from autobalancer.results.drawn import Complexes, Floats, cubic
+from autobalancer.results.run_argument import Given, given_race_run
 from autobalancer.units import optional_argument
 
 POINTS_A_TURN = 8  # fewer do not draw an orbit, only points of it

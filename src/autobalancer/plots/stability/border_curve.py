@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -11,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.quantity_axis import plain_log_ticks, quantity_axis
+from autobalancer.plots.drawing.axes import plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import (
     BALLS,
     CRITICAL,
@@ -25,7 +27,7 @@ from autobalancer.plots.drawing.style import (
     with_ignored,
 )
 from autobalancer.results.display_units import AxisUnit, significant, speed_axis
-from autobalancer.results.given import Given, result
+from autobalancer.results.run_argument import Given, result
 from autobalancer.units import optional_argument
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
@@ -340,3 +342,130 @@ def _runs(words: list[str]) -> list[tuple[int, int, str]]:
         else:
             found.append((i, i, word))
     return found
+
+
+# The border speeds of a machine side by side.
+
+
+STALLED = ("release speed", "capture speed")  # of balls that stall; the others are those of the balanced state
+
+
+class BorderSpeed(Protocol):
+    """One border speed, rad/s: infinite for never, nan for none."""
+
+    name: str
+    speed: float
+    known: bool
+
+
+def borders(found: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str = "Border speeds") -> Figure:
+    """Draw border speeds, one below the other: blue those of the balanced state, orange those of stalled balls.
+
+    Parameters
+    ----------
+    found
+        From ``ab.stability.borders``, or the borders of ``ab.check``.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    title
+        Above the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    QuestionError
+        If there is no border, or the unit is unknown.
+    """
+    if hasattr(found, "rotor"):
+        raise QuestionError("plot.borders: given a machine; it draws a result of stability.borders")
+    if not isinstance(found, Sequence) or not found or not all(hasattr(border, "speed") for border in found):
+        raise QuestionError("plot.borders: give the result of stability.borders")
+    unit = speed_axis(speed_unit)
+    speeds = [border.speed * unit.factor for border in found]
+    far = max((speed for speed in speeds if math.isfinite(speed)), default=1.0)
+    with look():
+        figure = picture(7.2, 0.95 + 0.36 * len(found))
+        axes = figure.subplots()
+        axes.set_title(title)
+        for row, (border, speed) in enumerate(zip(found, speeds, strict=True)):
+            color = BALLS[1] if border.name in STALLED else BALLS[0]
+            if math.isfinite(speed):
+                axes.plot([0.0, speed], [row, row], color=color, lw=1.2, alpha=0.45)
+                axes.plot([speed], [row], "o", ms=7, color=color, mec=INK, mew=0.6)
+                text = f"  {speed:.5g} {unit.sign}"
+            else:
+                text = "  never" if speed > 0.0 else "  none" if border.known else "  not known"
+            at = speed if math.isfinite(speed) else 0.0
+            axes.text(at, row, text, va="center", color=INK if math.isfinite(speed) else CRITICAL, fontsize=8.5)
+        axes.set_yticks(range(len(found)), [border.name for border in found])
+        axes.set_ylim(len(found) - 0.4, -0.6)
+        axes.set_xlim(0.0, 1.22 * far)
+        axes.set_xlabel(f"rotor speed ({unit.sign})")
+        axes.grid(False, axis="y")
+    return figure
+
+
+# Curves of Hopf points or folds over two parameters.
+
+
+def bifurcation_curves(curves: Given, *, speed_unit: str = "rpm") -> Figure:
+    """Draw curves of Hopf points or folds: the second parameter across, the first one upwards.
+
+    A Hopf curve is solid where a small stable oscillation begins (supercritical), dashed where the balls jump (subcritical).
+
+    Parameters
+    ----------
+    curves
+        From :func:`bifurcation_curves`.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``, for a parameter that is a speed.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with ``savefig`` or :func:`save_picture`.
+
+    Raises
+    ------
+    QuestionError
+        If there is nothing to draw or the unit is unknown.
+    """
+    wanted = "stability.bifurcation_curves"
+    curves = result(curves, "plot.bifurcation_curves", wanted, lambda it: "second_parameter" in it)
+    if not curves.sizes.get("point"):
+        raise QuestionError("bifurcation curves: there is no point to draw")
+    across, up = (quantity_axis(curves[name], speed_unit) for name in ("second_parameter", "parameter"))
+    hopf = "criticality" in curves
+    bad = curves["criticality"].values == "subcritical" if hopf else np.zeros(across.values.size, bool)
+    with look():
+        figure = picture(7.2, 4.6)
+        axes = figure.add_subplot()
+        axes.set_title(with_ignored(str(curves.attrs.get("title", "Bifurcation curves")), curves.attrs))
+        named: set[str] = set()
+        for number in np.unique(curves["curve"].values):
+            points = np.flatnonzero(curves["curve"].values == number)
+            for dashed in (False, True):
+                wanted = bad[points] == dashed
+                shown = np.where(wanted | np.roll(wanted, 1), up.values[points], np.nan)
+                style = (0, (4, 2.2)) if dashed else "-"
+                text = "Hopf, subcritical" if dashed else "Hopf, supercritical" if hopf else "fold"
+                label = text if wanted.any() and text not in named else "_"
+                named.add(label)
+                axes.plot(across.values[points], shown, ls=style, lw=1.6, color=BALLS[0], label=label)
+        for i, name in enumerate(curves["special_type"].values):
+            place = (
+                across.unit.shown(float(curves["special_second_parameter"].values[i])),
+                up.unit.shown(float(curves["special_parameter"].values[i])),
+            )
+            text = f"{name} point" if name == "Bautin" else str(name)
+            axes.plot(*place, "D", ms=6, mfc="white", mec=INK, label="_" if text in named else text)
+            named.add(text)
+        axes.set_xlabel(across.label)
+        axes.set_ylabel(up.label)
+        if float(across.values.min()) > 0.0 and across.values.max() / across.values.min() > 20.0:
+            axes.set_xscale("log")
+        axes.legend(loc="best")
+    return figure

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.quantity_axis import plain_log_ticks, quantity_axis
+from autobalancer.plots.drawing.axes import plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture
-from autobalancer.plots.stability.basin_shares import VERDICTS
-from autobalancer.results.answers.ensemble import Ensemble
+from autobalancer.plots.stability.basins import VERDICTS
+from autobalancer.results.answers.studied import Ensemble
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis
-from autobalancer.results.given import Given, result
+from autobalancer.results.run_argument import Given, result
 from autobalancer.results.shares import wilson_interval
 
 PARTS = 12  # parts of equal numbers of members into which a column of many values is cut

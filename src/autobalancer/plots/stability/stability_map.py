@@ -13,11 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.quantity_axis import QuantityAxis, plain_log_ticks, quantity_axis
+from autobalancer.plots.drawing.axes import QuantityAxis, plain_log_ticks, quantity_axis
 from autobalancer.plots.drawing.style import CRITICAL, INK, legend_below, look, picture
 from autobalancer.plots.stability.border_curve import BORDERS
 from autobalancer.results.display_units import round_down, speed_axis
-from autobalancer.results.given import Given, result
+from autobalancer.results.run_argument import Given, result
 
 COLORS = LinearSegmentedColormap.from_list(
     "growth",

@@ -9,7 +9,7 @@ import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import measure_unit, speed_axis
-from autobalancer.shown import Column
+from autobalancer.tables import Column
 
 
 class Measured(Answer):

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+import xarray as xr
 
 from autobalancer.errors import AutobalancerError
 from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import AxisUnit, length_axis, measure_unit, speed_axis, vibration_axis
 from autobalancer.results.number_text import length_text, significant
-from autobalancer.shown import rpm_and_si
+from autobalancer.results.verdict import worse_by
+from autobalancer.tables import Column, rpm_and_si
 
 if TYPE_CHECKING:
-    from autobalancer.results.verdict.judged import Verdict
+    from autobalancer.results.verdict import Verdict
+
 
 OF_VERDICT = ("residual unbalance", "greatest deflection", "unbalance jumps", "balls settle")  # rows of it
 MANY = 4  # critical speeds
@@ -46,7 +51,7 @@ class Run(Answer):
 
     def verdict(self) -> Verdict:
         """The verdict on it."""
-        from autobalancer.results.verdict.judged import verdict
+        from autobalancer.results.verdict import verdict
 
         return verdict(self)
 
@@ -72,7 +77,7 @@ class Run(Answer):
     def _judged(self) -> Iterator[tuple[str, str]]:
         if self.nbytes > READ:
             return
-        from autobalancer.results.verdict.text import verdict_lines
+        from autobalancer.results.verdict import verdict_lines
 
         try:
             found = self.verdict()
@@ -99,3 +104,246 @@ class Run(Answer):
 
 def _rpm(speed: float) -> str:
     return f"{significant(speed * 30.0 / np.pi, 4)}"
+
+
+# A run beside a measurement shows the measures of both.
+
+
+class Overlay(Answer):
+    """One row for each channel and each measure: measured, of the run, and their difference with its standard deviation."""
+
+    __slots__ = ()
+    drawn_by = "overlay"
+    most = 200
+    needed: ClassVar[tuple[str, ...]] = ("measured_value", "simulated_value", "value_deviation")
+    row_of: ClassVar[str] = "measure"
+
+    def heading(self) -> str:
+        """Of which machine."""
+        return str(self.attrs.get("title", "run and measurement"))
+
+    def facts(self) -> list[tuple[str, str]]:
+        """How far each channel is from the run, beside what its noise explains."""
+        rows = []
+        places = self["place"].values if "place" in self else [""] * self.sizes["channel"]
+        keys = ("channel", "units", "rms_measured", "rms_away", "rms_expected")
+        for name, unit, size, away, noise, place in zip(*(self[key].values for key in keys), places, strict=True):
+            shown = AxisUnit(*measure_unit("rad")) if unit == "rad" else vibration_axis(str(unit), float(size))
+            factor, sign = shown.factor, shown.sign
+            beside = f", its noise {noise * factor:.3g} {sign}" if np.isfinite(noise) else ", its noise is not known"
+            rows.append(
+                (
+                    f"{name}, {place} of the run" if place else str(name),
+                    f"rms of the difference {away * factor:.3g} {sign}{beside}",
+                )
+            )
+        return rows
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Measures of both."""
+        speed = speed_axis(unit or self.shown_in)
+        units = [str(entry) for entry in self["measure_unit"].values]
+        shown = [(speed.sign, speed.factor) if entry == "rad/s" else measure_unit(entry) for entry in units]
+        factors = np.array([factor for _, factor in shown])
+        seen, run, sure = (self[name].values * factors for name in self.needed)
+        columns = [
+            Column("measure", [str(name) for name in self["measure"].values]),
+            Column("of", [str(name) for name in self["measure_of"].values]),
+            Column("measured", seen, form=".5g"),
+            Column("run", run, form=".5g"),
+            Column("difference", seen - run, form=".3g"),
+            Column("+-", sure, form=".2g"),
+            Column("unit", [sign for sign, _ in shown]),
+        ]
+        return [column for column in columns if column.head != "of" or any(column.values)]
+
+    def remarks(self) -> list[str]:
+        """Which measures there cannot be, and what looks wrong."""
+        return [str(note) for note in np.atleast_1d(self.attrs.get("notes", []))]
+
+
+# Several machines side by side.
+
+
+class Comparison(Answer):
+    """One row for each machine: what its run left, and from which speed on its balanced state is stable."""
+
+    __slots__ = ()
+    drawn_by = "comparison"
+    row_of: ClassVar[str] = "machine"
+    needed: ClassVar[tuple[str, ...]] = ("machine", "verdict", "peak_deflection", "vibration", "exact_border")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Deflections in micrometers; what is left in percent of the vibration without balls.
+
+        Deep chambers have no exact border, so that their table has the force on their bearings in its place.
+        """
+        shown, length = speed_axis(unit or self.shown_in), length_axis("um", 1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = 100.0 * self["vibration"].values / self["vibration_without_balls"].values
+        known = np.isfinite(self["exact_border"].values) | (self["border_note"].values.astype(str) != "")
+        last = (
+            self.scaled("exact_border", "exact border", unit, ".4g")
+            if known.any() or "support_force" not in self
+            else Column("bearing force", self["support_force"].values, "N", ".3g")
+        )
+        at = [
+            Column(f"at {speed * shown.factor:.4g} {shown.sign}", values * length.factor, length.sign, ".4g")
+            for speed, values in zip(self["speed"].values, self["deflection_at"].values.T, strict=True)
+        ]
+        return [
+            self.texts("machine", "machine"),
+            *at,
+            Column("peak", self["peak_deflection"].values * length.factor, length.sign, ".4g"),
+            self.scaled("peak_speed", "peak at", unit, ".4g"),
+            Column("left", left, "%", ".2f"),
+            Column("settled after", self["settling_time"].values, "s", ".3g"),
+            Column("verdict", self._verdicts()),
+            last,
+        ]
+
+    def _verdicts(self) -> list[str]:
+        """In words, with the passage where it is worse than without balls."""
+        words = [str(word) for word in self["verdict"].values]
+        if "peak_without_balls" not in self:
+            return words
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = self["peak_deflection"].values / self["peak_without_balls"].values
+        worse = [worse_by(float(ratio)) for ratio in ratios]
+        return [word + f", {much} on the way" * bool(much) for word, much in zip(words, worse, strict=True)]
+
+    def in_si(self) -> xr.Dataset:
+        """One row for each machine, with a column for each speed that was asked for."""
+        rows = self.drop_dims("bin", errors="ignore")
+        if not rows.sizes.get("speed"):
+            return rows.drop_dims("speed", errors="ignore")
+        return rows.assign_coords(speed=[f"{speed:.6g} rad/s" for speed in rows["speed"].values])
+
+    def remarks(self) -> list[str]:
+        """Why a border is not known, and what it ignores; one sentence for all machines of which it is true."""
+        concerned: dict[str, list[str]] = {}
+        for name, note in zip(self["machine"].values, self["border_note"].values, strict=True):
+            concerned.setdefault(str(note), []).append(str(name))
+        return [f"{', '.join(names)}: {note}" for note, names in concerned.items() if note]
+
+
+# Stepped responses as a table: one row for each speed.
+
+
+class SteppedResponse(Answer):
+    """Amplitudes speed by speed, up, down or both."""
+
+    __slots__ = ()
+    drawn_by = "stepped_response"
+    row_of, most = "speed", 12
+
+    def rows(self) -> list[tuple[str, list[float]]]:
+        """Of each direction its name and the amplitudes (m) at all speeds."""
+        whole = self["amplitude"] if "direction" in self.dims else self["amplitude"].expand_dims("direction")
+        return [(str(name), row.tolist()) for name, row in zip(whole["direction"].values, whole.values, strict=True)]
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Speed, amplitude in each direction, and what the balls do."""
+        amplitudes = [Column(f"amplitude {name}", [1e6 * value for value in row], "µm") for name, row in self.rows()]
+        return [self.scaled("speed", "speed", unit, ".6g"), *amplitudes, *self._motions()]
+
+    def heading(self) -> str:
+        """Of which machine, how it was stepped, and how it ended."""
+        how = f"{self.attrs['dwell']:.4g} s at each speed, measured for {self.attrs['window']:.4g} s"
+        return f"{self.attrs['machine_name']}: stepped response, {how}; {self.attrs['outcome']}"
+
+    def remarks(self) -> Sequence[str]:
+        """The greatest amplitude of each direction, and what was noted."""
+        said = list(self.greatest(rpm_and_si))
+        return [*said, self.attrs["coincidence_text"]] if "coincidence_text" in self.attrs else said
+
+    def greatest(self, speed_text: Callable[[float], str]) -> list[str]:
+        """A sentence for each direction that was measured, with its speed as ``speed_text`` writes it."""
+        said = []
+        for name, row in self.rows():
+            reached = [i for i, value in enumerate(row) if math.isfinite(value)]
+            if reached:
+                peak = max(reached, key=lambda i: row[i])
+                at = speed_text(float(self["speed"].values[peak]))
+                said.append(f"{name}: greatest amplitude {length_text(row[peak])} at {at}")
+        return said
+
+    def has_table(self) -> bool:
+        """Amplitudes over the speed must be there."""
+        known = {"machine_name", "dwell", "window", "outcome"} <= set(self.attrs)
+        return known and "amplitude" in self and "speed" in self["amplitude"].dims
+
+    def _motions(self) -> list[Column]:
+        if "motion" not in self:
+            return []
+        words = np.array([*self["motion"].attrs["flag_meanings"], "-"], dtype=object)
+        whole = self["motion"] if "direction" in self.dims else self["motion"].expand_dims("direction")
+        names = [f"balls {name}" for name, _ in self.rows()]
+        return [Column(name, words[row].tolist()) for name, row in zip(names, whole.values, strict=True)]
+
+
+# Balls followed through a film: how many pictures, how sure, and where they ended.
+
+
+STILL = 0.02  # rad from picture to picture
+
+
+class BallFilm(Answer):
+    """Angles of balls from a film."""
+
+    __slots__ = ()
+    drawn_by = "ball_film"
+    row_of = "ball"
+    needed = ()
+
+    def has_table(self) -> bool:
+        """Angles over time and ball must be there."""
+        return "ball_angle" in self and self["ball_angle"].dims == ("time", "ball")
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Pictures, faults, deviation, speed and what happened."""
+        time, faults = self["time"].values, [str(text) for text in self["fault"].values if text]
+        facts = [("pictures", f"{time.size} from {time[0]:.4g} s to {time[-1]:.4g} s, {len(faults)} with a fault")]
+        first = next((k for k, text in enumerate(self["fault"].values) if text), None)
+        if first is not None:
+            facts.append(("first fault", f"picture {first + 1} at {time[first]:.6g} s: {self['fault'].values[first]}"))
+        speed = self["speed"].values[np.isfinite(self["speed"].values)]
+        if speed.size:
+            facts.append(("rotor speed", f"{_ball_film_rpm(speed[0])} to {rpm_and_si(float(speed[-1]))}"))
+        if speed.size and time.size > 1 and float(np.median(speed) * np.median(np.diff(time))) < STILL:
+            text = "the rotor seems to stand still or to turn backward; if a stroboscope makes it so, give first_speed"
+            facts.append(("doubt", text))
+        deviation = np.degrees(self["ball_angle_deviation"].values)
+        if np.isfinite(deviation).any():
+            facts.append(
+                (
+                    "angles",
+                    f"standard deviation {np.nanmedian(deviation):.2g}° (median), at most {np.nanmax(deviation):.2g}°",
+                )
+            )
+        if self.attrs.get("warnings"):
+            facts.append(("doubt", str(self.attrs["warnings"])))
+        facts.append(("impacts", f"{self.sizes.get('impact', 0)} between balls"))
+        for at, name in zip(self["event_time"].values[:6], self["event_name"].values[:6], strict=True):
+            facts.append(("event", f"{name} at {at:.4g} s"))
+        if self.attrs.get("unsure_identities"):
+            facts.append(("identity", f"not sure in {self.attrs['unsure_identities']} pictures: see identity_margin"))
+        return facts
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The last angle of each ball."""
+        angle, deviation = self["ball_angle"].values, self["ball_angle_deviation"].values
+        rows = [np.flatnonzero(np.isfinite(column)) for column in angle.T]
+        last = [int(row[-1]) if row.size else -1 for row in rows]
+        wrapped = [(np.degrees(angle[k, i]) + 180.0) % 360.0 - 180.0 if k >= 0 else np.nan for i, k in enumerate(last)]
+        sure = [np.degrees(deviation[k, i]) if k >= 0 else np.nan for i, k in enumerate(last)]
+        return [
+            Column("ball", self["ball"].values.tolist()),
+            Column("seen in", [int(row.size) for row in rows]),
+            Column("last angle in the rotor", wrapped, "°", ".2f"),
+            Column("standard deviation", sure, "°", ".2g"),
+        ]
+
+
+def _ball_film_rpm(speed: float) -> str:
+    return f"{float(speed) * 30.0 / np.pi:.4g}"

@@ -6,11 +6,148 @@ from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
+import xarray as xr
 
-from autobalancer.results.answers.ensemble import Ensemble
-from autobalancer.results.display_units import axis_unit
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import axis_unit, length_axis
+from autobalancer.results.number_text import length_text, moment_text, significant
 from autobalancer.results.shares import wilson_interval
-from autobalancer.shown import Column
+from autobalancer.results.verdict import WORDS, worse_by
+from autobalancer.tables import Column, rpm_and_si
+
+# The members of an ensemble as a table of shares with their intervals, and the quantiles of their measures.
+
+
+FINISHED, NOT_RUN, IMPOSSIBLE = "finished", "not run", "impossible"
+CLASSES = WORDS
+MOST_GROUPS = 8  # values of a column that are shown one by one
+QUANTILES = (0.05, 0.5, 0.95)
+TOLD = ("peak_deflection", "peak_speed", "vibration", "residual_unbalance", "settling_time", "release_speed")
+TEXTS = {"m": length_text, "kg m": moment_text, "rad/s": rpm_and_si, "s": lambda value: f"{significant(value)} s"}
+
+
+class Ensemble(Answer):
+    """The members of an ensemble and what each left."""
+
+    __slots__ = ()
+    drawn_by = "ensemble"
+    needed: ClassVar[tuple[str, ...]] = ("outcome",)
+
+    def heading(self) -> str:
+        """Whose they are, and how many ran."""
+        count, ran = self.sizes["member"], int(self.ran().sum())
+        part = "" if ran == count else f", of which {ran} ran"
+        return f"{self.attrs.get('machine_name', 'machine')}: ensemble of {count} members{part}"
+
+    def ran(self) -> Any:
+        """Which members ran, (member,)."""
+        return ~np.isin(self["outcome"].values, (NOT_RUN, IMPOSSIBLE))
+
+    def classes(self) -> Any:
+        """How each member ended, (member,): its verdict if it finished and was asked for one, else its outcome."""
+        outcome = self["outcome"].values
+        return np.where(outcome == FINISHED, self["verdict"].values, outcome) if "verdict" in self else outcome
+
+    def group(self) -> str:
+        """The column of few values over which shares are shown; empty if there is none."""
+        names = [name for name in self.coords if self[name].dims == ("member",) and name not in ("member", "seed")]
+        few = [str(name) for name in names if 1 < len(set(self[name].values.tolist())) <= MOST_GROUPS]
+        return few[0] if len(few) == 1 and len(names) == 1 else ""
+
+    def shares(self, by: str = "") -> xr.Dataset:
+        """Shares of the classes among the members that ran, with their 95 % intervals (Wilson 1927).
+
+        Parameters
+        ----------
+        by
+            A coordinate; then for each of its values.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``count``, ``share``, ``share_low``, ``share_high`` over ``end``, after the coordinate if one is given.
+        """
+        classes, ran = self.classes(), self.ran()
+        ends = [*CLASSES, *sorted(set(classes[ran]) - set(CLASSES))]
+        values = self[by].values if by else np.zeros(classes.size)
+        groups = sorted(set(values.tolist()))
+        counts = np.array([[(classes[ran & (values == one)] == end).sum() for end in ends] for one in groups])
+        totals = [max(int((ran & (values == one)).sum()), 1) for one in groups]
+        low, high = np.moveaxis(np.array([wilson_interval(c, t) for c, t in zip(counts, totals, strict=True)]), 1, 0)
+        dims = (by, "end") if by else ("end",)
+        found = {"count": counts, "share": counts / np.array(totals)[:, None], "share_low": low, "share_high": high}
+        result = xr.Dataset({name: (dims, v if by else v[0]) for name, v in found.items()}, {"end": ends})
+        return result.assign_coords({by: (by, groups, self[by].attrs)}) if by else result
+
+    def share_of(self, which: Any) -> tuple[float, float, float]:
+        """Share of the members that ran for which ``which`` (member,) is true, and its 95 % interval (Wilson 1927)."""
+        ran = self.ran()
+        count, total = int((np.asarray(which, bool) & ran).sum()), max(int(ran.sum()), 1)
+        low, high = wilson_interval(np.array([count]), total)
+        return count / total, float(low[0]), float(high[0])
+
+    def quantiles(self, name: str, at: Sequence[float] = QUANTILES) -> Any:
+        """Quantiles of a measure over the members that have it; nan without any."""
+        values = self[name].values
+        known = values[np.isfinite(values)]
+        return np.quantile(known, at) if known.size else np.full(len(at), np.nan)
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The classes that came, with their shares."""
+        by = self.group()
+        found = self.shares(by)
+        there = found if not by else found.stack(row=(by, "end"))
+        there = there.isel({"row" if by else "end": np.flatnonzero(there["count"].values > 0)})
+        columns = []
+        if by:
+            shown, values = axis_unit(self[by], unit or self.shown_in), there[by].values
+            texts = values.dtype.kind not in "fi"
+            columns = [
+                Column(
+                    by.replace("_", " "),
+                    [*map(str, values)] if texts else shown.shown(values),
+                    "" if texts else shown.sign,
+                )
+            ]
+        columns += [
+            Column("end", [str(end) for end in there["end"].values]),
+            Column("members", there["count"].values.tolist()),
+        ]
+        for name, head in (("share", "share"), ("share_low", "95 % from"), ("share_high", "95 % to")):
+            columns.append(Column(head, 100.0 * there[name].values, "%", ".2f"))
+        return columns
+
+    def remarks(self) -> Sequence[str]:
+        """Quantiles of the main measures, and what a member took."""
+        return [*self.spread(), *self.without(), *self._cost()]
+
+    def spread(self) -> Iterator[str]:
+        """Quantiles of the main measures, a sentence each."""
+        for name in TOLD:
+            if name in self and np.isfinite(self[name].values).any():
+                written = TEXTS[str(self[name].attrs.get("units", ""))]
+                low, middle, high = map(written, self.quantiles(name))
+                known = int(np.isfinite(self[name].values).sum())
+                among = "" if known == int(self.ran().sum()) else f" ({known} members have one)"
+                yield f"{name.replace('_', ' ')}: median {middle}, 90 % from {low} to {high}{among}"
+
+    def without(self) -> Iterator[str]:
+        """How many members did not run, and why."""
+        for outcome in (IMPOSSIBLE, NOT_RUN):
+            count = int((self["outcome"].values == outcome).sum())
+            if count:
+                text = "such members cannot be built" if outcome == IMPOSSIBLE else "the ensemble was interrupted"
+                yield f"{outcome}: {count} members; {text}, and they do not count in the shares"
+
+    def _cost(self) -> Iterator[str]:
+        each = float(self.attrs.get("run_time_per_member", np.nan))
+        if np.isfinite(each):
+            yield f"a member took {significant(1e3 * each)} ms of a core and {self.attrs['steps_per_member']:.0f} steps"
+
+    def has_table(self) -> bool:
+        """All members must be there."""
+        return all(name in self and self[name].dims == ("member",) for name in self.needed)
+
 
 MAIN = "peak_deflection"  # the number that is shown where nothing else was asked for
 HEADS = {"drive_profile_end_and_drive_profile_peak": "speed"}
@@ -41,7 +178,7 @@ class Studied(Ensemble):
 
     def grid_names(self) -> list[str]:
         """The coordinates of the grid, but for those with a single value."""
-        from autobalancer.machine.plain_names import dimension_of
+        from autobalancer.machine.path import dimension_of
 
         names = np.atleast_1d(self.attrs.get("grid", [])).tolist()  # a file keeps a list of one as a text
         return [name for name in map(dimension_of, names) if np.unique(self[name].values.astype(str)).size > 1]
@@ -168,3 +305,176 @@ class Studied(Ensemble):
 def _quantile(values: Any, level: float) -> float:
     known = values[np.isfinite(values)]
     return float(np.quantile(known, level)) if known.size else np.nan
+
+
+# The ends of runs from many starts as a table: how often each one comes, and what it leaves.
+
+
+LEFT = (  # variable, what it is called, how it is written, the value without balls
+    ("residual_quantile", "residual unbalance", moment_text, "unbalance"),
+    ("deflection_quantile", "deflection", length_text, "deflection_without_balls"),
+    ("vibration_quantile", "vibration", length_text, "vibration_without_balls"),
+    ("peak_quantile", "greatest deflection on the way", length_text, "peak_without_balls"),
+)
+
+HELD = "held by friction"
+
+
+class Ends(Answer):
+    """Ends of a machine at a speed, from many starts."""
+
+    __slots__ = ()
+    row_of, needed = "end", ("share",)
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The ends that came, their shares, and of random starts the intervals of these."""
+        there = self.isel(end=np.flatnonzero(self["share"].values > 0.0))
+        found = [Column("end", [str(end) for end in there["end"].values])]
+        for name, head in (("share", "share"), ("share_low", "95 % from"), ("share_high", "95 % to")):
+            if name in there:
+                found.append(Column(head, 100.0 * there[name].values, "%", ".2f"))
+        return found
+
+    def heading(self) -> str:
+        """Whose they are, and at which speed."""
+        starts = int(self["state"].size)
+        return f"{self.attrs.get('machine_name', 'machine')}: ends of {starts} starts at {rpm_and_si(float(self.attrs['speed']))}"
+
+    def remarks(self) -> Sequence[str]:
+        """Which verdicts they had, and what they leave."""
+        return [*super().remarks(), *self.left()]
+
+    def left(self) -> Iterator[str]:
+        """Verdicts, balls that move, and quantiles of what the ends leave, a sentence each."""
+        if "verdict_share" in self:
+            shares = zip(self["verdict"].values, self["verdict_share"].values, strict=True)
+            if self._held():
+                yield f"{HELD}: the balls rest where friction stops them, near balance or far from it; see the verdict"
+            yield "verdict: " + ", ".join(f"{word} {100.0 * share:.3g} %" for word, share in shares if share > 0.0)
+        for plane, own in self.planes().items():
+            ends = ", ".join(f"{name} {100.0 * share:.3g} %" for name, share in own["share"].items())
+            middle, *_, most = own["residual_unbalance"].values()
+            rest = f"; residual unbalance at rest: median {moment_text(middle)}, at most {moment_text(most)}"
+            yield f"plane {plane}: {ends}{rest if middle == middle else ''}; without balls {moment_text(own['unbalance'])}"
+        if "moving_share" in self and float(self["moving_share"]) > 0.0:
+            yield f"balls still move at the end of {100.0 * float(self['moving_share']):.3g} % of the runs"
+        for name, text, written, whole in LEFT:
+            if name in self and np.isfinite(self[name].values[0]):
+                middle, often, most = map(written, self[name].values)
+                how = self.attrs.get("released", "released")
+                beside = f"without balls {written(float(self[whole]))}"
+                ratio = float(self[name].values[0]) / float(self[whole]) if float(self[whole]) > 0.0 else np.nan
+                much = worse_by(ratio) if name == "peak_quantile" else ""
+                half = f" (half of the runs at least {much})" * bool(much)
+                yield f"{text}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}{half}"
+
+    def planes(self) -> dict[str, dict[str, Any]]:
+        """Of each of several planes the shares of its ends, quantiles of its residual and its unbalance, SI."""
+        if self.sizes.get("plane", 0) < 2:
+            return {}
+        names, possible = list(self.attrs["plane_states"]), self["state"].size - int(self.attrs["overlapping"])
+        quantiles = [str(float(q)) for q in self["quantile"].values]
+        answer = {}
+        for number, plane in enumerate(self["plane"].values.tolist()):
+            own = self.isel(plane=number)
+            counts = np.bincount(own["plane_state"].values.ravel(), minlength=len(names))
+            shares = {name: int(count) / max(possible, 1) for name, count in zip(names, counts, strict=True)}
+            answer[str(plane)] = {
+                "share": {name: share for name, share in shares.items() if share and name != "overlapping start"},
+                "residual_unbalance": dict(zip(quantiles, own["plane_residual_quantile"].values.tolist(), strict=True)),
+                "unbalance": float(own["plane_unbalance"]),
+            }
+        return answer
+
+    def _held(self) -> bool:
+        return HELD in self["end"].values and float(self["share"].sel(end=HELD)) > 0.0
+
+    def has_table(self) -> bool:
+        """The states must be there too."""
+        return super().has_table() and "state" in self and "speed" in self.attrs
+
+
+# How much each input adds to the scatter of a quantity, as a table.
+
+
+SHOWN = {"first": "alone", "total": "in all", "rank_correlation": "rank correlation"}
+
+
+class Sensitivity(Answer):
+    """Indices or rank correlations of each input, with their 95 % intervals."""
+
+    __slots__ = ()
+    drawn_by = "sensitivity"
+    needed: ClassVar[tuple[str, ...]] = ()
+
+    def heading(self) -> str:
+        """What scatters."""
+        return f"{self.attrs['study_name']}: what drives the scatter of {self.attrs['quantity'].replace('_', ' ')}"
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """A row for each input, the strongest first."""
+        flat = self if "point" not in self.dims else self.stack(row=("point", "input"))
+        row = "input" if flat is self else "row"
+        key = "total" if "total" in self else "rank_correlation"
+        order = np.argsort(-np.abs(flat[key].values), kind="stable")
+        if row == "row":  # the points of a grid one after the other
+            order = order[np.argsort(flat["point"].values[order], kind="stable")]
+        flat = flat.isel({row: order})
+        points = "at" if "at" in flat.coords else "point"
+        columns = [Column(points, flat[points].values.tolist())] if row == "row" else []
+        columns.append(Column("input", [str(name).replace("_", " ") for name in flat["input"].values]))
+        for name, head in SHOWN.items():
+            if name in self:
+                columns.append(Column(head, flat[name].values, "", ".3f"))
+                columns.append(Column("95 % from", flat[f"{name}_low"].values, "", ".3f"))
+                columns.append(Column("to", flat[f"{name}_high"].values, "", ".3f"))
+        return columns
+
+    def remarks(self) -> Sequence[str]:
+        """What the numbers leave out."""
+        return [str(text) for text in np.atleast_1d(self.attrs.get("remarks", []))]
+
+    def has_table(self) -> bool:
+        """All parts must be there."""
+        return "input" in self.dims and any(name in self for name in SHOWN)
+
+
+# The runs of a sweep as a table: one row for each.
+
+
+EXTRA = ("seed",)  # a dimension that is no parameter of the machine
+
+
+class Swept(Answer):
+    """The parameters of each run and what it left."""
+
+    __slots__ = ()
+    needed: ClassVar[tuple[str, ...]] = ("verdict", "outcome", "peak_deflection", "vibration", "residual_share")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Parameters, greatest deflection and its speed, what is left, and the verdict."""
+        runs = self["verdict"].dims
+        flat = self.stack(one_run=runs) if len(runs) > 1 else self
+        length = length_axis("um", 1.0)
+        columns = []
+        for name, values in flat.coords.items():
+            if values.dims not in ((runs[0],), ("one_run",)) or name == "one_run":
+                continue
+            if values.dtype.kind in "fi" and name not in EXTRA:
+                shown = axis_unit(self.coords[name], unit or self.shown_in)
+                head = str(self.coords[name].attrs.get("long_name", name))
+                columns.append(Column(head, shown.shown(values.values), shown.sign))
+            else:
+                columns.append(Column(str(name), [str(value) for value in values.values]))
+        return [
+            *columns,
+            Column("peak", flat["peak_deflection"].values * length.factor, length.sign, ".4g"),
+            Swept.of(flat).scaled("peak_speed", "peak at", unit, ".4g"),
+            Column("vibration left", flat["vibration"].values * length.factor, length.sign, ".3g"),
+            Column("unbalance left", 100.0 * flat["residual_share"].values, "%", ".2f"),
+            Column("verdict", [str(word) for word in flat["verdict"].values]),
+        ]
+
+    def has_table(self) -> bool:
+        """All measures must be there, over the runs."""
+        return all(name in self for name in self.needed) and bool(self["verdict"].dims)

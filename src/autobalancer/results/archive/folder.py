@@ -14,10 +14,9 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.results.answers.labeled import Labeled
-from autobalancer.results.archive.lock import RunLock
-from autobalancer.results.archive.run import RunFolder, Write, plain, read_note, write_part
-from autobalancer.results.chamber.measures import catalog_unit
+from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.archive.run import RunFolder, RunLock, Write, plain, read_note, write_part
+from autobalancer.results.chamber_measures import catalog_unit
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import save_run
 from autobalancer.safe_file import write_text_safely

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from autobalancer.assembly.rotors.model import Floats
+from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.random_numbers import generator
 

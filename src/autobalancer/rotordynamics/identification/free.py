@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from autobalancer.assembly.parameters import parameter_of, with_value_at
+from autobalancer.assembly.quantities import parameter_of, with_value_at
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at
 from autobalancer.units import shortened
-from autobalancer.units.arguments import argument
+from autobalancer.units.quantity import argument
 
 Tie = Literal["value", "factor", "offset"]
 Bounds = tuple[float, float]
@@ -26,7 +26,7 @@ class FreeParameter:
     Parameters
     ----------
     paths
-        Path of an entry, as for :func:`~autobalancer.assembly.parameters.with_value_at`, or several tied paths.
+        Path of an entry, as for :func:`~autobalancer.assembly.quantities.with_value_at`, or several tied paths.
     lower, upper
         Bounds in SI, or texts with a unit.
     tie

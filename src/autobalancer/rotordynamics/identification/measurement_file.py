@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from autobalancer.assembly.rotors.model import Floats
+from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.table import read_table
 from autobalancer.files.text import read_toml
@@ -44,7 +44,7 @@ def read_measurements(
     Parameters
     ----------
     path
-        As of :func:`~autobalancer.measurement.comparison.measurement_file.load_measurements`.
+        As of :func:`~autobalancer.measurement.comparison.run_up_fit.load_measurements`.
     more
         Further lists by their names.
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.number_text import share_text
-from autobalancer.shown import Column
+from autobalancer.tables import Column
 
 
 class FittedReceptance(Answer):
@@ -45,3 +47,28 @@ class FittedReceptance(Answer):
     def remarks(self) -> Sequence[str]:
         """What to be careful about."""
         return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]
+
+
+# A receptance as a sum over poles.
+
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class PoleModel:
+    """A receptance sum r/(sigma - p) over all poles. ``added_mass``: of the balls, if it was measured without them."""
+
+    poles: Complexes
+    residues: Complexes
+    added_mass: float = 0.0
+
+    def receptance(self, sigma: Complexes) -> Complexes:
+        """H(sigma) with the balls on the rotor, m/N."""
+        bare = (self.residues / (sigma[..., None] - self.poles)).sum(axis=-1)
+        return np.asarray(bare / (1.0 + self.added_mass * sigma**2 * bare), np.complex128)
+
+    def at(self, frequency: Floats) -> Complexes:
+        """H(i frequency), m/N."""
+        return self.receptance(np.asarray(1j * frequency, np.complex128))

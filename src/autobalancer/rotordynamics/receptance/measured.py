@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError, RangeWarning, ResultError, UnitError, warn
 from autobalancer.files.samples import sample_hint
 from autobalancer.files.table import Table, read_table
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
-from autobalancer.results.signals.universal_file import UNIVERSAL, Function, is_universal, read_universal
+from autobalancer.results.signals import UNIVERSAL, Function, is_universal, read_universal
 from autobalancer.safe_file import as_path, not_to_read
 from autobalancer.units import optional_argument, to_si
 

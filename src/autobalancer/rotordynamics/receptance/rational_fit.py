@@ -17,12 +17,11 @@ from scipy.linalg import lstsq, qr
 from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
-from autobalancer.patience import shows_progress
+from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
-from autobalancer.rotordynamics.receptance.answer import FittedReceptance
+from autobalancer.rotordynamics.receptance.answer import FittedReceptance, PoleModel
 from autobalancer.rotordynamics.receptance.measured import hertz
-from autobalancer.rotordynamics.receptance.pole_model import PoleModel
 from autobalancer.units import ends_argument
 
 # A receptance as a sum of modes, stable and of relative degree two by construction, fitted by least squares.
@@ -237,7 +236,7 @@ def receptance_of(measured: xr.Dataset) -> Complexes:
 
 
 def pole_model(fit: xr.Dataset, added_mass: float = 0.0) -> PoleModel:
-    """The fitted receptance for :mod:`autobalancer.measurement.loop.growth`."""
+    """The fitted receptance for :mod:`autobalancer.measurement.loop`."""
     poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
     return PoleModel(poles, fit["residue_real"].values + 1j * fit["residue_imag"].values, added_mass)
 

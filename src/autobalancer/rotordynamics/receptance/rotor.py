@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from autobalancer.assembly.changed_parts import changed_part
+from autobalancer.assembly.quantities import changed_part
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine, ModalRotor, PlanarRotor, Resonance
 from autobalancer.rotordynamics.receptance.answer import FittedReceptance

@@ -9,24 +9,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from scipy.linalg import eigh
 
-from autobalancer.assembly.chamber.machine import profile_rows
+from autobalancer.assembly.chamber import assemble_chamber, profile_rows
 from autobalancer.errors import QuestionError
-from autobalancer.files.given import balls_in_chambers
-from autobalancer.laws.chamber_capability import chamber_capability
-from autobalancer.laws.deep_chamber import pick_up, settling
-from autobalancer.laws.held_by_friction import held_whirl
-from autobalancer.laws.hertz import greatest_pressure, reduced_modulus
-from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.files.machine_file import balls_in_chambers
+from autobalancer.laws import deep_chamber
+from autobalancer.laws.adherence import held_whirl
+from autobalancer.laws.capabilities import chamber_capability
+from autobalancer.laws.impacts import greatest_pressure, reduced_modulus
+from autobalancer.machine.chamber import Chamber, ChamberMachine, FreeBalls
 from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.results.number_text import couple_text, force_text, length_text, moment_text
-from autobalancer.shown import Described, rpm_and_si
-from autobalancer.simulation.chamber.critical_speeds import (
-    body_without_balancing,
-    chamber_critical_speeds,
-    vibrations_without_balancing,
-)
-from autobalancer.simulation.chamber.packing import balls_beside
+from autobalancer.tables import Described, rpm_and_si
 
 SPEEDS = 400  # at which the shaking of the run-up is looked at
 
@@ -79,7 +75,7 @@ class ChamberBounds(Described):
 def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
     """What the equal balls of a machine with one deep chamber can do at best, from closed forms.
 
-    Capability by :func:`~autobalancer.laws.chamber_capability.chamber_capability`; pick-up, settling and swing by the
+    Capability by :func:`~autobalancer.laws.capabilities.chamber_capability`; pick-up, settling and swing by the
     derivations in ``autobalancer.laws.deep_chamber``; pressure by Hertz.
 
     Raises
@@ -116,14 +112,14 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
     capability = chamber_capability(float(chamber.radius), chamber.inner_depth, [(count, radius, mass)])
     lacking = abs(size - mass * path) if count == 1 else max(size - capability, 0.0)
     roll = float(contact.rolling_arm) / radius * speed**2 * path  # rolling resistance over the mass
-    swung = settling.swung_residual(count * mass, settling.swing(gravity, speed, roll))
+    swung = deep_chamber.swung_residual(count * mass, deep_chamber.swing(gravity, speed, roll))
     drag, square = float(chamber.drag), float(chamber.square_drag)
     slip = speed * path
     ratio = (drag + square * slip) * slip / (mass * gravity) if gravity > 0.0 else math.inf
     critical = max(chamber_critical_speeds(machine)[0], default=math.nan)
     passed = time_to(machine, critical)
-    best = settling.best_decay_rate(drag, mass, count, moved, speed)
-    smoothed = settling.smoothed_drag(roll, gravity, speed) if roll > 0.0 else 0.0
+    best = deep_chamber.best_decay_rate(drag, mass, count, moved, speed)
+    smoothed = deep_chamber.smoothed_drag(roll, gravity, speed) if roll > 0.0 else 0.0
     force = mass * speed**2 * path
     span = abs(machine.rotor.bearings[0] - machine.rotor.bearings[1])
     couple = count * mass * path * (0.5 * chamber.inner_depth - radius)
@@ -140,17 +136,17 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
         least_vibration=without * lacking / size,
         friction=float(contact.friction),
         drag_ratio=ratio,
-        least_friction=pick_up.least_friction(ratio),
+        least_friction=deep_chamber.least_friction(ratio),
         axial_rows=math.ceil(count / balls_beside(chamber.inner_depth, radius)),
         shaking=_shaking(machine, speed, gravity),
         run_up_time=passed,
-        decay_rate=settling.decay_rate(drag + mass * smoothed, mass, count, moved, speed)
+        decay_rate=deep_chamber.decay_rate(drag + mass * smoothed, mass, count, moved, speed)
         if smoothed < math.inf
         else 0.0,
         best_decay_rate=best,
         least_settling_time=passed + 1.0 / best,
         drag=drag,
-        best_drag=settling.best_drag(mass, count, moved, speed),
+        best_drag=deep_chamber.best_drag(mass, count, moved, speed),
         race_force=force,
         race_pressure=_pressure(machine, force, radius, float(chamber.radius)),
         greatest_couple=couple,
@@ -204,7 +200,7 @@ def _pressure(machine: ChamberMachine, force: float, radius: float, wall: float)
 def _shaking(machine: ChamberMachine, highest: float, gravity: float) -> float:
     speeds = np.linspace(highest / SPEEDS, highest, SPEEDS)
     whirls = vibrations_without_balancing(machine, speeds)
-    return max(pick_up.shaking(float(w), float(s), gravity) for w, s in zip(whirls, speeds, strict=True) if w == w)
+    return max(deep_chamber.shaking(float(w), float(s), gravity) for w, s in zip(whirls, speeds, strict=True) if w == w)
 
 
 # What a deep chamber can do at best, as rows of a table: a name and a text each.
@@ -242,3 +238,233 @@ def bounds_rows(found: ChamberBounds, said: Callable[[float], str]) -> list[tupl
         ),
         ("bearings", f"the more loaded one bears {force_text(found.least_bearing_force)} or more"),
     ]
+
+
+# Places for equal balls in a cylinder or ring, in layers from the bottom (after Pakuła 2021, appendix 3).
+
+
+Array = Any
+AIR = 1.002  # distance of neighbors over their diameter
+
+
+def filling_sites(
+    radius: float, depth: float, ball_radius: float, inner_radius: float = 0.0, half_width: float | None = None
+) -> Array:
+    """Places (sites, 3) for balls in a cylinder along x, from its middle, with the bottom at -z.
+
+    Cylinders along x have another ``half_width`` there than their radius.
+    Of several packings the one with most places: columns of staggered rows, staggered columns of straight rows, and around an
+    inner wall circles within each other.
+    """
+    wide = ball_radius if half_width is None else half_width
+    reach, half = radius - ball_radius, 0.5 * depth - wide
+    pitch = 2.0 * ball_radius * AIR
+    if half < 0.0 or reach < 0.0:
+        return np.zeros((0, 3))
+    along = _line(half, 2.0 * wide * AIR)
+    best = np.zeros((0, 3))
+    for sites in [*_rows(reach, pitch, along), *([_circles(reach, pitch, along)] if inner_radius > 0.0 else [])]:
+        near = inner_radius + ball_radius if inner_radius > 0.0 else 0.0
+        inside = sites[np.hypot(sites[:, 1], sites[:, 2]) >= near * (1.0 - 1e-12)]
+        if len(inside) > len(best):
+            best = inside
+    return best
+
+
+def balls_beside(depth: float, ball_radius: float) -> int:
+    """How many balls lie beside each other over the depth of a chamber."""
+    return _count(0.5 * depth - ball_radius, 2.0 * ball_radius * AIR)
+
+
+def _count(half: float, pitch: float) -> int:
+    return math.floor(2.0 * half / pitch * (1.0 + 1e-12)) + 1
+
+
+def _line(half: float, pitch: float) -> Array:
+    count = _count(half, pitch)
+    pitch = min(pitch, 2.0 * half) if count > 1 else pitch
+    return (np.arange(count) - 0.5 * (count - 1)) * pitch
+
+
+def _rows(reach: float, pitch: float, along: Array) -> list[Array]:
+    found = []
+    for lift in (0.5 * math.sqrt(3.0) * pitch, pitch):
+        for low in (0.0, 0.5):
+            sites = [np.zeros((0, 3))]
+            height, row = -reach * (1.0 - 1e-9) if low == 0.0 else -lift * math.floor(reach / lift), 0
+            while height <= reach:
+                width = math.sqrt(max(reach**2 - height**2, 0.0))
+                shift = 0.5 * pitch if (row % 2 and lift < pitch) else 0.0
+                count = math.floor((width - shift) / pitch)
+                offsets = np.arange(-count - (1 if shift else 0), count + 1) * pitch + shift
+                inside = offsets[np.abs(offsets) <= width]
+                sites.append(_row(inside, np.full(inside.size, height), along))
+                height += lift
+                row += 1
+            found.append(np.vstack(sites))
+    return found
+
+
+def _circles(reach: float, pitch: float, along: Array) -> Array:
+    sites = [np.zeros((0, 3))]
+    circle = reach
+    while circle > 0.5 * pitch:
+        turn = 2.0 * math.asin(0.5 * pitch / circle)
+        count = math.floor(2.0 * math.pi / turn * (1.0 + 1e-12))
+        angles = (np.arange(count) - count // 2) * turn
+        sites.append(_row(circle * np.sin(angles), -circle * np.cos(angles), along))
+        circle -= pitch
+    return np.vstack(sites)
+
+
+def _row(y: Array, z: Array, along: Array) -> Array:
+    """A line of places along x at each (y, z)."""
+    n = along.size
+    return np.column_stack([np.tile(along, y.size), np.repeat(y, n), np.repeat(z, n)])
+
+
+# Critical speeds of the body of a machine with chambers.
+
+
+# force and moment of an unbalance and of a couple that turn from y to z, in the order x, y, z, then about them
+UNBALANCES = np.array([[0, 1, -1j, 0, 0, 0], [0, 0, 0, 0, 1j, 1]]).T
+
+
+def chamber_critical_speeds(machine: ChamberMachine) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Speeds at which the undamped machine meets its unbalance (rad/s), ascending, and the damping ratios there.
+
+    The balls count as masses in the middles of their chambers. With a motion exp(i w t) at the speed w of the rotor the
+    gyroscopic moment goes with the square of w as the inertia does, so that K u = w² (M - i G) u with Hermitian M - i G.
+    Motions on which no unbalance or couple does work are left out: those along the axis, and backward whirl in a circle.
+    """
+    free, m, g, k, c = linear_body(machine)
+    if not len(free) or not k.any():
+        return (), ()  # nothing moves, or nothing holds it
+    # K is definite or nearly so and M - i G need not be: 1/w² are the eigenvalues of the pencil turned around
+    softest = 1e-12 * np.trace(k) * np.eye(len(free))
+    inverse, shapes = eigh(m - 1j * g, k + softest)
+    work = np.abs(shapes.T.conj() @ UNBALANCES[free]) / np.linalg.norm(shapes, axis=0)[:, None]
+    met = sorted(
+        float(value) ** -0.5 for value, own in zip(inverse, work, strict=True) if own.max() > 1e-6 and 0 < value < 1e10
+    )
+    speeds = [speed for speed, before in zip(met, [0.0, *met], strict=False) if speed > before * (1.0 + 1e-9)]
+    return tuple(speeds), tuple(_ratio(m, c + speed * g, k, speed) for speed in speeds)
+
+
+def linear_body(machine: ChamberMachine) -> tuple[Array, Array, Array, Array, Array]:
+    """Free coordinates of the body, and M, G of speed one, K and C over them, balls in the middles of their chambers."""
+    total = sum(group.count for chamber in machine.chambers for group in chamber.balls)
+    numbers = assemble_chamber(machine, np.zeros((total, 3)), 1e-6).machine
+    free = numbers.free[numbers.free >= 0]
+    inertia = numbers.inertia.astype(complex)
+    for chamber in machine.chambers:
+        mass = sum(group.count * group.ball_mass for group in chamber.balls)
+        arm = np.zeros((3, 6))
+        arm[:, :3] = np.eye(3)
+        arm[1, 5], arm[2, 4] = chamber.position, -chamber.position
+        inertia += mass * arm.T @ arm
+    gyroscopic = np.zeros((6, 6))
+    gyroscopic[4, 5], gyroscopic[5, 4] = machine.rotor.polar_inertia, -machine.rotor.polar_inertia
+    chosen = np.ix_(free, free)
+    return free, inertia[chosen].real, gyroscopic[chosen], numbers.stiffness[chosen], numbers.damping[chosen]
+
+
+def body_without_balancing(machine: ChamberMachine, speed: float) -> float:
+    """Greatest vibration (m) of the middle of the rotor at a steady speed, with the balls in the middles of the chambers.
+
+    nan at a critical speed of an undamped body.
+    """
+    return float(vibrations_without_balancing(machine, [speed])[0])
+
+
+def vibrations_without_balancing(machine: ChamberMachine, speeds: Array) -> Array:
+    """The same at many speeds, (speeds,) m."""
+    free, m, g, k, c = linear_body(machine)
+    static = sum(part.vector for part in machine.unbalances)
+    couple = sum(part.vector * part.position for part in machine.unbalances)
+    load = (UNBALANCES @ np.array([static, couple], complex))[free]
+    found = np.full(len(speeds), np.nan)
+    for i, speed in enumerate(speeds):
+        moved = np.zeros(6, complex)
+        try:
+            moved[free] = np.linalg.solve(k + 1j * speed * (c + speed * g) - speed**2 * m, speed**2 * load)
+        except np.linalg.LinAlgError:
+            continue
+        found[i] = 0.5 * float(abs(moved[1] + 1j * moved[2]) + abs(moved[1] - 1j * moved[2]))
+    return found
+
+
+def _ratio(m: Array, c: Array, k: Array, speed: float) -> float:
+    size = len(m)
+    state = np.block([[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+    root = min(np.linalg.eigvals(state), key=lambda value: abs(value - 1j * speed))
+    return float(-root.real / abs(root))
+
+
+# Whether cylinders, which a run holds parallel to the rotor, would stay so.
+
+
+MUCH = math.radians(5.0)  # tilt between the flat walls beyond which a run is doubtful
+
+
+def tilt_between_walls(length: float, diameter: float, gap: float) -> float:
+    """How far a cylinder can tilt between flat walls that are ``gap`` apart, rad; pi/2 where it can turn over.
+
+    Its corners meet the walls where L cos a + D sin a is the gap.
+    """
+    diagonal = math.hypot(length, diameter)
+    if gap >= diagonal:
+        return 0.5 * math.pi
+    return max(math.atan2(diameter, length) - math.acos(min(gap / diagonal, 1.0)), 0.0)
+
+
+def tilt_left(chamber: Chamber, group: FreeBalls) -> float | None:
+    """How far the flat walls let a cylinder tilt that is alone between them, rad; ``None`` of a ball."""
+    if group.length is None:
+        return None
+    return tilt_between_walls(float(group.length), 2.0 * group.radius, chamber.inner_depth)
+
+
+def tilting_warnings(machine: ChamberMachine) -> list[str]:
+    """What lets cylinders tilt, as sentences."""
+    found, friction = [], float(machine.contact.friction)
+    for number, chamber in enumerate(machine.chambers, 1):
+        for group in chamber.balls:
+            if group.length is None:
+                continue
+            length, diameter = float(group.length), 2.0 * group.radius
+            size = f"{1e3 * diameter:.4g} mm by {1e3 * length:.4g} mm"
+            tilt = tilt_left(chamber, group) or 0.0
+            if tilt > MUCH:
+                room = "turn over" if tilt > 1.57 else f"tilt by {math.degrees(tilt):.3g} degrees"
+                found.append(
+                    f"chamber {number} is {1e3 * chamber.inner_depth:.4g} mm deep: a cylinder of {size} could {room} there, and "
+                    "the run holds it parallel to the rotor; look at 'tilting' of the run, or take a chamber little deeper "
+                    "than the cylinders are long"
+                )
+            if friction * length > diameter:
+                found.append(
+                    f"friction of {friction:g} at a flat wall can tip a cylinder of {size} (its length times friction is more "
+                    "than its diameter); the run holds it parallel to the rotor"
+                )
+            if friction * diameter > length:
+                found.append(
+                    f"friction of {friction:g} at the race can tip a cylinder of {size} (its diameter times friction is more "
+                    "than its length); the run holds it parallel to the rotor"
+                )
+    return found
+
+
+def tilting_note(run: xr.Dataset) -> str:
+    """How far the contacts of a run press its cylinders to tilt; empty for balls."""
+    if "tilting" not in run:
+        return ""
+    tilting = run["tilting"].values
+    most, over = float(tilting.max(initial=0.0)), 100.0 * float(np.mean(tilting > 1.0))
+    if over == 0.0:
+        return f"the cylinders stay parallel: what would tilt one is at most {most:.2g} of what its contacts can bear"
+    at = float(run["time"].values[int(np.argmax(tilting))])
+    return (
+        f"the cylinders are held parallel to the rotor; in {over:.2g} % of the samples a contact would tilt one, with up to "
+        f"{most:.2g} times what its contacts can bear (at {at:.4g} s)"
+    )

@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 from autobalancer.errors import MachineError
 from autobalancer.machine.chamber import Chamber, ChamberMachine, FreeBalls
 from autobalancer.random_numbers import generator
-from autobalancer.simulation.chamber.packing import AIR, filling_sites
+from autobalancer.simulation.chamber.bounds import AIR, filling_sites
 
 Array = Any
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.chamber import assemble_chamber, contact_time
-from autobalancer.assembly.contact.rebound import restitution_at
+from autobalancer.assembly.contact import restitution_at
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.chamber.chamber import CHANGED, DESCRIBED, Chamber, Samples
@@ -18,12 +18,12 @@ from autobalancer.kernels.chamber.records import ACCOUNT, LOST_BALLS, MOTION, PR
 from autobalancer.kernels.fields import Rows
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.patience import shows_progress
+from autobalancer.progress import shows_progress
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
-from autobalancer.results.verdict.judged import Verdict
-from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
+from autobalancer.results.verdict import Verdict
+from autobalancer.simulation.chamber.bounds import chamber_critical_speeds
 from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.verdict import chamber_verdict
 from autobalancer.units import to_si

@@ -12,17 +12,15 @@ import numpy as np
 
 from autobalancer.assembly.chamber import assemble_chamber, contact_time
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.laws.chamber_capability import chamber_capability
+from autobalancer.laws.capabilities import chamber_capability
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import Chamber, ChamberMachine
 from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.results.number_text import moment_text
-from autobalancer.shown import Described, rpm_and_si
-from autobalancer.simulation.chamber.critical_speeds import chamber_critical_speeds
+from autobalancer.simulation.chamber.bounds import chamber_critical_speeds, filling_sites, tilt_left, tilting_warnings
 from autobalancer.simulation.chamber.filling import fill
-from autobalancer.simulation.chamber.packing import filling_sites
 from autobalancer.simulation.chamber.run import default_step
-from autobalancer.simulation.chamber.tilting import tilt_left, tilting_warnings
+from autobalancer.tables import Described, rpm_and_si
 
 
 @dataclass(frozen=True)

@@ -10,20 +10,26 @@ import xarray as xr
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.kernels.measures.limits import RUN_UP
-from autobalancer.laws.balance_quality import balance_grade
+from autobalancer.laws.capabilities import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber.balls import ball_settling_time, balls_carried, residual_of_balls, window
-from autobalancer.results.chamber.shape import bodies_of, unbalance_of
+from autobalancer.results.chamber_measures import ball_settling_time, balls_carried, residual_of_balls, window
+from autobalancer.results.chamber_shape import bodies_of, unbalance_of
 from autobalancer.results.number_text import length_text
-from autobalancer.results.of_a_run import of_a_run
-from autobalancer.results.places import Complexes, Floats, moved
-from autobalancer.results.series import end_of_run_up, origin_of, time_since
-from autobalancer.results.standing import calm_mean
-from autobalancer.results.verdict.judged import PlaceVerdict, SupportVerdict, Verdict
-from autobalancer.results.verdict.passage import Peak, Settling
-from autobalancer.results.verdict.rule import NO_VERDICT, Course, speed_changes, unsteady, verdict_word
-from autobalancer.simulation.chamber.critical_speeds import body_without_balancing
-from autobalancer.simulation.chamber.tilting import tilting_note
+from autobalancer.results.places import Complexes, Floats, moved, of_a_run
+from autobalancer.results.series import calm_mean, end_of_run_up, origin_of, time_since
+from autobalancer.results.verdict import (
+    NO_VERDICT,
+    Course,
+    Peak,
+    PlaceVerdict,
+    Settling,
+    SupportVerdict,
+    Verdict,
+    speed_changes,
+    unsteady,
+    verdict_word,
+)
+from autobalancer.simulation.chamber.bounds import body_without_balancing, tilting_note
 from autobalancer.units import optional_argument
 
 MIDDLE = "middle of the rotor"

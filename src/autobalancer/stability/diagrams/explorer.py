@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from autobalancer.stability.continuation.bifurcations import special_points
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import AxisUnit, axis_unit, speed_axis
+from autobalancer.stability.continuation.bifurcations import Special, special_points
 from autobalancer.stability.continuation.follow import (
+    Loop,
     NoConvergence,
     Point,
     Steps,
@@ -18,14 +24,10 @@ from autobalancer.stability.continuation.follow import (
     follow,
     tangent_at,
 )
-from autobalancer.stability.continuation.loop import Loop
-from autobalancer.stability.continuation.special import Special
-from autobalancer.stability.continuation.steady import Range, Steady
-from autobalancer.stability.continuation.symmetry import Groups, signature
+from autobalancer.stability.continuation.steady import Groups, Range, Steady, signature
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.periodic.branch import follow_orbits
-from autobalancer.stability.periodic.orbits import Orbits, born_at
-from autobalancer.stability.periodic.rows import Row, steady_row
+from autobalancer.stability.periodic.orbits import Orbits, Row, born_at, follow_orbits, steady_row, verdict
+from autobalancer.tables import Column
 
 Progress = Callable[[int, float], None]
 OFF = 0.02  # first step on a branch that leaves another one
@@ -248,3 +250,253 @@ class Explorer:
         near = min(open_ends, key=lambda f: abs(f.row.share - share), default=None)
         if near is not None and abs(near.row.share - share) < 0.02:
             near.used = True
+
+
+# Branches and special points as a labeled dataset.
+
+
+TEXTS = ("kind", "name", "verdict", "special_type", "criticality")
+
+
+def branch_dataset(explorer: Explorer, parameter: dict[str, str], attributes: dict[str, Any]) -> xr.Dataset:
+    """Flat table of all points, branch after branch, and of all special points."""
+    rows = [row for branch in explorer.branches for row in branch.rows]
+    number = [i for i, branch in enumerate(explorer.branches, 1) for _ in branch.rows]
+    kind = [branch.kind for branch in explorer.branches for _ in branch.rows]
+    balls, names = len(explorer.kind), explorer.span.whole(0.0).host.names
+    data: dict[str, tuple[Any, Any, dict[str, str]]] = {
+        "branch": ("point", np.array(number, np.int64), {"long_name": "number of the branch, counted from 1"}),
+        "parameter": ("point", [row.value for row in rows], parameter),
+        "kind": ("point", kind, {"long_name": "equilibrium or orbit"}),
+        "name": ("point", [row.name for row in rows], {"long_name": "name of the state or motion"}),
+        "verdict": ("point", [verdict(row) for row in rows], {"long_name": "stable, marginal or unstable"}),
+        "unstable_directions": (
+            "point",
+            np.array([row.unstable for row in rows], np.int64),
+            {"long_name": "unstable directions"},
+        ),
+        "growth_rate": ("point", [row.growth for row in rows], _text("growth rate of the leading disturbance", "1/s")),
+        **_motion(rows, balls, len(names), "point", ""),
+    }
+    found = explorer.specials
+    marks = [f.row for f in found]
+    lyapunov = [f.special.lyapunov for f in found]
+    data |= {
+        "special_type": ("special", [f.special.kind for f in found], {"long_name": "what happens there"}),
+        "special_branch": (
+            "special",
+            np.array([f.branch + 1 for f in found], np.int64),
+            {"long_name": "on which branch"},
+        ),
+        "special_parameter": ("special", [row.value for row in marks], parameter),
+        "special_frequency": (
+            "special",
+            [f.special.frequency for f in found],
+            _text("frequency of the motion", "rad/s"),
+        ),
+        "lyapunov_coefficient": ("special", lyapunov, _text("first Lyapunov coefficient for ball angles in rad", "1")),
+        "criticality": (
+            "special",
+            [_criticality(value) for value in lyapunov],
+            {"long_name": "super- or subcritical Hopf point"},
+        ),
+        "special_unstable_directions": (
+            "special",
+            np.array([row.unstable for row in marks], np.int64),
+            {"long_name": "unstable directions there; 0 where stability begins or ends"},
+        ),
+        **_motion(marks, balls, len(names), "special", "special_"),
+    }
+    table = xr.Dataset(coords={"ball": np.arange(1, balls + 1)})
+    if len(names) > 1:
+        table = table.assign_coords(station=list(names))
+    for name, (dims, values, attrs) in data.items():
+        table[name] = (dims, np.asarray(values, np.str_ if name in TEXTS else None), attrs)
+    table.attrs = attributes | {"branch_ends": [branch.ended for branch in explorer.branches]}
+    return table
+
+
+def stable_ranges(branches: xr.Dataset, number: int) -> list[tuple[float, float]]:
+    """Ranges of the parameter (begin, end in the order of the branch, SI) in which a branch is not unstable."""
+    part = branches.isel(point=np.flatnonzero(branches["branch"].values == number))
+    good, values = part["verdict"].values != "unstable", part["parameter"].values
+    inside = good[1:] & good[:-1]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+    return [(float(values[a]), float(values[b])) for a, b in edges.reshape(-1, 2)]
+
+
+def _motion(rows: list[Row], balls: int, stations: int, dim: str, prefix: str) -> dict[str, Any]:
+    def by_ball(values: list[Any]) -> Any:
+        return np.array(values, np.float64).reshape(len(rows), balls)
+
+    shape, most = (dim, "ball"), ", greatest of all stations" if stations > 1 else ""
+    by_station = {
+        f"{prefix}station_deflection_{which}": (
+            (dim, "station"),
+            np.array([row.stations[side] for row in rows], np.float64).reshape(len(rows), stations),
+            _text(f"{word} deflection of a station", "m"),
+        )
+        for side, (which, word) in enumerate((("min", "least"), ("max", "greatest")))
+        if stations > 1
+    }
+    low, high, speed = (by_ball([getattr(row, key) for row in rows]) for key in ("low", "high", "ball_speed"))
+    turning = "; nan where the ball turns round and round"
+    return {
+        f"{prefix}deflection_min": (dim, [row.deflection[0] for row in rows], _text(f"least deflection{most}", "m")),
+        f"{prefix}deflection_max": (dim, [row.deflection[1] for row in rows], _text(f"greatest deflection{most}", "m")),
+        **by_station,
+        f"{prefix}ball_angle_in_rotor_min": (shape, low, _text(f"least ball angle in the rotor{turning}", "rad")),
+        f"{prefix}ball_angle_in_rotor_max": (shape, high, _text(f"greatest ball angle in the rotor{turning}", "rad")),
+        f"{prefix}ball_speed_in_space": (shape, speed, _text("mean ball speed in space", "rad/s")),
+        f"{prefix}period": (dim, [row.period for row in rows], _text("period in the frame of the rotor", "s")),
+    }
+
+
+def _text(long_name: str, units: str) -> dict[str, str]:
+    return {"long_name": long_name, "units": units}
+
+
+def _criticality(lyapunov: float) -> str:
+    return "" if math.isnan(lyapunov) else "supercritical" if lyapunov < 0.0 else "subcritical"
+
+
+# Branches as tables: one row for each branch, and one for each special point.
+
+
+SPECIAL = ("special_parameter", "special_frequency", "lyapunov_coefficient", "special_deflection_max", "special_period")
+
+
+class Branches(Answer):
+    """Branches of steady states and periodic motions along a parameter."""
+
+    __slots__ = ()
+    drawn_by = "branches"
+    row_of, needed = "point", ("parameter", "branch", "name", "kind", "verdict")
+
+    def branch_rows(self) -> list[dict[str, Any]]:
+        """Number, kind, name, ends (SI) and stable ranges of each branch."""
+        rows = []
+        for number, ended in enumerate(self.attrs["branch_ends"], 1):
+            part = self.isel(point=np.flatnonzero(self["branch"].values == number))
+            if not part.sizes["point"]:  # cut out
+                continue
+            names, counts = np.unique(part["name"].values, return_counts=True)
+            rows.append(
+                {
+                    "branch": number,
+                    "kind": str(part["kind"].values[0]),
+                    "name": str(names[np.argmax(counts)]),
+                    "from": float(part["parameter"].values[0]),
+                    "to": float(part["parameter"].values[-1]),
+                    "lowest": float(part["parameter"].min()),
+                    "highest": float(part["parameter"].max()),
+                    "ended": ended,
+                    "stable": stable_ranges(self, number),
+                }
+            )
+        return rows
+
+    def special_rows(self) -> list[dict[str, Any]]:
+        """Type, branch, criticality and numbers (SI) of each special point; None where one is not known."""
+        rows = []
+        for i in range(self.sizes["special"]):
+            row = {"type": str(self["special_type"].values[i]), "branch": int(self["special_branch"].values[i])}
+            row["criticality"] = str(self["criticality"].values[i])
+            numbers = {name.removeprefix("special_"): float(self[name].values[i]) for name in SPECIAL}
+            rows.append({**row, **{key: value if math.isfinite(value) else None for key, value in numbers.items()}})
+        return rows
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Motion, range of the parameter, where it is stable, and how the branch ended."""
+        shown_in, rows = axis_unit(self["parameter"], unit or self.shown_in), self.branch_rows()
+
+        def shown(value: float) -> str:
+            return f"{value * shown_in.factor:.6g}"
+
+        def span(stable: list[tuple[float, float]]) -> str:
+            ends = sorted(sorted(pair) for pair in stable)
+            parts = [shown(a) if shown(a) == shown(b) else f"{shown(a)} to {shown(b)}" for a, b in ends]
+            return ", ".join(parts) or "nowhere"
+
+        ends = [[row[key] * shown_in.factor for row in rows] for key in ("lowest", "highest")]
+        return [
+            Column("branch", [row["branch"] for row in rows]),
+            Column("motion", [row["name"] for row in rows], wraps=True),
+            Column("lowest", ends[0], shown_in.sign, ".6g"),
+            Column("highest", ends[1], shown_in.sign, ".6g"),
+            Column("stable or marginal", [span(row["stable"]) for row in rows], shown_in.sign, wraps=True),
+            Column("ended", [row["ended"] for row in rows], wraps=True),
+        ]
+
+    def special_columns(self, rows: Sequence[dict[str, Any]], unit: str = "") -> list[Column]:
+        """Special points, all or some of :meth:`special_rows`."""
+        shown_in = axis_unit(self["parameter"], unit or self.shown_in)
+        what = [f"{row['type']}, {row['criticality']}" if row["criticality"] else row["type"] for row in rows]
+        return [
+            Column("branch", [row["branch"] for row in rows]),
+            Column("what", what),
+            Column("at", [row["parameter"] * shown_in.factor for row in rows], shown_in.sign, ".6g"),
+            Column("frequency", [row["frequency"] for row in rows], "rad/s"),
+            Column("Lyapunov coefficient", [row["lyapunov_coefficient"] for row in rows]),
+        ]
+
+    def has_table(self) -> bool:
+        """The ends of the branches must be known, too."""
+        return super().has_table() and {"branch_ends", "machine_name", "ignores"} <= set(self.attrs)
+
+    def heading(self) -> str:
+        """Whose they are, along what, and what is left out."""
+        ignores = f"; ignores {self.attrs['ignores']}" if self.attrs["ignores"] else ""
+        return f"{self.attrs['machine_name']}: branches along {self['parameter'].attrs['long_name']}{ignores}"
+
+    def remarks(self) -> Sequence[str]:
+        """How many special points there are, and what is not followed."""
+        count = self.sizes.get("special", 0)
+        found = [f"{count} special points: special_rows() lists them"] if count else []
+        return found + self.not_followed()
+
+    def not_followed(self) -> list[str]:
+        """Why motions are missing, if any may be."""
+        why = self.attrs.get("not_followed")
+        return [f"periodic motions: {why}"] if why else []
+
+
+class BifurcationCurves(Answer):
+    """Curves of Hopf points or folds over two parameters."""
+
+    __slots__ = ()
+    drawn_by = "bifurcation_curves"
+    row_of, needed = "point", ("curve", "parameter", "second_parameter")
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The ranges of both parameters along each curve, of Hopf curves the frequencies, and the special points."""
+        curves = [self.isel(point=np.flatnonzero(self["curve"].values == k)) for k in np.unique(self["curve"].values)]
+        found = [Column("curve", [int(part["curve"][0]) for part in curves])]
+        for name in ("parameter", "second_parameter"):
+            axis = axis_unit(self[name], unit or self.shown_in)
+            found.append(
+                Column(str(self[name].attrs["long_name"]), [_span(part[name], axis) for part in curves], axis.sign)
+            )
+        if "frequency" in self:
+            axis = speed_axis("Hz")
+            found.append(Column("frequency", [_span(part["frequency"], axis) for part in curves], axis.sign))
+            kinds = [", ".join(sorted(set(part["criticality"].values.tolist()))) for part in curves]
+            found.append(Column("criticality", kinds, wraps=True))
+        return [*found, Column("points", [part.sizes["point"] for part in curves])]
+
+    def remarks(self) -> Sequence[str]:
+        """The special points, and what is ignored."""
+        first, second = (axis_unit(self[name], self.shown_in) for name in ("parameter", "second_parameter"))
+        said = []
+        for i, kind in enumerate(self["special_type"].values if "special_type" in self else ()):
+            at = (float(self[f"special_{name}"].values[i]) for name in ("parameter", "second_parameter"))
+            texts = (
+                f"{axis.shown(value):.5g} {axis.sign}".rstrip() for axis, value in zip((first, second), at, strict=True)
+            )
+            said.append(f"{kind} at {', '.join(texts)}")
+        return [*said, *super().remarks()]
+
+
+def _span(values: xr.DataArray, axis: AxisUnit) -> str:
+    low, high = (f"{axis.shown(float(end)):.5g}" for end in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from autobalancer.assembly.profile import unbalance_vector
 from autobalancer.assembly.rotors.hardening import planar_springs
 from autobalancer.assembly.system import total_mass
-from autobalancer.catalog.race_capability import capability_of
-from autobalancer.catalog.resolve import Ball, resolve
+from autobalancer.catalog.resolve import Ball, capability_of, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor
 

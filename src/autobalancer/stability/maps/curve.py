@@ -3,35 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value
-from autobalancer.assembly.terms import Theory, unknown, weightless
+from autobalancer.assembly.forces import has_forces
+from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_quantity
+from autobalancer.assembly.terms import Theory, ignores, unknown, weightless
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import QuestionError
-from autobalancer.files.given import balls_in_races
-from autobalancer.files.machine_file import machine_text
+from autobalancer.errors import MachineError, QuestionError, RangeWarning, warn
+from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.plain_names import axis_attributes, dimension_of, text_of
+from autobalancer.machine.path import axis_attributes, dimension_of, text_of
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import axis_unit, speed_axis
+from autobalancer.results.number_text import share_text, significant
 from autobalancer.results.provenance import provenance
+from autobalancer.stability.border import Border
 from autobalancer.stability.host.planar import Floats, Plane, plane
-from autobalancer.stability.maps.answers import BorderCurve
-from autobalancer.stability.maps.exact import exact_borders
-from autobalancer.stability.maps.map_rates import with_values
+from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.maps.balanced import balanced_states
+from autobalancer.stability.maps.exact import border_of, exact_borders, worst_case_of
 from autobalancer.stability.maps.speeds import (
+    AVERAGED,
     NAMES,
-    Border,
+    averaged_of,
     borders_of,
     saying_what_is_ignored,
     speed_or_none,
     theory_of,
 )
-from autobalancer.stability.states.described import Described, described, lower_critical_speed
+from autobalancer.stability.stall.borders import release_of
+from autobalancer.stability.stall.capture import CAPTURE, RELEASE
+from autobalancer.stability.states.stations import Described, described, lower_critical_speed
+from autobalancer.tables import Column, rpm_and_si
+from autobalancer.units import to_si, unbalance_argument
 
 Progress = Callable[[int, int], None]
 VARIABLES = {name: name.replace(", ", "_").replace(" ", "_") for name in NAMES}
@@ -57,7 +70,7 @@ def border_curve(
     machine
         A machine or the path of a machine file.
     parameter
-        A name of :data:`autobalancer.machine.plain_names.QUANTITIES`, such as ``"unbalance"``, ``"viscosity"`` or
+        A name of :data:`autobalancer.machine.path.QUANTITIES`, such as ``"unbalance"``, ``"viscosity"`` or
         ``"rolling_resistance"``, or a path such as ``"balancers[1].races[1].orbit_radius"``.
     values
         SI, strings with units, or a range such as ``"1:100 mm^2/s:30:log"``. For the unbalance they may be
@@ -181,3 +194,395 @@ def _ignored(machine: Machine, names: list[str]) -> dict[str, str]:
     if False not in left_out:
         return {"ignores": stalled}
     return {"ignores": ", ".join(left_out[False]), "stalled_ignores": stalled}
+
+
+# The least viscosity or drag with which the balanced state is stable at a speed and above it.
+
+
+VISCOSITIES = (1e-9, 0.1)  # m^2/s; nothing that balls run in lies outside
+DRAGS = (1e-6, 1e5)  # beta over I w_c
+STEPS = 6  # a decade
+
+
+def minimum_viscosity(
+    machine: Machine | str | Path,
+    speed: float | str,
+    which: str = "exact border",
+    *,
+    unbalance: float | str | None = None,
+) -> float:
+    """The least kinematic viscosity of the fluid for which the balanced state is stable at ``speed`` and above it.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file. The density of its fluid is kept, in all races.
+    speed
+        rad/s, or a string with a unit.
+    which
+        ``"exact border"``: at this unbalance, for more than two balls in their worst positions. ``"exact border, worst
+        case"``: for any unbalance up to the capability. ``"averaged border"``, ``"release speed"`` or ``"capture
+        speed"``: that one at most at ``speed``; the last two with the drag law and rolling resistance of the machine.
+    unbalance
+        kg m; by default the largest of the machine.
+
+    Returns
+    -------
+    float
+        m^2/s. With any thicker fluid the border is not above ``speed`` either; thinner fluids may also be enough, in windows.
+        Zero if every fluid does; infinite if none does, as below the critical speed.
+
+    Raises
+    ------
+    QuestionError
+        If the drag follows from no fluid, ``which`` is unknown, or there is no balanced state.
+    """
+    unbalance = unbalance_argument(unbalance)
+    return _minimum(machine, "viscosity", speed, which, unbalance)
+
+
+def minimum_drag(
+    machine: Machine | str | Path,
+    speed: float | str,
+    which: str = "exact border",
+    *,
+    unbalance: float | str | None = None,
+) -> float:
+    """The least drag beta of every ball, N m s, for which the balanced state is stable at ``speed`` and above it.
+
+    The border ``which`` of ``machine`` and the ``unbalance`` (kg m) are as in :func:`minimum_viscosity`; the effective mass
+    of the balls does not change.
+    """
+    unbalance = unbalance_argument(unbalance)
+    return _minimum(machine, "drag", speed, which, unbalance)
+
+
+def _minimum(
+    machine: Machine | str | Path, name: str, speed: float | str, which: str, unbalance: float | None
+) -> float:
+    whole = balls_in_races(machine)
+    machine = weightless(whole)
+    if which not in VARIABLES:
+        raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
+    wanted = _speed(speed)
+    p = described(machine, unbalance)
+    if left_out := ignores(whole, theory_of(which)):
+        warn(f"minimum {name}: the {which} {left_out}", RangeWarning)
+    if p.moment.size == 0:
+        raise QuestionError(f"minimum {name}: the machine has no balls")
+    fast = lower_critical_speed(p) if isinstance(p, Stations) else math.sqrt(max(p.stiffness) / p.mass)
+    unit = float(np.median(p.inertia)) * fast
+    ends = VISCOSITIES if name == "viscosity" else (DRAGS[0] * unit, DRAGS[1] * unit)
+    start = with_quantity(machine, name, ends[1])  # also says if nothing can be changed
+    given = unbalance if isinstance(p, Stations) else p.unbalance
+    holds = _question(start, which, wanted, given)
+
+    def enough(exponent: float) -> bool:
+        return holds(with_quantity(machine, name, math.exp(exponent)))
+
+    def surplus(exponent: float) -> float:
+        changed = with_quantity(machine, name, math.exp(exponent))
+        return _surplus(changed, described(changed, given), which, wanted)
+
+    low, high = (math.log(value) for value in ends)
+    grid = np.linspace(low, high, round(STEPS * (high - low) / math.log(10.0)) + 1)[::-1]
+    if not enough(float(grid[0])):
+        return math.inf
+    if which == RELEASE:
+        grid = _around(enough, grid)
+    for before, after in pairwise(grid):
+        if not enough(float(after)):
+            if which in (RELEASE, CAPTURE):
+                return _root(surplus, float(after), float(before))
+            return _bisected(enough, float(after), float(before))
+    return 0.0
+
+
+def _question(
+    machine: Machine, which: str, speed: float, unbalance: complex | float | None
+) -> Callable[[Machine], bool]:
+    """Whether the border of a machine is not above the speed."""
+
+    def of(machine: Machine) -> Described:
+        return described(machine, unbalance)
+
+    if which == AVERAGED:
+        found = averaged_of(of(machine))
+        if math.isnan(found.speed):
+            raise QuestionError(f"{which}: {found.note}")
+        return lambda m: averaged_of(of(m)).speed <= speed
+    if which in (RELEASE, CAPTURE):
+        return lambda m: _surplus(m, of(m), which, speed) <= 0.0
+    if which == "exact border, worst case":
+        found = worst_case_of(of(machine))
+        if math.isnan(found.speed):
+            raise QuestionError(f"{which}: {found.note}")
+        return lambda m: worst_case_of(of(m)).speed <= speed
+    (first, *_) = exact_borders(machine, of(machine))
+    if math.isnan(first.speed):
+        raise QuestionError(f"{which}: {first.note}")
+    worst = which == "exact border"
+
+    def exact(m: Machine) -> bool:
+        p = of(m)
+        if not isinstance(p, Stations) and p.isotropic and speed <= max(p.critical_speeds):
+            return False
+        verdicts = (border_of(state, p)[0] <= speed for state in balanced_states(p))
+        return all(verdicts) if worst else any(verdicts)
+
+    return exact
+
+
+def _surplus(machine: Machine, p: Described, which: str, speed: float) -> float:
+    """Log of the release or capture speed over ``speed``, between -1 and 1; -1 where balls do not stall."""
+    found = {one.name: one.speed for one in release_of(machine, p, capture=which == CAPTURE)}
+    border = found[RELEASE] if math.isinf(found[RELEASE]) else found.get(which, math.nan)
+    return -1.0 if math.isnan(border) else max(min(math.log(border / speed), 1.0), -1.0)
+
+
+def _around(enough: Callable[[float], bool], grid: Floats) -> Floats:
+    """The two neighbors between which a question is decided whose answer changes once, as that of release does over the drag."""
+    low, high = 0, grid.size - 1
+    if enough(float(grid[high])):
+        return grid[:1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if enough(float(grid[middle])) else (low, middle)
+    return grid[low : high + 1]
+
+
+def _root(surplus: Callable[[float], float], low: float, high: float) -> float:
+    """Like :func:`_bisected`, faster where the surplus is smooth."""
+    from scipy.optimize import brentq
+
+    at = float(brentq(surplus, low, high, xtol=1e-11, rtol=1e-14))
+    while surplus(at) > 0.0 and at < high:
+        at += 1e-10
+    return math.exp(at)
+
+
+def _speed(speed: float | str) -> float:
+    value = float(to_si(speed, "rad/s"))
+    if not value > 0.0:
+        raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
+    return value
+
+
+def _bisected(enough: Callable[[float], bool], low: float, high: float) -> float:
+    """The logarithm between one that is not enough and one that is, turned back."""
+    while high - low > 1e-10:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return math.exp(high)
+
+
+# The growth rates of a map: compiled and in threads for equal balls, state by state otherwise.
+
+
+MEMBERS = 6  # of a continuum of balanced states, at most
+TASKS = 32  # at least so many pieces of work, if there is enough of it
+
+
+def rates_over(
+    machine: Machine,
+    values: dict[str, Floats],
+    speed: float,
+    worst: bool,
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
+) -> Floats:
+    """Growth rates over two parameters, 1/s, in their order; nan without a balanced state."""
+    planar = isinstance(machine.rotor, PlanarRotor) and not has_forces(machine)
+    inner = ("unbalance", "speed") if planar else ("speed",)
+    outer = [name for name in values if name not in inner]  # those that need another machine
+    speeds = values.get("speed", np.array([speed]))
+    rows = list(product(*(values[name].tolist() for name in outer)))
+    machines, planes = zip(*(with_values(machine, dict(zip(outer, row, strict=True))) for row in rows), strict=True)
+    own = np.array([np.nan])  # the unbalance of the machine
+    sizes = values.get("unbalance", own) if planar else own
+    parts = np.array_split(np.arange(sizes.size), max(1, min(sizes.size, TASKS // len(rows))))
+    tasks = [(row, part) for row in range(len(rows)) for part in parts]
+    result = np.empty((len(rows), sizes.size, speeds.size))
+
+    def work(task: tuple[int, Floats]) -> None:
+        row, part = task
+        for k in part:
+            here = planes[row]
+            p = with_size(here, float(sizes[k])) if isinstance(here, Plane) and not np.isnan(sizes[k]) else here
+            result[row, k] = _rates(machines[row], p, speeds, worst)
+
+    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+        for done, _ in enumerate(pool.map(work, tasks), 1):
+            if progress is not None:
+                progress(done, len(tasks))
+    order = [*outer, *(name for name in inner if name in values)]
+    kept = result.reshape([values[name].size for name in order])
+    return np.ascontiguousarray(kept.transpose([order.index(name) for name in values]))
+
+
+def with_size(p: Plane, size: float) -> Plane:
+    """The plane with another size of its unbalance."""
+    direction = p.unbalance / abs(p.unbalance) if p.unbalance else 1.0
+    return replace(p, unbalance=size * direction)
+
+
+def _rates(machine: Machine, p: Described, speeds: Floats, worst: bool) -> Floats:
+    members = balanced_states(p)[:MEMBERS]
+    found = np.array([member.rates(speeds) for member in members])
+    return np.asarray((np.fmax if worst else np.fmin).reduce(found))
+
+
+def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Described]:
+    """The machine with other values of its parameters, and its numbers.
+
+    Raises
+    ------
+    MachineError
+        If they make no possible machine; the message names them.
+    """
+    try:
+        for name, value in values.items():
+            machine = with_quantity(machine, name, value)
+        return machine, described(weightless(machine), None)
+    except MachineError as error:
+        given = ", ".join(f"{name} = {value}" for name, value in values.items())
+        raise MachineError(f"{given}: {error}") from None
+
+
+# Border curves and stability maps as a few lines.
+
+
+OF_BORDER = "_of_border"  # ending of the axes along which a map has border speeds
+
+
+class BorderCurve(Answer):
+    """Border speeds over a parameter."""
+
+    __slots__ = ()
+    drawn_by = "border_curve"
+    most = 10
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """The parameter, and each border."""
+        shown, across = speed_axis(unit or self.shown_in), self[self._across()]
+        axis = axis_unit(across, unit or self.shown_in)
+        speeds = [
+            Column(self._called(name), [_answers_speed(w, shown.factor) for w in self[name].values], shown.sign, ".6g")
+            for name in self._borders()
+        ]
+        return [Column(str(across.attrs.get("long_name", across.name)), axis.shown(across.values), axis.sign), *speeds]
+
+    def remarks(self) -> Sequence[str]:
+        """Where the exact border is highest, and what all borders ignore."""
+        return [*self._highest(), *super().remarks()]
+
+    def has_table(self) -> bool:
+        """One parameter, and a border over it, must be there."""
+        return len(self.dims) == 1 and self._across() in self.coords and bool(self._borders())
+
+    def _across(self) -> str:
+        return str(next(iter(self.dims)))
+
+    def _called(self, name: str) -> str:
+        return str(self[name].attrs.get("long_name", name))
+
+    def _borders(self) -> list[str]:
+        return [str(name) for name, entry in self.data_vars.items() if entry.attrs.get("units") == "rad/s"]
+
+    def _highest(self) -> Iterator[str]:
+        if "exact_border" not in self or not np.isfinite(self["exact_border"].values).any():
+            return
+        speeds = np.where(np.isfinite(self["exact_border"].values), self["exact_border"].values, -np.inf)
+        place, across = int(np.argmax(speeds)), self[self._across()]
+        never = int(np.isposinf(self["exact_border"].values).sum())
+        text = f"exact border: highest {rpm_and_si(float(speeds[place]))} at {_value(across, float(across[place]))}"
+        yield text + (f", never stable at {never} of {speeds.size} values" if never else "")
+
+
+class StabilityMap(Answer):
+    """Growth rate of the balanced state over two parameters."""
+
+    __slots__ = ()
+    drawn_by = "map"
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Both axes, the stable share, borders and operating points."""
+        axes = [(f"{name} axis", _span(self[dim])) for name, dim in zip("xy", self["growth_rate"].dims, strict=True)]
+        return [*axes, ("stability", self.stable_text()), *self._speeds(), *self._held(), *self._points()]
+
+    def stable_text(self) -> str:
+        """How much of the map has a balanced state, and a stable one."""
+        rates = self["growth_rate"].values
+        known = rates[np.isfinite(rates)]
+        stable = (
+            f"{share_text(float((known < 0.0).mean()))} of them stable" if known.size else "no balanced state anywhere"
+        )
+        return f"{rates.size} points, {known.size} with a balanced state, {stable}"
+
+    def held_text(self) -> str:
+        """Where friction holds balls at rest; empty without friction."""
+        if "held_share" not in self:
+            return ""
+        share = share_text(float((self["held_share"] >= 1.0).mean()))
+        return f"the unbalance alone does not move balls at rest in {share} of the map"
+
+    def has_table(self) -> bool:
+        """Growth rates over two axes must be there."""
+        if "growth_rate" not in self:
+            return False
+        dims = self["growth_rate"].dims
+        return len(dims) == 2 and all(dim in self.coords for dim in dims)
+
+    def _speeds(self) -> Iterator[tuple[str, str]]:
+        for name, entry in self.data_vars.items():
+            if (
+                entry.attrs.get("units") == "rad/s"
+                and entry.dims
+                and all(str(d).endswith(OF_BORDER) for d in entry.dims)
+            ):
+                known = entry.values[np.isfinite(entry.values)]
+                if known.size:
+                    low, high = rpm_and_si(float(known.min())), rpm_and_si(float(known.max()))
+                    never = ", in places never" if np.isposinf(entry.values).any() else ""
+                    yield str(entry.attrs.get("long_name", name)), (low if low == high else f"{low} to {high}") + never
+
+    def _held(self) -> Iterator[tuple[str, str]]:
+        if text := self.held_text():
+            yield "friction", text
+
+    def _points(self) -> Iterator[tuple[str, str]]:
+        dims = [str(dim) for dim in self["growth_rate"].dims]
+        for k, name in enumerate(self["operating_point"].values if "operating_point" in self.coords else ()):
+            values = {dim: float(self[f"operating_{dim}"].values[k]) for dim in dims}
+            at = ", ".join(_value(self[dim], value) for dim, value in values.items())
+            yield f"point {k + 1}", f"{name}: {at}; {self._there(values)}"
+
+    def _there(self, values: dict[str, float]) -> str:
+        inside = all(self[dim].values.min() <= value <= self[dim].values.max() for dim, value in values.items())
+        if not inside:
+            return "outside of the map"
+        near = self["growth_rate"].isel(
+            {d: int(np.abs(self[d].values - value).argmin()) for d, value in values.items()}
+        )
+        rate = float(near)
+        if math.isnan(rate):
+            return "no balanced state at the nearest point of the map"
+        return f"{'stable' if rate < 0.0 else 'unstable'} at the nearest point of the map, growth rate {rate:.3g} 1/s"
+
+
+def _answers_speed(speed: float, factor: float) -> float | str | None:
+    """What a table shows of a border: *never* is a statement, too."""
+    if math.isnan(speed):
+        return None
+    return "never" if math.isinf(speed) else float(f"{speed * factor:.10g}")
+
+
+def _value(axis: xr.DataArray, value: float) -> str:
+    unit = axis_unit(axis, "rpm")
+    return f"{axis.attrs.get('long_name', axis.name)} {significant(unit.shown(value), 4)} {unit.sign}".rstrip()
+
+
+def _span(axis: xr.DataArray) -> str:
+    unit, values = axis_unit(axis, "rpm"), axis.values
+    ends = " to ".join(significant(float(unit.shown(end)), 4) for end in (values.min(), values.max()))
+    return f"{axis.attrs.get('long_name', axis.name)}, {ends} {unit.sign}".rstrip() + f" ({axis.size} values)"

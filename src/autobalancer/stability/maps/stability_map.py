@@ -14,22 +14,26 @@ from autobalancer.assembly.quantities import parameter_range, si_value, value_of
 from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.catalog.fluid_table import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.files.given import balls_in_races
-from autobalancer.files.machine_file import machine_text
+from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.plain_names import QUANTITIES, axis_attributes, dimension_of, parts_of
+from autobalancer.machine.path import QUANTITIES, axis_attributes, dimension_of, parts_of
 from autobalancer.memory import refuse_what_does_not_fit
-from autobalancer.patience import shows_progress
+from autobalancer.progress import shows_progress
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.friction.held import held_share
+from autobalancer.stability.friction import held_share
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.maps.answers import StabilityMap
 from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.maps.curve import VARIABLES, border_curve, unbalances_to_capability
-from autobalancer.stability.maps.map_rates import rates_over, with_values
+from autobalancer.stability.maps.curve import (
+    VARIABLES,
+    StabilityMap,
+    border_curve,
+    rates_over,
+    unbalances_to_capability,
+    with_values,
+)
 from autobalancer.stability.maps.speeds import borders_of
-from autobalancer.stability.stall.notes import CAPTURE, RELEASE
-from autobalancer.stability.states.described import described
+from autobalancer.stability.stall.capture import CAPTURE, RELEASE
+from autobalancer.stability.states.stations import described
 from autobalancer.units import to_si
 
 Axis = Sequence[Any] | Floats | str
@@ -59,7 +63,7 @@ def map(
         A machine or the path of a machine file.
     axes
         Two parameters with their values, SI, strings with units, or a range such as ``"500:3000 rpm:200"``: ``"speed"``, names of
-        :data:`autobalancer.machine.plain_names.QUANTITIES` such as ``"viscosity"``, or paths.
+        :data:`autobalancer.machine.path.QUANTITIES` such as ``"viscosity"``, or paths.
     speed
         The rotor speed where it is not an axis, rad/s; by default the one at which the machine's drive ends.
     positions

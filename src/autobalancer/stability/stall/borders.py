@@ -8,24 +8,49 @@ planes, rotors that tilt or bend, :mod:`autobalancer.stability.stall.borders`.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import highest_prescribed
-from autobalancer.assembly.rotors.softened import Softened
+from autobalancer.assembly.rotors import balancer_rows, lateral_model, with_ball_mass
+from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
+from autobalancer.assembly.rotors.ellipses import (
+    FROM_CIRCLES,
+    TO_CIRCLES,
+    Elements,
+    Ellipses,
+    attempted,
+    ellipses,
+    seen,
+)
+from autobalancer.assembly.rotors.equivalent_stiffness import Softened, softened
 from autobalancer.assembly.terms import weightless
 from autobalancer.errors import QuestionError
-from autobalancer.laws.stall import StalledBall, planar_receptance, stall_ranges
+from autobalancer.laws.stall import Receptance, StalledBall, StallRange, planar_receptance, stall_ranges
 from autobalancer.machine import Machine
+from autobalancer.progress import still_time
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.host.planar import Complexes, Floats, Plane
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Stations, stations
-from autobalancer.stability.stall.branch import LOST, followed
-from autobalancer.stability.stall.capture import captured
-from autobalancer.stability.stall.groups import Loads, StalledGroup, stalled_groups
-from autobalancer.stability.stall.notes import (
+from autobalancer.stability.stall.branch import BELOW as RANGES_BELOW
+from autobalancer.stability.stall.branch import (
+    FAR,
+    LOST,
+    HangingRange,
+    followed,
+    furthest_speed,
+    hanging_ranges,
+    of_set,
+    reached,
+    sets,
+)
+from autobalancer.stability.stall.capture import (
     CAPTURE,
     DRAGLESS,
     EARLIER_PLANE,
@@ -37,31 +62,21 @@ from autobalancer.stability.stall.notes import (
     RUN,
     RUN_DOWN,
     WORTH,
+    SlowRuns,
     again,
     beyond,
     capture_border,
+    captured,
+    caught,
     never,
     others,
+    parted,
+    slow_runs,
     unsought,
     which,
 )
-from autobalancer.stability.stall.on_rubber import BEYOND, ON_RUBBER, on_rubber, rubber_under_balls
-from autobalancer.stability.stall.one_plane import caught, parted
-from autobalancer.stability.stall.ranges import (
-    BELOW,
-    FAR,
-    HangingRange,
-    furthest_speed,
-    hanging_ranges,
-    of_set,
-    reached,
-    sets,
-)
-from autobalancer.stability.stall.slow_runs import SlowRuns, slow_runs
-from autobalancer.stability.stall.softening import Softening, softening
-from autobalancer.stability.stall.states import Balance
-from autobalancer.stability.stall.whirling import Whirling
-from autobalancer.stability.states.described import Described, highest_searched, lower_critical_speed
+from autobalancer.stability.stall.states import AllModes, Balance, Loads, StalledGroup, States, Whirling, stalled_groups
+from autobalancer.stability.states.stations import Described, highest_searched, lower_critical_speed
 
 CARRIED = "balls between partitions are carried along and never stall"
 
@@ -305,8 +320,8 @@ def _supports(st: Stations, loads: Loads, last: HangingRange, top: float) -> lis
 # Release speed of balls of several planes or kinds on rubber that softens with the amplitude.
 #
 # All that hang together make one whirl, which decides how stiff the rubber is,
-# :mod:`autobalancer.stability.stall.softening`. Their balances are followed as on springs,
-# :mod:`autobalancer.stability.stall.ranges`: each set of groups from where it can hang to where it leaves. The
+# :mod:`autobalancer.stability.stall.borders`. Their balances are followed as on springs,
+# :mod:`autobalancer.stability.stall.branch`: each set of groups from where it can hang to where it leaves. The
 # unbalance is left out, as for equal balls of one plane.
 
 
@@ -355,7 +370,7 @@ def _speeds(whole: Softening) -> Floats:
     """Of the rotor, at which balances are sought, rad/s."""
     critical = [w for rotor in (whole.frozen[0], whole.frozen[-1]) for w in rotor.st.critical_speeds]
     critical = critical or [rotor.modes(0.0).frequency[0] for rotor in whole.frozen]
-    low, high = BELOW * min(critical), min(FAR * max(critical), whole.rotor.st.model.top_speed)
+    low, high = RANGES_BELOW * min(critical), min(FAR * max(critical), whole.rotor.st.model.top_speed)
     return np.geomspace(low, high, max(round(np.log(high / low) / np.log(FINE)), 2))
 
 
@@ -394,3 +409,325 @@ def _beyond(whole: Softening, last: HangingRange) -> list[str]:
         if one > law.largest_amplitude
     ]
     return [BEYOND.format(1e3 * max(size))] if size else []
+
+
+# Release and capture on rubber that softens with the amplitude: the whirl that stalled balls make decides how stiff it
+# is.
+#
+# N balls in line at the speed v load the rotor with the circle v^2 S, S = N m eps, whatever their phase. So the
+# deflection that suits the stiffness is a function of v alone, and the torque balance of
+# :mod:`autobalancer.laws.stall` holds with
+#
+#     H(v) = z(v) / (v^2 S),    K(|z|, v).
+#
+# The unbalance of the rotor whirls at another speed and is left out, as it is on linear supports. On rubber it changes
+# what the balls feel, too, which only a run knows. Gyroscopic terms are taken with the speed of the rotor at release.
+#
+# Balls of several planes or kinds: :mod:`autobalancer.stability.stall.borders`.
+#
+# Where x and y differ the rotor moves in an ellipse, of which the forward circle makes the mean torque of a turn, as
+# on linear supports. It is found at some hundred speeds and interpolated.
+
+
+ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
+BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
+TURN = ", mean torque of a turn, its pulsation left out"
+NONE_MET = "no resonance is met"
+MOVED = 1e-3  # relative change of a resonance of the rubber, from small to large motions
+FARTHEST = 3.0  # whirl over the highest of these resonances
+NEAR, ON_RUBBER_FINE, COARSE = (
+    0.5,
+    0.005,
+    0.03,
+)  # in the logarithm of the whirl speed: range around the resonances, steps in it and beyond
+BELOW, ABOVE = -0.75, 2.35  # the whole range
+PASSES = 2  # the second with the rotor as fast as the first says
+
+
+def rubber_under_balls(machine: Machine) -> Softened | None:
+    """The softening rubber of a machine with the masses of its balls; none without any."""
+    bare = lateral_model(machine)
+    return softened(machine, bare, with_ball_mass(machine, bare))
+
+
+def on_rubber(
+    machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], capture: bool, limit: float
+) -> tuple[Border, ...]:
+    """*release speed* and *capture speed* of equal balls of one plane, at resonances up to ``limit``, rad/s."""
+    group = groups[0]
+    if not group.carries:
+        return never(DRAGLESS, capture)
+    total = group.count * group.moment
+    row = balancer_rows(machine, lateral_model(machine))[group.ball.balancer].deflection
+    ball = StalledBall(group.moment, total, group.ball.orbit_radius, group.drag, group.rolling)
+    resonances = [speed for speed in _resonances(soft) if speed <= limit]
+    limit = min(limit, FARTHEST * max(resonances, default=0.0))
+    if not resonances:
+        found = (Border(RELEASE, math.nan, NONE_MET), Border(CAPTURE, math.nan, NONE_MET))
+        return found if capture else found[:1]
+    over = 1.0
+    folds: tuple[StallRange, ...] = ()
+    for _ in range(PASSES):
+        still_time()
+        try:
+            receptance = whirl_receptance(soft, row, total, over, resonances)
+            folds = tuple(fold for fold in stall_ranges(ball, receptance, resonances) if not fold.release_whirl > limit)
+        except QuestionError as refused:
+            found = (Border(RELEASE, math.nan, str(refused), False), Border(CAPTURE, math.nan, str(refused), False))
+            return found if capture else found[:1]
+        if not folds or math.isinf(folds[-1].release) or not soft.sliding.gyroscopic.any():
+            break
+        over = folds[-1].release / folds[-1].release_whirl
+    if folds and math.isinf(folds[-1].release):
+        return never("no drag is enough at a resonance", capture)
+    how = ON_RUBBER + ("" if soft.sliding.isotropic else TURN) + _on_rubber_beyond(soft, row, total, folds, over)
+    released = parted(ball, receptance, resonances, folds, group.count, how)
+    if not capture:
+        return (released,)
+    return released, caught(folds, released)
+
+
+def whirl_receptance(
+    soft: Softened, row: Floats, total: float, over: float = 1.0, resonances: Sequence[float] = (1.0,)
+) -> Receptance:
+    """Deflection over force at the place with this ``row`` under the load v^2 ``total`` (kg m) there, m/N over rad/s.
+
+    Where x and y differ that of the forward circle, between half the lowest and ten times the highest of the ``resonances``.
+    """
+    if _motion(soft, row, total, np.array([resonances[0]]), over)[0] is None:
+        return _in_ellipses(soft, row, total, over, resonances)
+
+    def receptance(whirl: Floats) -> Complexes:
+        v = np.atleast_1d(np.asarray(whirl, dtype=float))
+        found = soft.steady(v, np.outer(total * v**2, row).astype(np.complex128), "release speed", over=over)
+        return np.asarray(found.motion @ row / (total * v**2))
+
+    return receptance
+
+
+def _in_ellipses(soft: Softened, row: Floats, total: float, over: float, resonances: Sequence[float]) -> Receptance:
+    from scipy.interpolate import CubicSpline
+
+    low, high = math.log(min(resonances)), math.log(max(resonances))
+    near, far = np.arange(low - NEAR, high + NEAR, ON_RUBBER_FINE), np.arange(low + BELOW, high + ABOVE, COARSE)
+    log = np.concatenate([far[far < near[0] - 0.5 * COARSE], near, far[far > near[-1] + 0.5 * COARSE]])
+    v = np.exp(log)
+    motion, n = _ellipses(soft, row, total, v, over).motion, soft.sliding.pairs
+    spline = CubicSpline(log, 0.5 * (motion[:, :n] @ row + 1j * motion[:, n : 2 * n] @ row) / (total * v**2))
+
+    def receptance(whirl: Floats) -> Complexes:
+        return np.asarray(spline(np.log(np.atleast_1d(np.asarray(whirl, dtype=float)))), np.complex128)
+
+    return receptance
+
+
+def _ellipses(soft: Softened, row: Floats, total: float, v: Floats, over: float) -> Ellipses:
+    load = np.concatenate([row, -1j * row, np.zeros(soft.sliding.size - 2 * row.size)])
+    return ellipses(soft, v, np.outer(total * v**2, load), "release speed", over=over)
+
+
+def _motion(
+    soft: Softened, row: Floats, total: float, v: Floats, over: float
+) -> tuple[Complexes | None, Floats | None]:
+    """Motion in circles and amplitudes of the rubber; none in ellipses."""
+    found = soft.circles(v, np.outer(total * v**2, row).astype(np.complex128), over=over)
+    return (None, None) if found is None else (found.motion, found.amplitude)
+
+
+def _resonances(soft: Softened) -> list[float]:
+    """Critical speeds of small and of large motions, rad/s, of those that the rubber moves."""
+    sizes = sorted({limit for law in soft.laws for _, limit in law.friction})
+    tried = [0.5 * sizes[0], 2.0 * sizes[-1]] if sizes else [1e-6]
+    first = float(natural_frequencies(soft.sliding)[0])
+    every = [critical_speeds(soft.at_amplitude(size, first)) for size in tried]
+    still = set(every[0]) if len(every) == 1 else set()
+    moved = {
+        speed for one, other in pairwise(every) for speed in one if all(abs(speed - w) > MOVED * speed for w in other)
+    }
+    moved |= {speed for speed in every[-1] if all(abs(speed - w) > MOVED * speed for w in every[0])}
+    return sorted(moved | still) or list(every[0])
+
+
+def _on_rubber_beyond(soft: Softened, row: Floats, total: float, folds: tuple[StallRange, ...], over: float) -> str:
+    if not folds:
+        return ""
+    v = np.array([folds[-1].release_whirl])
+    size = _motion(soft, row, total, v, over)[1]
+    size = _ellipses(soft, row, total, v, over).amplitude if size is None else size
+    sizes = [float(one) for one, law in zip(size[0], soft.laws, strict=True) if one > law.largest_amplitude]
+    return f"; {BEYOND.format(1e3 * max(sizes))}" if sizes else ""
+
+
+# Balances of stalled balls on rubber that softens: the whirl that they make decides how stiff it is, and this the
+# whirl.
+#
+# At given phases the balls load the rotor with a circle at v, so that its steady motion is known, with all stiffness
+# that suits it: a circle, or an ellipse where x and y differ. The balances and their slopes, by differences, are those
+# of :mod:`autobalancer.stability.stall.states`. They are sought from those of linear rotors, as stiff as at several
+# amplitudes.
+#
+# Small motions about such a state change the stiffness, too. The forces of the elements are taken to follow the size
+# and the phase of the whirl at once, with the slopes of their first harmonic; a friction element forgets within a
+# small part of a turn.
+#
+# The loss of an elastoplastic element begins with the root of the amplitude beyond that at which it slides. There a
+# branch has a corner, which is stepped over; where no state is found beyond it the branch turns back there, as in a
+# fold.
+
+
+DIFFERENCE = 1e-6  # of log (slip over whirl), of phases and, relative, of amplitudes
+SHORT = 1e-4  # step along a branch below which it is given up
+CORNER = 5e-3  # relative distance of an amplitude from a breakaway amplitude, where a branch turns back in a corner
+SOFTENING_BEYOND, SOFTENING_NEAR = (
+    (1e-4, 3e-4, 1e-3),
+    0.1,
+)  # how much faster the rotor is beyond a corner, and how far the state may move
+RATIO = 2.5  # of neighboring amplitudes from whose stiffness balances are sought
+WIDE = 2.0  # how far they go beyond the breakaway amplitudes
+
+
+@dataclass(frozen=True)
+class Softening(Balance):
+    """A set of groups on softening rubber; ``rotor`` is that whose elements all slide.
+
+    ``frozen`` are linear rotors as stiff as at some amplitudes, from the softest to the stiffest.
+    """
+
+    soft: Softened
+    frozen: tuple[Whirling, ...]
+    numbers = None
+    shortest = SHORT
+
+    def of(self, groups: tuple[int, ...]) -> Softening:
+        """Some of the groups."""
+        return replace(self, loads=self.loads.some(groups))
+
+    def modes_of(self, speeds: Floats) -> AllModes | None:
+        """None, since they depend on the amplitude."""
+        return None
+
+    def resonant(self, states: States) -> NDArray[np.bool_]:
+        """As on the softest or on the stiffest rubber."""
+        both = (rotor.hang(states.speed, states.whirl) for rotor in (self.frozen[0], self.frozen[-1]))
+        return np.asarray(np.logical_or(*both))
+
+    def found(self, speeds: Floats) -> list[States]:
+        """All balances that are near one of a linear rotor, at each rotor speed."""
+        begun = [one for rotor in self.frozen for one in Balance(rotor, self.loads).found(speeds)]
+        return self.sorted(
+            States(np.concatenate([one.speed for one in begun]), np.vstack([one.y for one in begun])), speeds
+        )
+
+    def turns(self, states: States) -> bool:
+        """Whether an element is about to slide, where a branch has a corner."""
+        stretch = self.stretches(states)[-1]
+        limits = [np.array([limit for _, limit in law.friction]) for law in self.soft.laws]
+        return any(bool((np.abs(a / limit - 1.0) < CORNER).any()) for a, limit in zip(stretch, limits, strict=True))
+
+    def ahead(self, state: States) -> States | None:
+        """The state beyond the corner, at a slightly higher speed; none if the branch turns back there."""
+        for more in SOFTENING_BEYOND:
+            found = self.corrected(States(state.speed * (1.0 + more), state.y))
+            if found.speed.size and np.abs(found.y - state.y).max() < SOFTENING_NEAR:
+                return found
+        return None
+
+    def stretches(self, states: States) -> Floats:
+        """Amplitude of each piece of rubber, the major semi-axis of an ellipse, (n, M) m."""
+        motion = self.motion(states)
+        if self.rotor.isotropic:
+            return np.abs(motion @ self.soft.rows.T)
+        return np.asarray(np.abs(seen(self.soft, motion)).sum(axis=-1))
+
+    def motion(self, states: States) -> Complexes:
+        """Of the coordinates, (n, pairs) if they circle, (n, N) in ellipses; nan where none is found."""
+        v, rows = states.whirl, self.rotor.st.rows[self.loads.station]
+        load = v[:, None] ** 2 * ((self.loads.count * self.loads.moment * np.exp(1j * states.phases)) @ rows)
+        over = states.speed / v
+        known = np.isfinite(states.y).all(axis=1)
+        found = np.full((v.size, self.rotor.load.shape[0]), np.nan, np.complex128)
+        if not known.any():
+            return found
+        v, over, load = v[known], over[known], load[known]
+        if self.rotor.isotropic:
+            circles = self.soft.circles(v, load, over=over, attempted=True)
+            assert circles is not None
+            moved = circles.motion
+        else:
+            rest = np.zeros((v.size, self.soft.sliding.size - 2 * load.shape[1]))
+            moved = attempted(self.soft, v, np.hstack([load, -1j * load, rest]), over=over).motion
+        found[known] = moved
+        return found
+
+    def deflections(self, states: States) -> Complexes:
+        """q h of each group, (n, G), m."""
+        motion, rows = self.motion(states), self.rotor.st.rows[self.loads.station]
+        n = rows.shape[1]
+        if self.rotor.isotropic:
+            place = motion @ rows.T
+        else:
+            place = 0.5 * (motion[:, :n] @ rows.T + 1j * motion[:, n : 2 * n] @ rows.T)
+        return np.asarray((1.0 + 1j * self.rolling) * place * np.exp(-1j * states.phases))
+
+    def misfit(self, states: States, modes: AllModes | None = None) -> tuple[Floats, Floats]:
+        """Brake over need less one, (n, G), and its slopes over y, (n, G, G)."""
+        n, groups = states.y.shape
+        moved = np.concatenate([np.zeros((1, groups)), DIFFERENCE * np.eye(groups)])
+        y = (states.y + moved[:, None, :]).reshape(-1, groups)
+        every = States(np.tile(states.speed, groups + 1), y)
+        v = every.whirl
+        brake = -self.loads.moment * v[:, None] ** 2 * self.deflections(every).imag
+        miss = (brake / self.needed(every.slip, v) - 1.0).reshape(groups + 1, n, groups)
+        return miss[0], np.moveaxis((miss[1:] - miss[0]) / DIFFERENCE, 0, 2)
+
+    def softening(self, states: States) -> Floats:
+        """Accelerations of the rotor by what the elements add, over the real and imaginary parts of its deflections."""
+        motion = self.motion(states)
+        force = self._of_circles(motion, states) if self.rotor.isotropic else self._of_ellipses(motion, states)
+        light = _real(self.rotor.lightness)
+        return np.asarray(-light @ force)
+
+    def _of_circles(self, motion: Complexes, states: States) -> Floats:
+        rows, share = self.soft.rows, self.soft.shares
+        stretch = motion @ rows.T
+        size = np.abs(stretch)
+        here, more = (self.soft.added(size * (1.0 + step), states.whirl) for step in (0.0, DIFFERENCE))
+        ahead = stretch / np.where(size > 0.0, size, 1.0)
+        seen = np.stack([_real(row[None]) for row in rows])  # (M, 2, 2 n)
+        found = np.zeros((len(motion), *2 * (2 * rows.shape[1],)))
+        for m, rows_of_one in enumerate(seen):
+            steeper = (more[:, m] - here[:, m]) / DIFFERENCE * ahead[:, m]  # over the change of size
+            inward = np.stack([ahead[:, m].real, ahead[:, m].imag], axis=-1)
+            outward = np.stack([steeper.real, steeper.imag], axis=-1)
+            slope = np.array([_real(np.array([[one]])) for one in here[:, m]])
+            slope = slope + outward[:, :, None] * inward[:, None, :]
+            found += share[m] * rows_of_one.T @ slope @ rows_of_one
+        return found
+
+    def _of_ellipses(self, motion: Complexes, states: States) -> Floats:
+        found = np.zeros((len(motion), *2 * (2 * motion.shape[1],)))
+        every = np.arange(len(motion))
+        for law, mount in zip(self.soft.laws, self.soft.mounts, strict=True):
+            circles = TO_CIRCLES @ mount.rows
+            slope = Elements.of(law, every.size).on(every, motion @ circles.T, states.whirl).slope
+            pair = [0, 2, 1, 3]  # real parts first
+            slope = slope[:, pair][:, :, pair]
+            found += _real(mount.rows.T @ FROM_CIRCLES) @ slope @ _real(circles)
+        return found
+
+
+def softening(soft: Softened, st: Stations, loads: Loads) -> Softening:
+    """The balances of groups on the rubber of a machine with these stations."""
+    sizes = [limit for law in soft.laws for _, limit in law.friction] or [1.0]
+    low, high = min(sizes) / WIDE, max(sizes) * WIDE
+    amplitudes = np.geomspace(high, low, 2 + round(np.log(high / low) / np.log(RATIO)))
+    speed = float(natural_frequencies(soft.sliding)[0])
+    frozen = tuple(Whirling(replace(st, model=soft.at_amplitude(size, speed))) for size in amplitudes)
+    load = np.asarray(speed**2 * (loads.count * loads.moment) @ st.rows[loads.station], np.complex128)
+    probe = soft.circles(np.array([speed]), load[None])
+    return Softening(Whirling(replace(st, model=soft.sliding), apart=probe is None), loads, soft, frozen)
+
+
+def _real(matrix: Any) -> Any:
+    """A complex linear map as one of real and imaginary parts."""
+    return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
-from autobalancer.patience import still_time
+from autobalancer.progress import still_time
 from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.stall.linear import growth, past, together
-from autobalancer.stability.stall.states import Balance, States
+from autobalancer.stability.stall.states import STEEP, Balance, Loads, States, Whirling
 
 FIRST, LONGEST = 0.02, 0.25  # steps along the curve; one is a radian, or e of slip over whirl
 STRAIGHT = 0.98  # cosine between neighboring tangents
@@ -201,3 +201,256 @@ def _over_speed(balance: Balance, x: Floats) -> Floats:
     apart = States(np.exp((x[-1] + DIFFERENCE * np.array([1.0, -1.0])) / SPEED_SCALE), np.repeat(state.y, 2, axis=0))
     after, before = balance.misfit(apart)[0]
     return np.asarray((after - before) / (2.0 * DIFFERENCE))
+
+
+# Whether a stalled state is stable: the equations of motion linearized in axes that turn with its whirl.
+#
+# There the state is at rest, so that its eigenvalues say everything (on anisotropic supports after the mean over the
+# whirl). Small motions: a = (z, z') of the rotor, Da = (S - i v) a + P f, and delta of the groups,
+#
+#     f = n s e^(i psi) (i v^2 delta + 2 v D delta - i DD delta),    X = e^(-i psi) (R z'' of S a + B f),
+#     I DD delta = - s Im(q X) - s v^2 Re(q h) delta - (dT/dW - 2 mu s eps v) D delta,
+#
+# B f the acceleration that loads give at once. Turning the whole picture changes nothing: one eigenvalue is zero.
+# Balls of a group that part from each other leave the whirl alone, so that this motion has its own equation, I DD
+# delta + dT/dW D delta + s v^2 Re(q h) delta = 0: they stay together while Re(q h) > 0. With one mode this ends
+# exactly at its resonance.
+
+
+def growth(balance: Balance, states: States) -> Floats:
+    """Of groups that stay together: greatest real part of all eigenvalues but the one of turning, 1/s, (n,)."""
+    n, loads = states.speed.size, balance.loads
+    groups = loads.count.size
+    if n == 0:
+        return np.zeros(0)
+    v, slip, place = states.whirl, states.slip, loads.station
+    free, pushed_by, lightness = balance.rotor.free_motion(states.speed)
+    turned, rolled = np.exp(1j * states.phases), 1.0 + 1j * balance.rolling
+    load, back = (loads.count * loads.moment * turned)[:, None, :], (rolled / turned)[:, :, None]
+    count = free.shape[1]
+    felt = pushed_by[:, place] * load  # (n, K, G)
+    seen = balance.rotor.read[place] @ free[:, count // 2 :] * back  # (n, G, K)
+    at_once = lightness[place][:, place] * back * load  # (n, G, G)
+    slope = (balance.drag(slip * (1.0 + STEEP)) - balance.drag(slip)) / (STEEP * slip[:, None])
+    slope = slope - 2.0 * balance.rolling * loads.moment * balance.orbit * v[:, None]
+    held = loads.moment * v[:, None] ** 2 * balance.deflections(states).real
+    inertia = np.array([group.ball.inertia for group in loads.groups])
+    s, own = loads.moment[None, :, None], np.eye(groups)
+    v1 = v[:, None, None]
+    mass = inertia[None, :, None] * own - s * at_once.real
+    by_angle = -s * (1j * v1**2 * at_once).imag - held[:, :, None] * own
+    by_rate = -s * (2.0 * v1 * at_once).imag - slope[:, :, None] * own
+    by_modes = np.concatenate([-s * seen.imag, -s * seen.real], axis=2)
+    soft, c = balance.softening(states), count // 2
+    if soft is not None:
+        read = balance.rotor.read[place] * back
+        moved = read.imag @ soft[:, :c] + read.real @ soft[:, c:]
+        by_modes[:, :, :c] -= s * moved[:, :, :c]
+        by_modes[:, :, count : count + c] -= s * moved[:, :, c:]
+    accelerations = np.linalg.solve(mass, np.concatenate([by_modes, by_angle, by_rate], axis=2))  # (n, G, 2K + 2G)
+    size = 2 * count + 2 * groups
+    whole = np.zeros((n, size, size))
+    turns = free - 1j * v1 * np.eye(count)
+    whole[:, :count, :count] = whole[:, count : 2 * count, count : 2 * count] = turns.real
+    whole[:, :count, count : 2 * count], whole[:, count : 2 * count, :count] = -turns.imag, turns.imag
+    if soft is not None:
+        for i, rows in enumerate((slice(c, count), slice(count + c, 2 * count))):
+            for k, columns in enumerate((slice(0, c), slice(count, count + c))):
+                whole[:, rows, columns] += soft[:, i * c : (i + 1) * c, k * c : (k + 1) * c]
+    pushed = -1j * felt @ accelerations
+    pushed[:, :, 2 * count : 2 * count + groups] += 1j * v1**2 * felt
+    pushed[:, :, 2 * count + groups :] += 2.0 * v1 * felt
+    whole[:, :count] += pushed.real
+    whole[:, count : 2 * count] += pushed.imag
+    whole[:, 2 * count : 2 * count + groups, 2 * count + groups :] = own
+    whole[:, 2 * count + groups :] = accelerations
+    values = np.linalg.eigvals(whole)
+    turning = np.abs(values).argmin(axis=1)
+    values[np.arange(n), turning] = -np.inf
+    if soft is not None:  # its stiffness is that of changes that are slow against a turn
+        values[np.abs(values.imag) > v[:, None]] = -np.inf
+    return np.asarray(values.real.max(axis=1))
+
+
+def together(balance: Balance, states: States) -> Floats:
+    """Least of Re(q h) over the orbit radius of the groups of several balls, (n,): above zero they do not part."""
+    several = balance.loads.count > 1.0
+    if not several.any() or not states.speed.size:
+        return np.full(states.speed.size, np.inf)
+    return np.asarray((balance.deflections(states).real / balance.orbit)[:, several].min(axis=1))
+
+
+def past(balance: Balance, states: States) -> Floats:
+    """How far balls are beyond the resonance, over the orbit radius, (n,): above zero the whirl moves against them."""
+    if not states.speed.size:
+        return np.zeros(0)
+    weight = balance.loads.count * balance.loads.moment
+    return np.asarray(-(balance.deflections(states).real / balance.orbit) @ weight / weight.sum())
+
+
+# The rotor speeds at which balls can hang at the resonances of any rotor, and where they leave.
+#
+# Balls of all planes hang together, or those of some planes while the others turn with the rotor and have no mean
+# torque on them. For every set of groups all balances are sought on a grid of rotor speeds; stable ones are joined to
+# ranges, and the end of each is followed to where balls leave, :mod:`autobalancer.stability.stall.branch`.
+
+
+FINE, COARSE = 1.02, 1.1  # ratios of neighboring speeds
+INSIDE = 1.0 - 1e-6  # of the highest speed in tables of the supports
+FURTHEST = 100.0  # speeds, in highest ones of the grid, to which balls that still hang there are followed
+FAR = 2.5  # critical speeds above the highest from which the grid is coarse
+BELOW = 0.8  # of the lowest critical speed, where the grid begins
+SETS = 3  # groups of which all sets are tried
+MET = (0.85, 1.16)  # a run-up meets a range that begins below, and ends above, so many critical speeds
+ALIKE = 1e-4
+STEP = 0.3  # change of log (slip over whirl), or of a phase, between speeds of the fine grid; of log whirl, of any grid
+
+
+@dataclass(frozen=True)
+class HangingRange:
+    """Rotor speeds between which balls can hang at one resonance, rad/s, and their ``whirl`` speed at the end.
+
+    ``end`` is infinite if they still do at the highest speed that was asked for; ``cause`` says why they leave, as in
+    :mod:`autobalancer.stability.stall.branch`.
+    """
+
+    groups: tuple[int, ...]  # that hang, by their numbers
+    begin: float
+    end: float
+    whirl: float
+    cause: str
+    state: States  # the last
+    slips: tuple[float, ...] = ()  # of all groups a little before the end of a slow run, if that has another end, rad/s
+
+    def same(self, other: HangingRange) -> bool:
+        """Whether both end in one place, where one was begun twice."""
+        ends = abs(self.end - other.end) <= ALIKE * self.end if np.isfinite(self.end) else self.end == other.end
+        return bool(ends and abs(self.whirl - other.whirl) <= ALIKE * self.whirl)
+
+    def holds(self, speed: float) -> bool:
+        """Whether a rotor speed is in the range."""
+        return self.begin <= speed <= self.end
+
+
+def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.inf) -> list[HangingRange]:
+    """All ranges that begin below the rotor speed ``top`` (rad/s), set by set; none from above ``limit`` is followed further."""
+    speeds = grid(rotor, _inside(rotor, top))
+    found = []
+    for chosen in sets(rotor, loads):
+        found += of_set(Balance(rotor, loads.some(chosen)), chosen, speeds, limit)
+    return found
+
+
+def furthest_speed(rotor: Whirling, top: float) -> float:
+    """To which balls that still hang at ``top`` are followed, rad/s; not beyond the tables of the supports."""
+    return _inside(rotor, max(top, min(FURTHEST * top, rotor.st.model.top_speed)))
+
+
+def _inside(rotor: Whirling, speed: float) -> float:
+    """This speed, or just below where tables of the supports end, so that differences over the speed stay within them."""
+    end = rotor.st.model.top_speed
+    return min(speed, INSIDE * end) if speed <= end else speed
+
+
+def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[HangingRange]:
+    """The ranges into which a slow run-up leads: from a critical speed, or out of another one that ends in it."""
+    found = [one for one in ranges if any(one.begin <= MET[1] * w and one.end >= MET[0] * w for w in critical)]
+    for one in found:  # grows as it is walked through
+        found += [other for other in ranges if other not in found and other.holds(one.end) and other.whirl > one.whirl]
+    return found
+
+
+def grid(rotor: Whirling, top: float) -> Floats:
+    """Rotor speeds at which states are sought, ascending."""
+    critical = [w for w in rotor.st.critical_speeds if w < top]
+    start = BELOW * min([*critical, *rotor.modes(0.0).frequency[:1], top])
+    fine = min(FAR * max([*critical, *rotor.modes(0.0).frequency[:1]]), top)
+    parts = [np.geomspace(start, fine, max(round(np.log(fine / start) / np.log(FINE)), 2))]
+    if fine < top:
+        parts.append(np.geomspace(fine, top, max(round(np.log(top / fine) / np.log(COARSE)), 1) + 1)[1:])
+    return np.concatenate(parts)
+
+
+def sets(rotor: Whirling, loads: Loads) -> list[tuple[int, ...]]:
+    """Groups that may hang together: all sets of a few groups, else each alone, all, and the strongest ones of each mode."""
+    count = len(loads.groups)
+    if count <= SETS:
+        return [chosen for size in range(count, 0, -1) for chosen in combinations(range(count), size)]
+    found = {tuple(range(count)), *((g,) for g in range(count))}
+    modes = rotor.modes(rotor.st.scale_speed)
+    for reach in np.abs(modes.right * modes.left)[:, loads.station]:
+        order = np.argsort(-loads.moment * np.sqrt(reach), kind="stable")
+        found |= {tuple(sorted(order[:size].tolist())) for size in range(2, count)}
+    return sorted(found, key=lambda chosen: (-len(chosen), chosen))
+
+
+@dataclass
+class _Open:
+    """A range that goes on; ``first`` is its number in the grid, ``begin`` nan before balls hang."""
+
+    first: int
+    begin: float
+    last: States
+
+
+def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: float) -> list[HangingRange]:
+    """The ranges of one set of groups that begin at ``speeds`` (rad/s); none from above ``limit`` is followed further."""
+    going: list[_Open] = []
+    found: list[HangingRange] = []
+    furthest = furthest_speed(balance.rotor, float(speeds[-1]))
+    for i, here in enumerate(stable(balance, balance.found(speeds))):
+        near = STEP * (np.log(speeds[i] / speeds[i - 1]) / np.log(FINE) if i else 1.0)
+        left, lasting = list(range(here.speed.size)), []
+        for one in going:
+            k = _nearest(one.last, here, left, near)
+            if k is not None:
+                left.remove(k)
+                one.last = here.some(np.array([k]))
+            else:
+                leaving = followed(balance, one.last, float(speeds[i]))
+                if leaving.cause:
+                    found += _range(balance, chosen, one, leaving)
+                    continue
+                one.last = leaving.state
+                known = _nearest(one.last, here, left, ALIKE)
+                if known is not None:
+                    left.remove(known)
+            lasting.append(one)
+        going = lasting + [_Open(i, np.nan, here.some(np.array([k]))) for k in left]
+        for one in going:
+            if np.isnan(one.begin) and balance.resonant(one.last)[0]:
+                one.begin = float(speeds[i])
+    for one in going:
+        further = one.begin <= limit  # false of nan
+        leaving = followed(balance, one.last, furthest) if further else Leaving(one.last, "")
+        found += _range(balance, chosen, one, leaving)
+    found.sort(key=lambda one: one.begin)
+    return [one for i, one in enumerate(found) if not any(one.same(other) for other in found[:i])]
+
+
+def stable(balance: Balance, found: list[States]) -> list[States]:
+    """Those in which balls stay, their whirl steady and the balls of a group together."""
+    every = States(np.concatenate([one.speed for one in found]), np.vstack([one.y for one in found]))
+    stays = (growth(balance, every) < 0.0) & (together(balance, every) > 0.0)
+    parts = np.split(stays, np.cumsum([one.speed.size for one in found])[:-1])
+    return [one.some(np.flatnonzero(part)) for one, part in zip(found, parts, strict=True)]
+
+
+def _nearest(last: States, here: States, left: list[int], near: float) -> int | None:
+    whirl = np.abs(np.log(here.whirl / last.whirl))
+
+    def apart(k: int) -> float:
+        turned = np.abs(np.angle(np.exp(1j * (here.y[k, 1:] - last.y[0, 1:])))).max(initial=0.0)
+        return max(abs(float(here.y[k, 0] - last.y[0, 0])), float(turned))
+
+    best = min((k for k in left if whirl[k] < STEP), key=apart, default=None)
+    return best if best is not None and apart(best) < near else None
+
+
+def _range(balance: Balance, chosen: tuple[int, ...], one: _Open, leaving: Leaving) -> list[HangingRange]:
+    """A range that ended; none if balls do not hang at its end."""
+    if not balance.resonant(leaving.state)[0]:
+        return []
+    begin = one.begin if one.begin <= leaving.speed else leaving.speed
+    end = leaving.speed if leaving.cause else np.inf
+    return [HangingRange(chosen, begin, end, leaving.whirl, leaving.cause, leaving.state)]

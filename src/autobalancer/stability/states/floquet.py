@@ -15,14 +15,14 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.patience import still_time
-from autobalancer.stability.host.cycle import gauss, step_maps, steps_of
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.progress import still_time
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
 from autobalancer.stability.host.stations import Stations
-from autobalancer.stability.states.state import StationState
-from autobalancer.stability.states.swinging import swinging
+from autobalancer.stability.host.vector_field import Cycle, gauss, step_maps, steps_of
+from autobalancer.stability.states.stations import StationState
 
 
 def exponents_of(st: Stations, speed: float, guess: StationState) -> Complexes:
@@ -324,3 +324,197 @@ def _grid(m: int) -> _Grid:
     times = np.asarray(out[:, :, None] * out.conj()[:, None, :] * (2.0 / m), np.complex128).reshape(odd.size, m * m)
     squares, waves = np.linalg.eigh(-second)
     return _Grid(turn, odd, times, first, second, squares, waves)
+
+
+# The steady state of all equations where x and y are not alike, in harmonics of twice the speed, from ball angles near
+# it.
+#
+# Newton's method for :class:`~autobalancer.stability.host.vector_field.Cycle`, with as many harmonics as the state needs. It
+# starts with balls at rest, and the rotor as it follows them.
+
+
+COUNTS = (9, 17, 33, 65)  # numbers of harmonics that are tried
+CORRECTIONS = 40
+CLOSE, NEAR = 1e-13, 1e-9  # rad: last correction, and one below which it may be rounding
+LARGEST = 0.3  # rad: of one correction
+SLACK = 1e-9  # singular value, over the greatest, that counts as none along a continuum of states
+
+
+def swinging(st: Stations, speed: float, angles: Floats, freedom: int = 0) -> tuple[Cycle, Floats]:
+    """The equations and the state near ball angles (n,); of a continuum of ``freedom`` dimensions the nearest member.
+
+    Raises
+    ------
+    QuestionError
+        If Newton's method finds no such state, or the balls do not swing smoothly.
+    """
+    start = np.asarray(angles, np.float64)
+    for count in COUNTS:
+        cycle = Cycle(st, speed, count)
+        state = settled_on(cycle, start, freedom)
+        start = state.reshape(count, -1)[:, cycle.rotor : cycle.rotor + cycle.balls]
+        if tail(cycle, state) < TAIL:
+            return cycle, state
+    raise QuestionError(
+        f"steady state: the balls do not swing smoothly at {speed:.6g} rad/s (harmonic {COUNTS[-1] - 1})"
+    )
+
+
+def settled_on(cycle: Cycle, angles: Floats, freedom: int = 0) -> Floats:
+    """The state near ball angles, their mean (n,) or harmonic after harmonic (k, n), with as many harmonics as the cycle has.
+
+    Raises
+    ------
+    QuestionError
+        If Newton's method finds no such state.
+    """
+    start = np.atleast_2d(angles)
+    parts = np.zeros((cycle.count, cycle.size))
+    parts[: len(start), cycle.rotor : cycle.rotor + cycle.balls] = start
+    return _newton(cycle, parts.ravel(), freedom)
+
+
+def tail(cycle: Cycle, state: Floats) -> float:
+    """Size of the highest harmonic, over the sizes of the components."""
+    return float(np.abs((state / sizes(cycle)).reshape(cycle.count, -1)[-2:]).max())
+
+
+def _newton(cycle: Cycle, state: Floats, freedom: int) -> Floats:
+    scale = sizes(cycle)
+    follows = np.tile(np.arange(cycle.size) < cycle.rotor, cycle.count)
+    slope, miss = cycle.jacobian(state), cycle(state)
+    state, last = np.array(state), math.inf
+    state[follows] -= np.linalg.solve(slope[np.ix_(follows, follows)], miss[follows])
+    for _ in range(CORRECTIONS):
+        slope, miss = cycle.jacobian(state) * scale / scale[:, None], -cycle(state) / scale
+        step = np.linalg.lstsq(slope, miss, rcond=SLACK)[0] if freedom else np.linalg.solve(slope, miss)
+        turned = np.abs(step.reshape(cycle.count, -1)[:, cycle.rotor : cycle.rotor + cycle.balls])
+        length = float(turned.max(initial=0.0))
+        state = state + scale * step * min(1.0, LARGEST / max(length, 1e-300))
+        if length < CLOSE or 0.5 * last < length < NEAR:
+            return state
+        last = length
+    raise QuestionError(f"steady state: no periodic state is found near these ball angles at {cycle.speed:.6g} rad/s")
+
+
+def sizes(cycle: Cycle) -> Floats:
+    """Of the components of a state: deflections by the moment of unbalance and balls, angles of one radian."""
+    host, n = cycle.host, cycle.balls
+    length = (abs(host.unbalance) + float(host.moment.sum())) / host.model.total_mass or 1.0
+    one = np.repeat([length, length * cycle.speed, 1.0, cycle.speed], [cycle.rotor // 2, cycle.rotor // 2, n, n])
+    return np.asarray(np.tile(one, cycle.count), np.float64)
+
+
+# Growth rates of balanced planar rotors on orthotropic supports, at many speeds at once.
+#
+# Where races are on the axis a balanced rotor rests and its balls stand still, so that nothing but the supports
+# repeats with every half turn of the rotor. In its frame, with the means k, b of stiffness and damping and half the
+# differences D, d (y less x), the equations are those of :mod:`autobalancer.stability.states.linear` for k and b, and
+# on the rotor acts
+#
+#     e^(-2 i theta) [D conj Q + d (conj Q' - i W conj Q)].
+#
+# The map over half a turn is integrated by the Gauss method of four stages (order eight) in equal steps, at all speeds
+# together.
+
+
+LEAST, UNIT = 16, 8  # steps in half a turn: at least, and in multiples of
+PER_PERIOD = 12  # steps in a period of the fastest motion of the rotor, seen from the rotor
+AT_ONCE = 30_000  # numbers in memory: more do not fit the cache of a processor
+
+SIDES = np.array(
+    [[[1.0, 0.0], [0.0, -1.0]], [[0.0, -1.0], [-1.0, 0.0]]]
+)  # of cos 2 theta, sin 2 theta: e^(-2 i theta) conj Q
+ACROSS = np.array([[[0.0, 1.0], [1.0, 0.0]], [[1.0, 0.0], [0.0, -1.0]]])  # times i
+
+
+def growth_rates(p: Plane, speeds: Floats, angles: Matrix, neutral: NDArray[np.int64]) -> Floats:
+    """Greatest real part at each speed, 1/s, of balanced states whose rotor rests.
+
+    Parameters
+    ----------
+    p
+        A planar rotor with races on the axis.
+    speeds
+        rad/s, (k,).
+    angles
+        Of the balls in the rotor, rad, (k, n).
+    neutral
+        How many roots are zero and do not count, (k,).
+    """
+    fastest = np.sqrt(max(p.stiffness) / p.mass) / speeds + 1.0  # in units of the speed
+    steps = UNIT * np.ceil(np.maximum(LEAST, 0.5 * PER_PERIOD * fastest) / UNIT).astype(int)
+    rates = np.empty(speeds.size)
+    for count in np.unique(steps):
+        places = np.flatnonzero(steps == count)
+        width = max(1, AT_ONCE // (int(count) * (4 * (2 + p.moment.size)) ** 2))
+        for part in np.split(places, range(width, places.size, width)):
+            still_time()
+            half = half_turns(p, speeds[part], angles[part], int(count))
+            rates[part] = _greatest(half, speeds[part], neutral[part])
+    return rates
+
+
+def half_turns(p: Plane, speeds: Floats, angles: Matrix, steps: int) -> Matrix:
+    """Maps of small motions (X, Y, phi, X', Y', phi') over half a turn, in the frame of the rotor, (k, 4 + 2n, 4 + 2n).
+
+    Stages are solved for accelerations only, which positions and speeds follow from.
+    """
+    nodes, weights, inner = gauss()
+    k, size, h = speeds.size, 2 + p.moment.size, (np.pi / steps / speeds)[:, None, None, None]
+    held, slowed = _half_turns_accelerations(p, speeds, angles)
+    theta = np.pi / steps * (np.arange(steps)[:, None] + nodes)
+    waves = np.stack([np.ones_like(theta), np.cos(2.0 * theta), np.sin(2.0 * theta)], axis=-1)  # (steps, 4, 3)
+    parts = np.concatenate(
+        [(inner @ inner)[:, :, None] * waves[:, :, None], inner[:, :, None] * waves[:, :, None]], axis=-1
+    )
+    blocks = parts.reshape(-1, 6) @ np.concatenate([-h * h * held, -h * slowed], axis=1).reshape(k, 6, -1)
+    left = blocks.reshape(k, steps, 4, 4, size, size).swapaxes(3, 4).reshape(k, steps, 4 * size, 4 * size)
+    left[:, :, range(4 * size), range(4 * size)] += 1.0
+    at_start = (waves.reshape(-1, 3) @ one.reshape(k, 3, -1) for one in (held, slowed))
+    held, slowed = (one.reshape(k, steps, 4, size, size) for one in at_start)
+    right = np.concatenate([held, slowed + h[..., None] * nodes[:, None, None] * held], axis=-1)
+    found = np.linalg.solve(left, right.reshape(k, steps, 4 * size, 2 * size)).reshape(k, steps, 4, 2 * size * size)
+    maps = np.zeros((k, steps, 2 * size, 2 * size)) + np.eye(2 * size)
+    maps[:, :, range(size), range(size, 2 * size)] = h[..., 0]
+    maps[:, :, :size] += h * h * (weights @ inner @ found).reshape(k, steps, size, 2 * size)
+    maps[:, :, size:] += h * (weights @ found).reshape(k, steps, size, 2 * size)
+    while maps.shape[1] > 1:
+        odd = maps[:, -1:] if maps.shape[1] % 2 else maps[:, :0]
+        maps = np.concatenate([maps[:, 1::2] @ maps[:, : maps.shape[1] // 2 * 2 : 2], odd], axis=1)
+    return np.asarray(maps[:, 0])
+
+
+def _greatest(half: Matrix, speeds: Floats, neutral: NDArray[np.int64]) -> Floats:
+    with np.errstate(divide="ignore"):  # a motion that dies out at once
+        values = np.log(np.linalg.eigvals(half).astype(np.complex128))
+    order = np.argsort(np.abs(values), axis=1)
+    counted = np.take_along_axis(values.real, order, axis=1)
+    counted[np.arange(half.shape[1]) < neutral[:, None]] = -np.inf
+    return np.asarray(counted.max(axis=1) * speeds / np.pi)
+
+
+def _half_turns_accelerations(p: Plane, speeds: Floats, angles: Matrix) -> Matrix:
+    """Of positions and of speeds: constant, with cos 2 theta and with sin 2 theta, (2, k, 3, 2 + n, 2 + n)."""
+    k, n = angles.shape
+    size, w = 2 + n, speeds[:, None, None]
+    (kx, ky), (bx, by) = p.stiffness, p.damping
+    stiffness, damping, uneven, drift = 0.5 * (kx + ky), 0.5 * (bx + by), 0.5 * (ky - kx), 0.5 * (by - bx)
+    turned = np.array([[0.0, -1.0], [1.0, 0.0]])
+    radial = np.stack([p.moment * np.cos(angles), p.moment * np.sin(angles)], axis=1)  # (k, 2, n)
+    tangent = turned @ radial
+    mass = np.zeros((k, size, size))
+    mass[:, :2, :2], mass[:, 2:, 2:] = p.mass * np.eye(2), np.diag(p.inertia)
+    mass[:, :2, 2:], mass[:, 2:, :2] = tangent, tangent.transpose(0, 2, 1)
+    force = np.zeros((k, size, 2 * size, 3))  # constant, with cos 2 theta, with sin 2 theta
+    held, slowed = force[:, :, :size], force[:, :, size:]
+    held[:, :2, :2, 0] = -(stiffness - p.mass * w * w) * np.eye(2) - w * damping * turned
+    held[:, :2, 2:, 0], held[:, 2:, :2, 0] = w * w * tangent, w * w * tangent.transpose(0, 2, 1)
+    slowed[:, :2, :2, 0] = -damping * np.eye(2) - 2.0 * w * p.mass * turned
+    slowed[:, :2, 2:, 0], slowed[:, 2:, :2, 0] = 2.0 * w * radial, -2.0 * w * radial.transpose(0, 2, 1)
+    slowed[:, 2:, 2:, 0] = -np.diag(p.drag)
+    for wave, (side, across) in enumerate(zip(SIDES, ACROSS, strict=True), 1):
+        held[:, :2, :2, wave] = uneven * side - w * drift * across
+        slowed[:, :2, :2, wave] = drift * side
+    moved = np.linalg.solve(mass, force.reshape(k, size, -1)).reshape(k, size, 2, size, 3)
+    return np.asarray(moved.transpose(2, 0, 4, 1, 3))

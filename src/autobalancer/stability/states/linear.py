@@ -17,7 +17,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.stability.host.planar import Complexes, Floats, Matrix
 from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.states.state import StationState, state_vector
+from autobalancer.stability.states.stations import StationState, state_vector
 
 BALLS_ALONE, ROTOR_ALONE = 30.0, 3.0  # way of the balls over deflection of the rotor
 
@@ -125,3 +125,21 @@ def kept(values: Complexes, freedom: int) -> Complexes:
         return values
     smallest = np.argsort(np.abs(values))[:freedom]
     return np.delete(values, smallest)
+
+
+# When a state is stable.
+
+
+MARGIN = 1e-9  # growth rates up to this share of the speed count as zero
+
+
+def growth(values: Complexes, freedom: int) -> float:
+    """Greatest real part that counts: without the zeros of a continuum, 1/s."""
+    return float(kept(values, freedom).real.max())
+
+
+def verdict(rate: float, speed: float) -> str:
+    """stable, marginal or unstable."""
+    if abs(rate) <= MARGIN * speed:
+        return "marginal"
+    return "unstable" if rate > 0.0 else "stable"

@@ -18,22 +18,28 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from autobalancer.assembly.forces import has_forces
+from autobalancer.assembly.profile import largest_unbalance
 from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.errors import QuestionError
-from autobalancer.patience import still_time
-from autobalancer.stability.host.planar import Complexes, Floats
-from autobalancer.stability.host.stations import Stations
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.rotors.rigid import RigidRotor
+from autobalancer.progress import still_time
+from autobalancer.random_numbers import generator
+from autobalancer.results.number_text import moment_text
+from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, plane
+from autobalancer.stability.host.reduction import reduced
+from autobalancer.stability.host.stations import Stations, in_plane, stations
+from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.planar import PATTERNS, close_polygon
-from autobalancer.stability.states.settled import settled
-from autobalancer.stability.states.state import StationState
 
 
 def states_of(st: Stations, speed: float) -> list[StationState]:
@@ -371,3 +377,308 @@ def _distinct(found: list[dict[int, float]], a: Aligned) -> list[dict[int, float
         )
         kept.setdefault(key, angles)
     return list(kept.values())
+
+
+# States of rest of balls that feel more than the deflection of their race, found from those of balls that do not.
+#
+# The rotor follows the balls, Q = Q(phi), so that Newton's method has one unknown for each ball. Directions in which
+# the torques on the balls hardly change are a continuum of states, or so near to one that it makes no difference:
+# along them the state stays where it is, and they count in ``freedom``.
+#
+# The tilt of a race changes a state by little, and it keeps its name. A continuum of states without it stays one: what
+# the tilt does along it is of the second order in the slope. Forces on the balls may change everything: there Newton's
+# method starts from random angles, too, states may be missed, and they are named by what the balls do.
+#
+# Where x and y are not alike, no state rests. The mean torques of the forward whirl and of the forces give states near
+# the periodic ones, which :mod:`autobalancer.stability.states.floquet` finds from there with all that balls feel.
+
+
+CORRECTIONS = 40
+SLACK = 1e-7  # singular value of the torques' change with the angles, over that by the rotor, that counts as none
+CLOSE, NEAR = 1e-11, 1e-7  # rad: last correction, and one below which it may be rounding
+DIGITS = 4  # of the directions of balls, by which states that were found by different starts are one
+FAR = 0.5  # rad: a state farther from where it began is another one
+LARGEST = 0.3  # rad: of one correction
+RANDOM = 6  # starts, and as many for each ball
+
+
+def settled(st: Stations, speed: float, states: Iterable[StationState]) -> list[StationState]:
+    """The states with all that the balls feel; without those that cease to exist, and exchanges of equal balls."""
+    if st.forces is not None:
+        count = st.moment.size
+        random = generator(0).uniform(-np.pi, np.pi, (RANDOM * (1 + count), count))
+        return searched(st, speed, [*(state.angles for state in states), *random])
+    if not st.isotropic:
+        return without_exchanges(st, states)
+    found = []
+    for state in without_exchanges(st, states):
+        angles, freedom = _newton(st, speed, state.angles, state.freedom)
+        if angles is not None and np.abs(angles - state.angles).max() < FAR:
+            whirl = st.rows @ st.coordinates(speed, angles)
+            found.append(replace(state, angles=angles, whirl=whirl, freedom=freedom))
+    return found
+
+
+def searched(st: Stations, speed: float, starts: Iterable[Floats]) -> list[StationState]:
+    """States that Newton's method reaches from these ball angles, without exchanges of equal balls, in order."""
+    found = []
+    for start in starts:
+        angles, freedom = _newton(st, speed, start)
+        if angles is not None:
+            found.append(named_at_rest(st, speed, np.mod(angles, 2.0 * np.pi), freedom))
+    return sorted(without_exchanges(st, found, DIGITS), key=lambda state: state.rank)
+
+
+def _newton(st: Stations, speed: float, start: Floats, freedom: int = 0) -> tuple[Floats | None, int]:
+    """Ball angles at rest near a start (``None`` if not found), and the dimension of their continuum, at least ``freedom``."""
+    angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(st, speed)
+    balance = torques if st.isotropic else mean_torques
+    for _ in range(CORRECTIONS):
+        still_time()
+        torque, slope = balance(st, speed, angles)
+        left, sizes, right = np.linalg.svd(slope)
+        firm = (sizes > least) & (np.arange(sizes.size) < sizes.size - freedom)
+        step = -right[firm].T @ ((left.T @ torque)[firm] / sizes[firm])
+        length = float(np.abs(step).max(initial=0.0))
+        angles = angles + step * min(1.0, LARGEST / max(length, 1e-300))
+        if length < CLOSE or 0.5 * last < length < NEAR:
+            return angles, int((~firm).sum())
+        last = length
+    return None, 0
+
+
+def _by_rotor(st: Stations, speed: float) -> float:
+    """Size of the torques' change with the angles as the rotor makes it, N m."""
+    answer = st.rows @ st.compliance(speed) @ st.rows.T
+    return float(speed**4 * np.abs(answer).max() * st.moment.max() ** 2)
+
+
+def mean_torques(st: Stations, speed: float, angles: Floats) -> tuple[Floats, Matrix]:
+    """As :func:`torques` the mean of what turns balls at rest where x and y are not alike: the forward whirl and forces."""
+    flat, n = st.plain_at(speed), angles.size
+    push = speed * st.moment * np.exp(1j * angles)  # times W
+    answer = speed**2 * flat.rows @ st.compliance(speed) @ flat.rows.T
+    center = flat.rows @ flat.coordinates(speed, angles)
+    lever = push.conj() * speed * (center[st.station] + st.offset)
+    torque = lever.imag
+    slope = (push.conj()[:, None] * 1j * answer[np.ix_(st.station, st.station)] * push).imag - np.diag(lever.real)
+    if st.forces is not None:
+        still, each = np.zeros((n, n)), np.eye(n)
+        value, change = st.forces.series(np.broadcast_to(angles, (n, n)), still, each, still, speed, 1)
+        torque, slope = torque + value[0], slope + change.T
+    return torque, slope
+
+
+def torques(st: Stations, speed: float, angles: Floats) -> tuple[Floats, Matrix]:
+    """What turns balls at rest, (n,) N m, and its change with their angles, (n, n), while the rotor follows them."""
+    field = Field(st, speed)
+    first = field.rotor
+    half, n = first // 2, field.balls
+    state = state_vector(st, speed, angles)
+    count = half + n
+    ways = np.zeros((count, state.size))  # of Q with V = iW Q, and of the angles
+    eye, none = np.eye(half // 2), np.zeros((half // 2, half // 2))
+    turn = speed * np.block([[none, -eye], [eye, none]])
+    ways[:half, :half], ways[:half, half:first] = np.eye(half), turn.T
+    ways[half:, first : first + n] = np.eye(n)
+    matrices, right = field.series(np.broadcast_to(state, ways.shape), ways, 1)
+    # in rest A = -W^2 Q and phi'' = 0
+    still = np.concatenate([-(speed**2) * state[:half], np.zeros(n)])
+    moved = np.zeros((count, count))
+    moved[:half, :half] = -(speed**2) * np.eye(half)
+    inertia = field.inertia(matrices[0][0])
+    miss = right[0][0] - inertia @ still
+    slope = (right[1] - matrices[1] @ still - moved @ inertia.T).T
+    follows = np.linalg.solve(slope[:half, :half], slope[:half, half:])
+    return miss[half:], slope[half:, half:] - slope[half:, :half] @ follows
+
+
+# The plane or the stations of a machine at its largest unbalance, and what may be wrong with them.
+
+
+Described = Plane | Stations
+
+
+SEARCHED = 40.0  # the exact border is sought up to so many times the critical speed
+
+
+def described(machine: Machine, unbalance: complex | float | None, highest: float | None = None) -> Described:
+    """The numbers of any machine with an unbalance, see :func:`plane_of`; for speeds up to ``highest``, rad/s."""
+    if isinstance(machine.rotor, PlanarRotor):
+        vector = _vector(machine, unbalance)
+        return in_plane(machine, vector) if has_forces(machine) else plane(machine, vector)
+    st = stations(machine, unbalance, largest=True)
+    return reduced(st, max(highest_searched(st), highest or 0.0))
+
+
+def highest_searched(p: Described) -> float:
+    """Up to where the exact border is sought, rad/s; not beyond the tables of the supports."""
+    if isinstance(p, Stations):
+        return float(min(SEARCHED * p.scale_speed, p.model.top_speed))
+    return SEARCHED * math.sqrt(max(p.stiffness) / p.mass)
+
+
+def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
+    """The plane with an unbalance; a mere size keeps the direction of the machine's largest one, the default."""
+    return plane(machine, _vector(machine, unbalance))
+
+
+def _vector(machine: Machine, unbalance: complex | float | None) -> complex:
+    largest = largest_unbalance(machine)
+    if unbalance is None:
+        return largest
+    value = complex(unbalance)
+    if not (math.isfinite(value.real) and math.isfinite(value.imag)) or (
+        not isinstance(unbalance, complex) and value.real < 0.0
+    ):
+        raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
+    return value if isinstance(unbalance, complex) or largest == 0.0 else value * largest / abs(largest)
+
+
+def lower_critical_speed(p: Described) -> float:
+    """The lowest critical speed, rad/s: sqrt(k/M) of the softer direction; of a rotor without any its lowest frequency."""
+    return p.scale_speed if isinstance(p, Stations) else math.sqrt(min(p.stiffness) / p.mass)
+
+
+def why_no_state(p: Described) -> str:
+    """Why a machine has no balanced state at any speed that was tried."""
+    if isinstance(p, Stations) and p.forces is not None:
+        return "no state was found in which the balls, with the forces on them, make the deflection smaller"
+    if isinstance(p, Stations):
+        return _why_no_rest(p)
+    need, points = abs(p.unbalance), float(p.moment.sum())
+    have = min(points, p.capability)
+    if p.moment.size == 1:
+        return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
+    if np.any(p.offset != 0.0):
+        return "no balanced state: the balls cannot make up for unbalance and eccentricity of the race"
+    if need > have:
+        return f"no balanced state: the balls can balance {moment_text(have, 4)} at most, the unbalance is {moment_text(need, 4)}"
+    least = 2.0 * float(p.moment.max()) - points
+    if need < least:
+        sizes = f"{moment_text(least, 4)}, the unbalance is {moment_text(need, 4)}"
+        return f"no balanced state: unequal balls always add up to {sizes}"
+    return "no balanced state was found"
+
+
+def _why_no_rest(st: Stations) -> str:
+    """The same for several stations, from what they need well above the lowest critical speed."""
+    if np.any(st.offset != 0.0):
+        return "no balanced state: the balls cannot make up for unbalance and eccentricity of the races"
+    speed = min(3.0 * st.scale_speed, st.model.top_speed)
+    parts = []
+    for place, (name, need) in enumerate(zip(st.names, np.abs(required(st, speed)).tolist(), strict=True)):
+        have = float(st.capability[place])
+        if need > have or int((st.station == place).sum()) == 1:
+            parts.append(
+                f"at {name!r} {moment_text(need, 4)} are needed at {speed:.4g} rad/s, the balls have {moment_text(have, 4)}"
+            )
+    return f"no balanced state: {'; '.join(parts)}" if parts else "no balanced state was found"
+
+
+def service_speed(st: Stations, highest: float | None) -> float:
+    """The speed for which a machine is judged, rad/s: the highest prescribed one, else three times the lowest critical one."""
+    return min(3.0 * st.scale_speed if highest is None or highest <= 0.0 else highest, st.model.top_speed)
+
+
+# One state of rest in the rotor.
+
+
+ORDER = ("balanced", "mixed", "spread", "coincident", "in line")  # of names
+TRUE = 1e-9  # deflection, over that of the balls alone, at which a race runs true
+ALIGNED = 1e-6  # part across a ball of the deflection of its race
+
+
+@dataclass(frozen=True)
+class StationState:
+    """One state of rest in the rotor; ``freedom`` is the dimension of the continuum to which it belongs."""
+
+    name: str  # balanced, mixed, coincident, in line; with forces on the balls spread, too
+    angles: Floats  # (n,) ball angles in the rotor, rad
+    whirl: Complexes  # (P,) deflections of the stations in the rotor, m
+    freedom: int
+    outward: int  # balls that stand outward in races that do not run true
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """By which states are listed: name, then the greatest deflection."""
+        return ORDER.index(self.name), float(np.abs(self.whirl).max(initial=0.0))
+
+
+def state_vector(st: Stations, speed: float, angles: Floats) -> Floats:
+    """The state of the vector field with the balls at rest at these angles: Q, V, ball angles and ball speeds."""
+    whirl = st.coordinates(speed, angles)
+    rate = 1j * speed * whirl
+    return np.concatenate([whirl.real, whirl.imag, rate.real, rate.imag, angles, np.zeros(angles.size)])
+
+
+def named_at_rest(st: Stations, speed: float, angles: Floats, freedom: int) -> StationState:
+    """The state of balls with forces at these angles, named by what they do.
+
+    *Coincident* or *in line* where all stand along the deflection of their race, *balanced* where they make the greatest
+    deflection smaller than without them, *spread* otherwise.
+    """
+    flat = st.plain_at(speed)
+    answer = flat.rows @ st.compliance(speed) * speed**2
+    whirl = st.rows @ st.coordinates(speed, angles)
+    center, alone = whirl[st.station] + st.offset, (answer @ flat.fixed_load)[st.station] + st.offset
+    size, along = np.abs(center), np.exp(-1j * angles) * center
+    true = size < TRUE * np.abs(answer @ flat.rows.T).max() * st.moment.max()
+    out = ~true & (along.real > 0.0)
+    if not true.any() and (np.abs(along.imag) < ALIGNED * size.max()).all():
+        sides = [out[st.station == place] for place in range(len(st.names))]
+        name = "coincident" if all(side.all() or not side.any() for side in sides) else "in line"
+    else:
+        name = "balanced" if true.all() or size.max() < np.abs(alone).max() else "spread"
+    return StationState(name, angles, whirl, freedom, int(out.sum()))
+
+
+# States that differ by an exchange of equal balls are one.
+
+
+def without_exchanges(st: Stations, states: Iterable[StationState], digits: int = 7) -> list[StationState]:
+    """Without states that differ by an exchange of equal balls of one station; ``digits`` of their directions count."""
+    kept_states: dict[tuple[tuple[float, ...], ...], StationState] = {}
+    for state in states:
+        parts = zip(st.station, st.moment, st.inertia, st.drag, np.cos(state.angles), np.sin(state.angles), strict=True)
+        key = tuple(
+            sorted(tuple(round(float(v), 15 if i < 4 else digits) for i, v in enumerate(part)) for part in parts)
+        )
+        kept_states.setdefault(key, state)
+    return list(kept_states.values())
+
+
+# Why balls at the stations of a rotor never balance it: a motion in which the rotor yields towards its load.
+#
+# Balls gather on the side to which their plane moves. They balance only where the plane moves away from the load in
+# every motion they can excite: the receptance between their planes, for loads that turn with the rotor, must be
+# negative definite (its Hermitian part). A disk-like rotor, J_p > J_t, has no forward conical critical speed and
+# always tilts towards its load.
+
+
+TRIED = 40  # speeds
+
+
+def why_never(machine: Machine, st: Stations, highest: float) -> str:
+    """A reason that holds at all speeds above the lowest critical one up to ``highest``, rad/s; empty if none is known."""
+    for speed in np.geomspace(1.02 * st.scale_speed, highest, TRIED):
+        if not yields(st, float(speed)):
+            return ""
+    shape = ""
+    if isinstance(machine.rotor, RigidRotor) and machine.rotor.polar_inertia > machine.rotor.transverse_inertia:
+        shape = (
+            f"the rotor is disk-like, J_p = {machine.rotor.polar_inertia:.4g} > J_t = "
+            f"{machine.rotor.transverse_inertia:.4g} kg m^2, and has no conical critical speed to run above: "
+        )
+    return (
+        f"{shape}at every speed the rotor yields towards its load in one motion, so the balls make that motion larger"
+    )
+
+
+def yields(st: Stations, speed: float) -> bool:
+    """Whether in some motion that the balls excite the planes move towards the load."""
+    try:
+        answer = st.rows @ st.compliance(speed) @ st.rows.T
+    except QuestionError:  # a critical speed of an undamped rotor
+        return True
+    return float(np.linalg.eigvalsh(0.5 * (answer + answer.conj().T))[-1]) > 0.0

@@ -15,14 +15,19 @@ from autobalancer.assembly.author_units import in_author_units
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.patience import shows_progress
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.provenance import provenance
-from autobalancer.studies.chamber_design.candidate import Candidate, machine_of
-from autobalancer.studies.chamber_design.limits import JUDGED, numbers_of
-from autobalancer.studies.chamber_design.statistics import mean_interval, share_interval
-from autobalancer.studies.chamber_many import Job, Many, measured_runs
+from autobalancer.studies.chamber_design.candidate import (
+    JUDGED,
+    Candidate,
+    machine_of,
+    mean_interval,
+    numbers_of,
+    share_interval,
+)
+from autobalancer.studies.chamber_study import Job, Many, measured_runs
 
 CHANGED = ("unbalance", "friction", "ball_friction", "diameter", "density", "viscosity")
 AS_DESIGNED = "as designed"

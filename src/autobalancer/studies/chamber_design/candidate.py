@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import beta, t
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.laws.deep_chamber.fluid import free_drag
+from autobalancer.laws.deep_chamber import free_drag
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.units.arguments import list_argument
-from autobalancer.units.ranges import is_range, listed, whole
+from autobalancer.simulation.chamber.bounds import ChamberBounds, pressure_between_balls
+from autobalancer.units import argument
+from autobalancer.units.quantity import is_range, list_argument, listed, whole
 
 UNITS = {
     "balls": "",
@@ -180,3 +185,172 @@ def _fluids(values: dict[str, list[float]], has_drag: bool) -> Sequence[tuple[fl
         raise QuestionError("fluid_density, fill: missing; a fluid with a viscosity needs both")
     dry = [(0.0, 0.0, 0.0)] if len(wet) < len(viscosity) else []
     return [*dry, *product(wet, density or (), fill or ())]
+
+
+# What a design is judged by: numbers of a run, and limits to them.
+
+
+PUSHED = 2.0  # times its friction lifts a ball that others push; without shaking none was seen to be lifted by less
+
+
+class Judged(NamedTuple):
+    """A number of a run: its unit, its meaning, and how it follows from the measures of the run."""
+
+    unit: str
+    text: str
+    of: Callable[[Mapping[str, Any]], float]
+
+
+def _greater(*names: str) -> Callable[[Mapping[str, Any]], float]:
+    def found(measures: Mapping[str, Any]) -> float:
+        values = [measures.get(name) for name in names]  # an archive keeps what is not known as None
+        return math.nan if None in values else max(map(float, values))  # type: ignore[arg-type]
+
+    return found
+
+
+JUDGED = {
+    "vibration": Judged(
+        "m",
+        "amplitude in steady state, the greater of both directions",
+        _greater("vertical_amplitude", "horizontal_amplitude"),
+    ),
+    "synchronous": Judged(
+        "m", "the part of it that turns with the rotor", _greater("vertical_synchronous", "horizontal_synchronous")
+    ),
+    "residual_unbalance": Judged("kg m", "mean residual unbalance in steady state", _greater("residual_unbalance")),
+    "settling_time": Judged("s", "settling time of the last ball", _greater("settling_time")),
+    "run_up_peak": Judged(
+        "m", "greatest deflection before the steady state", _greater("vertical_peak", "horizontal_peak")
+    ),
+    "bearing_force": Judged(
+        "N",
+        "greatest radial force of a bearing in steady state",
+        _greater("steady_bearing_1_greatest", "steady_bearing_2_greatest"),
+    ),
+    "contact_force": Judged("N", "force of the hardest contact", _greater("hardest_contact")),
+    "contact_pressure": Judged(
+        "Pa", "its pressure if it is between two balls, the greatest possible", _greater("contact_pressure")
+    ),
+    "share_carried": Judged("1", "share of the balls that go around with the rotor", _greater("share_carried")),
+}
+LIMITS = {name: entry.unit for name, entry in JUDGED.items() if name != "share_carried"} | {"pick_up": "1"}
+
+
+def read_limits(given: Mapping[str, Any] | None) -> dict[str, float]:
+    """Limits in SI by name: most values, of ``pick_up`` the least share of the runs in which all balls are carried."""
+    found = {}
+    for name, value in (given or {}).items():
+        if name not in LIMITS:
+            raise QuestionError(f"limits: given {name!r}; must be one of {', '.join(LIMITS)}")
+        read = argument(f"limits: {name}", value, "" if LIMITS[name] == "1" else LIMITS[name].replace(" ", "*"))
+        if not 0.0 < read < math.inf:
+            raise QuestionError(f"limits: {name}: given {read:g}; must be above zero, and finite")
+        if name == "pick_up" and read > 1.0:
+            raise QuestionError(f"limits: pick_up: given {read:g}; it is a share of the runs, at most 1")
+        found[name] = read
+    return found
+
+
+def numbers_of(machine: ChamberMachine, measures: Mapping[str, Any]) -> dict[str, float]:
+    """What a run of a machine is judged by, from its measures; nan where one is not known."""
+    hardest = measures.get("hardest_contact")
+    pressure = math.nan if hardest is None else pressure_between_balls(machine, float(hardest))
+    known = {**measures, "contact_pressure": pressure}
+    return {name: float(entry.of(known)) for name, entry in JUDGED.items()}
+
+
+def ruled_out(found: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
+    """Why no run of a machine with these bounds can be good; empty if nothing speaks against it."""
+    reasons = []
+    if found.capability < found.unbalance:
+        reasons.append(f"the balls can balance {found.capability:.3g} of {found.unbalance:.3g} kg m")
+    if not found.run_up_time < math.inf:
+        reasons.append(f"the speed stays below the critical speed of {found.critical_speed:.4g} rad/s")
+    if math.isnan(found.critical_speed):
+        reasons.append("the body has no critical speed: the balls do not feel the unbalance")
+    if "pick_up" in limits:
+        reasons += _not_lifted(found)
+    for name, least, unit in (
+        ("vibration", found.least_vibration, "m"),
+        ("synchronous", found.least_vibration, "m"),
+        ("residual_unbalance", found.least_residual, "kg m"),
+        ("settling_time", found.least_settling_time, "s"),
+        ("bearing_force", found.least_bearing_force, "N"),
+        ("contact_force", found.race_force, "N"),
+        ("contact_pressure", found.race_pressure, "Pa"),
+    ):
+        if name in limits and least > limits[name]:
+            reasons.append(
+                f"{name.replace('_', ' ')} is at least {least:.3g} {unit}, the limit {limits[name]:.3g} {unit}"
+            )
+    return reasons
+
+
+def _not_lifted(found: ChamberBounds) -> list[str]:
+    """Why no ball is carried up from the bottom. A row along the axis acts as one ball, whether the rotor shakes or not."""
+    needed = f"one ball needs {found.least_friction:.3g}"
+    if found.axial_rows == 1 and found.friction < found.least_friction:
+        return [
+            f"friction {found.friction:g} does not lift the balls, which lie in one row and act as one ball: {needed}"
+        ]
+    if found.shaking < 1.0 and PUSHED * found.friction < found.least_friction:
+        return [
+            f"friction {found.friction:g} lifts no ball of a calm rotor: {needed}, and others that push do not halve that"
+        ]
+    return []
+
+
+# What few runs tell: intervals of a mean and of a share, and which designs none is better than.
+
+
+SURE = 0.95  # confidence of all intervals
+Floats = NDArray[np.float64]
+
+
+def mean_interval(values: Sequence[float] | Floats) -> tuple[float, float, float]:
+    """Mean, and the ends of its interval by Student's t; infinitely wide of one run. Values that are nan are left out."""
+    known = np.asarray(values, np.float64)
+    known = known[~np.isnan(known)]
+    if not known.size:
+        return math.nan, math.nan, math.nan
+    mean = float(known.mean())
+    if known.size < 2:
+        return mean, -math.inf, math.inf
+    half = float(t.ppf(0.5 + 0.5 * SURE, known.size - 1) * known.std(ddof=1) / math.sqrt(known.size))
+    return mean, mean - half, mean + half
+
+
+def share_interval(successes: int, runs: int) -> tuple[float, float, float]:
+    """Share, and the ends of its exact interval (Clopper and Pearson 1934)."""
+    if not runs:
+        return math.nan, 0.0, 1.0
+    low = float(beta.ppf(0.5 - 0.5 * SURE, successes, runs - successes + 1)) if successes else 0.0
+    high = float(beta.ppf(0.5 + 0.5 * SURE, successes + 1, runs - successes)) if successes < runs else 1.0
+    return successes / runs, low, high
+
+
+def worse_than_worst(runs: int) -> float:
+    """Share of fillings that are worse than the worst of so many runs, at most, with the confidence of the intervals.
+
+    If the share is p, all runs are better than that with the probability (1 - p)^runs.
+    """
+    return 1.0 - (1.0 - SURE) ** (1.0 / runs) if runs else 1.0
+
+
+def fronts(first: Floats, second: Floats) -> NDArray[np.int64]:
+    """Number of the front of each point: on front 0 none is better in both; front 1 is that without front 0, and so on.
+
+    Both are better where smaller; points with nan or infinity come last, all on one front.
+    """
+    found = np.full(first.size, -1, np.int64)
+    known = np.isfinite(first) & np.isfinite(second)
+    front = 0
+    while (left := np.flatnonzero(known & (found < 0))).size:
+        a, b = first[left], second[left]
+        no_worse = (a[:, None] <= a[None, :]) & (b[:, None] <= b[None, :])
+        better = no_worse & ((a[:, None] < a[None, :]) | (b[:, None] < b[None, :]))
+        found[left[~better.any(axis=0)]] = front
+        front += 1
+    found[found < 0] = front
+    return found

@@ -13,24 +13,32 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.files.given import balls_in_chambers
-from autobalancer.files.machine_file import machine_text
-from autobalancer.laws.deep_chamber.fluid import covering_fill
+from autobalancer.files.machine_file import balls_in_chambers, machine_text
+from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.patience import shows_progress
-from autobalancer.results.answers.chamber_designs import ChamberDesigns
+from autobalancer.progress import shows_progress
+from autobalancer.results.answers.chamber import ChamberDesigns
 from autobalancer.results.archive.folder import Archive
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber.bounds import ChamberBounds, bounds
 from autobalancer.simulation.chamber.filling import fill
-from autobalancer.studies.chamber_design.candidate import Candidate, machine_of
+from autobalancer.studies.chamber_design.candidate import (
+    JUDGED,
+    SURE,
+    Candidate,
+    fronts,
+    machine_of,
+    mean_interval,
+    numbers_of,
+    read_limits,
+    ruled_out,
+    share_interval,
+    worse_than_worst,
+)
 from autobalancer.studies.chamber_design.candidate import candidates as all_candidates
-from autobalancer.studies.chamber_design.limits import JUDGED, numbers_of, read_limits, ruled_out
-from autobalancer.studies.chamber_design.statistics import SURE, fronts, mean_interval, share_interval, worse_than_worst
-from autobalancer.studies.chamber_many import Job, Many, measured_runs
+from autobalancer.studies.chamber_study import Job, Many, measured_runs
 from autobalancer.units import argument, optional_argument
-from autobalancer.units.arguments import list_argument
-from autobalancer.units.ranges import listed
+from autobalancer.units.quantity import list_argument, listed
 
 
 @shows_progress

@@ -18,35 +18,43 @@ from autobalancer.assembly.author_units import in_author_units, with_author_spri
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.patience import shows_progress
+from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.number_text import moment_text
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
-from autobalancer.shown import rpm_and_si
-from autobalancer.stability.maps.minimum import minimum_viscosity
+from autobalancer.stability.maps.curve import minimum_viscosity
 from autobalancer.stability.maps.speeds import borders
 from autobalancer.studies.design.answer import NOT_RUN, SAME, STAGES, Designed
-from autobalancer.studies.design.building import driven, machine_of
 from autobalancer.studies.design.candidate import (
     Candidate,
     Ring,
     candidates,
+    driven,
     fewest,
     free_ring,
+    machine_of,
     own_sizes,
     planes_of,
     rings,
 )
-from autobalancer.studies.design.fluids import blended
-from autobalancer.studies.design.judging import judge_runs
-from autobalancer.studies.design.measured import labelled
-from autobalancer.studies.design.ranking import meets, missed, misses, objective, ordered, used
-from autobalancer.studies.design.reading import read_spec
-from autobalancer.studies.design.running import left_out, refuse_faulty_scatter, runs_of
+from autobalancer.studies.design.reading import labelled, read_spec
+from autobalancer.studies.design.running import (
+    judge_runs,
+    left_out,
+    meets,
+    missed,
+    misses,
+    objective,
+    ordered,
+    refuse_faulty_scatter,
+    runs_of,
+    used,
+)
 from autobalancer.studies.design.screening import Design, screened
-from autobalancer.studies.design.spec import MARGIN, MEASURED, Spec
-from autobalancer.studies.study.store import Store
+from autobalancer.studies.design.spec import MARGIN, MEASURED, Spec, blended
+from autobalancer.studies.study.study import Store
+from autobalancer.tables import rpm_and_si
 
 RUNS, ANSWER = "runs", "answer.nc"  # folder of the runs in that of a design, and what they said
 

@@ -4,29 +4,33 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from autobalancer.assembly.off_center import off_center
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.place_response import off_center
 from autobalancer.assembly.places import places_of
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
-from autobalancer.catalog.friction_table import friction
 from autobalancer.catalog.resolve import resolve
+from autobalancer.catalog.small_tables import friction
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.results.shares import wilson_interval
+from autobalancer.results.verdict import NO_VERDICT, NOT_SETTLED, WORSE
 from autobalancer.simulation.fluid_lag import diffusing_lags
-from autobalancer.stability.friction.held import held_by_friction
-from autobalancer.studies.design.building import driven, machine_of
-from autobalancer.studies.design.candidate import Candidate
+from autobalancer.stability.friction import held_by_friction
+from autobalancer.studies.chamber_design.candidate import fronts
+from autobalancer.studies.design.candidate import Candidate, driven, machine_of
 from autobalancer.studies.design.screening import Design
-from autobalancer.studies.design.spec import Spec
-from autobalancer.studies.study.scatter import vary
+from autobalancer.studies.design.spec import MASS, MEASURED, OUTER, STALL, Spec
+from autobalancer.studies.study.reading import vary
 from autobalancer.studies.study.study import study
 
 TYPICAL = "bearing ring in a running balancer"  # of the catalog: the friction that is assumed to say what any would do
@@ -157,3 +161,161 @@ def _temperatures(spec: Spec, machine: Machine, one: Candidate) -> dict[str, Any
 def name_of(spec: Spec, one: Candidate, case: str) -> str:
     """The name of the folder of a design's runs: the same for the same design."""
     return hashlib.sha256(repr((one.key(), case)).encode()).hexdigest()[:16]
+
+
+# Numbers of a design from its runs, and whether it keeps the limits: shares with their 95 % intervals (Wilson 1927).
+
+
+FINISHED = "finished"
+PEAK = "peak_deflection"
+Flags = NDArray[np.bool_]
+KEPT, OPEN, MISSED = 1, 0, -1
+
+
+def judge_runs(spec: Spec, found: Design, cases: Sequence[Case]) -> None:
+    """Fill the numbers of a design.
+
+    Of several cases the worst one counts. Of a measure: its value that the wanted share of the runs stays below, its median, the
+    share of runs above the limit with its interval. of stall those of :func:`stalled`.
+    """
+    numbers = found.numbers
+    for name in MEASURED:
+        parts: list[dict[str, float]] = [
+            _measure(spec, name, case) for case in cases if name == PEAK or not case.coasting
+        ]
+        numbers.update(max(parts, key=partial(_badness, name)))
+    found.drag_warning = next(filter(None, (str(case.found.attrs.get("drag_warning", "")) for case in cases)), "")
+    ups = [case.found for case in cases if not case.coasting]
+    numbers |= max((_share("stall", stalled(one)) for one in ups), key=lambda part: part["stall"])
+    numbers |= min((_share("balanced", balanced(one)) for one in ups), key=lambda part: part["balanced"])
+
+
+def _badness(name: str, part: dict[str, float]) -> tuple[float, float]:
+    return part.get(f"{name}_over", 0.0), part[name]
+
+
+def _measure(spec: Spec, name: str, case: Case) -> dict[str, float]:
+    values = values_of(case.found, name)
+    found = {name: _level(values, spec.share), f"{name}_median": _level(values, 0.5)}
+    limit = spec.limits.get(name)
+    return found if limit is None else found | _share(f"{name}_over", ~(values <= limit))
+
+
+def values_of(found: Studied, name: str) -> NDArray[np.float64]:
+    """A measure of all runs; infinite where a run did not end or has no such number, as a ball that never settles."""
+    values = np.asarray(found[name].values, np.float64) if name in found else np.full(found.sizes["member"], np.nan)
+    return np.where(np.isfinite(values) & (found["outcome"].values == FINISHED), values, math.inf)
+
+
+def _level(values: NDArray[np.float64], share: float) -> float:
+    """The value that at least this share of the runs does not exceed."""
+    ordered = np.sort(values)
+    return float(ordered[min(math.ceil(share * ordered.size) - 1, ordered.size - 1)])
+
+
+def stalled(found: Studied) -> Flags:
+    """Which runs end stalled, or do not end.
+
+    A ball stalls that has not settled, was stalled and never broke away, or makes the vibration worse than without balls at the
+    end. The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
+    """
+    restless = ~np.isfinite(values_of(found, "settling_time"))
+    hung = found["stalled_time"].values > 0.0
+    bad = np.isin(found["verdict"].values.astype(str), (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(
+        found["release_speed"].values
+    )
+    stuck = found["time_at_resonance"].values > 0.5 * float(found.attrs["duration"])
+    return np.asarray((restless & hung & bad) | stuck | (found["outcome"].values != FINISHED))
+
+
+def balanced(found: Studied) -> Flags:
+    """Which runs end balanced."""
+    return np.asarray(found["balanced"].values.astype(bool) & (found["outcome"].values == FINISHED))
+
+
+def _share(name: str, which: Flags) -> dict[str, float]:
+    count, total = int(which.sum()), int(which.size)
+    low, high = wilson_interval(np.array([count]), total)
+    return {name: count / total, f"{name}_low": float(low[0]), f"{name}_high": float(high[0])}
+
+
+def verdicts(spec: Spec, found: Design) -> dict[str, int]:
+    """Each limit on the runs: kept, missed, or open because so few runs cannot tell."""
+    shares = {name: (f"{name}_over", 1.0 - spec.share) for name in MEASURED if name in spec.limits}
+    if STALL in spec.limits:
+        shares[STALL] = ("stall", spec.limits[STALL])
+    return {limit: _verdict(found.numbers, share, allowed) for limit, (share, allowed) in shares.items()}
+
+
+def _verdict(numbers: dict[str, float], share: str, allowed: float) -> int:
+    if numbers[f"{share}_high"] <= allowed:
+        return KEPT
+    return MISSED if numbers[f"{share}_low"] > allowed else OPEN
+
+
+# The order of the designs that ran: limits, how many are missed and by how much, then the Pareto front.
+
+
+def objective(found: Design, name: str) -> float:
+    """A number of a design that should be small."""
+    if name == MASS:
+        return found.ball_mass
+    return found.candidate.ring.outer if name == OUTER else found.numbers.get(name, math.nan)
+
+
+def meets(spec: Spec, found: Design) -> int:
+    """1: keeps all limits; 0: too few runs to say; -1: misses one."""
+    return min(verdicts(spec, found).values(), default=1)
+
+
+def missed(spec: Spec, found: Design) -> str:
+    """The limits that it misses, and those of which too few runs say nothing."""
+    found_of = verdicts(spec, found)
+    texts = [name.replace("_", " ") for name, one in found_of.items() if one == MISSED]
+    return ", ".join(texts + [f"{name.replace('_', ' ')} undecided" for name, one in found_of.items() if one == OPEN])
+
+
+def misses(spec: Spec, found: Design) -> dict[str, float]:
+    """The limits that it misses, each with how far it is beyond it, over the limit."""
+    beyond = {name: one for name, one in verdicts(spec, found).items() if one == MISSED}
+    return {name: found.numbers["stall" if name == STALL else name] / spec.limits[name] - 1.0 for name in beyond}
+
+
+def _added_up(beyond: Collection[float]) -> tuple[int, float]:
+    """How many have no end, as a settling time of balls that never settle, and the sum of the others."""
+    finite = [one for one in beyond if math.isfinite(one)]
+    return len(beyond) - len(finite), sum(finite)
+
+
+def used(spec: Spec, found: Design) -> float:
+    """The greatest share of a limit that it uses up; 0 without limits on the runs."""
+    shares = [found.numbers[name] / spec.limits[name] for name in MEASURED if name in spec.limits]
+    if STALL in spec.limits:
+        shares.append(found.numbers["stall"] / spec.limits[STALL])
+    return max(shares, default=0.0)
+
+
+def ordered(spec: Spec, ran: Sequence[Design]) -> list[tuple[Design, int]]:
+    """Designs that ran, the best first, each with the number of its front.
+
+    First those that keep all limits, then those of which the runs cannot tell, then those that miss one, two and so on: classes.
+    On front 0 of a class nothing is better in both objectives. Those that miss limits are ordered by how far they are beyond
+    them, in shares of each added up; all others front by front, and on a front the one whose two objectives have the smallest
+    product: a little of one is given for much of the other, in shares of each.
+    """
+    found: list[tuple[Design, int]] = []
+    beyond = {id(one): misses(spec, one) for one in ran}
+    classes = {id(one): (-meets(spec, one), len(beyond[id(one)])) for one in ran}
+    for level in sorted(set(classes.values())):
+        group = [one for one in ran if classes[id(one)] == level]
+        values = np.array([[objective(one, name) for name in spec.search.objectives] for one in group])
+        front = fronts(values[:, 0], values[:, 1])
+        with np.errstate(invalid="ignore"):
+            product = np.where(np.isfinite(values).all(axis=1), values.prod(axis=1), math.inf)
+        excess = [_added_up(beyond[id(one)].values()) for one in group]
+        order = sorted(
+            range(len(group)),
+            key=lambda i: (excess[i], front[i], product[i], used(spec, group[i]), group[i].candidate.label),
+        )
+        found += [(group[i], int(front[i])) for i in order]
+    return found

@@ -6,15 +6,21 @@ import math
 from dataclasses import dataclass, field
 
 from autobalancer.errors import AutobalancerError
-from autobalancer.laws.ball_capability import ball_mass, largest_count
-from autobalancer.laws.hertz import STEEL, greatest_pressure
+from autobalancer.laws.capabilities import ball_mass, largest_count
+from autobalancer.laws.impacts import STEEL, greatest_pressure
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.number_text import moment_text
-from autobalancer.shown import rpm_and_si
-from autobalancer.stability.summary.rotor import frame_of
-from autobalancer.studies.design.building import machine_of
-from autobalancer.studies.design.candidate import Candidate, capability_of_races, densities, density_of_balls, planes_of
+from autobalancer.stability.summary import frame_of
+from autobalancer.studies.design.candidate import (
+    Candidate,
+    capability_of_races,
+    densities,
+    density_of_balls,
+    machine_of,
+    planes_of,
+)
 from autobalancer.studies.design.spec import PRESSURE, Spec
+from autobalancer.tables import rpm_and_si
 
 ROUNDING = 1e-9
 

@@ -19,7 +19,7 @@ from autobalancer.machine import Machine
 from autobalancer.random_numbers import GREATEST
 from autobalancer.studies.variations import listed, refuse_of_all
 from autobalancer.units import list_argument
-from autobalancer.units.ranges import is_range
+from autobalancer.units.quantity import is_range
 
 SEED = "seed"
 STARTS = {"ball_angle": "rad", "ball_speed": "rad/s"}

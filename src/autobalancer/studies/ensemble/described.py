@@ -11,29 +11,31 @@ from dataclasses import fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from autobalancer.assembly.contact.rigid import pull_of
-from autobalancer.assembly.contact.touches import Touch, touches_of
-from autobalancer.assembly.drive import drive_of, first_speed
-from autobalancer.assembly.fluids import FluidRows
-from autobalancer.assembly.guided import ball_inertia, ball_rows, moving_rows, put_on_races
-from autobalancer.assembly.host import host_of
-from autobalancer.assembly.mass_spread import equal_groups
+from autobalancer.assembly.contact import pull_of
+from autobalancer.assembly.guided import FluidRows, ball_inertia, ball_rows, moving_rows, put_on_races
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.profile import unbalance_jumps
-from autobalancer.assembly.spatial import Parts, length_scale, spatial_parts, spatial_scales, top_speed
-from autobalancer.assembly.starts import planar_scales
-from autobalancer.assembly.system import Assembly, Model, critical_speeds, total_mass
-from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.catalog.resolve_springs import planar_rotor
+from autobalancer.assembly.reduced_rotor import Parts, host_of, length_scale, spatial_parts, spatial_scales, top_speed
+from autobalancer.assembly.system import (
+    Assembly,
+    Model,
+    critical_speeds,
+    drive_of,
+    equal_groups,
+    first_speed,
+    planar_scales,
+    total_mass,
+)
+from autobalancer.assembly.touches import Touch, touches_of
+from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.kernels.records.drive import PRESCRIBED
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.system import SPEED, Drive, Floats, Integers, Planar
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.part import Part
-from autobalancer.simulation.long_steps import planar_amplitudes, why_no_long_steps
-from autobalancer.simulation.modes import rotor_modes
+from autobalancer.simulation.steppers import planar_amplitudes, rotor_modes, why_no_long_steps
 from autobalancer.studies.ensemble.layout import Layout, bits
-from autobalancer.studies.sweep_row import gauges_for
+from autobalancer.studies.variations import gauges_for
 
 Words = dict[int, int]
 OF_RACES = {"drag", "fluid", "friction"}  # keys of a race of which balls feel drag and friction only, see _alike

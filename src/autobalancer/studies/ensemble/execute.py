@@ -16,9 +16,8 @@ import numpy as np
 
 from autobalancer.kernels.ensemble.members import DONE, FLAGS, STOP
 from autobalancer.kernels.system import Floats
-from autobalancer.studies.ensemble.groups import Group, Groups
-from autobalancer.studies.ensemble.integration import Found
-from autobalancer.studies.sweep_row import completed, gauges_for
+from autobalancer.studies.ensemble.layout import Found, Group, Groups
+from autobalancer.studies.variations import completed, gauges_for
 
 PART, LEAST = 0.2, 0.004  # s, that a thread works between two looks, and that it takes at least
 Progress = Callable[[int, int], None]

@@ -13,16 +13,22 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.contact.meetings import ring, set_contacts
-from autobalancer.assembly.contact.touches import with_touches
-from autobalancer.assembly.drive import unbalance_courses, unbalances_over
-from autobalancer.assembly.gauges import meetings_of
-from autobalancer.assembly.mass_spread import MASS_SPREAD, equal_groups
-from autobalancer.assembly.parameters import with_value_at
+from autobalancer.assembly.contact import ring, set_contacts
+from autobalancer.assembly.measure_inputs import meetings_of
 from autobalancer.assembly.places import Places, places_of
-from autobalancer.assembly.spatial import top_speed
-from autobalancer.assembly.starts import planar_sizes, start_angles
-from autobalancer.assembly.system import Assembly, Model
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.reduced_rotor import top_speed
+from autobalancer.assembly.system import (
+    MASS_SPREAD,
+    Assembly,
+    Model,
+    equal_groups,
+    planar_sizes,
+    start_angles,
+    unbalance_courses,
+    unbalances_over,
+)
+from autobalancer.assembly.touches import with_touches
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.drag.beta import DragTorque
 from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitError
@@ -30,13 +36,11 @@ from autobalancer.kernels.records.guided import CONTACT
 from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.random_numbers import generator
-from autobalancer.simulation.prepare import prepare
+from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.studies.ensemble.columns import Columns, ball_of
 from autobalancer.studies.ensemble.described import Changed, Described, Words
 from autobalancer.studies.ensemble.execute import interrupts_noted
-from autobalancer.studies.ensemble.groups import Group, Groups
-from autobalancer.studies.ensemble.integration import Plan, fresh_integration
-from autobalancer.studies.ensemble.layout import bits, words_of
+from autobalancer.studies.ensemble.layout import Group, Groups, Plan, bits, fresh_integration, words_of
 from autobalancer.studies.variations import variation_text, with_variation
 
 Impossible = Literal["refuse", "record"]

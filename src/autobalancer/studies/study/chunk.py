@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
+import json
+import math
 import time
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import Any
+from difflib import get_close_matches
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
+from autobalancer.assembly.profile import corners
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.catalog.resolve import capability_of, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.results.answers.ensemble import IMPOSSIBLE
-from autobalancer.studies.ensemble.columns import Columns
-from autobalancer.studies.ensemble.dataset import ensemble_variables
+from autobalancer.files.machine_file import machine_text
+from autobalancer.machine import Machine, Reduction
+from autobalancer.machine.part import unknown_key
+from autobalancer.machine.path import dimension_of
+from autobalancer.results.answers.studied import IMPOSSIBLE
+from autobalancer.results.measure_table import SWEPT, label_of
+from autobalancer.results.provenance import provenance
+from autobalancer.results.verdict import BALANCED as RULE_BALANCED
+from autobalancer.rotordynamics.campbell import critical_speeds
+from autobalancer.stability.basins import START_ANGLE, axis_name
+from autobalancer.stability.maps.speeds import NAMES, borders
+from autobalancer.studies.ensemble.columns import STARTS, Columns, ball_of, is_start
+from autobalancer.studies.ensemble.ensemble import ensemble_variables
 from autobalancer.studies.ensemble.execute import run_groups
-from autobalancer.studies.ensemble.groups import Groups
-from autobalancer.studies.ensemble.integration import Plan
+from autobalancer.studies.ensemble.layout import Groups, Plan
 from autobalancer.studies.ensemble.members import Members, without_start_angles
-from autobalancer.studies.study.outputs import RUN, STALLED, STANDING, standing_numbers
-from autobalancer.studies.study.spec import Study
-from autobalancer.studies.study.sudden import BALANCED_BEFORE, after_jump
+from autobalancer.studies.study.spec import BALANCED_BEFORE, HELD_SPEED, Study, after_jump
+from autobalancer.studies.variations import coordinate, with_variation
+from autobalancer.units import argument, shortened
 
 Arrays = dict[str, np.ndarray]
 ATTEMPTS = 100  # times that a draw is taken again before a distribution is refused
@@ -171,4 +188,291 @@ def refuse_impossible(study: Study) -> None:
         raise QuestionError(
             f"{100.0 * share:.3g} % of the first {made.members.count} members cannot be built; the first: {example}. Narrow "
             "the distributions, give them 'low' and 'high', or take impossible = 'truncate' (draw again) or 'record'"
+        )
+
+
+# What a study asks of every member: the measures of its run, or border speeds and other numbers that need no run.
+
+
+RUN = "run"
+BALANCED, STALLED = "balanced", "stalled"
+
+
+class Output(NamedTuple):
+    """A number of a machine that needs no run."""
+
+    name: str  # of its variable
+    text: str
+    unit: str
+    of: Callable[[Machine], float]
+
+
+def _border(name: str) -> Output:
+    def of(machine: Machine) -> float:
+        return next((one.speed for one in borders(machine, only=[name]) if one.name == name), math.nan)
+
+    return Output(name.replace(", ", "_").replace(" ", "_"), name, "rad/s", of)
+
+
+def _critical(machine: Machine) -> float:
+    found = critical_speeds(machine)["critical_speed"].values
+    return float(found[0]) if found.size else math.nan
+
+
+def _capability(machine: Machine) -> float:
+    return capability_of(resolve(machine))
+
+
+STANDING = {
+    **{name: _border(name) for name in NAMES},
+    "critical speed": Output("critical_speed", "lowest critical speed", "rad/s", _critical),
+    "capability": Output("capability", "largest unbalance that the balls can balance", "kg m", _capability),
+}
+OUTPUTS = (RUN, *STANDING)
+
+
+def quantity_kind(name: str, results: Iterable[str]) -> tuple[str, str]:
+    """What a quantity of a study is, ``"bool"`` or ``"number"``, and its SI unit.
+
+    Raises
+    ------
+    QuestionError
+        If the study has no such quantity.
+    """
+    known = {STANDING[one].name: STANDING[one].unit for one in results if one in STANDING}
+    if RUN in results:
+        if name in (BALANCED, STALLED):
+            return "bool", ""
+        known |= {one.name: one.unit for one in SWEPT if not one.per_ball}
+    if name not in known:
+        named = ", ".join([*([BALANCED, STALLED] if RUN in results else []), *known])
+        near = get_close_matches(name, known, 1, 0.8)
+        meant = f"; did you mean {near[0]!r}?" if near else ";"
+        raise QuestionError(f"given {name!r}{meant} this study has {named}")
+    return "number", known[name].replace(" ", "*") if known[name] != "1" else ""
+
+
+def standing_numbers(machine: Machine, results: Iterable[str]) -> tuple[dict[str, float], str]:
+    """The numbers of one machine that need no run, nan where there is none, and why not."""
+    found: dict[str, float] = {}
+    reasons = []
+    for one in (STANDING[name] for name in results if name in STANDING):
+        try:
+            found[one.name] = one.of(machine)
+        except AutobalancerError as error:
+            found[one.name] = np.nan
+            reasons.append(f"{one.text}: {error}")
+    return found, "; ".join(reasons)
+
+
+def attributes_of(name: str) -> dict[str, Any]:
+    """Label of a number that needs no run."""
+    one = next(one for one in STANDING.values() if one.name == name)
+    return {"long_name": one.text, "units": one.unit}
+
+
+# The members of a study and what they left, as a labeled dataset.
+
+
+COUNTED = {
+    "steps": "accepted steps",
+    STALLED: "whether a ball stalled and has not come to rest in the rotor by the end",
+    BALANCED_BEFORE: "whether the run was balanced before the unbalance appeared",
+    "drawn_again": "how often the draw was taken again because no machine can be like that",
+    "reason": "why the member is impossible, or has no number",
+}
+
+
+def study_dataset(study: Study, chunks: Mapping[tuple[int, int], Arrays], count: int) -> xr.Dataset:
+    """Over ``member``: coordinates are what varied, ``draw``, ``point`` and ``seed``; variables what each member left.
+
+    Parameters
+    ----------
+    study
+        What was asked.
+    chunks
+        Finished chunks by their first and after their last member.
+    count
+        Members after which the study stopped; what was run beyond does not count.
+    """
+    spans = sorted(span for span in chunks if span[0] < count)
+    number = np.concatenate([np.arange(*span) for span in spans] or [np.zeros(0, np.int64)]).astype(np.int64)
+    kept = number < count
+    found = xr.Dataset(attrs=_attributes(study))
+    arrays = {name: _joined([chunks[span].get(name) for span in spans])[kept] for name in _names(chunks, spans)}
+    number = number[kept]
+    draw, point = np.divmod(number, len(study.points))
+    found = found.assign_coords(
+        member=("member", number + 1, {"long_name": "number of the member"}),
+        draw=("member", draw + 1, {"long_name": "number of the draw"}),
+        point=("member", point + 1, {"long_name": "number of the point of the grid"}),
+        **_varied(study, arrays, point),
+    )
+    for name, values in arrays.items():
+        if not name.startswith("vary:") and name != "seed":
+            dims = ("member", "ball") if values.ndim == 2 else ("member",)
+            found[name] = (
+                dims,
+                values.astype(object) if values.dtype.kind == "U" else values,
+                _label(name, study.settling_from),
+            )
+    seconds = sum(float(chunks[span][SECONDS][0]) for span in spans)
+    if RUN in study.results and kept.any():
+        found.attrs["run_time_per_member"] = seconds / int(kept.size)
+        found.attrs["steps_per_member"] = float(found["steps"].values.mean())
+    return found
+
+
+def _attributes(study: Study) -> dict[str, Any]:
+    return {
+        "title": f"Study {study.name} of {study.machine.name}",
+        **provenance(),
+        "machine": machine_text(study.machine),
+        **({} if study.base is None else {"base_machine": machine_text(study.base)}),
+        "machine_name": study.machine.name,
+        "study": json.dumps(study.identity()),
+        "study_name": study.name,
+        "plan": study.plan,
+        "inputs": study.inputs,
+        "grid": list(study.grid),
+        "parameters": [*study.grid, *study.scatter],
+        "duration": study.duration,
+        **({"show": list(study.show)} if study.show else {}),
+        **({} if study.sudden is None else {"sudden_unbalance": study.sudden.place, "before": study.sudden.before}),
+        "tolerance": study.tolerance,
+        "bins": study.bins,
+        "settling_from": study.settling_from,
+        "starts": "random" if study.random_starts else "machine",
+    }
+
+
+def _names(chunks: Mapping[tuple[int, int], Arrays], spans: list[tuple[int, int]]) -> list[str]:
+    return [name for name in dict.fromkeys(name for span in spans for name in chunks[span]) if name not in ABOUT]
+
+
+def _joined(parts: list[Any]) -> Any:
+    """Arrays one behind the other; those over balls get as many columns as the widest has."""
+    width = max((part.shape[1] for part in parts if part.ndim == 2), default=0)
+    if width:
+        parts = [np.pad(part, ((0, 0), (0, width - part.shape[1])), constant_values=np.nan) for part in parts]
+    return np.concatenate(parts)
+
+
+def _varied(study: Study, arrays: Arrays, point: Any) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for place, name in enumerate(study.grid):
+        values, label = _labeled(study, name, [one[place] for one in study.points])
+        found[dimension_of(name)] = ("member", np.asarray(values)[point], label)
+    for name in study.scatter:
+        values, label = _labeled(study, name, arrays[f"vary:{name}"].tolist())
+        found[dimension_of(name)] = ("member", np.asarray(values), label)
+    if "seed" in arrays:
+        found["seed"] = ("member", arrays["seed"], {"long_name": "seed of the start"})
+    return found
+
+
+def _labeled(study: Study, name: str, values: list[Any]) -> tuple[Any, dict[str, str]]:
+    if is_start(name):
+        return values, {"long_name": axis_name(name), "units": STARTS[ball_of(name)[0]]}
+    found, label = coordinate(study.machine, name, values)
+    if study.sudden is not None and name == HELD_SPEED:
+        label["long_name"] = "rotor speed"
+    elif name in SHAPES and getattr(getattr(study.machine.drive, "profile", None), "kind", "") == "reduction":
+        label["long_name"] = SHAPES[name]
+    return found, label
+
+
+def _label(name: str, settling_from: str) -> dict[str, Any]:
+    if name in {one.name for one in STANDING.values()}:
+        return attributes_of(name)
+    measure = next((one for one in SWEPT if one.name == name), None)
+    if measure is not None:
+        return label_of(measure, settling_from)
+    if name == RULE_BALANCED:
+        return {"long_name": "whether the verdict is 'balanced'"}
+    if name == "start_ball_angle_in_rotor":
+        return dict(START_ANGLE)
+    return {"long_name": COUNTED[name]} if name in COUNTED else {}
+
+
+# The shape of a run-up as something that varies: rate, dwell, a temporary reduction of the speed.
+
+
+RUN_UP = "run_up"
+UNITS = {
+    "speed": "rad/s",  # of operation
+    "rate": "rad/s^2",
+    "dwell_speed": "rad/s",
+    "dwell": "s",
+    "before_reduction": "s",
+    "reduced": "rad/s",
+    "reduced_for": "s",
+}
+OF_PROFILE = {
+    "speed": "end",
+    "rate": "acceleration",
+    "dwell_speed": "dwell",
+    "dwell": "hold_dwell",
+    "before_reduction": "hold_peak",
+    "reduced": "reduced",
+    "reduced_for": "hold_reduced",
+}
+SHAPES = {
+    "drive.profile.end & drive.profile.peak": "rotor speed",
+    "drive.profile.acceleration": "rate of the run-up",
+    "drive.profile.dwell": "speed of the dwell on the way up",
+    "drive.profile.hold_dwell": "time of this dwell",
+    "drive.profile.hold_peak": "time before the reduction",
+    "drive.profile.reduced": "speed to which it is reduced",
+    "drive.profile.hold_reduced": "time at the reduced speed",
+}
+EXAMPLE = '{ speed = "1200 rpm", rate = "20 rpm/s", reduced = "700 rpm", reduced_for = "10 s" }'
+
+
+def with_run_up(machine: Machine, given: Any) -> tuple[Machine, dict[str, str]]:
+    """A machine that is run up in this way, from the table of a study file; names under 'vary' with their paths.
+
+    Raises
+    ------
+    QuestionError
+        With the key at fault.
+    MachineError
+        If there can be no such run-up.
+    """
+    if not isinstance(given, Mapping):
+        raise QuestionError(f"{RUN_UP}: given {shortened(given)}; must be a table, such as {EXAMPLE}")
+    for key in given:
+        if key not in UNITS:
+            raise QuestionError(f"{RUN_UP}.{key}: {unknown_key(key, [*UNITS])}")
+    for key in ("speed", "rate"):
+        if key not in given:
+            raise QuestionError(f"{RUN_UP}.{key}: missing; write {RUN_UP} = {EXAMPLE}")
+    values = {key: argument(f"{RUN_UP}.{key}", given[key], UNITS[key]) for key in given}
+    shape = {OF_PROFILE[key]: value for key, value in values.items()}
+    profile = {"kind": "reduction", "peak": values["speed"], "reduced": values["speed"], **shape}
+    machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
+    paths = {key: f"drive.profile.{name}" for key, name in OF_PROFILE.items()}
+    paths["speed"] = "drive.profile.end & drive.profile.peak"
+    return machine, paths
+
+
+def check_length(study: Study) -> None:
+    """Refuse a study that ends before one of its run-ups does.
+
+    Raises
+    ------
+    QuestionError
+        With the duration that is needed.
+    """
+    longest = 0.0
+    for point in study.points:
+        own = {name: value for name, value in zip(study.grid, point, strict=True) if name.startswith("drive.")}
+        machine = with_variation(study.machine, own, tuple(own.values()))
+        profile = machine.drive.profile  # type: ignore[union-attr]
+        assert isinstance(profile, Reduction)
+        longest = max(longest, corners(profile)[-1][0])
+    if longest >= study.duration:
+        raise QuestionError(
+            f"duration: the run-up takes up to {longest:.4g} s, and runs end after {study.duration:.4g} s; give a longer "
+            "duration, so that the balls have time at the last speed"
         )

@@ -9,16 +9,16 @@ from typing import Any, cast
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.parameters import with_value_at
 from autobalancer.assembly.profile import corners
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import AutobalancerError, QuestionError, unwarned
 from autobalancer.files.text import read_toml
 from autobalancer.machine import Hill, Machine, PrescribedSpeed
-from autobalancer.patience import shows_progress
-from autobalancer.results.answers.labeled import Labeled
+from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
+from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
-from autobalancer.simulation.sampling import Envelope
 from autobalancer.studies.ensemble.members import Members, without_start_angles
 from autobalancer.studies.in_threads import in_threads
 from autobalancer.studies.study.reading import read_study

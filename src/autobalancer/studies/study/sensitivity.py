@@ -10,10 +10,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.machine.plain_names import dimension_of
+from autobalancer.machine.path import dimension_of
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.sensitivity import Sensitivity
-from autobalancer.results.answers.studied import Studied
+from autobalancer.results.answers.studied import Sensitivity, Studied
 from autobalancer.results.provenance import provenance
 from autobalancer.results.shares import Z
 from autobalancer.studies.study.spec import START

@@ -12,15 +12,9 @@ import xarray as xr
 from nicegui import ui
 from nicegui.element import Element
 
-from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted, marked
-from autobalancer.app.pages.inputs import picker
-from autobalancer.app.pages.work import Work
+from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker
 from autobalancer.app.store.archive import Archive
-from autobalancer.app.store.drawn import svg_of
-from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.measured.beside import beside, drive_of, picture
-from autobalancer.app.store.measured.fits import (
+from autobalancer.app.store.fits import (
     WAYS,
     FitEntry,
     Free,
@@ -32,17 +26,28 @@ from autobalancer.app.store.measured.fits import (
     fit_picture,
     fits,
 )
-from autobalancer.app.store.measured.looks import LOOKS, Asked, looked, order_table, turning, vibrations
-from autobalancer.app.store.measured.shelf import Shelf
+from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.measured_files import Shelf
+from autobalancer.app.store.pictures import svg_of
+from autobalancer.app.store.signal_pictures import (
+    LOOKS,
+    Asked,
+    beside,
+    drive_of,
+    looked,
+    order_table,
+    picture,
+    turning,
+    vibrations,
+)
 from autobalancer.app.text.document import with_value
-from autobalancer.app.text.fields import in_unit
-from autobalancer.app.text.numbers import USUAL, numbers_of, with_numbers
+from autobalancer.app.text.fields import USUAL, in_unit, numbers_of, with_numbers
 from autobalancer.errors import AutobalancerError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.path import label_of_path
-from autobalancer.measurement.comparison.order_curves import is_orders
-from autobalancer.results.signals.signals import Signals
+from autobalancer.measurement.comparison.curves import is_orders
+from autobalancer.results.signals import Signals
 
 
 class Opened:
@@ -465,7 +470,7 @@ class Looks:
 
 
 def _tracked(data: xr.Dataset) -> Any:
-    from autobalancer.plots.signals.orders import orders as picture
+    from autobalancer.plots.signals import orders as picture
 
     return (lambda: picture(data)), str(data)
 

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Callable
 from dataclasses import asdict
 from html import escape
+from pathlib import Path
 from typing import Any
 
-from nicegui import events, run, ui
+from fastapi import Request, Response
+from fastapi.responses import FileResponse, PlainTextResponse
+from nicegui import app, events, run, ui
 
-from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.hint import hinted, marked
-from autobalancer.app.pages.inputs import picker, say_refused
-from autobalancer.app.pages.work import Work
+from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker, say_refused, user_of
+from autobalancer.app.store.archive import user_folder
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.measured.columns import QUANTITIES, Column, Reading
-from autobalancer.app.store.measured.shelf import LARGEST, SUFFIXES, Measured, Shelf, samples
+from autobalancer.app.store.measured_files import (
+    LARGEST,
+    QUANTITIES,
+    SUFFIXES,
+    Column,
+    Measured,
+    Reading,
+    Shelf,
+    samples,
+)
 from autobalancer.errors import AutobalancerError
 from autobalancer.machine import Machine
 
@@ -232,3 +242,42 @@ class Columns:
 def _named(element: Any, what: str, column: Column) -> None:
     """Its name for those who do not see it, and for tests."""
     marked(element, at=f"{what} of {column.column}", label=f"{what} of {column.column}")
+
+
+# Measured files, their waveforms and the fits to them as answers of the server.
+
+
+def serve_measured(root: Path) -> None:
+    """Answer with the measurements of whoever asks."""
+
+    def shelf_of(request: Request) -> Shelf:
+        return Shelf(user_folder(root, user_of(request)))
+
+    @app.get("/measured/{name}/wave.bin")
+    async def waves(request: Request, name: str) -> Response:
+        from autobalancer.app.store.signal_pictures import wave_block
+
+        shelf = shelf_of(request)
+        try:
+            found = await asyncio.to_thread(lambda: wave_block(shelf.data(name)))
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        return Response(found, media_type="application/octet-stream")
+
+    @app.get("/measured/{name}/file")
+    async def file(request: Request, name: str) -> Response:
+        try:
+            path = shelf_of(request).path(name)
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+
+    @app.get("/measured/{name}/fit/{fit}/{kind}")
+    async def fitted(request: Request, name: str, fit: str, kind: str) -> Response:
+        from autobalancer.app.store.fits import FILES_OF, fit_file
+
+        try:
+            path = fit_file(shelf_of(request), name, fit, kind)
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        return FileResponse(path, media_type=FILES_OF[kind], filename=f"{fit}-{kind}")

@@ -14,17 +14,23 @@ from typing import Any
 from nicegui import core, run, ui
 from nicegui.element import Element
 
-from autobalancer.app.pages.bench import Bench
-from autobalancer.app.pages.check import PENCIL
-from autobalancer.app.pages.hint import hinted, marked
-from autobalancer.app.pages.work import Work
-from autobalancer.app.store.analyses import ANALYSES, Entry, defaults, report_file, said
-from autobalancer.app.store.drawn import file_of, svg_of
+from autobalancer.app.pages.describe import PENCIL
+from autobalancer.app.pages.elements import Bench, Work, hinted, marked
+from autobalancer.app.store.analyses import (
+    ANALYSES,
+    About,
+    Entry,
+    Known,
+    LatestAnswers,
+    defaults,
+    known_of,
+    report_file,
+    said,
+    why_not_at_all,
+)
 from autobalancer.app.store.jobs import Job, Latest
-from autobalancer.app.store.known import Known, known_of, why_not_at_all
-from autobalancer.app.store.latest import About, LatestAnswers
-from autobalancer.app.store.map_point import DrawnMap, Seen, drawn_map, seen_exactly, seen_on
-from autobalancer.app.text.quantities import alike, machine_with, text_with
+from autobalancer.app.store.pictures import DrawnMap, Seen, drawn_map, file_of, seen_exactly, seen_on, svg_of
+from autobalancer.app.text.fields import alike, machine_with, text_with
 from autobalancer.assembly.quantities import value_of
 from autobalancer.errors import AutobalancerError, unwarned
 from autobalancer.machine import Machine

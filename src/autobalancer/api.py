@@ -1,0 +1,309 @@
+"""Questions that are asked alike of balls in races and of deep chambers: one function, whichever machine or run it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar, Unpack
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import any_machine
+from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.progress import Progress, looking_for, somebody_looks
+from autobalancer.results.chamber_shape import is_chamber_run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from autobalancer.plots.film.frames import Film
+    from autobalancer.results.answers.run import Comparison, Overlay
+    from autobalancer.results.verdict import Verdict
+    from autobalancer.simulation.chamber.summary import ChamberSummary
+    from autobalancer.simulation.record import Event, Sampling
+    from autobalancer.stability.summary import Summary
+
+
+AnyMachine = Machine | ChamberMachine | str | Path
+R = TypeVar("R")
+
+
+class RunOptions(TypedDict, total=False):
+    """What :func:`simulate` takes for one kind of machine or the other."""
+
+    save: Sampling | Sequence[Sampling]  # balls in races
+    events: Sequence[Event]
+    tolerance: float
+    frame: Literal["auto", "rotor", "space"]
+    hold_balls: bool
+    mass_spread: float
+    max_steps: int
+    method: Literal["auto", "dormand_prince_8", "tsitouras", "exponential_collocation", "verlet", "runge_kutta"]  # both
+    step: float | str | None  # deep chambers
+    sample: float | str
+    settle: bool
+    resume: dict[str, Any] | None
+    on_chunk: Callable[[xr.Dataset, dict[str, Any]], Any] | None
+    keep: bool
+    chunk: int
+
+
+class FilmOptions(TypedDict, total=False):
+    """What :func:`animate` takes; the last two for deep chambers only."""
+
+    start: float | str | None
+    end: float | str | None
+    duration: float | str
+    fps: int
+    frame: Literal["rotor", "space"]
+    deflection_scale: float | Literal["auto"]
+    speed_unit: str
+    width: int
+    progress: Callable[[int, int], None] | Literal[False] | None
+    azimuth: float
+    elevation: float
+
+
+class CompareOptions(TypedDict, total=False):
+    """What :func:`compare` takes: of machines all but the last, of a run and a measurement the last two."""
+
+    at: Sequence[float | str] | float | str
+    duration: float | str | None
+    tolerance: float
+    bins: int
+    workers: int | None
+    progress: Callable[[int, int], None] | None
+    seed: int
+    tacho: str
+
+
+def simulate(
+    machine: AnyMachine,
+    *,
+    duration: float | str | None = None,
+    seed: int = 0,
+    progress: Progress | Literal[False] | None = None,
+    keep_on_interrupt: bool = False,
+    **options: Unpack[RunOptions],
+) -> xr.Dataset:
+    """Run a machine in time.
+
+    Parameters
+    ----------
+    machine
+        A machine, with races or deep chambers, or the path of a machine file.
+    duration
+        Seconds, or a text such as ``"20 s"``; by default the ``run.duration`` of the machine.
+    seed
+        For the start positions of balls that have none in the machine, and for the filling of chambers.
+    progress
+        Called with (time, duration) a few times a second. ``None`` shows a bar where a person is looking, ``False`` none.
+    keep_on_interrupt
+        If true, Ctrl-C ends the run with the outcome ``interrupted`` and returns what was computed.
+    **options
+        Of balls in races: ``save``, ``events``, ``tolerance``, ``method``, ``frame``, ``hold_balls``, ``mass_spread``,
+        ``max_steps``, see :func:`autobalancer.simulation.run.simulate_races`. Of deep chambers: ``step``, ``sample``, ``method``,
+        ``settle``, ``resume``, ``on_chunk``, ``keep``, ``chunk``, see
+        :func:`autobalancer.simulation.chamber.run.simulate_chamber`.
+
+    Returns
+    -------
+    xarray.Dataset
+        See the pages on results and on the deep chamber; ``attrs["outcome"]`` says how the run ended.
+
+    Raises
+    ------
+    MachineError
+        If the machine cannot be run.
+    QuestionError
+        If an argument is not possible, or belongs to the other kind of machine.
+    """
+    described = any_machine(machine)
+    common = {"duration": duration, "seed": seed, "progress": progress, "keep_on_interrupt": keep_on_interrupt}
+    if isinstance(described, ChamberMachine):
+        from autobalancer.simulation.chamber.run import simulate_chamber
+
+        return _asked("simulate", simulate_chamber, "deep chambers", described, {**common, **options})
+    from autobalancer.simulation.run import simulate_races
+
+    return _asked("simulate", simulate_races, "balls in races", described, {**common, **options})
+
+
+def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summary | ChamberSummary:
+    """What is known of a machine before a run: masses, critical speeds, capability, drag, border speeds, and what looks wrong.
+
+    Of deep chambers: filling, contact time and step in place of drag and borders. Each border, and what friction holds, has
+    10 s of computing; what is not found by then says so.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    say
+        Is told what takes over a second; by default a line where somebody is looking, on a terminal or in a notebook.
+
+    Returns
+    -------
+    Summary or ChamberSummary
+        Frozen, in SI; prints itself as a table, also in a notebook.
+
+    Raises
+    ------
+    MachineError
+        If the machine is not possible as described.
+    """
+    described = any_machine(machine)
+    if isinstance(described, ChamberMachine):
+        from autobalancer.simulation.chamber.summary import chamber_summary
+
+        return chamber_summary(described)
+    from autobalancer.stability.summary import summary
+
+    return summary(described, say or (looking_for if somebody_looks() else None))
+
+
+def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | str | None = None) -> Verdict:
+    """Whether a run ends balanced, and what remains at each place, plane and support.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` or :func:`load_run`.
+    held
+        Balls in races: the same machine from ``simulate(machine, hold_balls=True)``, which gives the peak without balls. For a
+        machine with external excitation also the vibration without balls, which otherwise every run has.
+    last
+        Deep chambers: seconds at the end that are the steady state; by default a tenth of the run.
+
+    Raises
+    ------
+    QuestionError
+        If an argument belongs to the other kind of run, or the run did not keep what is needed.
+    """
+    if is_chamber_run(run):
+        from autobalancer.simulation.chamber.verdict import chamber_verdict
+
+        if held is not None:
+            raise QuestionError(
+                "held: a run of deep chambers is compared with its steady state without balls; leave it out"
+            )
+        return chamber_verdict(run, last)
+    from autobalancer.results.verdict import verdict as verdict_of_races
+
+    if last is not None:
+        raise QuestionError("last: is for deep chambers; a run of balls in races ends with its last revolutions")
+    return verdict_of_races(run, held)
+
+
+def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
+    """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
+
+    A run of a deep chamber whose speed still changes has no steady state, and nan for it unless ``last`` is given.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` or :func:`load_run`.
+    **options
+        Of deep chambers: ``unbalance``, ``couple``, ``chamber_places``, ``last``, ``tolerance``, see
+        :func:`autobalancer.results.chamber_measures.chamber_measures`.
+
+    Raises
+    ------
+    QuestionError
+        If the run did not keep what is needed, or an option belongs to the other kind of run.
+    """
+    if is_chamber_run(run):
+        from autobalancer.results.chamber_measures import chamber_measures, without_steady_state
+
+        found = _asked("measures", chamber_measures, "deep chambers", run, options)
+        return found if "last" in options else without_steady_state(run, found)
+    from autobalancer.results.measures import measures as measures_of_races
+
+    return _asked("measures", measures_of_races, "balls in races", run, options)
+
+
+def compare(
+    given: Mapping[str, AnyMachine] | Sequence[AnyMachine] | xr.Dataset | str | Path,
+    measured: xr.Dataset | None = None,
+    **options: Unpack[CompareOptions],
+) -> Comparison | Overlay:
+    """Put machines side by side, or a run and what was measured.
+
+    Parameters
+    ----------
+    given
+        Machines or the paths of their files, each of which is run; a mapping gives them names. Or one run, with samples.
+    measured
+        Beside a run: signals, orders, or ball angles of a film or photograph, of the machine that it is of.
+    **options
+        Of machines: ``at``, ``duration``, ``tolerance``, ``bins``, ``seed``, ``workers``, ``progress``, see
+        :func:`autobalancer.studies.compare.compare`. Of a run: ``seed`` of the noise and keywords of the tacho, see
+        :func:`autobalancer.measurement.comparison.overlay.overlay`.
+
+    Returns
+    -------
+    Comparison or Overlay
+        One row for each machine, drawn by ``ab.plot.comparison``; or one for each measure, by ``ab.plot.overlay``.
+
+    Raises
+    ------
+    QuestionError
+        For machines with one name, a run without samples, or a measurement of other places or times.
+    """
+    import xarray as xr
+
+    if isinstance(given, xr.Dataset):
+        from autobalancer.measurement.comparison.overlay import overlay
+
+        if measured is None:
+            raise QuestionError("compare: given a run alone; give the measurement, too, as in compare(run, measured)")
+        return overlay(given, measured, **options)
+    from autobalancer.studies.compare import compare as machines_side_by_side
+
+    if measured is not None:
+        raise QuestionError("compare: a measurement is compared with a run: give ab.simulate(machine) in its place")
+    return _asked("compare", machines_side_by_side, "machines", given, options)
+
+
+def animate(run: xr.Dataset, path: str | Path, **options: Unpack[FilmOptions]) -> Film:
+    """Make a film of a run, ``.mp4`` or ``.gif``.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` or :func:`load_run`, with samples.
+    path
+        Of the film.
+    **options
+        ``start``, ``end``, ``duration``, ``fps``, ``frame``, ``deflection_scale``, ``speed_unit``, ``width``, ``progress``; of
+        deep chambers also ``azimuth`` and ``elevation``. See :func:`autobalancer.plots.film.animation.animate_races` and
+        :func:`autobalancer.plots.chamber.view.animate_chamber`.
+
+    Returns
+    -------
+    Film
+        The path of the film; a notebook shows it.
+
+    Raises
+    ------
+    QuestionError
+        If the run has no samples, or an option is not possible.
+    """
+    if is_chamber_run(run):
+        from autobalancer.plots.chamber.view import animate_chamber
+
+        return _asked("animate", animate_chamber, "deep chambers", run, {"path": path, **options})
+    from autobalancer.plots.film.animation import animate_races
+
+    return _asked("animate", animate_races, "balls in races", run, {"path": path, **options})
+
+
+def _asked(name: str, function: Callable[..., R], kind: str, subject: Any, options: Mapping[str, Any]) -> R:
+    known = signature(function).parameters
+    for option in options:
+        if option not in known:
+            allowed = ", ".join(list(known)[1:])
+            raise QuestionError(f"{name}: no argument {option!r} for {kind}; there are {allowed}")
+    return function(subject, **options)

@@ -1,0 +1,445 @@
+"""One entry of the form: a quantity with its unit, a choice, a switch, a text."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import tomli_w
+from fastapi import Request, Response
+from fastapi.responses import FileResponse, PlainTextResponse
+from nicegui import app, ui
+
+from autobalancer.app.store.archive import LOCAL, TYPES, Archive, exported, user_folder
+from autobalancer.app.store.jobs import Job, Jobs
+from autobalancer.app.text.document import EMPTY, spelled
+from autobalancer.app.text.document import Path as DocumentPath
+from autobalancer.app.text.fields import USUAL, Field, in_unit, number_and_unit, written
+from autobalancer.app.text.problems import LARGEST, Reading, read
+from autobalancer.catalog import fluids, materials
+from autobalancer.errors import AutobalancerError, ResultError
+from autobalancer.files.examples import example_text
+from autobalancer.safe_file import write_text_safely
+
+Changed = Callable[[Any], None]
+SHORT = 6  # letters of a name that are seen beside a unit
+LOOK = "dense outlined debounce=350"
+
+
+def entry_of(field: Field, path: DocumentPath, value: Any, changed: Changed, dropped: Callable[[], None] | None) -> Any:
+    """Put the entry on the page; gives what shows its error."""
+    with_unit = field.kind == "quantity" and (value is None or number_and_unit(value, field.unit) is not None)
+    long = field.name == "description" or value is None or (with_unit and len(field.name) > SHORT)
+    with ui.row().classes("entry no-wrap" + (" wide" if long else "")):
+        if with_unit:
+            shown = _quantity(field, path, value, changed)
+        elif field.kind == "choice":
+            options = list(field.choices)
+            shown = ui.select(options, value=value if value in options else None, label=field.name)
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+        elif field.kind == "switch":
+            shown = ui.select({True: "yes", False: "no"}, value=bool(value), label=field.name)
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+        elif field.kind == "text" and isinstance(value, str | None) and _known(path):
+            options = list(dict.fromkeys([*_known(path), *([value] if value else [])]))
+            shown = ui.select(options, value=value or None, label=field.name, with_input=True, new_value_mode="add")
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value or ""))
+        elif field.kind == "text" and isinstance(value, str | None):
+            shown = ui.input(field.name, value=value or "").props(
+                LOOK + (" autogrow" if field.name == "description" else "")
+            )
+            shown.on_value_change(lambda event: changed(event.value or ""))
+        else:
+            shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
+            shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
+        marked(shown.classes("field").without_auto_validation(), at=spelled(path), about=field.help)
+        hinted(shown, field.help)
+        if value is None:
+            shown.props["hint"] = field.meaning
+        if dropped is not None:
+            button = ui.button(icon="close", on_click=dropped).props("flat dense round size=xs color=grey tabindex=-1")
+            marked(button.classes("drop"), label=f"remove {field.name}")
+    return shown
+
+
+def _quantity(field: Field, path: DocumentPath, value: Any, changed: Changed) -> Any:
+    """A number and its unit; another unit keeps the quantity and changes the number."""
+    number, unit = number_and_unit(value, field.unit) or ("", _usual(field, path))
+    units = list(field.units) if unit in field.units else [*field.units, unit]
+    entry = ui.input(field.name, value=number).props(f"{LOOK} inputmode=decimal")
+    if units == [""]:
+        entry.on_value_change(lambda event: changed(written(event.value or "", "", "") or ""))
+        return entry
+    choice = ui.select({one: one or "–" for one in units}, value=unit).props("dense outlined options-dense")
+    marked(choice.classes("unit"), at=f"unit of {spelled(path)}", label=f"unit of {field.name}")
+    state = {"unit": unit}
+
+    def say(_: Any = None) -> None:
+        changed(written(entry.value or "", state["unit"], field.unit))
+
+    def other(event: Any) -> None:
+        try:
+            number = in_unit(entry.value or "", state["unit"], event.value, field.unit)
+        except ValueError:  # what is written is no number; the reader says so
+            number = entry.value or ""
+        state["unit"] = event.value
+        if number == entry.value:
+            say()
+        else:
+            entry.value = number
+
+    entry.on_value_change(say)
+    choice.on_value_change(other)
+    return entry
+
+
+def say_refused(event: Any, what: str, ends: str, largest: int) -> None:
+    """Say why the browser did not take a file: its kind or its size."""
+    kind = "accept" in json.dumps(event.args, default=str)
+    ui.notify(f"{what} ends in {ends}" if kind else f"{what} has at most {largest // 1_000_000} MB", type="negative")
+
+
+def picker(options: Any, label: str, take: Callable[[str], Any], *, at: str) -> ui.select:
+    """A list that one can search, whose choice is taken at once; its box shows none, so any can be taken once more."""
+
+    def chosen(event: Any) -> None:
+        if event.value:
+            ui.timer(0.05, lambda: box.set_value(None), once=True)  # after what the browser does with the choice
+            take(event.value)
+
+    box = ui.select(options, label=label, with_input=True, on_change=chosen)
+    box.props("dense outlined options-dense", remove="fill-input").style("width: 220px")
+    marked(box, at=at)
+    return box
+
+
+def _usual(field: Field, path: DocumentPath) -> str:
+    """The unit that most people take; balls and unbalances are weighed in grams."""
+    small = field.unit == "kg" and path[0] in ("unbalances", "balancers")
+    return "g" if small else (USUAL | {"K": "degC"}).get(field.unit, field.unit)
+
+
+def _known(path: DocumentPath) -> list[str]:
+    """Names of the catalog that may stand at a path."""
+    if path[-2:] == ("fluid", "name"):
+        return [one.name for one in fluids()]
+    return [one.name for one in materials()] if path[-1] == "material" else []
+
+
+def _as_toml(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return value
+    return " ".join(tomli_w.dumps({"v": value}).removeprefix("v = ").split()).replace(", ]", "]").replace("[ ", "[")
+
+
+def _from_toml(text: str) -> Any:
+    """A list or number as TOML writes it, else a text."""
+    try:
+        return tomllib.loads(f"v = {text}")["v"]
+    except (ValueError, RecursionError):
+        return text
+
+
+# The help that comes when the mouse rests on something, and the names of elements.
+
+
+def hinted(element: Any, text: str) -> Any:
+    """Give an element of the page its help; the element comes back.
+
+    The help is put within the element. NiceGUI's own ``tooltip`` looks for the element in what is shown, and does not find what
+    is made while another part of the page is in front.
+    """
+    with element:
+        ui.tooltip(text)
+    return element
+
+
+def marked(element: Any, *, at: str = "", label: str = "", about: str = "") -> Any:
+    """Give an element of the page the mark by which tests find it, its name and its description for those who do not see it.
+
+    They are set as data. NiceGUI's own ``props`` reads a text as code: what a user has named must never come into it.
+    """
+    for key, text in (("data-at", at), ("aria-label", label), ("aria-description", about)):
+        if text:
+            element.props[key] = text
+    return element
+
+
+# A text that is being written: who asks for it gets also what was typed a moment ago, so that no change overwrites
+# another.
+
+
+UNDONE = 200  # texts that can be brought back
+
+
+class Typed:
+    """The text, who wants to know of changes, and what an editor waits with until the typing pauses.
+
+    It stays in the file at ``path`` when the page is left; ``first`` is what there is before. :meth:`set_text` is the only way in
+    which it changes. Where another page has changed the file meanwhile, ``on_other_page`` is called, and its text can be brought
+    back by undoing twice.
+    """
+
+    def __init__(self, path: Path, first: str) -> None:
+        self._path, self._text = path, first
+        with contextlib.suppress(OSError, ValueError):
+            self._text = path.read_text(encoding="utf-8")[:LARGEST]
+        self._written = self._text  # as this page knows the file
+        self.on_other_page: Callable[[], None] = lambda: None
+        self.typing: Callable[[], None] | None = None
+        self._listeners: list[Callable[[object], None]] = []
+        self.past: list[str] = []
+        self.future: list[str] = []
+
+    def take(self) -> None:
+        """Take what is being typed."""
+        typing, self.typing = self.typing, None
+        if typing is not None:
+            typing()
+
+    @property
+    def text(self) -> str:
+        """With all that was typed."""
+        self.take()
+        return self._text
+
+    def edit(self, change: Callable[[str], str], origin: object = None) -> None:
+        """Change the text; where something typed has to be taken first, the entries of ``origin`` are not up to date either."""
+        late = self.typing is not None
+        text = change(self.text)
+        self.set_text(text, None if late else origin)
+
+    def on_change(self, listener: Callable[[object], None]) -> None:
+        """Call ``listener`` with the origin of every change."""
+        self._listeners.append(listener)
+
+    def set_text(self, text: str, origin: object = None, *, keep: bool = True) -> None:
+        """Take another text; ``origin`` is who changed it, and ``keep`` whether it can be undone."""
+        self.take()
+        if text == self._text or len(text) > LARGEST:
+            return
+        other = self._of_other_page()
+        if keep:
+            self.past = [*self.past, *([] if other is None else [other]), self._text][-UNDONE:]
+            self.future = []
+        self._text = text
+        self._understand()
+        with contextlib.suppress(OSError, ResultError):  # a full disk: the page goes on
+            write_text_safely(self._path, text)
+            self._written = text
+        self.tell(origin)
+        if other is not None:
+            self.on_other_page()
+
+    def tell(self, origin: object) -> None:
+        """Call everyone who wants to know."""
+        for listener in self._listeners:
+            listener(origin)
+
+    def look(self) -> None:
+        """Follow another page that has changed the file, unless somebody types here; undo brings the text of this one back."""
+        other = self._of_other_page() if self.typing is None else None
+        if other is not None:
+            self.past = [*self.past, self._text][-UNDONE:]
+            self._text = self._written = other
+            self._understand()
+            self.tell(None)
+
+    def _of_other_page(self) -> str | None:
+        """What another page has written into the file since this one read or wrote it."""
+        try:
+            there = self._path.read_text(encoding="utf-8")[:LARGEST]
+        except (OSError, ValueError):
+            return None
+        return there if there.splitlines() != self._written.splitlines() else None
+
+    def undo(self) -> None:
+        """Go back to the text before."""
+        self.take()
+        if self.past:
+            self.future.append(self._text)
+            self.set_text(self.past.pop(), keep=False)
+
+    def redo(self) -> None:
+        """Bring back what was undone."""
+        self.take()
+        if self.future:
+            self.past.append(self._text)
+            self.set_text(self.future.pop(), keep=False)
+
+    def _understand(self) -> None:
+        """What is made of every text before anybody is told of it."""
+
+
+# The text of a file on the page: what is typed is told when the typing pauses.
+
+
+PAUSE = 0.4  # s
+LIGHT: Literal["githubLight"] = "githubLight"
+NAMED = """(() => {
+  document.querySelectorAll(".cm-content:not([aria-label])").forEach((one) =>
+    one.setAttribute("aria-label", one.closest("[aria-label]")?.getAttribute("aria-label") || "text"));
+  return document.body.classList.contains("body--dark");
+})()"""
+DARK: Literal["githubDark"] = "githubDark"
+
+
+def toml_editor(of: Typed, dark: Any) -> Any:
+    """Put an editor of a text on the page."""
+    editor: Any = ui.codemirror(of.text, language="TOML", theme=LIGHT, line_wrapping=True, indent="  ")
+    timer: dict[str, Any] = {}
+
+    def later(event: Any) -> None:
+        """Wait until the typing pauses, or somebody asks for the text."""
+        of.typing = None
+        if timer.get("now") is not None:
+            timer["now"].cancel()
+        if event.value == of.text:
+            return
+        of.typing = lambda: of.set_text(event.value or "", editor)
+        timer["now"] = ui.timer(PAUSE, of.take, once=True)
+
+    def follow(origin: object) -> None:
+        if origin is not editor:
+            editor.value = of.text
+
+    editor.on_value_change(later)
+    of.on_change(follow)
+
+    def shade(now: bool | None) -> None:
+        editor.theme = DARK if now else LIGHT
+
+    async def as_browser() -> None:
+        """Until somebody chooses, the page is as the browser is set."""
+        with contextlib.suppress(TimeoutError):  # the page was closed
+            shaded = await ui.run_javascript(NAMED)
+            if dark.value is None:
+                shade(shaded)
+
+    shade(dark.value)
+    dark.on_value_change(lambda _event: shade(dark.value))
+    ui.timer(0.3, as_browser, once=True)
+    return editor
+
+
+# A line of the page that shows one job: its word, its bar, its end.
+
+
+class Work:
+    """Starts jobs one after the other and says how far the latest is; an older one ends when a newer is started."""
+
+    def __init__(self, bench: Bench, at: str, word: Callable[[Job], str] | None = None) -> None:
+        self.bench, self.word = bench, word
+        self.job: Job | None = None
+        self.then: Callable[[Job], None] = lambda _job: None
+        with ui.row().classes("items-center gap-2") as self.line:
+            self.spinner = ui.spinner(size="1.1em")
+            self.said = marked(ui.label().classes("quiet").props('role="status"'), at=f"{at} state")
+            self.cancel = ui.button("Cancel", icon="stop", on_click=self.end).props("flat dense no-caps")
+            marked(self.cancel, at=f"{at} cancel")
+        self.timer = ui.timer(0.15, self.look, active=False)
+        self._rest()
+
+    def start(self, title: str, work: Callable[[Job], Any], then: Callable[[Job], None]) -> None:
+        """Put work into the queue; ``then`` is called on the page when it is over, whatever came of it."""
+        self.end()
+        try:
+            self.watch(self.bench.jobs.start(self.bench.user, title, work), then)
+        except AutobalancerError as error:
+            ui.notify(str(error), type="warning")
+
+    def watch(self, job: Job, then: Callable[[Job], None]) -> None:
+        """Follow a job, also one that was started before the page was opened."""
+        self.job, self.then = job, then
+        for one in (self.spinner, self.cancel):
+            one.set_visibility(True)
+        self.timer.activate()
+        self.look()
+
+    def end(self) -> None:
+        """Cancel what is under way."""
+        if self.job is not None:
+            self.bench.jobs.cancel(self.job)
+
+    def look(self) -> None:
+        """Say how far the job is."""
+        job = self.job
+        if job is None:
+            return
+        said = self.word(job) if self.word is not None else f"{100.0 * job.share:.0f} %" if job.share else "working"
+        self.said.set_text("waits for its turn" if job.state == "waiting" else said)
+        if not job.over:
+            return
+        self.job = None
+        self._rest()
+        self.said.set_text({"failed": "", "cancelled": job.message or "cancelled"}.get(job.state, ""))
+        self.then(job)
+
+    def _rest(self) -> None:
+        self.timer.deactivate()
+        for one in (self.spinner, self.cancel):
+            one.set_visibility(False)
+
+
+# What one open page works on: the text of a machine, its history, and who wants to know of changes.
+
+
+FIRST = "stall_and_release"  # what a new user sees
+
+
+class Bench(Typed):
+    """The machine of a page; ``set_text`` is the only way in which it changes."""
+
+    def __init__(self, user: str, home: Path, jobs: Jobs, long: Jobs | None = None) -> None:
+        super().__init__(home / "draft.toml", example_text(FIRST))
+        self.user, self.home, self.jobs = user, home, jobs
+        self.long = long if long is not None else jobs  # of studies, one at a time, as each takes all cores
+        self._reading: Reading = read(self._text)
+        self.begun = self._text == EMPTY  # a machine from nothing: what is not filled in yet is no mistake
+
+    @property
+    def reading(self) -> Reading:
+        """What the text says, with all that was typed."""
+        self.take()
+        return self._reading
+
+    def _understand(self) -> None:
+        self._reading = read(self._text)
+        self.begun = self._reading.machine is None and (self.begun or self._text == EMPTY)
+
+    def insist(self) -> None:
+        """From now on, what is missing is wrong."""
+        if self.begun:
+            self.begun = False
+            self.tell(None)
+
+
+# Files of runs as answers of the server.
+
+
+def user_of(request: Request) -> str:
+    """Who asks, as the guard noted."""
+    return str(request.scope.get("state", {}).get("user", LOCAL))
+
+
+def serve_files(root: Path) -> None:
+    """Answer ``/run/NAME/FORM`` with the runs of whoever asks."""
+
+    @app.get("/run/{name}/{kind}")
+    async def answer(request: Request, name: str, kind: str) -> Response:
+        archive = Archive(user_folder(root, user_of(request)))
+        try:
+            found = await asyncio.to_thread(exported, archive, name, kind)
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        as_file = {"content-disposition": f'attachment; filename="{name}-{kind}"'} if kind != "view.bin" else {}
+        if isinstance(found, Path):
+            return FileResponse(found, media_type=TYPES[kind], headers=as_file)
+        return Response(found, media_type=TYPES[kind], headers=as_file)

@@ -1,1 +1,0 @@
-"""Bearings that become stiffer as they deflect."""

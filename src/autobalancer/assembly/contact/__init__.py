@@ -1,1 +1,0 @@
-"""Contacts of balls: which meet, and what of them depends on the speed of an impact."""

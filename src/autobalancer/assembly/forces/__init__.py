@@ -1,1 +1,0 @@
-"""Forces on balls: which acts on which, and whether each is what it says."""

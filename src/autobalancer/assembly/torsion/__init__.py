@@ -1,1 +1,0 @@
-"""What twists between motor and rotor: links for runs, and their matrices."""

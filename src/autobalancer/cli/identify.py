@@ -1,0 +1,485 @@
+"""``autobalancer identify``: parameters of a machine from measurements."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import autobalancer as ab
+from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, SpeedUnit, Unit
+from autobalancer.cli.terminal.sheet import note, say, speed_number, speed_sign, speed_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from autobalancer.machine import Machine
+    from autobalancer.measurement.loop import RaceBalls
+    from autobalancer.results.answers.rubber import RubberFit
+    from autobalancer.rotordynamics.identification.free import FreeParameter
+    from autobalancer.tables import Column
+
+
+def identify(
+    machine: MachineFile,
+    measurements: Annotated[Path, typer.Option(help="Measurement file: what is free and what was measured.")],
+    free: Annotated[
+        list[str] | None, typer.Option(help='More free parameters, "NAME=from:to", NAME a path. May be repeated.')
+    ] = None,
+    loss: Annotated[
+        str, typer.Option(help="linear, soft_l1, huber or cauchy; all except linear are robust against outliers.")
+    ] = "linear",
+    loss_scale: Annotated[float, typer.Option(help="Outliers begin at so many standard deviations.")] = 2.0,
+    starts: Annotated[int, typer.Option(help="Number of searches, spread over the bounds.")] = 1,
+    out: Annotated[
+        list[Path] | None,
+        typer.Option(help="The fitted machine as .toml, the numbers as .nc, .csv or .json. May be repeated."),
+    ] = None,
+    plot: Plot = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Fit parameters of a machine to measured modes, critical speeds, response curves and known values.
+
+    Example: autobalancer identify rodrigues_rig.toml \\
+      --measurements rodrigues_critical_speeds.toml \\
+      --out fitted.toml --out fit.nc
+    """
+    from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
+    from autobalancer.files.machine_file import load_race_machine
+    from autobalancer.measurement.comparison.run_up_fit import load_measurements
+    from autobalancer.rotordynamics.identification.identify import identify as fit
+
+    one_form(as_json, as_csv)
+    files = Files(out, plot, (*MACHINE, *RESULT))
+    described = load_race_machine(machine)
+    parameters, measured = load_measurements(measurements)
+    parameters += [_free(text, described) for text in free or []]
+    found = fit(described, parameters, measured, loss=loss, loss_scale=loss_scale, starts=starts)  # type: ignore[arg-type]
+    files.save(_storable(found.data), lambda: ab.plot.identification(found.data), machine=found.machine)
+    if as_json:
+        print_json(_numbers(found.data))
+        return
+    if as_csv:
+        print_csv(_parameters(found.data))
+        return
+    _show(found.data)
+    files.say()
+
+
+def _free(text: str, machine: Machine) -> FreeParameter:
+    from autobalancer.cli.terminal.options import named, unit_of
+    from autobalancer.rotordynamics.identification.free import FreeParameter
+    from autobalancer.units.quantity import ends
+
+    path, span = named("--free", text, "from:to")
+    return FreeParameter(path, *ends("--free", span, unit_of("--free", path, machine)))
+
+
+def _storable(data: xr.Dataset) -> xr.Dataset:
+    """netCDF knows neither lists of texts as attributes nor booleans."""
+    plain = data.copy()
+    plain.attrs["notes"] = "\n".join(data.attrs["notes"])
+    plain["at_bound"] = plain["at_bound"].astype("int8")
+    return plain
+
+
+def _parameters(data: xr.Dataset) -> list[Column]:
+    from autobalancer.rotordynamics.identification.identify import shown_parameter, with_spread
+    from autobalancer.tables import Column
+
+    bound = [bool(value) for value in data["at_bound"].values]
+    factors, units = zip(
+        *(shown_parameter(data.isel(parameter=p)) for p in range(data.sizes["parameter"])), strict=True
+    )
+    spread = [float(value) for value in factors * data["uncertainty"].values]
+    said = ["at its bound" if stuck else with_spread(value) for stuck, value in zip(bound, spread, strict=True)]
+    return [
+        Column("parameter", [str(name) for name in data["parameter"].values], wraps=True),
+        Column("identified", factors * data["value"].values, form=".7g"),
+        Column("uncertainty", said),
+        Column("unit", list(units)),
+        Column("start", factors * data["start"].values, form=".6g"),
+    ]
+
+
+def _measurements(data: xr.Dataset) -> list[Column]:
+    from autobalancer.rotordynamics.identification.identify import grouped, shown_unit
+    from autobalancer.tables import Column
+
+    rows: list[list[Any]] = []
+    for label, part in grouped(data):
+        count = part.sizes["row"]
+        if count > 1:
+            rms = math.sqrt(float((part["deviation"] ** 2).mean()))
+            rows.append([f"{label}, {count} values", None, None, None, "", f"rms {rms:.2f}"])
+            continue
+        factor, unit = shown_unit(part)
+        numbers = [factor * float(part[name][0]) for name in ("measured", "before", "after")]
+        rows.append([label, *numbers, unit, f"{float(part['deviation'][0]):+.2f}"])
+    heads = ("quantity", "measured", "before", "after", "unit", "deviation in sigma")
+    cells = zip(*rows, strict=True)
+    return [
+        Column(head, list(cell), form=".6g", wraps=head == "quantity") for head, cell in zip(heads, cells, strict=True)
+    ]
+
+
+def _show(data: xr.Dataset) -> None:
+    from autobalancer.cli.terminal.sheet import print_sheet
+
+    print_sheet(_parameters(data), data.attrs["title"])
+    print_sheet(_measurements(data), "Measurements")
+    a = data.attrs
+    say(f"chi square {a['chi_square']:.4g}, {a['degrees_of_freedom']} degrees of freedom, rank {a['rank']}")
+    for text in a["notes"]:
+        note(text)
+
+
+def _numbers(data: xr.Dataset) -> dict[str, Any]:
+    names = [name for name in data.variables if name != "other_parameter" and "point" not in data[name].dims]
+    attrs = ("chi_square", "degrees_of_freedom", "scatter_ratio", "rank", "outcome", "loss", "notes", "machine")
+    return {str(name): data[name].values for name in names} | {name: data.attrs[name] for name in attrs}
+
+
+# ``autobalancer receptance``: stability from a hammer test.
+
+
+def receptance(
+    file: Annotated[Path, typer.Argument(help="Table with units in its column names, or universal file (type 58).")],
+    machine: Annotated[
+        Path | None, typer.Option(help="Machine file: takes its balls and its largest unbalance.")
+    ] = None,
+    balls: Annotated[int, typer.Option(help="Without a machine: number of equal balls.")] = 0,
+    ball_mass: Annotated[str, typer.Option(help='Mass of one, such as "7.6 g".')] = "",
+    orbit_radius: Annotated[str, typer.Option(help='Of the ball centers, such as "77 mm".')] = "",
+    drag: Annotated[str, typer.Option(help='beta of one ball, such as "5.5e-6 N*m*s".')] = "",
+    with_balls: Annotated[bool, typer.Option("--with-balls", help="The balls were on the rotor in the test.")] = False,
+    unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; or "any": worst case.')] = "",
+    speed: Annotated[
+        list[str] | None, typer.Option(help='Margins at this speed, such as "1200 rpm". May be repeated.')
+    ] = None,
+    search: Annotated[
+        str, typer.Option(help='Speeds in which to look for the border, "from:to": "500 rpm:3000 rpm".')
+    ] = "",
+    modes: Annotated[int, typer.Option(help="Number of modes to fit; by default chosen by the noise.")] = 0,
+    band: Annotated[str, typer.Option(help='Frequencies used in the fit, "from:to": "5 Hz:200 Hz".')] = "",
+    noise: Annotated[
+        str, typer.Option(help="estimated from the data; relative (to each value); or absolute.")
+    ] = "estimated",
+    function: Annotated[int, typer.Option(help="Which function of a universal file.")] = 0,
+    resamples: Annotated[int, typer.Option(help="Repeated fits for the uncertainty of the border.")] = 20,
+    mass_added: Annotated[
+        str, typer.Option(help='Fixed to the rotor in the test and no part of it, such as "20 g": is taken off.')
+    ] = "",
+    out: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Result file, .nc, .csv or .json; or .toml, the file of --machine with a rotor of the fitted modes. May be "
+            "repeated."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Picture, .png, .svg or .pdf: the loop at the first speed, else the fit.")
+    ] = None,
+    speed_unit: Unit = SpeedUnit.RPM,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Exact border, least drag and margins from a measured receptance, without a model of the rotor.
+
+    Example: autobalancer receptance discoidal_hammer.csv \\
+      --machine discoidal.toml --speed "1200 rpm"
+    """
+    from autobalancer.cli.terminal.options import quantity
+    from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.progress_bar import progress_bar
+    from autobalancer.errors import QuestionError
+    from autobalancer.measurement.loop import receptance_border, receptance_loop, receptance_stability
+    from autobalancer.rotordynamics.receptance.measured import load_receptance
+    from autobalancer.units.quantity import ends
+
+    one_form(as_json, as_csv)
+    files = Files(out, plot, allowed=(*RESULT, *MACHINE))
+    speeds = [quantity("--speed", text, "rad/s") for text in speed or []]
+    searched = ends("--search", search, "rad/s") if search else None
+    chosen = _balls(machine, balls, ball_mass, orbit_radius, drag)
+    written = any(path.suffix.lower() in MACHINE for path in files.out)
+    if written and (machine is None or with_balls):
+        raise QuestionError(
+            "--out: a machine file wants --machine, which is written with this rotor, and the rotor without balls: give the mass "
+            "of those that were on it as --mass-added, not --with-balls"
+        )
+    measured = load_receptance(file, function=function or None, mass_added=mass_added or None)
+    used = ends("--band", band, "rad/s") if band else None
+    how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
+    with progress_bar("fit") as update:
+        fit = ab.measure.receptance(measured, modes=modes or None, noise=noise, band=used, progress=update)  # type: ignore[arg-type]
+    with progress_bar("border") as update:
+        border = receptance_border(fit, chosen, searched=searched, resamples=resamples, progress=update, **how)
+    at_speeds = receptance_stability(fit, chosen, speeds, **how) if speeds else None
+    loops = [receptance_loop(fit, chosen, speed, balls_on_rotor=with_balls) for speed in speeds]
+    files.save(
+        fit if at_speeds is None else at_speeds,
+        lambda: ab.plot.nyquist(loops[0]) if loops else ab.plot.receptance(fit),
+        machine=_with_rotor(machine, fit) if machine is not None and written else None,
+    )
+    if as_json:
+        print_json(_receptance_numbers(fit, border, at_speeds, loops) | {"ignores": _ignored(machine)})
+        return
+    if as_csv:
+        print_csv(_modes(fit) if at_speeds is None else _margins(at_speeds))
+        return
+    _receptance_show(fit, border, at_speeds, loops, machine)
+    files.say()
+
+
+def _with_rotor(machine: Path, fit: xr.Dataset) -> Machine:
+    from autobalancer.files.machine_file import load_race_machine
+    from autobalancer.rotordynamics.receptance.rotor import measured_rotor, with_measured_rotor
+
+    return with_measured_rotor(load_race_machine(machine), measured_rotor(fit))
+
+
+def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) -> RaceBalls:
+    from autobalancer.cli.terminal.options import quantity
+    from autobalancer.errors import QuestionError
+    from autobalancer.measurement.loop import balls_of, equal_balls
+
+    if machine is not None:
+        return balls_of(machine)
+    if count < 1 or not (mass and radius and drag):
+        raise QuestionError("give --machine, or --balls, --ball-mass, --orbit-radius and --drag")
+    given = (("--ball-mass", mass, "kg"), ("--orbit-radius", radius, "m"), ("--drag", drag, "N*m*s"))
+    numbers = (quantity(*option) for option in given)
+    return equal_balls(count, *numbers, spin_ratio=0.4)
+
+
+def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
+    from autobalancer.assembly.profile import largest_unbalance
+    from autobalancer.cli.terminal.options import quantity
+    from autobalancer.files.machine_file import load_race_machine
+
+    if text == "any" or (not text and (machine is None or balls.count > 2)):
+        return None
+    return quantity("--unbalance", text, "kg*m") if text else abs(largest_unbalance(load_race_machine(machine or "")))
+
+
+def _receptance_numbers(
+    fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, loops: list[xr.Dataset]
+) -> dict[str, Any]:
+    poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
+    numbers: dict[str, Any] = {
+        "fit": {
+            "modes": int(fit.attrs["modes"]),
+            "error": float(fit.attrs["fit_error"]),
+            "effective_mass": float(fit.attrs["effective_mass"]),
+            "band": [float(fit.attrs["band_low"]), float(fit.attrs["band_high"])],
+            "poles": [[float(p.real), float(p.imag)] for p in poles],
+            **{name: fit[name].values.tolist() for name in map(str, fit.data_vars) if name.startswith("mode_")},
+        },
+        "exact_border": border.attrs["exact_border"],
+        "exact_border_deviation": border.attrs["exact_border_deviation"],
+        "state": border.attrs["state"],
+        "stable": [
+            list(pair)
+            for pair in zip(border["stable_from"].values.tolist(), border["stable_to"].values.tolist(), strict=True)
+        ],
+        "warnings": [text for text in border.attrs["warnings"].split("\n") if text],
+    }
+    if at_speeds is not None:
+        numbers["speeds"] = [
+            {"speed": float(s), **{str(name): at_speeds[name].values[i].item() for name in at_speeds.data_vars}}
+            | {f"{name}_of_evenly_spread_balls": loops[i].attrs[name] for name in ("gain_margin", "phase_margin")}
+            for i, s in enumerate(at_speeds["speed"].values)
+        ]
+        numbers["warnings"] = sorted({*numbers["warnings"], *filter(None, at_speeds.attrs["warnings"].split("\n"))})
+    return numbers
+
+
+def _modes(fit: xr.Dataset) -> list[Column]:
+    from autobalancer.tables import Column
+
+    columns = []
+    for name, factor, unit in (("frequency", 0.5 / math.pi, "Hz"), ("damping_ratio", 100.0, "%"), ("mass", 1.0, "kg")):
+        for end, more in (("", ""), ("_deviation", ", standard deviation")):
+            columns.append(Column(name.replace("_", " ") + more, factor * fit[f"mode_{name}{end}"].values, unit))
+    return columns
+
+
+def _margins(at_speeds: xr.Dataset) -> list[Column]:
+    from autobalancer.tables import Column
+
+    across = [float(speed_number(w, ".10g")) for w in at_speeds["speed"].values]
+    return [
+        Column("speed", across, speed_sign()),
+        Column("growth rate", at_speeds["growth_rate"].values, "1/s"),
+        Column("least drag over that given", at_speeds["drag_factor"].values),
+        Column("gain margin", at_speeds["gain_margin"].values),
+        Column("phase margin", [math.degrees(value) for value in at_speeds["phase_margin"].values], "deg"),
+    ]
+
+
+def _receptance_show(
+    fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, loops: list[xr.Dataset], machine: Path | None
+) -> None:
+    from autobalancer.cli.terminal.sheet import print_facts
+    from autobalancer.measurement.loop import viscosity_of
+
+    a = fit.attrs
+    rows = [("fit", f"error {100.0 * a['fit_error']:.2g} %, mass {a['effective_mass']:.4g} kg")]
+    rows += [("mode", _mode_text(fit.isel(mode=i))) for i in range(fit.sizes["mode"])]
+    name = "exact border" + (", worst case" if border.attrs["state"].startswith("worst") else "")
+    ignored = _ignored(machine)
+    rows.append((name, "; ".join(filter(None, (_border(border), ignored)))))
+    for low, high in zip(border["stable_from"].values, border["stable_to"].values, strict=True):
+        rows.append(("stable", f"{speed_text(low)} to {speed_text(high)}"))
+    viscosity = viscosity_of(machine) if machine is not None else None
+    doubts = {*border.attrs["warnings"].split("\n")}
+    if at_speeds is not None:
+        told = [_row(at_speeds.isel(speed=i), loops[i], viscosity) for i in range(at_speeds.sizes["speed"])]
+        rows += [(label, "; ".join(filter(None, (text, ignored)))) for label, text in told]
+        doubts |= {*at_speeds.attrs["warnings"].split("\n")}
+    print_facts(rows, str(a["title"]))
+    for text in sorted(filter(None, doubts)):
+        note(text)
+
+
+def _mode_text(mode: xr.Dataset) -> str:
+    texts: list[str] = []
+    for name, factor, unit in (("frequency", 0.5 / math.pi, "Hz"), ("damping_ratio", 100.0, "%"), ("mass", 1.0, "kg")):
+        value, spread = (factor * float(mode[f"mode_{name}{end}"]) for end in ("", "_deviation"))
+        shown = f"{value:.{_digits(value, spread)}g}" + (f" +- {spread:.2g}" if spread > 1e-6 * abs(value) else "")
+        texts.append(f"{name.replace('_', ' ') + ' ' if texts else ''}{shown} {unit}")
+    return ", ".join(texts)
+
+
+def _digits(value: float, spread: float) -> int:
+    """So many digits of the value as end where the first two of its standard deviation do, six at most."""
+    if not (0.0 < spread < abs(value)):
+        return 6 if spread == 0.0 else 3
+    return min(6, max(2, 2 + math.floor(math.log10(abs(value))) - math.floor(math.log10(spread))))
+
+
+def _ignored(machine: Path | None) -> str:
+    from autobalancer.assembly.terms import Theory, ignores
+    from autobalancer.files.machine_file import load_race_machine
+
+    return ignores(load_race_machine(machine), Theory.LOOP) if machine is not None else ""
+
+
+def _border(border: xr.Dataset) -> str:
+    speed, deviation = border.attrs["exact_border"], border.attrs["exact_border_deviation"]
+    if math.isinf(speed):
+        return f"none up to {speed_text(border.attrs['searched'][1])}"
+    return speed_text(speed) + (
+        f", standard deviation {speed_text(deviation, '.2g')}" if math.isfinite(deviation) else ""
+    )
+
+
+def _row(at: xr.Dataset, loop: xr.Dataset, viscosity: float | None) -> tuple[str, str]:
+    value = {str(name): at[name].values.item() for name in at.data_vars}
+    verdict = "stable" if value["growth_rate"] < 0.0 else "unstable"
+    text = f"{verdict}, growth rate {value['growth_rate']:.3g} 1/s"
+    factor = value["drag_factor"]
+    text += f"\nneeds at least {factor:.3g} times the drag" if math.isfinite(factor) else "\nno drag is enough"
+    if viscosity is not None and math.isfinite(factor):
+        text += f", {1e6 * factor * viscosity:.3g} mm^2/s"
+    if verdict == "stable":
+        text += f"\nwith the balls where they balance: {_margin_text(value)}"
+    if loop.attrs["growth_rate"] < 0.0:
+        text += f"\nevenly spread, as the picture draws them: {_margin_text(loop.attrs)}"
+    else:
+        text += "\nevenly spread, as the picture draws them: unstable"
+    return f"at {speed_text(float(at['speed']))}", text
+
+
+def _margin_text(value: dict[str, Any]) -> str:
+    return f"gain margin {value['gain_margin']:.3g}, phase margin {math.degrees(value['phase_margin']):.3g} deg"
+
+
+# ``autobalancer rubber``: rubber that softens with the amplitude, from measured loops and resonances.
+
+
+def rubber(
+    tables: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Loops: frequency [Hz], amplitude \\[mm], stiffness \\[kN/m], damping [N s/m]. Resonances: mass \\[kg] and "
+            "decay rate [1/s] in place of the last two. Perhaps motion, line or circle."
+        ),
+    ],
+    law: Annotated[str, typer.Option(help="Of the friction elements: elastoplastic or endochronic.")] = "elastoplastic",
+    spacing: Annotated[float, typer.Option(help="Ratio of neighboring breakaway amplitudes.")] = 2.0,
+    relaxation_time: Annotated[
+        list[str] | None, typer.Option(help='Of a Maxwell element, such as "5 ms". May be repeated.')
+    ] = None,
+    viscous: Annotated[bool, typer.Option("--viscous/--no-viscous", help="With a viscous part.")] = True,
+    out: Annotated[Path | None, typer.Option(help="The lines of a machine file, as .toml.")] = None,
+    plot: Plot = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """Fit rubber that softens with the amplitude to hysteresis loops and to resonances at several amplitudes.
+
+    Example: autobalancer rubber rubber_loops.csv --out rubber.toml
+    """
+    from autobalancer.cli.terminal.options import quantity
+    from autobalancer.cli.terminal.output import MACHINE, Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.sheet import print_sheet
+    from autobalancer.measurement.rubber import rubber as fit
+    from autobalancer.plots.drawing.style import save_picture
+    from autobalancer.plots.measured.rubber import rubber as picture
+    from autobalancer.safe_file import write_text_safely
+
+    one_form(as_json, as_csv)
+    files = Files(out, plot, MACHINE)
+    times = [float(quantity("--relaxation-time", text, "s")) for text in relaxation_time or []]
+    found = fit(
+        tables,
+        law=law,  # type: ignore[arg-type]
+        spacing=spacing,
+        relaxation_times=times,
+        viscous=viscous,
+    )
+    if out is not None:
+        write_text_safely(out, found.toml())
+    if plot is not None:
+        save_picture(picture(found), plot)
+    if as_json:
+        print_json(_rubber_numbers(found))
+        return
+    if as_csv:
+        print_csv(found.columns())
+        return
+    print_sheet(found.columns(), f"rubber, {found.law.law}, from {len(found.points)} points")
+    deviation = abs(found.fitted.real / found.points.stiffness - 1.0).max()
+    say(f"stiffness of the points within {100.0 * deviation:.2g} %")
+    for text in found.remarks:
+        note(text)
+    files.say()
+
+
+def _rubber_numbers(found: RubberFit) -> dict[str, Any]:
+    points, fitted = found.points, found.fitted
+    return {
+        "elastic": found.law.elastic,
+        "viscous": found.law.viscous,
+        "law": found.law.law,
+        "friction": [{"stiffness": k, "breakaway_amplitude": a} for k, a in found.law.friction],
+        "maxwell": [{"stiffness": k, "relaxation_time": t} for k, t in found.law.maxwell],
+        "points": [
+            {
+                "name": name,
+                "frequency": float(points.frequency[i]),
+                "amplitude": float(points.amplitude[i]),
+                "stiffness": float(points.stiffness[i]),
+                "loss": float(points.loss[i]),
+                "fitted_stiffness": float(fitted[i].real),
+                "fitted_loss": float(fitted[i].imag),
+            }
+            for i, name in enumerate(points.names)
+        ],
+        "remarks": list(found.remarks),
+    }

@@ -1,1 +1,0 @@
-"""Commands for measured signals and films: the group ``measure``."""

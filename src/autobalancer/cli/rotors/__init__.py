@@ -1,1 +1,0 @@
-"""Commands for rotors without balls, measurements and the fluid."""

@@ -1,1 +1,0 @@
-"""Commands that run machines, and those that show runs."""

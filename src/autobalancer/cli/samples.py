@@ -1,0 +1,227 @@
+"""``autobalancer example``: the sample machines, rigs and measurements that come with the package."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autobalancer.cli.terminal.options import Csv, Json
+from autobalancer.cli.terminal.output import check_suffix, print_json
+
+SINGULAR = {
+    "machines": "machine",
+    "rigs": "rig",
+    "measurements": "measurement",
+    "studies": "study",
+    "designs": "design",
+}
+
+
+def example(
+    names: Annotated[list[str] | None, typer.Argument(help='Such as "discoidal"; without one all are listed.')] = None,
+    out: Annotated[Path | None, typer.Option(help="Other name for one file, or a folder.")] = None,
+    everything: Annotated[bool, typer.Option("--all", help="Write all of them.")] = False,
+    show: Annotated[bool, typer.Option("--print", help="Print the file and write nothing.")] = False,
+    as_json: Json = False,
+) -> None:
+    """List the samples that come with the package, or write some into this folder: machines, rigs, measurements.
+
+    Example: autobalancer example discoidal
+    """
+    from autobalancer.errors import QuestionError
+    from autobalancer.files.samples import KINDS, sample_files, sample_names, write_example
+
+    wanted = [name for kind in KINDS for name in sample_names(kind)] if everything else names or []
+    if not wanted:
+        _list(as_json)
+        return
+    if show or as_json:
+        if len(wanted) > 1:
+            raise QuestionError(f"--print, --json: given {len(wanted)} names; must be one")
+        _print(sample_files(wanted[0])[0], as_json)
+        return
+    if out is not None and out.suffix:
+        if len(wanted) > 1 or len(sample_files(wanted[0])) > 1:
+            raise QuestionError(f"--out: given {out}; must be a folder for several files")
+        _write_as(sample_files(wanted[0])[0], out)
+        return
+    for name in wanted:
+        for path in write_example(name, out or Path()):
+            typer.echo(f"written: {path}")
+
+
+def _write_as(sample: Path, out: Path) -> None:
+    from autobalancer.safe_file import write_text_safely
+
+    check_suffix("--out", out, (sample.suffix,))
+    typer.echo(f"written: {write_text_safely(out, sample.read_text(encoding='utf-8'))}")
+
+
+def _print(sample: Path, as_json: bool) -> None:
+    import tomllib
+
+    text = sample.read_text(encoding="utf-8")
+    if as_json and sample.suffix == ".toml":
+        print_json(tomllib.loads(text))
+    elif as_json:
+        print_json(text.splitlines())
+    else:
+        typer.echo(text, nl=False)
+
+
+def _list(as_json: bool) -> None:
+    from autobalancer.cli.terminal.sheet import say
+    from autobalancer.files.samples import KINDS, sample_names
+
+    found = {kind: {name: _about(name) for name in sample_names(kind)} for kind in KINDS}
+    if as_json:
+        print_json(
+            [
+                {"name": name, "kind": SINGULAR[kind], "title": title, "description": text}
+                for kind, listed in found.items()
+                for name, (title, text) in listed.items()
+            ]
+        )
+        return
+    for kind, listed in found.items():
+        typer.secho(kind, bold=True, underline=True)
+        for name, (title, text) in listed.items():
+            typer.secho(name, bold=True)
+            say(_first_sentence(text) or title, indent="  ", first="  ")
+    typer.echo("Get one: autobalancer example NAME; all of them: autobalancer example --all")
+
+
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<=\.)\s+(?=[A-Z])", text, maxsplit=1)[0]
+
+
+def _about(name: str) -> tuple[str, str]:
+    """Name and description of a sample: of a table the lines of comment at its beginning."""
+    import tomllib
+    from itertools import takewhile
+
+    from autobalancer.files.samples import example_path
+
+    text = example_path(name).read_text(encoding="utf-8")
+    if example_path(name).suffix == ".toml":
+        about = tomllib.loads(text)
+        return about.get("name", name), about.get("description", "")
+    said = takewhile(lambda line: line.startswith("#"), text.splitlines())
+    return name, " ".join(line.removeprefix("#").strip() for line in said)
+
+
+# ``autobalancer keys``: what a machine file may contain.
+
+
+def keys(
+    table: Annotated[
+        str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
+    ] = "",
+    chambers: Annotated[bool, typer.Option("--chambers", help="Of machines with deep chambers.")] = False,
+    out: Annotated[Path | None, typer.Option(help="JSON schema to write (.json), for editors.")] = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> None:
+    """List the keys of a machine file: value with unit and bounds, default, meaning.
+
+    Example: autobalancer keys balancers.races
+    """
+    import json
+    from dataclasses import asdict
+
+    from autobalancer.cli.terminal.sheet import Facts, sheet_csv
+    from autobalancer.machine.schema import Kind, keys, machine_schema
+    from autobalancer.safe_file import write_text_safely
+    from autobalancer.tables import Column, in_plain_letters
+
+    kind: Kind = "chambers" if chambers else "races"
+    if out is not None:
+        check_suffix("--out", out, (".json",))
+        typer.echo(f"written: {write_text_safely(out, json.dumps(machine_schema(kind), indent=1) + chr(10))}")
+        return
+    found = keys(table, kind)
+    rows = [(head, key) for head, listed in found.items() for key in listed]
+    if as_json:
+        print_json([{"table": head, **asdict(key)} for head, key in rows])
+    elif as_csv:
+        heads = Column("table", [head for head, _ in rows])
+        rest = [
+            Column(name, [getattr(key, name) for _, key in rows]) for name in ("name", "value", "default", "meaning")
+        ]
+        typer.echo(sheet_csv([heads, *rest]), nl=False)
+    else:
+        for head, listed in found.items():
+            facts = Facts(head or "at the top")
+            for key in listed:
+                facts.add_row(key.name, f"{key.value_and_default}\n{in_plain_letters(key.meaning)}")
+            facts.print()
+
+
+# ``autobalancer app``: the bench as a web page.
+
+
+def app(
+    port: Annotated[int, typer.Option(help="At which the page is served.")] = 8123,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; any but this computer's own needs a token.")
+    ] = "127.0.0.1",
+    token: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME:TOKEN",
+            help="Who may use the page; each name has runs of its own. May be repeated. "
+            "With another host and without it, one is made and printed.",
+        ),
+    ] = None,
+    folder: Annotated[
+        Path | None, typer.Option(help="Where runs are kept; by default autobalancer-bench in your home folder.")
+    ] = None,
+    time_limit: Annotated[float, typer.Option(min=1.0, help="Seconds that a run may take.")] = 600.0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Open the bench in a browser: describe, check and run machines on one page. Ctrl-C ends it.
+
+    It answers this computer only, unless you name another host. Needs pip install 'autobalancer\\[app]'.
+
+    Example: autobalancer app
+    """
+    from autobalancer.app.server.serve import FOLDER, serve
+    from autobalancer.cli.terminal.group import stop_code
+    from autobalancer.cli.terminal.output import print_json
+    from autobalancer.cli.terminal.sheet import say
+
+    def announce(address: str, home: Path) -> None:
+        if as_json:
+            print_json({"address": address, "folder": str(home)})
+        else:
+            say(f"the bench is at {address}")
+            say(f"runs are kept in {home}; Ctrl-C ends the server")
+
+    browser, code = not no_browser, 0
+    try:
+        serve(
+            folder or FOLDER,
+            host=host,
+            port=port,
+            tokens=token or [],
+            browser=browser,
+            limit=time_limit,
+            announce=announce,
+        )
+    except KeyboardInterrupt:
+        typer.echo("stopped", err=True)
+        code = stop_code()
+    _leave(code)
+
+
+def _leave(code: int) -> None:
+    """End the process now: a thread that compiles cannot be interrupted, and every file is complete at any time."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

@@ -1,1 +1,0 @@
-"""Commands that run studies and decide by them."""

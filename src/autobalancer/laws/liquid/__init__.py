@@ -1,1 +1,0 @@
-"""Fluids that thin or thicken, and liquids with a free surface."""

@@ -1,1 +1,0 @@
-"""The equilibrium angle of one ball in a slowly turned race."""

@@ -1,1 +1,0 @@
-"""A film of a simulated race: camera, shutter and scene."""

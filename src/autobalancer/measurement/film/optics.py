@@ -1,0 +1,322 @@
+"""From marks to the camera, and outlines of round things as it sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+# A pinhole with radial distortion: points of space to pixels and back, plain numbers.
+#
+# Pixels count to the right and down, the middle of the first one is (0, 0). A pixel from the middle of the picture is
+# ``f (1 + k1 s + k2 s^2) (x, y)`` with ``s = x^2 + y^2`` and ``x, y`` the slopes of the ray from the axis of the lens.
+
+
+Floats = NDArray[np.float64]
+UNDONE = 8  # iterations that undo a distortion: each gains about two digits
+
+
+class View(NamedTuple):
+    """Where a camera is and how it draws."""
+
+    turn: Floats  # (3, 3): its right, down and forward, as rows
+    position: Floats  # (3,) m
+    focal_length: float  # pixels
+    middle: tuple[float, float]  # pixels, column and row
+    distortion: tuple[float, float] = (0.0, 0.0)
+
+    def pixels(self, points: ArrayLike) -> Floats:
+        """Pixels (..., 2) of points of space (..., 3)."""
+        seen = (np.asarray(points, np.float64) - self.position) @ self.turn.T
+        slope = seen[..., :2] / seen[..., 2:]
+        k1, k2 = self.distortion
+        s = (slope**2).sum(axis=-1, keepdims=True)
+        return np.asarray(np.array(self.middle) + self.focal_length * (1.0 + s * (k1 + k2 * s)) * slope)
+
+    def rays(self, pixels: ArrayLike) -> Floats:
+        """Directions (..., 3) of length one in space in which pixels (..., 2) look."""
+        bent = (np.asarray(pixels, np.float64) - np.array(self.middle)) / self.focal_length
+        slope, (k1, k2) = bent, self.distortion
+        if k1 or k2:
+            for _ in range(UNDONE):
+                s = (slope**2).sum(axis=-1, keepdims=True)
+                slope = bent / (1.0 + s * (k1 + k2 * s))
+        ray = np.concatenate([slope, np.ones_like(slope[..., :1])], axis=-1) @ self.turn
+        return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+
+    def places(self, pixels: ArrayLike, height: float = 0.0) -> Floats:
+        """Where (..., 2), m, pixels see the plane at a height (m)."""
+        ray = self.rays(pixels)
+        reach = (height - self.position[2]) / ray[..., 2:]
+        return np.asarray(self.position[:2] + reach * ray[..., :2])
+
+
+def in_space(places: ArrayLike, height: float) -> Floats:
+    """Complex numbers x + i y at a height as points (..., 3)."""
+    z = np.asarray(places, np.complex128)
+    return np.stack([z.real, z.imag, np.full(z.shape, height)], axis=-1)
+
+
+def looking(position: ArrayLike, look_at: ArrayLike, roll: float = 0.0) -> Floats:
+    """:attr:`View.turn` of a camera that looks at a point; y is up in its picture, turned by ``roll`` (rad)."""
+    forward = np.asarray(look_at, np.float64) - np.asarray(position, np.float64)
+    forward /= np.linalg.norm(forward)
+    up = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 0.999 else np.array([0.0, 0.0, 1.0])
+    right = np.cross(forward, up)
+    right /= np.linalg.norm(right)
+    down = np.cross(forward, right)
+    c, s = np.cos(roll), np.sin(roll)
+    return np.array([c * right + s * down, c * down - s * right, forward])
+
+
+def turned_by(vector: Floats) -> Floats:
+    """The matrix of a rotation by a vector (rad), by the formula of Rodrigues."""
+    angle = float(np.linalg.norm(vector))
+    if angle < 1e-12:
+        return np.eye(3)
+    x, y, z = vector / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross))
+
+
+# Outlines of round things in a picture: balls, and flat round marks.
+#
+# An outline is the pixels of points around the edge, with the direction outwards in the picture.
+
+
+Complexes = NDArray[np.complex128]
+
+
+class Outline(NamedTuple):
+    """Edges of several things: (things, points, 2) each, pixels."""
+
+    edge: Floats
+    outwards: Floats  # of length one
+
+    def beside(self, distance: float) -> Floats:
+        """Pixels so far outside of the edge."""
+        return self.edge + distance * self.outwards
+
+
+def _outwards(edge: Floats) -> Floats:
+    """Normals of closed curves from their neighbors, away from their middle."""
+    along = np.roll(edge, -1, axis=-2) - np.roll(edge, 1, axis=-2)
+    normal = np.stack([along[..., 1], -along[..., 0]], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    side = np.sign((normal * (edge - edge.mean(axis=-2, keepdims=True))).sum(axis=(-1, -2), keepdims=True))
+    return np.asarray(normal * side)
+
+
+def ball_outlines(view: View, places: Complexes, height: float, radius: float, points: int) -> Outline:
+    """Outlines of balls whose centers are at ``places`` (x + i y, m) and ``height`` (m)."""
+    center = in_space(places, height)
+    away = center - view.position
+    distance = np.linalg.norm(away, axis=-1, keepdims=True)
+    away = away / distance
+    first = np.cross(away, [0.0, 1.0, 0.0])
+    first /= np.linalg.norm(first, axis=-1, keepdims=True)
+    second = np.cross(away, first)
+    share = radius / distance  # the circle on which rays touch the ball is nearer and smaller
+    middle, size = center - radius * share * away, radius * np.sqrt(1.0 - share**2)
+    turn = 2.0 * np.pi * np.arange(points) / points
+    around = np.cos(turn)[:, None] * first[..., None, :] + np.sin(turn)[:, None] * second[..., None, :]
+    edge = view.pixels(middle[..., None, :] + size[..., None] * around)
+    return Outline(edge, _outwards(edge))
+
+
+def mark_outlines(view: View, places: Complexes, height: float, radius: float, points: int) -> Outline:
+    """Outlines of flat round marks in the plane at ``height`` (m)."""
+    around = radius * np.exp(2j * np.pi * np.arange(points) / points)
+    edge = view.pixels(in_space(np.asarray(places)[..., None] + around, height))
+    return Outline(edge, _outwards(edge))
+
+
+# Round things found to a small part of a pixel, by their edges.
+#
+# Across the edge of a ball the brightness is a step, behind which it rises with the root of the depth, because there
+# the surface turns away from the camera; behind the edge of a flat mark it does not rise. For each ray across an edge
+# the place is found at which such a profile fits best, whatever the light; the rays together, robustly, give the
+# center.
+
+
+INSIDE, OUTSIDE, STEP = 3.5, 3.0, 0.5  # pixels along a ray
+SHIFTS = np.arange(-2.4, 2.401, 0.1)  # pixels outwards that are tried
+BLUR = 0.6  # pixels: half width of the edge that a camera makes
+TUKEY = 4.7
+MODEL = 0.1  # pixels: no edge has quite such a profile
+FLOOR, SHADED = 0.01, 0.07  # pixels: flat marks are found no better, and shaded balls
+LARGE = 11.0  # pixels: of smaller balls a ray sees so much that the profile near the edge is no longer theirs
+SHARED = 1.5  # pixels: rays nearer to each other see the same noise
+# Pixels by which half of the rays miss a ball of the known size: of shaded balls at most the first; from the second on what was
+# found is something that the ball mirrors, and the ball is anywhere within a share of its radius. Found with drawn mirrors.
+ALIKE, UNLIKE, GROWTH, ANYWHERE = 0.15, 0.4, 1.8, 0.42
+FAINT = 10.0  # least contrast of an edge that still counts by it, share of the clear ones
+
+
+class Found(NamedTuple):
+    """Shifts of things from where they were looked for."""
+
+    shift: Floats  # (things, 2) pixels
+    covariance: Floats  # (things, 2, 2)
+    share: Floats  # of the rays that agree
+    contrast: Floats  # brightness across the edge, of 255
+    misfit: Floats  # pixels from a thing of the known size, median over all rays that count
+
+
+def sampled(picture: NDArray[np.uint8], pixels: Floats) -> NDArray[np.float32]:
+    """Brightness between pixels, linear; outside of the picture that of its border, where no pixel is seen that of a corner."""
+    rows, columns = picture.shape
+    pixels = np.nan_to_num(pixels)
+    u = np.clip(pixels[..., 0], 0.0, columns - 1.001)
+    v = np.clip(pixels[..., 1], 0.0, rows - 1.001)
+    left, up = u.astype(np.int64), v.astype(np.int64)
+    across, down = (u - left).astype(np.float32), (v - up).astype(np.float32)
+    flat, at = picture.ravel(), up * columns + left
+    top = flat[at] * (1.0 - across) + flat[at + 1] * across
+    bottom = flat[at + columns] * (1.0 - across) + flat[at + columns + 1] * across
+    return np.asarray(top * (1.0 - down) + bottom * down, np.float32)
+
+
+@cache
+def _profiles(rises: bool) -> tuple[Floats, Floats, Floats, Floats]:
+    """Offsets along a ray; for each shift what a thing covers of each pixel, what a profile leaves of a ray, and its step."""
+    offset = np.arange(-INSIDE, OUTSIDE + 0.5 * STEP, STEP)
+    left, step, cover = [], [], []
+    fine = np.linspace(-2.5 * BLUR, 2.5 * BLUR, 41)
+    weight = np.exp(-0.5 * (fine / BLUR) ** 2)
+    weight /= weight.sum()
+    for shift in SHIFTS:
+        depth = shift - offset[:, None] + fine
+        covered = (depth > 0.0) @ weight
+        shapes = [np.ones(offset.size), covered]
+        if rises:
+            shapes.append(np.sqrt(np.maximum(depth, 0.0)) @ weight)
+        shape = np.stack(shapes, axis=1)
+        inverse = np.linalg.pinv(shape)
+        left.append(np.eye(offset.size) - shape @ inverse)
+        step.append(inverse[1])
+        cover.append(covered)
+    return offset, np.array(cover), np.array(left), np.array(step)
+
+
+def located(
+    picture: NDArray[np.uint8],
+    outline: Outline,
+    *,
+    rises: bool,
+    noise: float,
+    usable: NDArray[np.bool_],
+    behind: Callable[[Floats], Floats] | None = None,
+) -> Found:
+    """Shift of each outline that fits best.
+
+    Parameters
+    ----------
+    picture
+        Brightness from 0 to 255.
+    outline
+        Where edges are expected.
+    rises
+        Whether things are round like a ball, or flat.
+    noise
+        Standard deviation of a pixel, of 255.
+    usable
+        Which rays count, (things, points).
+    behind
+        What pixels would show without the things, but for a constant on each ray; by default the same all along a ray.
+    """
+    offset, cover, left, step = _profiles(rises)
+    pixels = outline.edge[..., None, :] + offset[:, None] * outline.outwards[..., None, :]
+    ray = sampled(picture, pixels).astype(np.float64)[..., None, :]
+    if behind is not None:
+        ray = ray - behind(pixels)[..., None, :] * (1.0 - cover)
+        miss = (np.einsum("skl,tpsl->tpsk", left, ray, optimize=True) ** 2).sum(axis=-1)
+    else:
+        miss = (np.einsum("skl,tpl->tpsk", left, ray[..., 0, :], optimize=True) ** 2).sum(axis=-1)
+    best = miss.argmin(axis=-1)
+    inner = np.clip(best, 1, SHIFTS.size - 2)
+    before, at, after = (np.take_along_axis(miss, inner[..., None] + k, axis=-1)[..., 0] for k in (-1, 0, 1))
+    bend = np.maximum(before - 2.0 * at + after, 1e-12)
+    gap = SHIFTS[1] - SHIFTS[0]
+    place = SHIFTS[inner] + gap * np.clip(0.5 * (before - after) / bend, -1.0, 1.0)
+    spread = np.maximum(at / (offset.size - 3 - rises), noise**2)
+    own = np.take_along_axis(ray, np.minimum(inner, ray.shape[-2] - 1)[..., None, None], axis=-2)[..., 0, :]
+    contrast = np.abs(np.einsum("tpk,tpk->tp", step[inner], own))
+    wrong = MODEL * _faintness(contrast, usable) if rises else MODEL
+    weight = 1.0 / (
+        gap**2 * spread / (0.5 * bend) + wrong**2
+    )  # inverse square of the deviation of the place of an edge
+    weight = np.where(usable & (best == inner), weight, 0.0)
+    weight = np.where((contrast > 4.0 * noise) | (behind is not None), weight, 0.0)
+    radius = np.linalg.norm(outline.edge - outline.edge.mean(axis=1, keepdims=True), axis=-1).mean(axis=1)
+    between = 2.0 * np.pi * radius / place.shape[1]
+    floor = SHADED * np.maximum(1.0, LARGE / radius) if rises else np.full(radius.size, FLOOR)
+    found = _together(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
+    if not rises:
+        return found
+    wide = np.where(found.misfit < UNLIKE, GROWTH * np.maximum(found.misfit - ALIKE, 0.0), ANYWHERE * radius)
+    return found._replace(covariance=found.covariance + wide[:, None, None] ** 2 * np.eye(2))
+
+
+def _together(
+    outwards: Floats,
+    place: Floats,
+    weight: Floats,
+    contrast: Floats,
+    usable: NDArray[np.bool_],
+    floor: Floats,
+    shared: Floats,
+) -> Found:
+    """Two shifts and a growth of each outline from its rays, with less weight for those that do not agree.
+
+    ``floor`` (pixels) is added to the deviation of each, ``shared`` is the number of rays that see the same noise.
+    """
+    things = place.shape[0]
+    rows = np.concatenate([outwards, np.ones((*place.shape, 1))], axis=-1)
+    own, spread = weight.copy(), np.full(things, 1.0)
+    answer = np.zeros((things, 3))
+    ease = np.diag([1e-4, 1e-4, 100.0])  # the size is known to a part of a pixel
+    for turn in range(6):
+        normal = _normal(own, rows) + ease
+        answer = np.linalg.solve(normal, np.einsum("tp,tp,tpi->ti", own, place, rows)[..., None])[..., 0]
+        away = place - np.einsum("tpi,ti->tp", rows, answer)
+        spread = np.maximum(1.4826 * _median(np.abs(away), weight > 0.0), 0.05)
+        far = np.minimum(np.abs(away) / ((TUKEY if turn else 2.0 * TUKEY) * spread[:, None]), 1.0)
+        own = weight * (1.0 - far**2) ** 2
+    freedom = np.maximum((own > 0.0).sum(axis=-1) - 3, 1)
+    worse = np.maximum((own * away**2).sum(axis=-1) / freedom, 1.0)
+    normal = _normal(own, rows) + ease
+    covariance = (np.linalg.inv(normal) * (shared * worse)[:, None, None])[:, :2, :2]
+    covariance = covariance + floor[:, None, None] ** 2 * np.eye(2)
+    counts = np.maximum(usable.sum(axis=-1), 1)
+    agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
+    level = (contrast * usable).sum(axis=-1) / counts
+    misfit = _median(np.where(weight > 0.0, np.abs(away + answer[:, 2:]), SHIFTS[-1]), usable)
+    return Found(answer[:, :2], covariance, agree, level, misfit)
+
+
+def _faintness(contrast: Floats, usable: NDArray[np.bool_]) -> Floats:
+    """By how much edges on the side of a ball that is in shadow are less sure than those in the light, (things, points).
+
+    In shadow the brightness rises later behind an edge than the profile has it, which shifts a faint edge more than a clear one.
+    """
+    clear = np.quantile(np.where(usable, contrast, 0.0), 0.9, axis=-1, keepdims=True)
+    return np.asarray(np.clip(clear / np.maximum(contrast, 1e-9), 1.0, FAINT), np.float64)
+
+
+def _normal(weight: Floats, rows: Floats) -> Floats:
+    """Normal matrix of each thing, (things, 3, 3)."""
+    return np.asarray(np.swapaxes(rows * weight[..., None], -1, -2) @ rows, np.float64)
+
+
+def _median(values: Floats, counts: NDArray[np.bool_]) -> Floats:
+    """Median of those values of each row that count; 1 where none does."""
+    ascending = np.sort(np.where(counts, values, np.inf), axis=-1)
+    number = counts.sum(axis=-1)
+    last = values.shape[-1] - 1
+    places = (np.maximum(number - 1, 0) // 2, np.minimum(number // 2, last))
+    low, high = (np.take_along_axis(ascending, at[:, None], axis=-1)[:, 0] for at in places)
+    return np.where(number > 0, 0.5 * (low + high), 1.0)

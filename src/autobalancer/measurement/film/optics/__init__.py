@@ -1,1 +1,0 @@
-"""From marks to the camera, and outlines of round things as it sees them."""

@@ -1,1 +1,0 @@
-"""Balls on a rotor of which only the receptance is known."""

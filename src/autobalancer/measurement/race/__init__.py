@@ -1,1 +1,0 @@
-"""Race, friction and drag from measurements on the balancer."""

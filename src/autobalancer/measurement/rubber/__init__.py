@@ -1,1 +1,0 @@
-"""Rubber that softens with the amplitude, from hysteresis loops and from resonances."""

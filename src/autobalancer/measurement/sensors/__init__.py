@@ -1,1 +1,0 @@
-"""Sensors on a simulated machine: what a logger would have written of a run."""

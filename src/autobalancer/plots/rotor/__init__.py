@@ -1,1 +1,0 @@
-"""Pictures of a rotor without balls: modes, critical speeds, response to unbalance."""

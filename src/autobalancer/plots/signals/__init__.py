@@ -1,1 +1,0 @@
-"""Pictures of measured signals: orders, spectra, orbits, decays."""

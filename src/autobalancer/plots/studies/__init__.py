@@ -1,1 +1,0 @@
-"""Pictures of studies and of what is decided by them."""

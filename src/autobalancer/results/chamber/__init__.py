@@ -1,1 +1,0 @@
-"""Numbers of runs of deep chambers."""

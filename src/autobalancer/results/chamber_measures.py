@@ -1,0 +1,527 @@
+"""Measures of a run of a deep chamber: the numbers by which chambers are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.measured import Measured
+from autobalancer.results.chamber_shape import bodies_of, chambers_of, unbalance_of
+from autobalancer.results.measure_table import Measure
+from autobalancer.results.number_text import worded
+from autobalancer.results.places import of_a_run
+from autobalancer.results.verdict import speed_changes
+from autobalancer.units import optional_argument
+
+# Where the balls of a deep chamber are in the rotor, what they balance there, and when they came to rest.
+
+
+Floats = NDArray[np.float64]
+CARRIED = 0.5  # a ball that turns faster than this share of the rotor speed goes around with the rotor
+
+
+def window(run: xr.Dataset, last: float | None = None) -> slice:
+    """Samples of the last seconds of a run, by default its last tenth; that is what the measures call steady state.
+
+    Raises
+    ------
+    QuestionError
+        If the run has fewer than two samples there, or ``last`` is not positive.
+    """
+    if "time" not in run.variables:
+        raise QuestionError("this result is no run of simulate_chamber; there is nothing to measure")
+    time = run["time"].values
+    if time.size < 2:
+        raise QuestionError(f"the run has {time.size} samples; at least two are needed")
+    length = 0.1 * float(time[-1] - time[0]) if last is None else float(last)
+    if not 0.0 < length <= (time[-1] - time[0]) * (1.0 + 1e-9):
+        raise QuestionError(
+            f"last: given {length:g} s; must be above zero and within the {time[-1] - time[0]:g} s of the run"
+        )
+    start = int(np.searchsorted(time, time[-1] - length * (1.0 + 1e-9)))
+    if time.size - start < 2:
+        raise QuestionError(f"last: there are fewer than two samples in {length:g} s; take a longer time")
+    return slice(start, time.size)
+
+
+def ball_places_in_rotor(run: xr.Dataset) -> xr.DataArray:
+    """Places of the balls in the turning rotor (m): (time, ball, axis), x along the axis, y towards the zero mark.
+
+    The tilt of the body against space is taken off the rotor angle, which is counted in space.
+    """
+    turned = run["rotor_angle"].values - run["body_rotation"].isel(axis=0).values
+    place = run["ball_position"].transpose("time", "ball", "axis").values
+    wound = (place[:, :, 1] + 1j * place[:, :, 2]) * np.exp(-1j * turned)[:, None]
+    inside = np.stack([place[:, :, 0], wound.real, wound.imag], axis=2)
+    coords = {name: run[name] for name in ("time", "ball", "axis") if name in run.coords}
+    attrs = {"long_name": "position of a ball from the center of its chamber", "units": "m", "frame": "rotor"}
+    return xr.DataArray(inside, coords, ("time", "ball", "axis"), attrs=attrs)
+
+
+def balls_carried(run: xr.Dataset, last: float | None = None) -> xr.DataArray:
+    """Which balls go around with the rotor in steady state: mean turning of each faster than half of the rotor's."""
+    part = run.isel(time=window(run, last))
+    place = part["ball_position"].transpose("time", "ball", "axis").values
+    around = place[:, :, 1] + 1j * place[:, :, 2]
+    turn = np.angle(around[1:] * np.conj(around[:-1])).sum(axis=0)
+    own = part["rotor_angle"].values
+    if np.abs(np.diff(own)).max(initial=0.0) > 0.5 * np.pi:
+        raise QuestionError(
+            "samples: fewer than four per revolution of the rotor; save more, to see how the balls circulate"
+        )
+    share = turn / (own[-1] - own[0]) if own[-1] != own[0] else np.zeros_like(turn)
+    return xr.DataArray(
+        share > CARRIED, {"ball": run["ball"]}, ["ball"], attrs={"long_name": "goes around with the rotor"}
+    )
+
+
+def ball_settling_time(run: xr.Dataset, tolerance: float = 1.0, last: float | None = None) -> xr.DataArray:
+    """Time (s) from which each ball stays within ``tolerance`` ball radii of its mean place in the rotor in steady state.
+
+    nan for a ball that still leaves it in the steady state, such as one that stays at the bottom of the chamber.
+    """
+    if not tolerance > 0.0:
+        raise QuestionError(f"tolerance: given {tolerance:g} ball radii; must be greater than zero")
+    place = ball_places_in_rotor(run).values
+    steady = window(run, last)
+    away = np.linalg.norm(place - place[steady].mean(axis=0), axis=2) > tolerance * run["ball_radius"].values
+    time = run["time"].values
+    found = np.full(place.shape[1], np.nan)
+    for i in range(place.shape[1]):
+        late = np.flatnonzero(away[:, i])
+        after = int(late[-1]) + 1 if late.size else 0
+        if after <= steady.start:
+            found[i] = time[after]
+    return xr.DataArray(found, {"ball": run["ball"]}, ["ball"], attrs={"long_name": "settling time", "units": "s"})
+
+
+def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr.Dataset:
+    """What the balls add to the unbalance of the rotor, static and dynamic, in the rotor.
+
+    Parameters
+    ----------
+    run
+        Samples of a chamber.
+    chamber_places
+        Places (m) of the chambers along the axis; by default those of the machine of the run.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``time``: ``static``, the sum of m r (kg m), and ``couple``, the sum of m x r (kg m²), each with ``part``
+        ``"y"`` and ``"z"`` in the rotor; x is counted from the plane of reference.
+    """
+    place = ball_places_in_rotor(run)
+    mass = run["ball_mass"].values
+    if chamber_places is None:
+        chamber_places = np.array([chamber.place for chamber in chambers_of(run)])
+    along = place.values[:, :, 0] + np.asarray(chamber_places, float)[np.asarray(run["chamber"].values, int) - 1]
+    radial = place.values[:, :, 1:]
+    static = np.einsum("b,tbp->tp", mass, radial)
+    couple = np.einsum("b,tb,tbp->tp", mass, along, radial)
+    found = xr.Dataset(coords={"time": run["time"], "part": ["y", "z"]})
+    found["static"] = (
+        ("time", "part"),
+        static,
+        {"long_name": "unbalance of the balls", "units": "kg m", "frame": "rotor"},
+    )
+    found["couple"] = (
+        ("time", "part"),
+        couple,
+        {"long_name": "couple unbalance of the balls", "units": "kg m^2", "frame": "rotor"},
+    )
+    return Labeled.of_run(run, "Unbalance of the balls", found)
+
+
+def residual_of_balls(
+    run: xr.Dataset, unbalance: complex, couple: complex = 0.0, chamber_places: Floats | None = None
+) -> xr.Dataset:
+    """Size of what the balls of ``run`` leave of ``unbalance`` (kg m, complex in the rotor) and ``couple`` (kg m²), over time.
+
+    ``chamber_places`` (chambers,) are the middles of the chambers along the axis, m; by default those of the run.
+
+    Zero ``static`` is static balance, zero of both is dynamic balance.
+    """
+    own = balls_unbalance(run, chamber_places)
+    found = xr.Dataset(coords={"time": run["time"]})
+    for name, given, text, unit in (
+        ("static", unbalance, "residual unbalance", "kg m"),
+        ("couple", couple, "residual couple unbalance", "kg m^2"),
+    ):
+        part = own[name].values
+        size = np.abs(part[:, 0] + 1j * part[:, 1] + given)
+        found[name] = ("time", size, {"long_name": text, "units": unit})
+    return Labeled.of_run(run, "Residual unbalance", found)
+
+
+# What a run of a deep chamber recorded, as plain arrays: all that a measure is computed from.
+
+
+DIRECTIONS = {"horizontal": ("body_position", 1), "vertical": ("body_position", 2), "rotation": ("body_rotation", 0)}
+
+READ = (  # variables that measures read, some of them several times
+    "speed", "rotor_angle", "body_position", "body_rotation", "ball_position", "bearing_force", "constraint_force",
+    "constraint_moment", "contacts_ball", "contacts_wall", "impact_speeds", "impact_energies", "loss_contact",
+    "greatest_contact_force", "work_motor", "energy_error", "tilting",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ChamberRecorded:
+    """A run, and what is asked of it: the length of the steady state (s), the tolerance of settling (ball radii).
+
+    ``unbalance`` and ``couple`` are those of the rotor, complex in the rotor (kg m, kg m²), ``places`` those of the chambers (m).
+    """
+
+    run: xr.Dataset
+    last: float | None = None
+    tolerance: float = 1.0
+    unbalance: complex | None = None
+    couple: complex = 0.0
+    places: Floats | None = None
+    _read: dict[str, Floats] = field(default_factory=dict)  # a run of an archive is read when it is used, and only once
+
+    def values(self, variable: str) -> Floats:
+        """A variable of the run over time first, (T, ...)."""
+        if variable not in self._read:
+            self._read[variable] = np.asarray(self.run[variable].transpose("time", ..., "axis").values, np.float64)
+        return self._read[variable]
+
+    @cached_property
+    def steady(self) -> slice:
+        """Samples of the steady state."""
+        return window(self.run, self.last)
+
+    @cached_property
+    def time(self) -> Floats:
+        """(T,) s."""
+        return np.asarray(self.run["time"].values, np.float64)
+
+    def moved(self, direction: str) -> Floats:
+        """The body over the whole run, (T,) m or rad."""
+        variable, axis = DIRECTIONS[direction]
+        return np.asarray(self.values(variable)[:, axis])
+
+    def synchronous(self, direction: str) -> float:
+        """Amplitude of the part that turns with the rotor in steady state."""
+        angle = self.run["rotor_angle"].values[self.steady]
+        basis = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
+        fit = np.linalg.lstsq(basis, self.moved(direction)[self.steady], rcond=None)[0]
+        return float(np.hypot(fit[1], fit[2]))
+
+    def away(self, direction: str) -> Floats:
+        """Distance from the mean of the steady state over the whole run, (T,)."""
+        values = self.moved(direction)
+        return np.asarray(np.abs(values - values[self.steady].mean()))
+
+    def radial_force(self, bearing: int) -> Floats:
+        """Across the axis, of a bearing counted from 1, (T,) N."""
+        force = self.values("bearing_force")[:, bearing - 1]
+        return np.asarray(np.hypot(force[:, 1], force[:, 2]))
+
+    def over_stages(self, amounts: Floats) -> Floats:
+        """What came a second before and in steady state, of ``amounts`` since the last sample (T,); nan without time."""
+        first, last = self.steady.start, self.time.size - 1
+        spans = (0, max(first - 1, 0)), (max(first - 1, 0), last)
+        totals = np.cumsum(amounts)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.array([(totals[b] - totals[a]) / (self.time[b] - self.time[a]) for a, b in spans])
+
+    @property
+    def cylinders(self) -> bool | None:
+        """True if these run in the chambers, else ``None``."""
+        return True if "tilting" in self.run else None
+
+    def parts(self, values: Floats, measure: Callable[[Floats], Any]) -> Floats:
+        """A measure of ``values`` (T,) before and in steady state; nan where there are none."""
+        found = (values[: self.steady.start], values[self.steady])
+        return np.array([float(measure(part)) if part.size else np.nan for part in found])
+
+    @cached_property
+    def impacts(self) -> Floats:
+        """Contacts of balls begun since the last sample, (T,)."""
+        return np.asarray(self.run["contacts_ball"].values + self.run["contacts_wall"].values, np.float64)
+
+    def of_an_impact(self, sums: str) -> Floats:
+        """The mean of a contact that began, before and in steady state; nan in runs that did not keep it, or without contacts."""
+        if sums not in self.run:
+            return np.full(2, np.nan)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self.over_stages(self.run[sums].values) / self.over_stages(self.impacts)
+
+    @cached_property
+    def impact_loss(self) -> Floats:
+        """Energy lost in impacts since the last sample, (T,) J."""
+        lost = np.asarray(self.run["loss_contact"].values, np.float64)
+        return np.diff(lost, prepend=lost[:1])
+
+    @cached_property
+    def contact_force(self) -> Floats:
+        """Greatest force of a contact since the last sample, (T,) N."""
+        return np.asarray(self.run["greatest_contact_force"].values, np.float64)
+
+    @cached_property
+    def settled(self) -> Floats:
+        """When each ball has settled, s."""
+        return np.asarray(ball_settling_time(self.run, self.tolerance, self.last).values)
+
+    @cached_property
+    def carried(self) -> Any:
+        """Which balls go around with the rotor."""
+        return balls_carried(self.run, self.last).values
+
+    @cached_property
+    def left(self) -> xr.Dataset | None:
+        """What the balls leave of the unbalance in steady state; ``None`` if it is not known."""
+        if self.unbalance is None:
+            return None
+        return residual_of_balls(self.run.isel(time=self.steady), self.unbalance, self.couple, self.places)
+
+
+SOURCE = ("machine_name", "outcome", "outcome_text", "source")
+PARAMETERS = {"ball_mass_total": "kg", "ball_diameter": "m", "depth": "m", "duration": "s", "step": "s", "sample": "s"}
+
+
+@of_a_run(runs="simulate_chamber")
+def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
+    """Contacts of a ``run`` between balls and with the chamber: totals, rates over time in ``bins`` parts, the hardest.
+
+    Rates (1/s) count contacts that began in a part; ``impact_power`` (W) is what impacts dissipate in it, and
+    ``greatest_force`` (N) the greatest force of a contact.
+    """
+    window(run)
+    time = run["time"].values
+    edges = np.linspace(0, time.size, min(bins, time.size // 2) + 1).astype(int)
+    starts, ends = edges[:-1], edges[1:]
+    before = np.concatenate([[time[0]], time[ends[:-1] - 1]])
+    span = time[ends - 1] - before
+    found = xr.Dataset(coords={"part_time": ("part_time", 0.5 * (before + time[ends - 1]), {"units": "s"})})
+    force = run["greatest_contact_force"].values
+    for name, text in (("contacts_ball", "contacts between balls"), ("contacts_wall", "contacts with the chamber")):
+        counts = run[name].values
+        found[name] = _scalar(float(counts.sum()), "", text)
+        rate = np.add.reduceat(counts, starts) / span
+        found[f"{name}_rate"] = ("part_time", rate, {"units": "1/s", "long_name": f"rate of {text}"})
+    lost = np.diff(run["loss_contact"].values, prepend=run["loss_contact"].values[:1])
+    power = np.add.reduceat(lost, starts) / span
+    found["impact_power"] = ("part_time", power, {"units": "W", "long_name": "power that impacts dissipate"})
+    found["greatest_force"] = ("part_time", np.maximum.reduceat(force, starts), {"units": "N"})
+    found["greatest_force"].attrs["long_name"] = "greatest force of a contact"
+    hardest = int(np.argmax(force))
+    found["hardest_contact"] = _scalar(force[hardest], "N", "force of the hardest contact")
+    found["hardest_contact_time"] = _scalar(time[hardest], "s", "time of the hardest contact")
+    return Labeled.of_run(run, "Contacts", found)
+
+
+@of_a_run(runs="simulate_chamber")
+def chamber_measures(
+    run: xr.Dataset,
+    *,
+    unbalance: complex | None = None,
+    couple: complex = 0.0,
+    chamber_places: NDArray[np.float64] | None = None,
+    last: float | str | None = None,
+    tolerance: float = 1.0,
+) -> Measured:
+    """All measures of a run in one dataset, each with its unit and long name.
+
+    Parameters
+    ----------
+    run
+        From ``simulate_chamber``, or an archive.
+    unbalance, couple
+        Of the rotor, complex in the rotor (kg m, kg m²), for the residual unbalance; by default those of the machine.
+    chamber_places
+        Places of the chambers along the axis (m); by default those of the machine.
+    last
+        Seconds at the end that are the steady state; by default a tenth of the run.
+    tolerance
+        Of the settling time, in ball radii.
+
+    Raises
+    ------
+    QuestionError
+        If there are too few samples.
+    """
+    last = optional_argument("last", last, "s")
+    described = unbalance_of(run)
+    if unbalance is None and described is not None:
+        unbalance, couple = described
+    recorded = ChamberRecorded(run, last, tolerance, unbalance, couple, chamber_places)
+    found = {}
+    for measure in CHAMBER_MEASURES:
+        if not measure.needs or getattr(recorded, measure.needs) is not None:
+            dims, about = (
+                (measure.along,) if measure.along else (),
+                {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))},
+            )
+            found[measure.name] = (dims, np.asarray(measure.of(recorded), np.float64), about)
+    return Measured(found, {"stage": list(STAGES)}, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
+
+
+def without_steady_state(run: xr.Dataset, measured: Measured) -> Measured:
+    """The measures of a ``run`` with nan for what is measured in steady state or counts from it, if its speed still changes."""
+    time = run["time"].values
+    if not speed_changes(time, run["speed"].values, float(time[-1])):
+        return measured
+    peaks = {f"{direction}_{what}" for direction in DIRECTIONS for what in ("peak", "peak_time")}
+    found = {}
+    for name, value in measured.data_vars.items():
+        if "stage" in value.dims:
+            found[name] = value.where(value["stage"] != "steady")
+        elif name in peaks or STEADY in value.attrs.get("long_name", ""):
+            found[name] = value.where(False)
+    return measured.assign(found)
+
+
+def catalog_numbers(measured: xr.Dataset) -> dict[str, float]:
+    """The measures as single numbers for a catalog of runs; those of a stage get its name in front."""
+    found: dict[str, float] = {}
+    for name, value in measured.variables.items():
+        if name in measured.coords:
+            continue
+        if value.ndim == 0:
+            found[str(name)] = float(value.values)
+        elif value.dims == ("stage",):
+            for stage, number in zip(measured["stage"].values, value.values, strict=True):
+                found[f"{stage}_{name}"] = float(number)
+    return found
+
+
+def catalog_unit(name: str) -> str:
+    """The unit of a number of :func:`catalog_numbers`, or of a parameter of a run; empty where it has none."""
+    return {**PARAMETERS, **UNITS}.get(name, "")
+
+
+def _scalar(value: float, unit: str, text: str) -> xr.DataArray:
+    return xr.DataArray(float(value), attrs={"units": unit, "long_name": text})
+
+
+# The table of the measures of a run of a deep chamber, of the form of :mod:`autobalancer.results.measure_table`.
+#
+# A new measure is an entry here and, if it is more than a line, a method of :class:`ChamberRecorded`.
+
+
+STEADY = "in steady state"  # ends the meaning of what is measured there
+STAGES = ("transient", "steady")
+KINDS: dict[str, tuple[str, Callable[[Floats], Any]]] = {
+    "greatest": ("greatest", lambda values: np.abs(values).max()),
+    "rms": ("root mean square", lambda values: np.sqrt(np.mean(values**2))),
+    "mean": ("mean", np.mean),
+}
+
+
+def _motion(direction: str, unit: str) -> Iterator[Measure]:
+    yield Measure(
+        f"{direction}_amplitude",
+        *(unit, "", f"{direction} amplitude {STEADY}"),
+        lambda r: 0.5 * np.ptp(r.moved(direction)[r.steady]),
+    )
+    yield Measure(
+        f"{direction}_synchronous",
+        *(unit, "", f"{direction} synchronous amplitude {STEADY}"),
+        lambda r: r.synchronous(direction),
+    )
+    yield Measure(
+        f"{direction}_peak",
+        *(unit, "", f"greatest {direction} deflection in the transient"),
+        lambda r: r.away(direction).max(),
+    )
+    yield Measure(
+        f"{direction}_peak_time",
+        *("s", "", f"time of the greatest {direction} deflection"),
+        lambda r: r.time[np.argmax(r.away(direction))],
+    )
+
+
+def _reaction(name: str, unit: str, of: Callable[[ChamberRecorded], Floats]) -> Iterator[Measure]:
+    def over_stages(measure: Callable[[Floats], Any]) -> Callable[[ChamberRecorded], Floats]:
+        return lambda r: r.parts(of(r), measure)
+
+    for kind, (text, measure) in KINDS.items():
+        yield Measure(f"{name}_{kind}", unit, "stage", f"{text} of {name.replace('_', ' ')}", over_stages(measure))
+
+
+CHAMBER_MEASURES = (
+    *_motion("horizontal", "m"),
+    *_motion("vertical", "m"),
+    *_motion("rotation", "rad"),
+    *_reaction("bearing_1", "N", lambda r: r.radial_force(1)),
+    *_reaction("bearing_1_axial", "N", lambda r: r.values("bearing_force")[:, 0, 0]),
+    *_reaction("bearing_2", "N", lambda r: r.radial_force(2)),
+    *_reaction("bearing_2_axial", "N", lambda r: r.values("bearing_force")[:, 1, 0]),
+    *_reaction("constraint_x", "N", lambda r: r.values("constraint_force")[:, 0]),
+    *_reaction("constraint_moment_y", "N m", lambda r: r.values("constraint_moment")[:, 1]),
+    *_reaction("constraint_moment_z", "N m", lambda r: r.values("constraint_moment")[:, 2]),
+    Measure("contacts_ball", "", "", "contacts between balls", lambda r: r.run["contacts_ball"].values.sum()),
+    Measure("contacts_wall", "", "", "contacts with the chamber", lambda r: r.run["contacts_wall"].values.sum()),
+    Measure("impact_rate", "1/s", "stage", "contacts begun a second", lambda r: r.over_stages(r.impacts)),
+    Measure(
+        "impact_speed", "m/s", "stage", "mean speed at which contacts began", lambda r: r.of_an_impact("impact_speeds")
+    ),
+    Measure(
+        "impact_energy",
+        *("J", "stage", "mean energy of approach with which contacts began"),
+        lambda r: r.of_an_impact("impact_energies"),
+    ),
+    Measure("impact_power", "W", "stage", "power that impacts dissipate", lambda r: r.over_stages(r.impact_loss)),
+    Measure("hardest_contact", "N", "", "force of the hardest contact", lambda r: r.contact_force.max()),
+    Measure(
+        "hardest_contact_time",
+        *("s", "", "time of the hardest contact"),
+        lambda r: r.time[np.argmax(r.contact_force)],
+    ),
+    Measure(
+        "tilting",
+        *("", "stage", "greatest moment that would tilt a cylinder over what its contacts could bear"),
+        lambda r: r.parts(r.run["tilting"].values, np.max),
+        needs="cylinders",
+    ),
+    Measure(
+        "tilting_share",
+        *("", "stage", "share of the samples in which it is above 1"),
+        lambda r: r.parts(r.run["tilting"].values > 1.0, np.mean),
+        needs="cylinders",
+    ),
+    Measure(
+        "settling_time",
+        *("s", "", "time at which the last ball settles, from the start"),
+        lambda r: r.settled.max() if r.settled.size else np.nan,
+    ),
+    Measure("share_carried", "1", "", "share of the balls that go around with the rotor", lambda r: np.mean(r.carried)),
+    Measure(
+        "residual_unbalance",
+        *("kg m", "", f"residual unbalance {STEADY}"),
+        lambda r: r.left["static"].mean(),
+        needs="left",
+    ),
+    Measure(
+        "residual_couple",
+        *("kg m^2", "", f"residual couple unbalance {STEADY}"),
+        lambda r: r.left["couple"].mean(),
+        needs="left",
+    ),
+    Measure(
+        "energy_error",
+        *("1", "", "greatest error of the energy balance over the work of the motor"),
+        lambda r: _share_of_work(r.run),
+    ),
+)
+UNITS = {
+    f"{stage}_{measure.name}" if measure.along else measure.name: measure.unit
+    for measure in CHAMBER_MEASURES
+    for stage in (STAGES if measure.along else ("",))
+}
+
+
+def _share_of_work(run: Any) -> float:
+    exchanged = float(np.abs(run["work_motor"].values[-1]))
+    return float(np.abs(run["energy_error"].values).max()) / exchanged if exchanged else float("nan")

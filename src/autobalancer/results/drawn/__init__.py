@@ -1,1 +1,0 @@
-"""What pictures draw of a machine, beside the arrays of a run."""

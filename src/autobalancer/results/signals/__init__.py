@@ -1,1 +1,0 @@
-"""Answers of measured signals: channels, orders, spectra."""

@@ -1,0 +1,730 @@
+"""Whether a run is balanced, and what is left where."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.kernels.measures.limits import LAST, SETTLED, SPEED_CHANGES, VIBRATION_CHANGES
+from autobalancer.kernels.measures.limits import LIMITS as MEASURES_LIMITS
+from autobalancer.laws.capabilities import balance_grade, grade_name
+from autobalancer.results.measures import peak_deflection, settling_time
+from autobalancer.results.number_text import (
+    couple_text,
+    force_text,
+    length_text,
+    moment_text,
+    share_text,
+    significant,
+    velocity_text,
+    worded,
+)
+from autobalancer.results.places import (
+    Complexes,
+    of_a_run,
+    plane_vectors,
+    residual_unbalance,
+    support_forces,
+    vibration,
+    whole_turns,
+)
+from autobalancer.results.run_arrays import balls_of, jump_times, parts_between_jumps, recorded_of
+from autobalancer.results.series import NONE, compiled, load_of, mean, plain
+
+# How a run got to its end: its greatest deflection and the balls that settle, also between jumps of the unbalance.
+#
+# Where balls still creep at the end, they are followed to where they come to rest. A slow ball has the speed at which
+# the fluid balances the force of the rotor: for ball i of plane p it is Im(exp(-i phi_i) sum_q g_pq R_q), where R_q is
+# what is left of the unbalance of plane q. The complex gains g are fitted to the run, and these equations are
+# integrated.
+
+
+BLOCKS = 40  # of the time after the run-up, to which the way of the balls is fitted
+MISFIT = 0.2  # of these ways, relative, from which on nothing is extrapolated
+AHEAD = 1000.0  # times the run, for which the balls are followed
+NEAR = 0.8  # of the tolerance, within which a ball is sure to count as settled
+SAME_SHARE = 0.05  # of the unbalance, within which the residual is that of settled balls
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Greatest deflection of a run at the reference station (m) and the speed there (rad/s)."""
+
+    place: str
+    deflection: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Settling:
+    """The ball that settles last: how long it takes, from when, and when that is in the run, s; ``moving`` never settle."""
+
+    ball: int
+    duration: float
+    counted_from: str
+    settled_at: float
+    moving: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Where balls go that still move: their ``speed`` at the end (rad/s), and extrapolated ``share`` and ``duration``.
+
+    ``share`` is residual over unbalance once they have settled, ``duration`` (s) that of a run that shows it; both nan where
+    nothing can be extrapolated.
+    """
+
+    speed: float
+    share: float = np.nan
+    duration: float = np.nan
+
+
+@dataclass(frozen=True)
+class RunPart:
+    """A part of a run between jumps of its unbalance, from ``begin`` to ``end`` (s)."""
+
+    begin: float
+    end: float
+    peak: Peak | None
+    settling: Settling | None
+
+
+def parts_of(run: xr.Dataset) -> tuple[RunPart, ...]:
+    """The parts between jumps of the unbalance; none if it does not jump."""
+    if not jump_times(run):
+        return ()
+    return tuple(RunPart(begin, end, peak_of(part), settling_of(part)) for begin, end, part in parts_between_jumps(run))
+
+
+def peak_of(run: xr.Dataset) -> Peak | None:
+    """The greatest deflection; None of a run that kept no data for it."""
+    try:
+        found = peak_deflection(run)
+    except QuestionError:
+        return None
+    return Peak(str(run.attrs["reference_station"]), float(found["deflection"]), float(found["speed"]))
+
+
+def settling_of(run: xr.Dataset) -> Settling | None:
+    """The ball that settles last; None without balls, or without data."""
+    if not run.sizes.get("ball", 0):
+        return None
+    try:
+        found = settling_time(run)
+    except QuestionError:
+        return None
+    at = found["settled_at"].values
+    moving = tuple(int(ball) for ball in found["ball"].values[np.isnan(at)])
+    if len(moving) == at.size:
+        return Settling(0, np.nan, "", np.nan, moving)
+    last = int(np.nanargmax(at))
+    return Settling(last + 1, float(found[last]), str(found["counted_from"].values), float(at[last]), moving)
+
+
+def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
+    """Where the balls go that have not settled, from their motion after ``since`` (s); None without balls or data."""
+    try:
+        balls = balls_of(run)
+    except QuestionError:
+        return None
+    if balls is None or balls.time.size < 3:
+        return None
+    late = int(np.searchsorted(balls.time, (1.0 - LAST) * balls.time[-1]))
+    late = min(late, balls.time.size - 2)
+    way = np.abs(balls.angle[-1] - balls.angle[late]).max()
+    speed = float(way / (balls.time[-1] - balls.time[late]))
+    inside = balls.time >= 0.5 * (since + balls.time[-1])
+    if "plane_balls" not in run or int(inside.sum()) < 2 * BLOCKS:
+        return Forecast(speed)
+    unbalance = plane_vectors(run)[0]
+    plane = run["ball_plane"].values - 1 if "ball_plane" in run else np.zeros(balls.angle.shape[1], np.int64)
+    moment = run["ball_moment"].values * (plane == np.arange(unbalance.shape[1])[:, None])  # (P, n)
+    return Forecast(speed, *_followed(balls.time[inside], balls.angle[inside], unbalance[inside], moment))
+
+
+def _followed(time: Floats, angle: Floats, unbalance: Complexes, moment: Floats) -> tuple[float, float]:
+    """Share of the residual that settled balls leave, and duration (s) of a run that shows it; nan where it is not known."""
+    from scipy.integrate import cumulative_trapezoid, solve_ivp
+
+    size, plane = float(np.abs(unbalance[-1]).sum()), moment.argmax(axis=0)
+    if not size > 0.0:
+        return np.nan, np.nan
+    unbalance, moment = unbalance / size, moment / size
+
+    def left(balls: Floats, of: Complexes) -> Complexes:
+        return np.asarray(of + np.exp(1j * balls) @ moment.T, np.complex128)
+
+    edges = np.linspace(0, time.size - 1, BLOCKS + 1).astype(int)
+    gains = np.zeros((len(moment), len(moment)), np.complex128)
+    missed = total = 0.0
+    for p in range(len(moment)):
+        rows, ways = [], []
+        for i in np.flatnonzero(plane == p):
+            drive = np.exp(-1j * angle[:, i])[:, None] * left(angle, unbalance)
+            done = cumulative_trapezoid(np.hstack([drive.imag, drive.real]), time, axis=0, initial=0.0)
+            rows.append(np.diff(done[edges], axis=0))
+            ways.append(np.diff(angle[edges, i]))
+        if rows:
+            matrix, way = np.vstack(rows), np.concatenate(ways)
+            gain = np.linalg.lstsq(matrix, way, rcond=1e-6)[0]
+            gains[p] = gain[: len(moment)] + 1j * gain[len(moment) :]
+            missed, total = missed + float(((matrix @ gain - way) ** 2).sum()), total + float((way**2).sum())
+    if not missed < MISFIT**2 * total:
+        return np.nan, np.nan
+    now = unbalance[-1]
+
+    def turning(_: float, balls: Floats) -> Floats:
+        return np.asarray((np.exp(-1j * balls) * (gains @ left(balls, now))[plane]).imag, np.float64)
+
+    ahead = solve_ivp(turning, (0.0, AHEAD * time[-1]), angle[-1], method="LSODA", rtol=1e-7, atol=1e-9)
+    if not ahead.success or np.abs(ahead.y[:, -1] - angle[-1]).max() > 2.0 * np.pi:
+        return np.nan, np.nan
+    shares = np.abs(left(ahead.y.T, now)).sum(axis=1)
+    apart = np.abs(ahead.y - ahead.y[:, -1:]).max(axis=0) > NEAR * SETTLED
+    under_way = np.flatnonzero(apart | (np.abs(shares - shares[-1]) > SAME_SHARE))
+    settled = time[-1] + (ahead.t[under_way[-1] + 1] if under_way.size else 0.0)
+    return float(shares[-1]), float(settled / (1.0 - LAST))
+
+
+# The verdict on a run: balanced or not, what is left where, and the same machine without balancing beside it.
+
+
+NOTES = (
+    "input_text",
+    "left_race_text",
+    "friction_text",
+    "floor_text",
+    "eccentricity_text",
+    "rubber_text",
+    "bearing_text",
+)  # attributes of a run that are its remarks
+
+
+@dataclass(frozen=True)
+class PlaceVerdict:
+    """A plane, station or support: static deflection and vibration (m), rms velocity (m/s), vibration without balls (m).
+
+    ``sag`` (m) is that of the rotor without balls under its weight, from which the static deflection counts.
+    """
+
+    name: str
+    static: float
+    vibration: float
+    velocity_rms: float
+    without_balls: float
+    sag: float = 0.0
+
+
+@dataclass(frozen=True)
+class PlaneVerdict:
+    """A plane of balancers: its unbalance and what is left of it, kg m."""
+
+    name: str
+    unbalance: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class SupportVerdict:
+    """A support: static force, greatest vibrating force, and that without balls, N."""
+
+    name: str
+    static: float
+    vibrating: float
+    without_balls: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a run says of balancing, SI but for the grades.
+
+    ``word`` is *balanced*, *partly balanced*, *not balanced*, *worse than without balls*, *not settled yet* or *no
+    verdict*, and of the last two ``because`` says why; else it names a free vibration that does not count. ``forecast``
+    says where balls go that have not settled. ``ratio`` is the greatest vibration of all places over the greatest
+    without balls. ``unbalance`` and ``residual`` (kg m) are those of the rotor in its plane, or summed over several
+    planes; ``grade_before`` and ``grade_after`` are the grade G of ISO 21940-11 of both, U W/M at the last speed in
+    mm/s. Of two planes ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual``
+    (kg m^2) its couple about the middle between them; ``static_unbalance`` and ``couple_unbalance`` are those of their
+    unbalances. ``parts`` are those of the run between jumps of the unbalance; none without a jump. ``without_held``
+    says that no run with held balls was given, ``bodies`` what rolls, "balls" or "cylinders".
+    """
+
+    word: str
+    because: str
+    speed: float
+    ratio: float
+    unbalance: float
+    residual: float
+    grade_before: float
+    grade_after: float
+    places: tuple[PlaceVerdict, ...]
+    planes: tuple[PlaneVerdict, ...]
+    supports: tuple[SupportVerdict, ...]
+    peak: Peak | None
+    peak_without_balls: Peak | None
+    settling: Settling | None
+    notes: tuple[str, ...]
+    static_residual: float = np.nan
+    couple_residual: float = np.nan
+    static_unbalance: float = np.nan
+    couple_unbalance: float = np.nan
+    parts: tuple[RunPart, ...] = ()
+    without_held: bool = False
+    bodies: str = "balls"
+    forecast: Forecast | None = None
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the word is *balanced*."""
+        return self.word == "balanced"
+
+    @property
+    def residual_share(self) -> float:
+        """Residual over unbalance; nan without unbalance."""
+        return self.residual / self.unbalance if self.unbalance > 0.0 else np.nan
+
+    @property
+    def peak_ratio(self) -> float:
+        """Greatest deflection of the run over that without balls; nan without a run with held balls."""
+        if self.peak is None or self.peak_without_balls is None or self.peak_without_balls.deflection == 0.0:
+            return np.nan
+        return self.peak.deflection / self.peak_without_balls.deflection
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        return {**asdict(self), "peak_ratio": self.peak_ratio}
+
+    def __repr__(self) -> str:
+        head, lines, notes = verdict_lines(self)
+        width = max((len(label) for label, _ in lines), default=0)
+        return "\n".join(
+            [head, *(f"  {label:<{width}}  {text}" for label, text in lines), *(f"note: {n}" for n in notes)]
+        )
+
+    def _repr_html_(self) -> str:
+        return verdict_html(self)
+
+
+@of_a_run()
+def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
+    """Whether a run ends balanced, by the rule of :mod:`autobalancer.results.verdict`, and what remains at each place.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate` with its last revolutions, which it keeps by default.
+    held
+        The same machine from ``simulate(machine, hold_balls=True)``. It gives the peak without balls; for a machine with
+        external excitation also the vibration without balls, which otherwise every run has.
+
+    Raises
+    ------
+    QuestionError
+        If the run is not one of balls in races.
+    """
+    if "place" not in run.coords:
+        raise QuestionError("verdict: needs a run of balls in races from simulate; that of a deep chamber has no races")
+    notes = tuple(line for name in NOTES if name in run.attrs for line in str(run.attrs[name]).split("\n"))
+    peak, other_peak = (None if one is None else peak_of(one) for one in (run, held))
+    stopped = ""
+    if run.attrs.get("outcome", "finished") != "finished":
+        stopped = f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
+    alone = held is None and not stopped and bool(run.sizes.get("ball", 0)) and "balls_held" not in run.attrs
+    try:
+        turns = whole_turns(run)
+    except QuestionError as reason:
+        none = np.nan
+        return Verdict(
+            NO_VERDICT,
+            stopped or str(reason),
+            none,
+            none,
+            none,
+            none,
+            none,
+            none,
+            (),
+            (),
+            (),
+            peak,
+            other_peak,
+            None,
+            notes,
+            parts=parts_of(run),
+            without_held=alone,
+        )
+    places, supports = _places(run, held), _supports(run, held)
+    planes = _planes(run)
+    unbalance, residual = _rotor(run.isel(turn=turns), planes)
+    speed, mass = float(run["turn_speed"].values[-1]), float(run.attrs["turning_mass"])
+    without = max(place.without_balls for place in places)
+    greatest = max(place.vibration for place in places)
+    ratio = greatest / without if without > 0.0 else np.nan
+    course = _course(run)
+    word, because = (NO_VERDICT, stopped) if stopped else _because(run, course, greatest, without, unbalance, planes)
+    settling = settling_of(run)
+    creeping = settling is not None and settling.moving and not course.uneven and word != NO_VERDICT
+    before, after = (
+        balance_grade(abs(size), mass, abs(speed)) if np.isfinite(size) else np.nan for size in (unbalance, residual)
+    )
+    return Verdict(
+        word or verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after, places, planes, supports, peak,
+        other_peak, settling, notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
+        forecast=forecast_of(run, course.since) if creeping or word == NOT_SETTLED else None,
+    )  # fmt: skip
+
+
+def _because(
+    run: xr.Dataset,
+    course: Course,
+    vibration: float,
+    without: float,
+    unbalance: float,
+    planes: tuple[PlaneVerdict, ...],
+) -> tuple[str, str]:
+    """Why there is no verdict, after the word for it; empty texts if there is one."""
+    if not run.sizes.get("ball", 0):
+        return NO_VERDICT, "the machine has no balls"
+    if np.isnan(without):
+        if "vibration_without_balls" in run:
+            return NO_VERDICT, "the speed is a critical speed of a rotor without damping"
+        return NO_VERDICT, (
+            "the machine has an external excitation, bearings that harden, or rubber whose steady motion is not known; give "
+            "'held', its run with hold_balls=True"
+        )
+    if without == 0.0 or unbalance + sum(plane.unbalance for plane in planes) == 0.0:
+        return NO_VERDICT, "the rotor has no unbalance"
+    return unsteady(course, vibration, without)
+
+
+def _course(run: xr.Dataset) -> Course:
+    for prefix in ("", "envelope_", "turn_"):
+        if f"{prefix}speed" in run:
+            when = "envelope_end" if prefix == "envelope_" and "envelope_end" in run else f"{prefix}time"
+            time, speed = run[when].values, run[f"{prefix}speed"].values
+            angle = f"{prefix}ball_angle_in_rotor"
+            angles = run[angle].values if angle in run else np.zeros((time.size, 0))
+            break
+    none = np.zeros(0)
+    middle, low, high = (
+        run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
+    )
+    centered = load_of(run.attrs) == NONE
+    end = float(run.attrs["end_time"])
+    try:
+        recorded = recorded_of(run)
+        since, creeps = recorded.since, recorded.creeps
+    except QuestionError:  # it kept its last revolutions alone
+        since, creeps = 0.0, False
+    return Course(end, centered, time, speed, goes_round(time, angles, end), middle, low, high, since, creeps)
+
+
+def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:
+    moved = vibration(run)
+    try:
+        greatest = recorded_of(run).vibration  # slow changes over the last twentieth count too
+    except QuestionError:  # it kept its last revolutions alone
+        greatest = moved["greatest"].values
+    without = _without(run, held, "vibration_without_balls", vibration, greatest.size)
+    sag = run["rotor_sag"].values if "rotor_sag" in run else np.zeros(greatest.size)
+    columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without, sag)
+    return tuple(
+        PlaceVerdict(str(name), *map(float, row)) for name, *row in zip(run["place"].values, *columns, strict=True)
+    )
+
+
+def _supports(run: xr.Dataset, held: xr.Dataset | None) -> tuple[SupportVerdict, ...]:
+    force = support_forces(run)
+    without = _without(run, held, "force_without_balls", support_forces, run.sizes["support"])
+    columns = (force["static"].values, force["greatest"].values, without)
+    return tuple(
+        SupportVerdict(str(name), *map(float, row)) for name, *row in zip(run["support"].values, *columns, strict=True)
+    )
+
+
+def _without(run: xr.Dataset, held: xr.Dataset | None, name: str, measure: Any, count: int) -> NDArray[np.float64]:
+    if name in run:
+        return np.asarray(run[name].values, np.float64)
+    if held is not None and held.sizes.get("turn", 0) > 1:
+        return np.asarray(measure(held)["greatest"].values, np.float64)
+    return np.full(count, np.nan)
+
+
+def _planes(run: xr.Dataset) -> tuple[PlaneVerdict, ...]:
+    if "plane" not in run.coords:
+        return ()
+    found = residual_unbalance(run)
+    rows = zip(run["plane"].values, found["unbalance"].values, found["residual"].values, strict=True)
+    return tuple(PlaneVerdict(str(name), float(unbalance), float(left)) for name, unbalance, left in rows)
+
+
+def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, float]:
+    """Unbalance and residual of the whole rotor: of several planes the sums, else the resultants."""
+    if len(planes) > 1:
+        return sum(plane.unbalance for plane in planes), sum(plane.residual for plane in planes)
+    if "turn_unbalance" not in last:
+        return np.nan, np.nan
+    return mean(last["turn_unbalance"].values), mean(last["turn_residual_unbalance"].values)
+
+
+def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
+    """Static and couple share of what two planes leave and of their unbalances, kg m and kg m^2; nan unless two."""
+    if last.sizes.get("plane", 0) != 2 or "plane_position" not in last.coords:
+        return np.nan, np.nan, np.nan, np.nan
+    unbalance, balls = plane_vectors(last, "turn_")
+    half = 0.5 * float(np.diff(last["plane_position"].values)[0])
+    (first, second), (one, two) = (unbalance + balls).T, unbalance.T
+    parts = (first + second, half * (second - first), one + two, half * (two - one))
+    left, couple, static, moment = (float(np.abs(part).mean()) for part in parts)
+    return left, couple, static, moment
+
+
+# When a machine counts as balanced: one rule for balls in races, deep chambers, runs and studies.
+#
+# The vibration with balls, at the place where it is greatest, is compared with the vibration of the same machine with
+# its balls spread evenly and held, where that is greatest. Up to a tenth of it is *balanced*, up to nine tenths
+# *partly balanced*, up to eleven tenths *not balanced*; more is *worse than without balls*. There is *no verdict* on a
+# run that was stopped, or whose speed changes by more than a hundredth in its last twentieth. *Not settled yet* is one
+# of fewer than ten revolutions, or whose vibration in the last two twentieths differs by more than a fifth, or would
+# still change by more than that: its means in the thirds of the last fifth are continued as an exponential approach;
+# or whose balls drift and have not settled. Where a ball goes round in the rotor only the twentieths count, which may
+# differ by a factor of two. Below a tenth of that without balls a vibration may change.
+
+
+Floats = NDArray[np.float64]
+
+BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
+NO_VERDICT, NOT_SETTLED = "no verdict", "not settled yet"
+WORDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, NOT_SETTLED)  # in the order of kernels/measures/limits.py
+LIMITS = tuple(zip(MEASURES_LIMITS, WORDS[:3], strict=True))
+
+
+def verdict_word(ratio: float) -> str:
+    """The word for the vibration with balls over that without; ``"no verdict"`` for nan."""
+    from autobalancer.kernels.measures.verdict import class_of
+
+    return WORDS[class_of(ratio)]
+
+
+class Course(NamedTuple):
+    """What tells whether a run has come to its end: samples, and the envelope of the reference station."""
+
+    end: float  # time, s
+    centered: bool  # nothing can deflect the rotor for good
+    time: Floats  # (T,) s
+    speed: Floats  # (T,) rad/s
+    uneven: bool  # whether a ball goes round in the rotor at the end
+    envelope_time: Floats  # (B,) s; empty without an envelope
+    low: Floats  # (B,) m
+    high: Floats  # (B,) m
+    since: float = 0.0  # from when the run was left alone, s
+    creeps: bool = False  # whether a ball that has not settled drifts at the end
+
+
+def unsteady(course: Course, vibration: float, without_balls: float) -> tuple[str, str]:
+    """The word and the reason where a run has not come to its end: its speed or its vibration still changes; else empty texts.
+
+    ``vibration`` is the greatest of all places, ``without_balls`` that without balls (m): below a tenth of it a vibration may
+    change.
+    """
+    from autobalancer.kernels.measures.verdict import REVOLUTIONS, changing, too_short, twentieth
+
+    envelope = plain(course.envelope_time), plain(course.low), plain(course.high)
+    before, after = (twentieth(*envelope, course.end, begin, course.centered) for begin in (0.9, 0.95))
+    to_come = compiled().vibration_to_come(*envelope, course.since, course.end, course.centered)
+    moves = speed_changes(course.time, course.speed, course.end)
+    reason = changing(moves, course.uneven, course.creeps, before, after, to_come, vibration, without_balls)
+    if reason == SPEED_CHANGES:
+        return NO_VERDICT, (
+            "the speed still changes in the last twentieth of the run, so the numbers are those of its last revolutions and "
+            "not of a steady state; run longer"
+        )
+    if course.speed.size and too_short(course.end, float(course.speed[-1])):
+        turns = course.end * abs(float(course.speed[-1])) / (2.0 * np.pi)
+        return NOT_SETTLED, f"too short to tell: {turns:.2g} revolutions; take {REVOLUTIONS:g} or more"
+    return (
+        (NOT_SETTLED, "the vibration still changes at the end of the run") if reason == VIBRATION_CHANGES else ("", "")
+    )
+
+
+def speed_changes(time: Floats, speed: Floats, end: float) -> bool:
+    """Whether the speed still changes in the last twentieth of a run of ``end`` seconds, so that it has no steady state."""
+    return bool(compiled().speed_changes(plain(time), plain(speed), end))
+
+
+def goes_round(time: Floats, angle: Floats, end: float) -> bool:
+    """Whether a ball makes a turn in the rotor in the last twentieth of a run; ``angle`` is (T, n) in the rotor, rad."""
+    return bool(compiled().goes_round(plain(time), plain(angle), end))
+
+
+# A verdict as lines that people read.
+
+
+Lines = list[tuple[str, str]]
+NOT_COMPARED = "not computed; verdict(run, held) compares it, with held = simulate(machine, hold_balls=True)"
+LISTED = 8  # balls that are named
+GREATER = MEASURES_LIMITS[-1]  # times the greatest deflection without balls, from which on the headline says so
+LEAST_SHARE = 1e-3  # of an unbalance, below which an extrapolated residual is not said in figures
+
+
+def rpm_text(speed: float) -> str:
+    """A speed in rad/s as text in rpm: ``"668 rpm"``."""
+    return f"{significant(speed * 30.0 / math.pi)} rpm"
+
+
+def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text) -> tuple[str, Lines, list[str]]:
+    """A headline, rows of a label and a text, and notes; ``speed_text`` writes a speed (rad/s)."""
+    rows: Lines = []
+    if not math.isnan(found.residual):
+        of = f" of {moment_text(found.unbalance)}, {share_text(found.residual_share)}" if found.unbalance > 0.0 else ""
+        added = "planes added up, " * (len(found.planes) > 1)
+        rows.append(("residual unbalance", f"{moment_text(found.residual)}{of} ({added}mean at the end)"))
+    if len(found.planes) > 1:
+        for plane in found.planes:
+            share = f", {share_text(plane.residual / plane.unbalance)}" if plane.unbalance > 0.0 else ""
+            rows.append((f"  {plane.name}", f"{moment_text(plane.residual)} of {moment_text(plane.unbalance)}{share}"))
+    if not math.isnan(found.couple_residual):
+        static = f"{moment_text(found.static_residual)} of {moment_text(found.static_unbalance)}"
+        couple = f"{couple_text(found.couple_residual)} of {couple_text(found.couple_unbalance)}"
+        rows.append(("  vector sum", f"static {static}, couple about their middle {couple}"))
+    for number, place in enumerate(found.places):
+        text = f"at most {length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
+        rows.append(
+            (
+                "vibration" if not number else "",
+                f"{place.name}: {text}{_text_without(place.without_balls, length_text)}",
+            )
+        )
+    settled = [place for place in found.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
+    for number, place in enumerate(settled):
+        name = f"{place.name}: " if len(found.places) > 1 else ""
+        beyond = (
+            f", beyond the {length_text(place.sag)} by which the rotor sags without balls" if place.sag > 0.0 else ""
+        )
+        rows.append(("static deflection" if not number else "", f"{name}{length_text(place.static)}{beyond}"))
+    for number, support in enumerate(found.supports):
+        static = f"static {force_text(support.static)}, " if support.static > 0.01 * support.vibrating else ""
+        name = f"{support.name}: " if len(found.supports) > 1 else ""
+        text = f"{name}{static}vibrating {force_text(support.vibrating)}"
+        rows.append(("support forces" if not number else "", text + _text_without(support.without_balls, force_text)))
+    if not math.isnan(found.grade_after):
+        after, before = (
+            f"{grade_name(v)} ({velocity_text(1e-3 * v)})" if v > 0.0 else "no unbalance"
+            for v in (found.grade_after, found.grade_before)
+        )
+        rows.append(("ISO 21940-11", f"{after}; without balls {before}"))
+    if found.peak is not None:
+        where = f"{found.peak.place}: " if len(found.places) > 1 else ""
+        rows.append(("greatest deflection", where + _peak(found.peak, speed_text)))
+        if found.peak_without_balls is not None:
+            rows.append(("  without balls", _peak(found.peak_without_balls, speed_text)))
+        elif found.without_held:
+            rows.append(("  without balls", NOT_COMPARED))
+    if found.parts:
+        rows += _parts(found.parts, speed_text)
+    elif found.settling is not None:
+        rows.append(("balls settle", _settling(found.settling, None if found.word == NOT_SETTLED else found.forecast)))
+    rows = [(worded(label, found.bodies), worded(text, found.bodies)) for label, text in rows]
+    return headline(found), rows, list(found.notes)
+
+
+def headline(found: Verdict) -> str:
+    """The verdict in a sentence, with the greatest deflection of the run where balls have made it much greater."""
+    vibration = f"vibration {share_text(found.ratio)} of that without balls"
+    if found.word in WORDS[:4]:
+        beside = f"; {found.because}" if found.because else ""
+        return worded(f"{found.word}{_transient(found)}: {vibration}{beside}", found.bodies)
+    still = _still(found) if found.word == NOT_SETTLED else ""
+    return worded(f"{found.word}: {still or found.because}{_transient(found)}", found.bodies)
+
+
+def verdict_html(found: Verdict) -> str:
+    """The verdict as a table for a notebook."""
+    head, rows, notes = verdict_lines(found)
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(label.strip())}</th>"
+        f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+        for label, text in rows
+    )
+    told = "".join(f"<p>note: {html.escape(note)}</p>" for note in notes)
+    return f"<p><b>{html.escape(head)}</b></p><table>{cells}</table>{told}"
+
+
+def _text_without(value: float, text: Callable[[float], str]) -> str:
+    return "" if math.isnan(value) else f"; without balls {text(value)}"
+
+
+def _transient(found: Verdict) -> str:
+    """The passage of the resonance, where balls have made it worse."""
+    if found.peak is None or found.peak_without_balls is None or not found.peak_ratio > GREATER:
+        return ""
+    here, other = length_text(found.peak.deflection), length_text(found.peak_without_balls.deflection)
+    much = worse_by(found.peak_ratio) + (" than" if found.peak_ratio < 2.0 else " as")
+    joined = ", but" if found.word == BALANCED else ", and" if found.word in WORDS[:4] else ";"
+    return f"{joined} the greatest deflection on the way is {much} without balls ({here}, without {other})"
+
+
+def worse_by(ratio: float) -> str:
+    """How much worse a passage is of so many times the greatest deflection without balls; empty up to one tenth."""
+    if not ratio > GREATER:
+        return ""
+    return f"{share_text(ratio - 1.0)} worse" if ratio < 2.0 else f"{significant(ratio)} times as much"
+
+
+def _still(found: Verdict) -> str:
+    """What still changes at the end of a run, where it goes, and how long a run shows it."""
+    ahead = found.forecast
+    if ahead is None:
+        return f"{found.because}; run longer (run.duration)"
+    said = found.because
+    if found.settling is not None and found.settling.moving:
+        said = f"balls still move {significant(math.degrees(ahead.speed), 2)} deg/s"
+    if math.isnan(ahead.duration):
+        return f"{said}; run longer (run.duration)"
+    return (
+        f"{said}; residual {share_text(found.residual_share)} now, {_later(ahead)} when they have settled (extrapolated); run "
+        f"for about {significant(ahead.duration, 2)} s to see it (run.duration)"
+    )
+
+
+def _later(ahead: Forecast) -> str:
+    return "below 0.1 %" if ahead.share < LEAST_SHARE else f"about {share_text(ahead.share)}"
+
+
+def _peak(peak: Peak, speed_text: Callable[[float], str]) -> str:
+    return f"{length_text(peak.deflection)} at {speed_text(peak.speed)}"
+
+
+def _parts(parts: tuple[RunPart, ...], speed_text: Callable[[float], str]) -> Lines:
+    """Peak and settling before and after each jump of the unbalance."""
+    rows: Lines = [("unbalance jumps", "at " + ", ".join(f"{part.begin:.5g} s" for part in parts[1:]))]
+    for number, part in enumerate(parts):
+        label = f"  from {part.begin:.5g} s" if number else f"  up to {part.end:.5g} s"
+        texts = [f"greatest deflection {_peak(part.peak, speed_text)}"] if part.peak is not None else []
+        texts += [f"balls settle {_settling(part.settling)}"] if part.settling is not None else []
+        rows.append((label, "; ".join(texts) or "nothing was kept"))
+    return rows
+
+
+def _settling(settling: Settling, ahead: Forecast | None = None) -> str:
+    moving = settling.moving
+    later = ""
+    if ahead is not None and not math.isnan(ahead.duration):
+        later = f"; a run of about {significant(ahead.duration, 2)} s shows them settled (extrapolated)"
+    if not settling.ball:
+        return f"none; {'it still moves' if len(moving) == 1 else 'all still move'} at the end{later}"
+    at = f" (at {settling.settled_at:.5g} s)" if settling.counted_from != "start" else ""
+    when = f"{settling.duration:.3g} s after" if settling.duration > 0.0 else "before"
+    text = f"{when} the {settling.counted_from}{at}, ball {settling.ball} last"
+    if moving:
+        named = ", ".join(map(str, moving[:LISTED])) + (", ..." if len(moving) > LISTED else "")
+        text += f"; not settled: {len(moving)} ({named}){later}"
+    return text

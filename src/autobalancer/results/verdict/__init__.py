@@ -1,1 +1,0 @@
-"""Whether a run is balanced, and what is left where."""

@@ -1,1 +1,0 @@
-"""Rings partly filled with liquid on a rotor: steady response and small motions."""

@@ -1,0 +1,67 @@
+"""What is odd in the description of a machine and the length of its run, in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from autobalancer.assembly.profile import corners
+from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
+from autobalancer.assembly.system import Assembly
+from autobalancer.catalog.resolve import resolve
+from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.machine.bare_numbers import USUAL, bare_numbers
+from autobalancer.machine.drive import Hill
+from autobalancer.units import Given
+
+REACHED = 0.95  # of the last speed of an S-shaped run-up, which never ends: a run that comes so far is long enough
+SMALLEST_SHIFT = 2e-7  # m: balls that move the center of mass by less balance nothing that can be measured
+
+
+def input_notes(machine: Machine, end: float | None) -> tuple[str, ...]:
+    """Sentences on numbers that were hardly meant in SI, and on a run of ``end`` seconds that ends before its speed profile."""
+    return bare_numbers(machine) + _too_heavy(machine) + (() if end is None else _ends_early(machine, end))
+
+
+def _too_heavy(machine: Machine) -> tuple[str, ...]:
+    """A mass without a unit beside which the balls of the machine are nothing."""
+    mass = getattr(machine.rotor, "mass", None)
+    able = sum(ball.moment for ball in resolve(machine))
+    if (
+        not isinstance(mass, float)
+        or isinstance(mass, Given)
+        or mass > USUAL["kg"][1]
+        or not 0.0 < able < SMALLEST_SHIFT * mass
+    ):
+        return ()
+    return (
+        f"rotor.mass = {mass:.10g} was read in kg, since a number without a unit is SI; beside it the balls can move the center "
+        f'of mass by {1e6 * able / mass:.2g} um at most. Write the mass with its unit, "{mass:.10g} g" if that is meant',
+    )
+
+
+def _ends_early(machine: Machine, end: float) -> tuple[str, ...]:
+    if not isinstance(machine.drive, PrescribedSpeed):
+        return ()
+    profile = machine.drive.profile
+    if isinstance(profile, Hill):
+        last = float(profile.half_time) * (REACHED / (1.0 - REACHED)) ** (1.0 / float(profile.exponent))
+        what = f"has come {100.0 * REACHED:.0f} % of its way"
+    else:
+        last, what = corners(profile)[-1][0], "ends"
+    if end >= last * (1.0 - 1e-9):
+        return ()
+    return (
+        f"the run lasts {end:.5g} s, but the speed profile {what} at {last:.5g} s only; run longer (run.duration) to reach its "
+        "last speed",
+    )
+
+
+# Critical speeds as a result notes them, and of which motions they are.
+
+
+def critical_attributes(machine: Machine, assembly: Assembly) -> dict[str, Any]:
+    """The critical speeds (rad/s); where the stiffness depends on the deflection, that they are those of small motions."""
+    found: dict[str, Any] = {"critical_speeds": list(assembly.critical_speeds)}
+    if has_rubber(machine) or has_hardening(machine):
+        found["critical_speeds_of"] = "small motions"
+    return found

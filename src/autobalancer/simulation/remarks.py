@@ -1,0 +1,311 @@
+"""What must be said of a run in words."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.place_response import off_center
+from autobalancer.assembly.places import Places, in_frame
+from autobalancer.assembly.rotors.hardening import central_force
+from autobalancer.assembly.system import Assembly, equal_groups
+from autobalancer.catalog.resolve import Ball, resolve
+from autobalancer.catalog.small_tables import NONE_GIVEN
+from autobalancer.kernels.integrators.memory import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
+from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.measures.limits import FASTEST
+from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
+from autobalancer.laws.adherence import held_whirl
+from autobalancer.laws.drag_coefficient import range_record, stokes_record
+from autobalancer.machine import Machine
+from autobalancer.results.number_text import length_text, significant
+from autobalancer.results.series import lifted_from
+from autobalancer.results.verdict import LIMITS
+from autobalancer.simulation.saved import saved_lag
+
+# Whether a bearing moved farther than the table of its force is known for, in words.
+
+
+def bearing_text(assembly: Assembly, record: Record, state: Memory) -> str:
+    """Which bearings moved beyond their table, where its last slope goes on."""
+    reach = [central_force(place.hardening).reach for place in assembly.hard]
+    if not np.isfinite(reach).any():
+        return ""
+    middle = np.array([place.hardening.center for place in assembly.hard], float)
+    moved = greatest_stretch(assembly.system.bearings.rows, middle, assembly, record, state)
+    far = [
+        f"{place.name} moved {length_text(way)} from its middle, its table ends at {length_text(limit)}"
+        for place, way, limit in zip(assembly.hard, moved, reach, strict=True)
+        if way > limit
+    ]
+    if not far:
+        return ""
+    return f"bearings: {'; '.join(far)}; beyond it the force goes on with its last slope, add the forces there"
+
+
+# Whether rubber moved farther than its friction elements are known for, in words.
+
+
+def greatest_stretch(rows: Matrix, middle: Matrix, assembly: Assembly, record: Record, state: Memory) -> Floats:
+    """Greatest distances from ``middle`` (M, 2) of places with ``rows`` (2 M, R) in the states that a run kept, (M,) m."""
+    seen = (
+        record.samples[: int(state.counts[NEXT_SAMPLE])],
+        record.bin_states[: int(state.counts[NEXT_BIN])],
+        record.turn_states[: int(state.counts[NEXT_TURN]), 1:],
+        state.state[None],
+    )
+    states = np.concatenate([part[np.isfinite(part).all(axis=1)] for part in seen])
+    q = in_frame(states, assembly)[0]
+    stretch = (q @ rows[:, : q.shape[1]].T).reshape(len(states), -1, 2) - middle
+    return np.asarray(np.hypot(stretch[..., 0], stretch[..., 1]).max(axis=0, initial=0.0))
+
+
+def rubber_text(assembly: Assembly, record: Record, state: Memory) -> str:
+    """Which rubber moved farther than its largest breakaway amplitude, beyond which its loss force no longer grows."""
+    if not any(mount.rubber.friction for mount in assembly.mounts):
+        return ""
+    far = []
+    middle = np.zeros((len(assembly.mounts), 2))
+    stretches = greatest_stretch(assembly.system.rubber.rows, middle, assembly, record, state)
+    for mount, moved in zip(assembly.mounts, stretches, strict=True):
+        limit = mount.rubber.largest_amplitude
+        if mount.rubber.friction and moved > limit:
+            far.append(
+                f"{mount.name} moved {length_text(moved)}, its largest breakaway amplitude is {length_text(limit)}"
+            )
+    if not far:
+        return ""
+    more = "beyond it all friction elements slide, and their force stays the same; add one with a larger amplitude"
+    return f"rubber: {'; '.join(far)}; {more}"
+
+
+# Whether the balls of a run kept to the range in which their drag law and slipstream are known.
+
+
+def drag_range_attributes(assembly: Assembly, run: xr.Dataset, record: Record, state: Memory) -> dict[str, Any]:
+    """For the result: law, greatest Reynolds number and a warning where the law was left; empty where beta is given.
+
+    The same of the slipstream where there is one. Velocities are those saved with the run, along the race and relative to its
+    fluid, which may lag.
+    """
+    found: dict[str, Any] = {}
+    greatest: dict[Any, float] = {}
+    in_line, stokes = -1.0, -1.0
+    for number, ball in enumerate(assembly.balls):
+        if ball.drag_curve is None and not (ball.slipstream or ball.stokes):
+            continue
+        for name, (times, states) in _saved(record, state).items():
+            if name in run:
+                rates = run[name].isel(ball=number).values
+                speeds = np.abs(rates + saved_lag(assembly, number, states[: rates.size], times[: rates.size]))
+                if speeds.size:
+                    velocity = float(np.nanmax(speeds)) * ball.orbit_radius
+                    if ball.slipstream:
+                        in_line = max(in_line, velocity * ball.diameter / ball.fluid_viscosity)
+                    if ball.stokes:
+                        stokes = max(stokes, velocity * ball.diameter / ball.fluid_viscosity)
+                    if ball.drag_curve is not None:
+                        greatest[ball.drag_curve] = max(greatest.get(ball.drag_curve, 0.0), velocity)
+    for curve, velocity in greatest.items():
+        one = curve.range_record(velocity)
+        if not found or one["drag_reynolds"] > found["drag_reynolds"]:
+            found = one
+    if not found and stokes >= 0.0:
+        found = stokes_record(stokes)
+    return found | (range_record(in_line) if in_line >= 0.0 else {})
+
+
+def _saved(record: Record, state: Memory) -> dict[str, tuple[Floats, Matrix]]:
+    """Times and states behind the ball speeds of a run; a bin that the end of the run cut short has the last state."""
+    bins = int(state.counts[NEXT_BIN])
+    ends, states = record.bin_edges[1 : bins + 1], record.bin_states[:bins]
+    return {
+        "ball_speed_in_rotor": (record.sample_times, record.samples),
+        "envelope_ball_speed_in_rotor": (np.append(ends, state.clock[TIME]), np.vstack([states, state.state])),
+    }
+
+
+# What races off the axis leave at the end of a run, in words.
+
+
+MATTERS, _ = LIMITS[0]
+"""Of the greatest vibration without balls: a smaller eccentricity still leaves the machine balanced."""
+
+
+def eccentricity_text(places: Places, assembly: Assembly, run: xr.Dataset, speed: float) -> str:
+    """The residual of the races off the axis at the last speed (rad/s); empty without balls.
+
+    Of races whose eccentricity is not given, only where a typical one matters beside the vibration without balls.
+    """
+    if not 0.0 < abs(speed) < FASTEST:
+        return ""
+    found = off_center(places, assembly.balls, speed)
+    if found is None or not found.sentence:
+        return ""
+    if not any(plane.given and plane.eccentricity > 0.0 for plane in found.planes):
+        without = run["vibration_without_balls"].values if "vibration_without_balls" in run else [math.nan]
+        if not found.greatest >= MATTERS * max(without):
+            return ""
+        size = length_text(found.greatest)
+        return f"race eccentricity: not given; a typical {size} would leave that much vibration (see check)"
+    return f"race eccentricity: {found.sentence}"
+
+
+# Until when resolved balls lie on the floor of their annulus, in words.
+
+
+def floor_text(machine: Machine, balls: tuple[Ball, ...], run: xr.Dataset) -> str:
+    """Of all balls that a run with samples shows on a floor: until when, or from which speed on their wall would carry them."""
+    if "ball_floor_force" not in run or run["time"].size == 0:
+        return ""
+    force = run["ball_floor_force"].values
+    seconds, speeds = (lifted_from(run[name].values, force) for name in ("time", "speed"))
+    told = []
+    for number in np.flatnonzero(force.max(axis=0) > 0.0):
+        name = f"ball {number + 1}"
+        if np.isfinite(seconds[number]):
+            told.append(f"{name} until {significant(seconds[number])} s ({significant(speeds[number])} rad/s)")
+            continue
+        ball = balls[number]
+        contact = machine.balancers[ball.balancer].races[ball.race].resolved
+        assert contact is not None
+        sliding = float(contact.sliding_friction)
+        if sliding > 0.0:
+            needed = math.sqrt(float(machine.gravity) / (sliding * ball.orbit_radius))
+            carried = f"friction of its wall carries it from {significant(needed)} rad/s on"
+        else:
+            carried = "its wall without friction never carries it"
+        told.append(f"{name} up to the end; {carried}")
+    return f"on the floor of the annulus: {', '.join(told)}" if told else ""
+
+
+# What friction means for the end of a run, in words.
+
+
+def friction_text(machine: Machine, balls: tuple[Ball, ...], run: xr.Dataset) -> str:
+    """The whirl below which balls at rest do not move at its last speed, of all races with balls; or that there is no friction.
+
+    Without ``balls`` the text is empty.
+    """
+    if not balls:
+        return ""
+    weight = machine.gravity / max(_last_speed(run) ** 2, 1e-300) if machine.axis == "horizontal" else 0.0
+    kinds = {(ball.orbit_radius, ball.adherence) for ball in balls if ball.adherence > 0.0}
+    held = [held_whirl(orbit, adherence, weight=weight) for orbit, adherence in sorted(kinds)]
+    if not held:
+        return NONE_GIVEN
+    if max(held) < 0.0:
+        return "the weight of the balls moves them in each turn at the last speed; friction does not hold them at rest"
+    low, high = max(min(held), 0.0), max(held)
+    span = length_text(high) if math.isclose(low, high) else f"{length_text(low)} to {length_text(high)}"
+    text = f"friction holds balls at rest while their race is less than {span} off the axis of rotation"
+    if not any(race.eccentricity for balancer in machine.balancers for race in balancer.races):
+        return text
+    return (
+        text + "; an eccentric race can be farther off, and balls near the line of its whirl are held, too (see check)"
+    )
+
+
+def _last_speed(run: xr.Dataset) -> float:
+    for name in ("turn_speed", "speed", "envelope_speed"):
+        if name in run and run[name].size:
+            return float(run[name].values[-1])
+    return 0.0
+
+
+# Balls that lie in one place although that state is unstable.
+
+
+TOGETHER = 1e-6  # rad; balls this near lie in one place
+LATE = 0.05  # share of a run, at its end, that is looked at
+
+CURE = (
+    "Identical balls at one place never separate, real ones do: set mass_spread above 0, give the balls a size (diameter), "
+    "or start them at different angles"
+)
+
+
+def free_groups(machine: Machine) -> list[list[int]]:
+    """Numbers of equal balls, from 0, that may lie in one place and that friction does not hold there."""
+    balls = resolve(machine)
+
+    def held(number: int) -> bool:
+        friction = machine.balancers[balls[number].balancer].races[balls[number].race].friction
+        return friction is not None and friction.holding > 0.0
+
+    return [members for members in equal_groups(machine, balls) if not held(members[0])]
+
+
+def pairs_together(groups: list[list[int]], angles: Floats) -> list[tuple[int, int]]:
+    """Those balls of each group that lie in one place, two by two."""
+    return [
+        (one, other)
+        for members in groups
+        for one, other in combinations(members, 2)
+        if abs(math.remainder(float(angles[one] - angles[other]), 2.0 * math.pi)) < TOGETHER
+    ]
+
+
+def parting_rate(ball: Ball, speed: float, outward: float) -> float:
+    """Rate at which the distance of two balls in one place grows, 1/s; not above zero if they stay together.
+
+    The rotor does not feel it when two balls part, so their distance d obeys J d'' + beta d' + m R w^2 s d = 0 with the mean
+    deflection s of the race center in the direction of the balls: balls on the side to which the rotor is deflected are held
+    together, those on the other side are driven apart.
+
+    Parameters
+    ----------
+    ball
+        One of them.
+    speed
+        Of the balls in space, rad/s.
+    outward
+        The deflection s, m.
+    """
+    pull = ball.moment * speed**2 * outward
+    half = 0.5 * ball.drag / ball.inertia
+    return float(np.sqrt(complex(half**2 - pull / ball.inertia)).real) - half
+
+
+def coincidence_text(machine: Machine, assembly: Assembly, states: Matrix) -> str:
+    """A sentence if balls lie in one place in the last of the states (times, size) and are driven apart; else empty."""
+    n = len(assembly.balls)
+    if not n or not states.shape[0]:
+        return ""
+    late = states[-max(1, round(LATE * states.shape[0])) :]
+    angles = late[:, BALLS : BALLS + n]
+    rates = {}
+    for one, other in pairs_together(free_groups(machine), angles[-1]):
+        ball = assembly.balls[one]
+        centers = _race_centers(assembly, ball, late)
+        in_space = angles[:, one] + (0.0 if assembly.system.rotating else late[:, THETA])
+        speed = float(np.mean(late[:, SPEED] + late[:, BALLS + n + one]))
+        rates[one, other] = parting_rate(ball, speed, float(np.mean((centers * np.exp(-1j * in_space)).real)))
+    return parting_text(rates)
+
+
+def parting_text(rates: dict[tuple[int, int], float]) -> str:
+    """What a result says of balls in one place that are driven apart; empty if none are."""
+    driven = {pair: rate for pair, rate in rates.items() if rate > 0.0}
+    if not driven:
+        return ""
+    one, other = max(driven, key=lambda pair: driven[pair])
+    return (
+        f"balls {one + 1} and {other + 1} lie in one place although this state is unstable: their distance would grow at "
+        f"{driven[one, other]:.3g} 1/s. {CURE}"
+    )
+
+
+def _race_centers(assembly: Assembly, ball: Ball, states: Matrix) -> Floats:
+    """Deflection of the race center in the frame of the integration, x + i y, (times,)."""
+    z = states[:, X] + 1j * states[:, Y]
+    if assembly.places.shape[0]:
+        row, rest = assembly.places[ball.balancer], BALLS + 2 * len(assembly.balls)
+        coordinates = np.column_stack([states[:, [X, Y]], states[:, rest : rest + row.shape[1] - 2]])
+        z = coordinates @ (row[0] + 1j * row[1])
+    turn = 1.0 if assembly.system.rotating else np.exp(1j * states[:, THETA])
+    return np.asarray(z + ball.eccentricity * turn)

@@ -1,1 +1,0 @@
-"""What must be said of a run in words."""

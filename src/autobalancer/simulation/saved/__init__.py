@@ -1,1 +1,0 @@
-"""From saved states to a labeled result."""

@@ -1,1 +1,0 @@
-"""The averaged equations: Spannan (2021), chapter 4."""

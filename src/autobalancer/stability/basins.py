@@ -1,0 +1,570 @@
+"""Which end state follows from which start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from autobalancer.assembly.forces import has_forces
+from autobalancer.assembly.guided import Lags
+from autobalancer.assembly.places import in_frame
+from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
+from autobalancer.assembly.system import Assembly, assemble, start_angles, steady
+from autobalancer.assembly.terms import Theory, unknown
+from autobalancer.assembly.torsion import without_links
+from autobalancer.catalog.resolve import Ball, occupied_angle
+from autobalancer.catalog.small_tables import NONE_GIVEN
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import machine_text
+from autobalancer.kernels.integrators import tableau as tableaus
+from autobalancer.kernels.integrators.memory import memory
+from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, System, X, Y
+from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine.drive import Constant, PrescribedSpeed, Ramp
+from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.random_numbers import generator
+from autobalancer.results.provenance import provenance
+from autobalancer.results.shares import wilson_interval
+from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word
+from autobalancer.simulation.fluid_lag import diffusing_lags
+from autobalancer.simulation.record import record_for
+from autobalancer.simulation.steppers import equations
+from autobalancer.stability.friction import RELEASED
+from autobalancer.stability.host.planar import Complexes, Plane, plane, refuse_forces
+from autobalancer.stability.host.stations import Stations, of_plane, slowest_decay, stations
+from autobalancer.stability.states.linear import growth
+from autobalancer.stability.states.questions import judged
+from autobalancer.stability.states.stations import required, states_of
+
+# Which end state follows from which start: basins of attraction, as a map and in percent.
+#
+# The rule by which an end is named stands in :mod:`autobalancer.stability.basins`.
+
+
+REVOLUTIONS = (400.0, 20000.0)  # least and most of a hold that is not given
+WAY = 1e-4  # rad, by which a race center that should run true is off the axis by less than the rule allows
+
+
+def question_of(
+    machine: Machine, speed: float, hold: float | None, tolerance: float, seed: int, *, ramp: bool
+) -> Question:
+    """A machine without gravity across its axis made ready, for starts at the speed or with a ``ramp`` up to it."""
+    refuse_forces(machine)
+    st = of_plane(plane(machine)) if isinstance(machine.rotor, PlanarRotor) else stations(machine)
+    lags = diffusing_lags(machine)
+    profile = Ramp(start=0.0, end=speed, duration=1.0) if ramp else Constant(speed=speed)
+    there = machine.model_copy(update={"drive": PrescribedSpeed(profile=profile)})
+    assembly = assemble(without_links(there), seed=seed, contact=False, lags=lags)
+    slowest = _slowest(st, speed)
+    longest = hold or _long_enough(slowest, speed, lags if ramp else {})
+    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
+    earliest = _steady_after(st, speed, longest) if rubs else 0.0
+    return Question(machine, assembly, st, speed, longest, tolerance, _rest(st, slowest, speed), earliest, rubs)
+
+
+def why_unnamed(machine: Machine) -> str:
+    """Why the ends of a machine at a speed have no names; empty if they have."""
+    if machine.axis == "horizontal" and machine.gravity > 0.0:
+        return "gravity acts across the axis"
+    if has_rubber(machine):
+        return "rubber softens with the amplitude, and the states that have names are those of small motions"
+    if has_hardening(machine):
+        return "bearings become stiffer with the deflection, and the states that have names are those of small motions"
+    if has_forces(machine):
+        return "forces act on the balls, which may hold them at other places"
+    return ""
+
+
+def _slowest(st: Stations, speed: float) -> float:
+    """Decay rate of the slowest mode of all stable states, 1/s; infinite if none is stable."""
+    rates = [-growth(judged(st, speed, state)[0], state.freedom) for state in states_of(st, speed)]
+    return min([rate for rate in rates if rate > 0.0], default=math.inf)
+
+
+def _long_enough(slowest: float, speed: float, lags: Lags) -> float:
+    """Some decay times of the slowest mode, and of fluid that a run-up left behind."""
+    turn = 2.0 * math.pi / speed
+    slowest = min([slowest, *(float(lag.rates.min()) for lag in lags.values())])
+    return min(max(REVOLUTIONS[0] * turn, 25.0 / slowest), REVOLUTIONS[1] * turn)
+
+
+def _rest(st: Stations, slowest: float, speed: float) -> float:
+    """Ball speed in the rotor below which balls count as at rest, rad/s.
+
+    Of rotors with several coordinates the slowest modes of the balls decay so slowly that balls still have a way to go at 1e-5
+    of the rotor speed: there they must be within :data:`WAY` of their places.
+    """
+    return REST * speed if st.model.pairs == 1 else min(REST * speed, WAY * slowest)
+
+
+def released(axes: Iterable[str], acceleration: float | None, balls: Iterable[Ball]) -> str:
+    """How the runs begin, in words."""
+    axes = list(axes)
+    if acceleration or "acceleration" in axes:
+        return "after run-ups"
+    if any(name.startswith("ball_speed") for name in axes) or any(ball.start_speed for ball in balls):
+        return "released at this speed with speeds of their own (not a run-up)"
+    return RELEASED if not axes else RELEASED.replace("random", "the given")
+
+
+def _steady_after(st: Stations, speed: float, hold: float) -> float:
+    """Time after which the rotor has forgotten its start but for a hundredth, s; at most half of the time there is.
+
+    Balls that friction holds may be shaken loose until then.
+    """
+    slowest = slowest_decay(st, speed)
+    return min(math.log(100.0) / slowest if slowest > 0.0 else math.inf, 0.5 * hold)
+
+
+def ends_dataset(
+    question: Question,
+    axes: Mapping[str, Sequence[float]],
+    shape: tuple[int, ...],
+    starts: Matrix,
+    ends: Matrix,
+    seed: int,
+    acceleration: float | None,
+) -> xr.Dataset:
+    """Names of the ends and what they leave; ``starts`` and ``ends`` have a row for each run, see :func:`end_state`."""
+    machine, named = question.machine, [end_state(question, end) for end in ends]
+    over = End("overlapping start", ("overlapping start",) * len(question.st.names))
+    named = [over if bad else one for one, bad in zip(named, overlapping(question, starts), strict=True)]
+    names = [name.replace("[", "_").rstrip("]") for name in axes]
+    dims = tuple(names) if axes else ("run",)
+    size = question.assembly.state.size
+    n = question.st.moment.size
+    states = np.array([STATES.index(one.state) for one in named])
+    found = xr.Dataset()
+    for name, (path, values) in zip(names, axes.items(), strict=True):
+        unit, text = unit_of_axis(path), axis_name(path)
+        found = found.assign_coords({name: (name, np.asarray(values, np.float64), {"long_name": text, "units": unit})})
+    found["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
+    found["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})
+    deflection = np.array([np.abs(deflections(question, end)).max(initial=0.0) for end in ends]).reshape(shape)
+    angles = ends[:, BALLS : BALLS + n].reshape(*shape, n)
+    found["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
+    found = found.merge(residuals(question, dims, angles, states.reshape(shape), deflection))
+    planes = np.array([[PLANE_STATES.index(name) for name in one.planes] for one in named])
+    found["plane_state"] = (
+        (*dims, "plane"),
+        planes.reshape(*shape, -1),
+        {"long_name": "end state of a plane", "flag_meanings": list(PLANE_STATES)},
+    )
+    possible = states[states != STATES.index("overlapping start")]
+    counts = np.bincount(possible, minlength=len(STATES))
+    low, high = wilson_interval(counts, max(possible.size, 1))
+    found = found.assign_coords(end=("end", list(STATES)))
+    found["share"] = ("end", counts / max(possible.size, 1), {"long_name": "share of the starts", "units": "1"})
+    if not axes:
+        found["share_low"] = ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"})
+        found["share_high"] = ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"})
+    found.attrs = {
+        **provenance(),
+        "title": f"Basins of {machine.name}",
+        "machine": machine_text(machine),
+        "machine_name": machine.name,
+        "states": list(STATES),
+        "plane_states": list(PLANE_STATES),
+        "speed": question.speed,
+        "hold": question.hold,
+        "tolerance": question.tolerance,
+        "seed": seed,
+        "released": released(axes, acceleration, question.assembly.balls),
+        "overlapping": states.size - possible.size,
+        "ignores": ", ".join(unknown(machine, Theory.BASIN)),
+        **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
+        **({} if question.rubs else {"friction_text": NONE_GIVEN}),
+    }
+    return found if axes else _with_starts(found, starts)
+
+
+def _with_starts(found: xr.Dataset, starts: Matrix) -> xr.Dataset:
+    """The random starts themselves, and the number of the one with the greatest deflection at its end."""
+    n = found.sizes["ball"]
+    found["start_ball_angle_in_rotor"] = (("run", "ball"), starts[:, BALLS : BALLS + n], START_ANGLE)
+    worst = int(np.nan_to_num(found["final_deflection"].values).argmax())
+    return found.assign_attrs(worst=worst, worst_by="final_deflection", acceleration=0.0)
+
+
+# The starts of a basin: axes with their values, or random ball angles.
+
+
+START_ANGLE = {"long_name": "ball angle at the start", "units": "rad", "frame": "rotor"}
+
+
+def unit_of_axis(name: str) -> str:
+    """SI unit of an axis over starts; empty if there is no such axis."""
+    return {"ball_angle": "rad", "ball_speed": "rad/s", "acceleration": "rad/s^2"}.get(name.partition("[")[0], "")
+
+
+def starts_of(
+    question: Question, axes: Mapping[str, Sequence[float]], random: int, seed: int, acceleration: float | None
+) -> tuple[Matrix, Floats, tuple[int, ...]]:
+    """States (k, size), rates of a ramp from rest (k,), 0 without one, and the shape of the map."""
+    n, speed = question.st.moment.size, question.speed
+    values = [np.asarray(v, np.float64) for v in axes.values()]
+    if any(v.ndim != 1 or v.size == 0 or not np.all(np.isfinite(v)) for v in values):
+        raise QuestionError("basin: each axis needs a list of finite numbers")
+    shape = tuple(v.size for v in values) if axes else (random,)
+    count = math.prod(shape)
+    refuse_what_does_not_fit("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
+    first = question.assembly.state.copy()
+    first[[X, Y, VX, VY, THETA]] = 0.0
+    if question.assembly.general:
+        first[BALLS + 2 * n : 2 + 2 * question.assembly.places.shape[2] + 2 * n] = 0.0  # the other coordinates
+    first[SPEED] = 0.0 if acceleration or "acceleration" in axes else speed
+    starts, rates = np.tile(first, (count, 1)), np.full(count, acceleration or 0.0)
+    if not axes:
+        drawn = generator(seed)
+        balls = question.assembly.balls
+        starts[:, BALLS : BALLS + n] = [start_angles(balls, drawn, given=False) for _ in range(count)]
+    for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
+        column = grid.ravel()
+        kind, _, ball = name.partition("[")
+        if kind == "acceleration" and not ball:
+            if column.min() <= 0.0:
+                raise QuestionError("basin: an acceleration must be greater than zero")
+            rates[:] = column
+        elif kind == "ball_speed" and not ball:
+            starts[:, BALLS + n : BALLS + 2 * n] = column[:, None]
+        elif kind in ("ball_angle", "ball_speed") and ball.rstrip("]").isdecimal() and 1 <= int(ball.rstrip("]")) <= n:
+            starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
+        else:
+            raise QuestionError(
+                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{n}], ball_speed[i], ball_speed, "
+                "acceleration"
+            )
+    return starts, rates, shape
+
+
+def axis_name(path: str) -> str:
+    """An axis in words."""
+    kind, _, ball = path.partition("[")
+    if kind == "acceleration":
+        return "acceleration of the run-up"
+    which = f"ball {ball.rstrip(']')}" if ball else "all balls"
+    return f"start {kind.removeprefix('ball_')} of {which} in the rotor"
+
+
+# The rule by which the end of a run is named, in this order:
+#
+# - *balanced*: the balls rest and every race with balls that are not in one row runs true (center within 1/1000 of the
+#   deflection scale of the axis of rotation), in all planes; *mixed*: in some of several planes;
+# - *coincident*, *in line*: the balls rest in a row with the race center, all on one side, or on both sides;
+# - *held by friction*: the balls rest where no ball without friction would;
+# - *stalled*: a ball turns in the rotor, on the mean by more than 1/100 of the rotor speed;
+# - *chaotic*: the balls keep oscillating, and two runs that start close together diverge exponentially;
+# - *oscillating*: the balls keep oscillating, and such runs do not diverge.
+#
+# Starts at which balls of a race would overlap are marked as such and do not count in the shares.
+#
+# Balls rest when all are slower in the rotor than 1e-5 of its speed over several looks; on rotors with several
+# coordinates, where modes may decay very slowly, when they are near enough to their places. Each plane has a name of
+# its own, too: where balls of another plane move, one whose balls swing by less than a degree is *at rest*.
+
+
+STATES = (
+    "balanced",
+    "mixed",
+    "coincident",
+    "in line",
+    "held by friction",
+    "stalled",
+    "oscillating",
+    "chaotic",
+    "failed",
+    "overlapping start",
+)
+PLANE_STATES = (*(name for name in STATES if name != "mixed"), "at rest")
+AT_REST = STATES[:5]
+REST = 1e-5  # ball speed over rotor speed
+TRUE = 1e-3  # distance of a race center over the deflection scale
+TURNING = 1e-2  # mean ball speed over rotor speed
+NOT_RUN, RESTING, UNDECIDED, FAILED = -1.0, 0.0, 1.0, 2.0  # how a run ended
+
+
+@dataclass(frozen=True)
+class Question:
+    """A machine at a speed, ready to be run from many starts."""
+
+    machine: Machine
+    assembly: Assembly
+    st: Stations
+    speed: float
+    hold: float
+    tolerance: float
+    rest: float  # ball speed below which balls rest, rad/s
+    earliest: float = 0.0  # s at the speed, before which balls do not count as at rest
+    rubs: bool = False  # whether any race has friction
+
+
+@dataclass(frozen=True)
+class End:
+    """Names of the end state of a run: of all, and of each plane."""
+
+    state: str
+    planes: tuple[str, ...]
+
+
+def end_state(question: Question, end: Floats) -> End:
+    """The end state of a run: its last state, how it ended and when, then mean speeds and swings of balls that do not rest."""
+    st, n = question.st, question.st.moment.size
+    size, planes = question.assembly.state.size, range(len(question.st.names))
+    if end[size] == FAILED:
+        return End("failed", ("failed",) * len(planes))
+    speed, swing = end[size + 2 : size + 2 + n], end[size + 2 + n :]
+    if end[size] != RESTING:
+        stalled = np.abs(speed) > TURNING * question.speed
+        swinging = swing > math.radians(1.0)
+        if stalled.any() or swinging.any():
+            moving = "stalled" if stalled.any() else "chaotic" if _diverges(question, end) else "oscillating"
+            own = "oscillating" if moving == "stalled" else moving
+            return End(
+                moving,
+                tuple(
+                    "stalled"
+                    if stalled[st.station == p].any()
+                    else own
+                    if swinging[st.station == p].any()
+                    else "at rest"
+                    for p in planes
+                ),
+            )
+    center = centers(question, end)
+    own_names = tuple(_at_rest(question, end[BALLS : BALLS + n], center, st.station == p) for p in planes)
+    return End(_together(own_names), own_names)
+
+
+def centers(question: Question, end: Floats) -> Complexes:
+    """Race center of each ball in the rotor, from the axis of rotation, (n,) m.
+
+    Of rotors with several coordinates, some of which may hardly be damped, once the transient of the rotor is gone.
+    """
+    st, n = question.st, question.st.moment.size
+    if st.model.pairs > 1:
+        return np.asarray((st.rows @ st.coordinates(question.speed, end[BALLS : BALLS + n]))[st.station] + st.offset)
+    whirl = deflections(question, end)
+    if not question.assembly.system.rotating:
+        whirl = whirl * np.exp(-1j * end[THETA])
+    return np.asarray(whirl + st.offset)
+
+
+def deflections(question: Question, end: Floats) -> Complexes:
+    """Of the race of each ball, in the axes of the frame, (n,) m."""
+    assembly = question.assembly
+    if not assembly.general:
+        return np.full(question.st.moment.size, complex(end[X], end[Y]))
+    q, _ = in_frame(end[None, : assembly.state.size], assembly)
+    x, y = np.moveaxis(assembly.places @ q[0], -1, 0)
+    return np.asarray((x + 1j * y)[[ball.balancer for ball in assembly.balls]])
+
+
+def _at_rest(question: Question, angles: Floats, center: Complexes, here: np.ndarray[Any, Any]) -> str:
+    """The name of one plane whose balls rest."""
+    along = (np.exp(-1j * angles) * center)[here]
+    row = np.abs(along.imag) <= 0.02 * np.abs(along)
+    true = np.abs(center[here]) <= TRUE * float(question.assembly.scale[X])
+    if (true.any() or not here.any()) and (true | row).all():
+        return "balanced"
+    if question.rubs and not (true | row).all():
+        return "held by friction"
+    return "coincident" if len(set(np.sign(along.real[~true]))) <= 1 else "in line"
+
+
+def _together(planes: tuple[str, ...]) -> str:
+    """The name of all planes, whose balls rest."""
+    if "held by friction" in planes:
+        return "held by friction"
+    if "balanced" in planes:
+        return "balanced" if set(planes) == {"balanced"} else "mixed"
+    return "in line" if "in line" in planes else "coincident"
+
+
+def overlapping(question: Question, starts: Matrix) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Which rows of ``starts`` put two balls of a race into one another."""
+    found = np.zeros(starts.shape[0], np.bool_)
+    balls = question.assembly.balls
+    for i, one in enumerate(balls):
+        for j, other in enumerate(balls[:i]):
+            if (one.balancer, one.race) == (other.balancer, other.race):
+                apart = np.abs(np.angle(np.exp(1j * (starts[:, BALLS + i] - starts[:, BALLS + j]))))
+                found |= apart < 0.5 * occupied_angle([one, other]) * (1.0 - 1e-9)
+    return found
+
+
+def _diverges(question: Question, end: Floats) -> bool:
+    """Whether neighboring runs part: growth of a small distance over 200 revolutions, renewed at every one."""
+    rotating = bool(question.assembly.system.rotating)  # seen from its axes, the rotor is at the angle zero
+    turn = Turn(question.machine, question.st, question.speed, 0.0 if rotating else float(end[THETA]))
+    state = end[turn.kept]
+    small, total = 1e-7, 0.0
+    other = state.copy()
+    other[4] += small
+    for number in range(300):
+        state, other = turn(state), turn(other)
+        apart = (other - state) / turn.scale
+        distance = float(np.linalg.norm(apart))
+        if number >= 100:
+            total += math.log(max(distance, 1e-300) / small)
+        other = state + (other - state) * small / max(distance, 1e-300)
+    return total / 200.0 > 0.01
+
+
+# The map over one revolution of a machine at constant speed, by the compiled equations.
+
+
+TOLERANCE = 1e-13
+
+
+class Turn:
+    """The map over one revolution of a machine at constant speed, in axes at rest.
+
+    A planar machine counts with smooth races. States are those of the assembly without rotor angle and speed.
+    """
+
+    def __init__(self, machine: Machine, p: Plane | Stations, speed: float, angle: float = 0.0) -> None:
+        self.assembly: Assembly = assemble(without_links(machine), rotating=False, contact=False, real=False)
+        self.system = steadily(self.assembly.system, steady(speed, p.unbalance))
+        self.speed, self.count, self.angle = speed, p.moment.size, angle
+        self.period = 2.0 * math.pi / speed
+        self.pair = tableaus.dormand_prince_8()
+        self.kept = np.array([i for i in range(self.assembly.state.size) if i not in (THETA, SPEED)])
+        self.scale = self.assembly.scale[self.kept]
+        self.equations = equations(self.assembly).ready()
+        self.record = record_for((), (), self.assembly, self.period)
+
+    def __call__(self, state: Floats, turns: int = 1) -> Floats:
+        """The state after so many revolutions."""
+        full = np.zeros(self.assembly.state.size)
+        full[self.kept], full[SPEED] = state, self.speed
+        run = memory(
+            full,
+            turns * self.period,
+            TOLERANCE * self.assembly.scale,
+            TOLERANCE * self.assembly.growing,
+            total=self.pair.total,
+            degree=self.pair.degree,
+            longest=self.period,
+        )
+        run.state[THETA] = self.angle
+        self.system.drive.now[0] = 0
+        if advance(*self.equations, self.system, self.pair, self.record, run, 10_000_000) != FINISHED:
+            raise QuestionError(
+                "steady state: the motion grows without limit within one revolution; the start is too far off"
+            )
+        return np.asarray(run.state[self.kept])
+
+
+# A system at a steady drive, with the unbalance after all schedules.
+
+
+def steadily(system: System, drive: Drive) -> System:
+    """The same with another drive, in all of whose segments the loads are the last ones."""
+    loads = np.repeat(system.host.loads[-1:], len(drive.segments), axis=0)
+    return system._replace(drive=drive, host=system.host._replace(loads=loads))
+
+
+# What the ends of many runs leave: residual unbalance, deflection and verdicts over the starts.
+
+
+QUANTILES = (0.5, 0.95, 1.0)
+MOVING = "balls not at rest"
+WORDS = (BALANCED, PARTLY, NOT, WORSE, MOVING)
+
+
+def residuals(
+    question: Question, dims: tuple[str, ...], angles: Floats, states: NDArray[Any], seen: Floats
+) -> xr.Dataset:
+    """Residual unbalance and deflection of each end, and the distributions over the starts that are possible.
+
+    Where the balls rest, the deflection is the greatest in a turn that they leave once the transient of the rotor is gone;
+    else ``seen``, that at the last instant of the run. A verdict compares it with that of evenly spread balls. Of several
+    planes the residual is the sum of theirs, and the greatest deflection counts.
+    """
+    st, speed = question.st, question.speed
+    each = moments_of(st, angles)
+    wanted = _wanted(st, speed)
+    left_at = np.abs(each - wanted)
+    left, whole = left_at.sum(axis=-1), float(np.abs(wanted).sum())
+    resting = np.isin(states, [STATES.index(name) for name in AT_REST])
+    possible = states != STATES.index("overlapping start")
+    alone = float(_deflections(st, speed, np.zeros((1, len(st.names)), np.complex128)).max())
+    deflection = _deflections(st, speed, each.reshape(-1, len(st.names))).max(axis=-1).reshape(left.shape)
+    ends = np.where(resting & np.isfinite(deflection), deflection, seen)
+    found = xr.Dataset(
+        {"residual_unbalance": (dims, left), "final_deflection": (dims, ends)},
+        {"quantile": list(QUANTILES), "verdict": list(WORDS), "plane": list(st.names)},
+    )
+    found["plane_residual_unbalance"] = ((*dims, "plane"), left_at)
+    found["plane_unbalance"] = ("plane", np.abs(wanted))
+    for name, values in (("residual_quantile", left), ("deflection_quantile", deflection)):
+        there = values[resting]
+        found[name] = ("quantile", np.quantile(there, QUANTILES) if there.size else np.full(len(QUANTILES), np.nan))
+    at_rest = left_at[resting]
+    nothing = np.full((len(QUANTILES), len(st.names)), np.nan)
+    quantiles = np.quantile(at_rest, QUANTILES, axis=0) if len(at_rest) else nothing
+    found["plane_residual_quantile"] = (("quantile", "plane"), quantiles)
+    words = [verdict_word(value / alone) if alone > 0.0 else NO_VERDICT for value in deflection[resting]]
+    counts = [words.count(word) for word in WORDS[:-1]]
+    counts.append(int((possible & ~resting).sum()))
+    found["verdict_share"] = ("verdict", np.array(counts) / max(int(possible.sum()), 1))
+    found["unbalance"] = whole
+    found["deflection_without_balls"] = alone
+    for name, text, unit in (
+        ("residual_unbalance", "unbalance of rotor and balls together", "kg m"),
+        ("final_deflection", "deflection at the end", "m"),
+        ("residual_quantile", "residual unbalance of the starts that end at rest", "kg m"),
+        ("deflection_quantile", "deflection of the starts that end at rest", "m"),
+        ("verdict_share", "share of the starts", "1"),
+        ("unbalance", "unbalance without balls", "kg m"),
+        ("deflection_without_balls", "deflection with evenly spread balls", "m"),
+        ("plane_residual_unbalance", "what the balls of a plane lack to balance it", "kg m"),
+        ("plane_residual_quantile", "residual unbalance of a plane, of the starts that end at rest", "kg m"),
+        ("plane_unbalance", "unbalance that the balls of a plane have to balance", "kg m"),
+    ):
+        found[name].attrs.update(long_name=text, units=unit)
+    return found
+
+
+def moments_of(st: Stations, angles: Floats) -> Complexes:
+    """Resultant m eps e^(i phi) of the balls of each plane for angles (..., n), (..., P) kg m."""
+    found = np.zeros((*angles.shape[:-1], len(st.names)), np.complex128)
+    for ball, place in enumerate(st.station.tolist()):
+        found[..., place] += st.moment[ball] * np.exp(1j * angles[..., ball])
+    return found
+
+
+def _wanted(st: Stations, speed: float) -> Complexes:
+    """What the balls of each plane have to add up to, (P,) kg m; nan at a critical speed of an undamped rotor."""
+    if st.model.pairs == 1:
+        return -st.fixed_load
+    try:
+        return required(st, speed)
+    except QuestionError:
+        return np.full(len(st.names), np.nan + 0j)
+
+
+def _deflections(st: Stations, speed: float, moments: Complexes) -> Floats:
+    """Greatest deflection of each plane in a turn with the balls at rest, (k, P) m; infinite where it has no bound."""
+    flat = st.plain_at(speed)
+    loads = st.fixed_load + moments @ flat.rows  # (k, pairs)
+    try:
+        if st.isotropic:
+            return np.abs(speed**2 * loads @ st.compliance(speed).T @ st.rows.T)
+        answer = speed**2 * st.whole_compliance(speed)
+    except QuestionError:
+        unbounded = np.where(np.abs(loads).max(axis=1) > 0.0, np.inf, 0.0)
+        return np.asarray(np.repeat(unbounded[:, None], len(st.names), axis=1))
+    pairs = st.model.pairs
+    both = np.zeros((len(loads), st.model.size), np.complex128)
+    both[:, :pairs], both[:, pairs : 2 * pairs] = loads, -1j * loads
+    moved = both @ answer.T
+    x, y = moved[:, :pairs] @ st.rows.T, moved[:, pairs : 2 * pairs] @ st.rows.T
+    return np.asarray(0.5 * (np.abs(x + 1j * y) + np.abs(x - 1j * y)))

@@ -1,1 +1,0 @@
-"""Which end state follows from which start."""

@@ -1,1 +1,0 @@
-"""What friction holds, and where balls with friction stop."""

@@ -1,1 +1,0 @@
-"""What is known of a machine before a run."""

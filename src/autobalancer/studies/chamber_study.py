@@ -1,0 +1,596 @@
+"""How well a chamber balances over the number of balls and their friction: Pakuła (2021), figures 10 and 12."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from threading import Event
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import AutobalancerError, MachineError, QuestionError
+from autobalancer.files.machine_file import balls_in_chambers, machine_text
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.chamber import ChamberStudy
+from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive.run import RunFolder
+from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit, chamber_measures
+from autobalancer.results.provenance import provenance
+from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.simulation.chamber.run import default_step
+from autobalancer.studies.in_threads import in_threads
+from autobalancer.units import argument, optional_argument
+from autobalancer.units.quantity import listed, whole
+
+MOST_RUNS = 100_000  # of one study
+
+
+@shows_progress
+def amplitudes(
+    machine: ChamberMachine | str | Path,
+    counts: Sequence[int] | Mapping[str, Sequence[int]] | str,
+    frictions: Sequence[float] | str,
+    *,
+    duration: float | str,
+    layers: Sequence[str] = ("deep", "single"),
+    archive: Archive | str | Path | None = None,
+    step: float | str | None = None,
+    sample: float | str = 1e-3,
+    seeds: Sequence[int] = (0,),
+    last: float | str | None = None,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a machine with every number of balls and every friction, at equal total mass of the balls.
+
+    Parameters
+    ----------
+    machine
+        With one deep chamber and one group of balls; their total mass is kept.
+    counts
+        Numbers of balls, for all or for each of ``layers``; for all also as one text such as ``"3,8,20"``.
+    frictions
+        Coefficients of friction, also as one text.
+    duration, step, sample
+        As for ``simulate_chamber``, in s.
+    layers
+        ``"deep"``, ``"single"`` or both.
+    archive
+        Folder in which all runs are kept. With an archive, a study that was stopped continues; finished runs are not repeated.
+    seeds
+        Seeds of the filling. How balls pile up and when they are carried along depends on tiny differences at the start.
+    last
+        Seconds at the end that are the steady state.
+    workers
+        Threads; the answer does not depend on it.
+    progress
+        Called with (runs done, runs in all).
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``layers``, ``friction``, ``balls`` and ``seed`` every measure of :func:`chamber_measures` as a number, nan where
+        the balls do not fit or a run failed, and ``outcome``. :func:`over_seeds` makes means and spreads of it.
+
+    Raises
+    ------
+    QuestionError
+        For an empty list, a machine with several chambers, or runs that are too short to be measured.
+    MachineError
+        For a friction that is not possible.
+    """
+    counts = whole("counts", counts) if isinstance(counts, str) else counts
+    frictions = listed("frictions", frictions, "") if isinstance(frictions, str) else frictions
+    machine, duration = balls_in_chambers(machine), argument("duration", duration, "s")
+    step = optional_argument("step", step, "s")
+    sample = argument("sample", sample, "s")
+    last = optional_argument("last", last, "s")
+    each = {name: list(counts[name] if isinstance(counts, Mapping) else counts) for name in layers}
+    numbers = sorted({number for several in each.values() for number in several})
+    for name, values in (("counts", numbers), ("frictions", frictions), ("layers", layers), ("seeds", seeds)):
+        if len(values) == 0:
+            raise QuestionError(f"{name}: given none; give at least one")
+    asked = len(frictions) * len(seeds) * sum(map(len, each.values()))
+    if asked > MOST_RUNS:
+        raise QuestionError(f"amplitudes: {asked} runs are asked for; at most {MOST_RUNS} are possible, ask for fewer")
+    refuse_unmeasurable(duration, sample, last)
+    own = machine.chambers[0]
+    for friction in frictions:  # refused here, not noted as a gap
+        variant(machine, balls=own.balls[0].count, friction=friction, layers="single" if own.depth is None else "deep")
+    kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
+    cells = [Cell(*cell) for cell in product(layers, frictions, numbers, seeds) if cell[2] in each[cell[0]]]
+
+    jobs = [_job(machine, cell) for cell in cells]
+    how = Many(duration, last, kept, workers, step, sample)
+    found = gathered(cells, measured_runs(jobs, how, progress))
+    title = f"Amplitudes of {machine.name} over balls and friction"
+    about = {"machine": machine_text(machine), "machine_name": machine.name, "duration": duration}
+    found.attrs = {"title": title, **found.attrs, **about}
+    return found
+
+
+def _job(machine: ChamberMachine, cell: Cell) -> Job:
+    name = f"{cell.layers}-n{cell.balls}-mu{cell.friction:g}-s{cell.seed}"
+    try:
+        varied = variant(machine, balls=cell.balls, friction=cell.friction, layers=cell.layers)
+    except MachineError as reason:
+        return Job(name, reason, cell.seed, {})
+    return Job(name, varied, cell.seed, {"layers": cell.layers})
+
+
+# The same machine with other balls, another friction, a chamber of one layer.
+
+
+LAYERS = ("deep", "single")
+
+
+def variant(
+    machine: ChamberMachine | str | Path,
+    *,
+    balls: int,
+    friction: float | None = None,
+    layers: str = "deep",
+    body: str | None = None,
+) -> ChamberMachine:
+    """A machine with another number of balls of the same total mass, in its deep chamber or in one of a single layer.
+
+    Parameters
+    ----------
+    machine
+        With one chamber and one group of balls.
+    balls
+        How many; the smaller, the more there are. Cylinders keep their length over their diameter.
+    friction
+        Of all contacts; by default that of the machine.
+    layers
+        ``"deep"``: depth as described; ``"single"``: as deep as a ball and a hundredth.
+    body
+        ``"ball"`` for balls in place of cylinders, of the same mass together; by default as the machine has them.
+
+    Raises
+    ------
+    QuestionError
+        If the machine has several chambers or groups of balls, or ``layers`` or ``body`` is none of these.
+    MachineError
+        If balls of this size do not go into the chamber.
+    """
+    if layers not in LAYERS:
+        raise QuestionError(f"layers: given {layers!r}; must be one of {', '.join(LAYERS)}")
+    machine = balls_in_chambers(machine)
+    if len(machine.chambers) != 1 or len(machine.chambers[0].balls) != 1:
+        raise QuestionError(
+            "machine: has several chambers or groups of balls; the study is of one chamber with equal balls"
+        )
+    data: dict[str, Any] = tomllib.loads(machine_text(machine))
+    chamber = data["chambers"][0] if isinstance(data["chambers"], list) else data["chambers"]
+    group = machine.chambers[0].balls[0]
+    chamber["balls"] = [{"count": balls, "density": group.density, "total_mass": group.count * group.ball_mass}]
+    body = group.body if body is None else body
+    if body not in ("ball", group.body):
+        raise QuestionError(
+            f"body: given {body!r}; a machine with {group.body}s has variants with {_and_balls(group.body)}"
+        )
+    if group.length is not None and body != "ball":
+        same = {"body": group.body, "length": group.length * (group.count / balls) ** (1.0 / 3.0)}
+        chamber["balls"][0].update(same)
+    if layers == "single":
+        chamber.pop("depth", None)
+    elif machine.chambers[0].depth is None:
+        raise QuestionError(
+            "machine: its chamber has no depth, so it is one of a single layer; give chambers.depth, or ask for the "
+            "single layer alone"
+        )
+    if friction is not None:
+        data["contact"]["friction"] = friction
+    return ChamberMachine(**data)
+
+
+def _and_balls(body: str) -> str:
+    return "'ball'; describe cylinders in the machine file" if body == "ball" else f"'ball' and {body!r}"
+
+
+# Runs of deep chambers that are kept in an archive while they are computed, and go on after a stop.
+
+
+PART = 1000  # samples
+LAST = "measured_last"  # entry of a note: the window of its measures, s
+
+
+def archived_run(
+    archive: Archive,
+    name: str,
+    machine: ChamberMachine | str | Path,
+    *,
+    duration: float | str,
+    parameters: Mapping[str, Any] | None = None,
+    step: float | str | None = None,
+    sample: float | str = 1e-3,
+    method: str = "verlet",
+    seed: int = 0,
+    last: float | str | None = None,
+    part: int = PART,
+    progress: Callable[[float, float], Any] | None = None,
+) -> RunFolder:
+    """Run a machine into an archive. The same call after a stop, a crash or a full disk continues where the archive ends.
+
+    Samples are written to disk in parts, so memory use does not grow with the length of the run. A finished run
+    is not computed again.
+
+    Parameters
+    ----------
+    archive, name
+        The archive in which the run is stored, and its name.
+    machine
+        With chambers.
+    duration, step, sample, method, seed
+        As for ``simulate_chamber``, in s.
+    parameters
+        Names and values by which the run is found in the catalogue; number of balls, friction, restitution and seed are
+        always included.
+    last
+        Seconds at the end that count as steady state in the measures. If it changes, a finished run is measured again.
+    part
+        Samples in a part, which is also how much is computed again after a stop.
+    progress
+        Called with (time, duration).
+
+    Returns
+    -------
+    RunFolder
+        With ``samples()``.
+
+    Raises
+    ------
+    QuestionError
+        If the archive has a run of this name with other settings, or the run is too short for its measures.
+    ResultError
+        If the disk is full; what was written is kept. If another process writes the run; the message names it.
+    """
+    duration = argument("duration", duration, "s")
+    step = optional_argument("step", step, "s")
+    sample = argument("sample", sample, "s")
+    last = optional_argument("last", last, "s")
+    machine = balls_in_chambers(machine)
+    refuse_unmeasurable(duration, sample, last)
+    told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
+    question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
+    run = archive.start(name, machine_text(machine), told, question)
+    if run.state == "finished" and run.note.get(LAST, "") == last:
+        return run
+    with run.writing():
+        if run.state != "finished":  # another process may have ended it by now
+            _go_on(run, machine, question, last, progress)
+        elif run.note.get(LAST, "") != last:  # measured over another time, or by a version that did not note it
+            _measured(run, last)
+    return run
+
+
+def refuse_unmeasurable(duration: float, sample: float, last: float | None) -> None:
+    """Refuse, before it begins, a run that is too short for its measures.
+
+    Raises
+    ------
+    QuestionError
+        If it has fewer than two samples, or ``last`` is not within it.
+    """
+    if not duration >= sample * (1.0 - 1e-9):
+        raise QuestionError(
+            f"duration: given {duration:g} s; a run to measure must be {sample:g} s or longer, one sample"
+        )
+    if last is not None and not 0.0 < last <= duration * (1.0 + 1e-9):
+        raise QuestionError(f"last: given {last:g} s; must be above zero and within the {duration:g} s of a run")
+
+
+def measured_run(
+    archive: Archive | None,
+    name: str,
+    machine: ChamberMachine,
+    parameters: Mapping[str, Any],
+    *,
+    last: float | None,
+    progress: Callable[[float, float], Any] | None = None,
+    **question: Any,
+) -> dict[str, Any]:
+    """Outcome and measures of a run by name, as single numbers, from the archive if there is one.
+
+    ``question`` has duration, step, sample and seed, as for :func:`archived_run`. A run that did not finish has no measures.
+    """
+    if archive is not None:
+        run = archived_run(archive, name, machine, parameters=parameters, last=last, progress=progress, **question)
+        return {"outcome": run.note.get("outcome", {}).get("outcome", run.state), **run.note.get("measures", {})}
+    ended = simulate_chamber(machine, progress=progress, **question)
+    outcome = str(ended.attrs["outcome"])
+    if outcome != "finished":
+        return {"outcome": outcome}
+    return {"outcome": outcome, **catalog_numbers(chamber_measures(ended, last=last))}
+
+
+def _go_on(
+    run: RunFolder,
+    machine: ChamberMachine,
+    question: Mapping[str, Any],
+    last: float | None,
+    progress: Callable[[float, float], Any] | None,
+) -> None:
+    checkpoint = run.checkpoint()
+    run.end("running")
+    asked = {key: value for key, value in question.items() if key != "part"}
+    try:
+        ended = simulate_chamber(
+            machine,
+            **asked,
+            resume=checkpoint,
+            on_chunk=run.append,
+            keep=False,
+            chunk=question["part"],
+            progress=progress,
+        )
+    except KeyboardInterrupt:
+        run.end("interrupted")
+        raise
+    except AutobalancerError as reason:
+        _note_failure(run, reason)
+        raise
+    outcome = {key: ended.attrs[key] for key in ("outcome", "outcome_text") if key in ended.attrs}
+    state = "finished" if outcome.get("outcome") == "finished" else "failed"
+    if state == "finished":
+        _measured(run, last, outcome)
+    else:
+        run.end(state, outcome, {})
+
+
+def _measured(run: RunFolder, last: float | None, outcome: Mapping[str, Any] | None = None) -> None:
+    found = catalog_numbers(chamber_measures(run.samples(READ), last=last))
+    run.note[LAST] = last
+    run.end("finished", outcome, found)
+
+
+def standard_parameters(machine: ChamberMachine) -> dict[str, Any]:
+    """What is always in the catalogue."""
+    groups = [balls for chamber in machine.chambers for balls in chamber.balls]
+    return {
+        "machine_name": machine.name,
+        "balls": sum(group.count for group in groups),
+        "ball_mass_total": sum(group.count * group.ball_mass for group in groups),
+        "body": groups[0].body,
+        "ball_diameter": 2.0 * groups[0].radius,
+        "depth": machine.chambers[0].inner_depth,
+        "friction": float(machine.contact.friction),
+        "restitution": float(machine.contact.restitution),
+        "freedom": machine.body.freedom,
+    }
+
+
+def _note_failure(run: RunFolder, reason: AutobalancerError) -> None:
+    """On a full disk even the note may fail; the error that is raised says it all."""
+    try:
+        run.end("failed", {"outcome": "failed", "outcome_text": str(reason)})
+    except AutobalancerError:
+        return
+
+
+# Many runs of deep chambers for a study: on all cores, the longest first, in an archive, stopped by Ctrl-C at once;
+# and their measures as arrays over layers, friction, number of balls and seed.
+
+
+DIMS = ("layers", "friction", "balls", "seed")
+NOT_ASKED = "not asked"
+
+
+class Job(NamedTuple):
+    """One run: its name in an archive, its machine or why there is none, the seed of its filling, what the catalogue adds."""
+
+    name: str
+    machine: ChamberMachine | MachineError
+    seed: int
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Many:
+    """How all runs of a study are made: s, where they are kept, and on how many threads; ``None`` for one each core."""
+
+    duration: float
+    last: float | None
+    archive: Archive | None
+    workers: int | None
+    step: float | None = None
+    sample: float = 1e-3
+
+
+def measured_runs(
+    jobs: Sequence[Job], how: Many, progress: Callable[[int, int], None] | None = None
+) -> list[dict[str, Any]]:
+    """Outcome and measures of each run by name, as :func:`measured_run` has them; ``does not fit`` with the reason as outcome.
+
+    The answers do not depend on the number of threads. After Ctrl-C every run stops within a fraction of a second; an archive
+    keeps what it computed. ``progress`` is called with (runs done, runs in all).
+    """
+    stop = Event()
+
+    def watch(now: float, end: float) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+
+    def one(job: Job) -> dict[str, Any]:
+        if isinstance(job.machine, MachineError):
+            return {"outcome": f"does not fit: {job.machine}"}
+        asked = {"duration": how.duration, "step": how.step, "sample": how.sample, "seed": job.seed}
+        try:
+            return measured_run(
+                how.archive, job.name, job.machine, job.parameters, last=how.last, progress=watch, **asked
+            )
+        except MachineError as reason:
+            return {"outcome": f"does not fit: {reason}"}
+
+    return in_threads(one, jobs, how.workers, progress, cost=lambda job: _cost(job, how.step), stop=stop)
+
+
+def _cost(job: Job, step: float | None) -> float:
+    """Balls times steps in a second: the time that a run takes is in proportion."""
+    if isinstance(job.machine, MachineError):
+        return 0.0
+    balls = sum(group.count for chamber in job.machine.chambers for group in chamber.balls)
+    return balls / (default_step(job.machine) if step is None else step)
+
+
+class Cell(NamedTuple):
+    """One run of a study: ``"deep"`` or ``"single"``, friction, number of balls, seed of the filling."""
+
+    layers: str
+    friction: float
+    balls: int
+    seed: int
+
+
+def gathered(cells: Sequence[Cell], rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """Runs as one dataset.
+
+    Parameters
+    ----------
+    cells
+        Which run each row is of.
+    rows
+        ``outcome`` and measures by name; a missing or unknown one counts as nan.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``layers``, ``friction``, ``balls`` and ``seed``: every measure, nan where there is none, and ``outcome``.
+
+    Raises
+    ------
+    QuestionError
+        If there is no run.
+    """
+    if not cells:
+        raise QuestionError("study: no runs were asked for; give at least one of each")
+    labels: list[list[Any]] = [
+        list(dict.fromkeys(cell.layers for cell in cells)),
+        sorted({cell.friction for cell in cells}),
+        sorted({cell.balls for cell in cells}),
+        sorted({cell.seed for cell in cells}),
+    ]
+    shape = tuple(len(values) for values in labels)
+    names = sorted({name for row in rows for name in row if name != "outcome"})
+    values = {name: np.full(shape, np.nan) for name in names}
+    outcome = np.full(shape, NOT_ASKED, dtype=object)
+    for cell, row in zip(cells, rows, strict=True):
+        place = tuple(of.index(value) for of, value in zip(labels, cell, strict=True))
+        outcome[place] = row["outcome"]
+        for name in names:
+            value = row.get(name)
+            values[name][place] = np.nan if value is None else float(value)
+    found: dict[str, Any] = {
+        name: (DIMS, numbers, {"units": catalog_unit(name), "long_name": name.replace("_", " ")})
+        for name, numbers in values.items()
+    }
+    found["outcome"] = (DIMS, outcome)
+    return ChamberStudy(found, dict(zip(DIMS, labels, strict=True)), provenance())
+
+
+# What a study of a chamber says as a whole: means over seeds and over ranges, and what it takes to carry the balls.
+
+
+OPTIMAL = {"deep": (8, 50), "single": (3, 10)}  # ranges of figure 12 of Pakuła (2021)
+
+
+def over_seeds(study: xr.Dataset) -> xr.Dataset:
+    """Every measure of ``study`` as its mean over the seeds, ``<measure>_spread`` as their standard deviation, and ``runs``.
+
+    A run that failed, or has no such measure, is left out; with fewer than two the spread is nan.
+    """
+    if "seed" not in study.dims:
+        return study
+    names = _measures(study)
+    found = xr.Dataset(attrs=study.attrs)
+    for name in names:
+        found[name] = study[name].mean("seed", skipna=True, keep_attrs=True)
+        found[f"{name}_spread"] = _spread(study[name])
+    if names:
+        found["runs"] = _counted(study[names[0]], "seed")
+    return ChamberStudy.of(found)
+
+
+def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | None = None) -> xr.Dataset:
+    """Means of the amplitudes over the numbers of balls in a range for each of ``layers`` (Pakuła 2021, figure 12).
+
+    ``ranges`` has the least and the greatest number of each of the ``layers`` of ``study``; by default those of the source.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``layers`` and ``friction``: means of the amplitudes over balls and seeds, ``<amplitude>_spread``, the standard
+        deviation over the seeds of the mean of one seed, and ``runs``, how many of the study are in each.
+
+    Raises
+    ------
+    QuestionError
+        If the study has no number of balls in a range.
+    """
+    chosen = {**OPTIMAL, **(ranges or {})}
+    names = [name for name in _measures(study) if name.endswith(("_amplitude", "_synchronous"))]
+    several = study if "seed" in study.dims else study[names].expand_dims(seed=[0])
+    pieces = []
+    for layer in study["layers"].values:
+        low, high = chosen[str(layer)]
+        within = several[names].sel(layers=layer, balls=(study["balls"] >= low) & (study["balls"] <= high))
+        if within.sizes["balls"] == 0:
+            raise QuestionError(f"ranges: the study has no number of balls from {low} to {high} for {str(layer)!r}")
+        each = within.mean("balls", skipna=True, keep_attrs=True)
+        mean = each.mean("seed", skipna=True, keep_attrs=True)
+        for name in names:
+            mean[f"{name}_spread"] = _spread(each[name])
+        mean["runs"] = _counted(within[names[0]], "balls", "seed")
+        pieces.append(mean)
+    return ChamberStudy.of(xr.concat(pieces, "layers", coords="minimal", compat="override"))
+
+
+def pick_up_borders(study: xr.Dataset, share: float = 0.9) -> xr.Dataset:
+    """The least friction and number of balls at which balls are carried around instead of staying at the bottom.
+
+    Parameters
+    ----------
+    study
+        From :func:`amplitudes`.
+    share
+        Share of the balls that must go around, in the mean over the seeds.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``least_friction`` over ``layers`` and ``balls``, and ``least_balls`` over ``layers`` and ``friction``: the least
+        values of the study with which they do; nan where none of them is enough.
+    """
+    if not 0.0 < share <= 1.0:
+        raise QuestionError(f"share: given {share:g}; must be above 0, at most 1")
+    carried = over_seeds(study)["share_carried"] >= share
+    found = xr.Dataset()
+    for name, along in (("least_friction", "friction"), ("least_balls", "balls")):
+        least = study[along].where(carried).min(along, skipna=True)
+        found[name] = least.assign_attrs(long_name=f"least {along} with which {share:.0%} of the balls go around")
+    return Labeled.of_run(study, "Borders of being carried", found)
+
+
+def _measures(study: xr.Dataset) -> list[str]:
+    return [str(name) for name, values in study.data_vars.items() if values.dtype.kind == "f"]
+
+
+def _counted(values: xr.DataArray, *over: str) -> xr.DataArray:
+    return values.notnull().sum(over).drop_attrs().assign_attrs(units="1", long_name="number of runs")
+
+
+def _spread(values: xr.DataArray) -> xr.DataArray:
+    enough = values.notnull().sum("seed") > 1
+    # where there is one run, or none, numpy would warn of what is meant
+    with np.errstate(invalid="ignore", divide="ignore"):
+        spread = values.where(enough, 0.0).std("seed", ddof=min(1, values.sizes["seed"] - 1), skipna=True)
+    units = values.attrs.get("units", "")
+    return spread.where(enough).assign_attrs(units=units, long_name="standard deviation over the seeds")
