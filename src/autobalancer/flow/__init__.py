@@ -1,7 +1,7 @@
 """Flow of the fluid in the annulus of a race that turns with the rotor, not disturbed by the balls.
 
-``question.py`` asks, ``annulus.py`` is the chamber, ``spectral.py`` solves the full equations as
-``choice.py`` and ``solve.py`` decide, ``modes.py`` and ``relaxation.py`` those of a fluid that only diffuses.
+``annulus_problem.py`` asks, ``annulus.py`` is the chamber, ``solve.py`` solves the full equations where ``choice.py`` finds
+that a fluid that only diffuses is not enough. ``ball_problem.py`` is the fluid around a ball.
 
 Symbols: r, z coordinates from the axis and from the bottom; a, b, H inner and outer radius and height; w speed of the
 rotor; W = u_theta/r angular velocity of the fluid; G = r^2 W angular momentum, g = G - r^2 w its deviation from solid
