@@ -150,7 +150,7 @@ def asked() -> Any:
 
 def test_one_rate_of_shear_stands_for_the_flow_as_well_as_the_answer_says() -> None:
     found = asked()
-    law = ab.machine.leaves.find(ab.machine.ShearLaw, "carreau")(time=0.02, exponent=0.6)
+    law = ab.machine.plugins.find(ab.machine.ShearLaw, "carreau")(time=0.02, exponent=0.6)
     reduced = law.share(found.attrs["at_ball"] * np.array([0.01, 0.1]) / 0.009)
     assert found["reduced_share"].values == pytest.approx(reduced, rel=1e-9)
     assert np.abs(reduced / found["share"].values - 1.0).max() == pytest.approx(found.attrs["greatest_error"], rel=1e-6)

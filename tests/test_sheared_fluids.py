@@ -55,7 +55,7 @@ def test_drag_grows_with_the_exponent_of_a_power_law_and_is_linear_below_its_low
 
 
 def test_smooth_laws_have_the_limits_of_their_formulas() -> None:
-    carreau = ab.machine.leaves.find(ShearLaw, "carreau")(time=0.1, exponent=0.4, high=0.01)
+    carreau = ab.machine.plugins.find(ShearLaw, "carreau")(time=0.1, exponent=0.4, high=0.01)
     rates = np.array([0.0, 1e-3, 1e9])
     assert carreau.share(rates) == pytest.approx([1.0, 1.0, 0.01 + 0.99 * 1e8**-0.6], rel=1e-6)
     half = leaves.find(ShearLaw, "cross")(time=0.1, power=0.8, high=5.0)
