@@ -150,7 +150,7 @@ def _leaf(leaf: Any) -> str:
             return extra.words
         if isinstance(extra, PlainValidator):
             return "text"  # a name or a label
-    return {str: "text", int: "whole number", bool: "true or false"}[leaf]
+    return {str: "text", int: "whole number", float: "number", bool: "true or false"}[leaf]
 
 
 def _leaves(annotation: Any) -> Iterator[Any]:
