@@ -74,3 +74,16 @@ def test_a_part_of_the_check_is_judged_by_its_work_and_not_by_the_speed_of_the_c
     assert parts.over({"test": slow | {"loop_s": 0.006}}, parts.FAILS) == ["test"]
     assert any("tests/test_a.py" in line for line in parts.table({"test": took}))
     assert "test takes 1.4 times its share" in "\n".join(parts.table({"test": more}))
+
+
+def test_every_file_that_a_comment_of_the_source_names_exists() -> None:
+    there = "\n".join(
+        f"/{path.relative_to(ROOT).as_posix()}" for top in (SOURCE, ROOT / "tools") for path in top.rglob("*.py")
+    )
+    named = {
+        f"{path.relative_to(SOURCE)}: {name}"
+        for path in SOURCE.rglob("*.py")
+        for name in re.findall(r"\b(?:[a-z_]+/)+\w+\.py\b", path.read_text(encoding="utf-8"))
+        if f"/{name}\n" not in f"{there}\n"
+    }
+    assert named == set()

@@ -2,7 +2,7 @@
 
 Rigid contacts are in the room ``rigid``.
 
-Rolling balls rub where they touch. Friction takes from each ball what its part of the slip gives it, laws/touching_balls.py.
+Rolling balls rub where they touch. Friction takes from each ball what its part of the slip gives it, laws/impacts.py.
 A ball at a partition hardly rolls, so nothing rubs there.
 """
 

@@ -23,7 +23,7 @@ complexes_type = types.Array(types.complex128, 1, "C")
 
 
 class Gauges(NamedTuple):
-    """Numbers of one machine, filled by assembly/gauges.py; all arrays are contiguous, so that many can stand in a stack."""
+    """Numbers of one machine, filled by assembly/measure_inputs.py; all arrays are contiguous, so that many fit in a stack."""
 
     scalars: Floats  # (SCALARS,)
     rows: Matrix  # (R, 2 L) deflections of the places along x and y

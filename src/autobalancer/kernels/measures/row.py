@@ -1,11 +1,12 @@
 """All measures of a finished run as one row of numbers.
 
 For each run: ``start(desk)``, then after every call of the stepper ``take_impacts(p, gauges, desk)``, and at the end
-``measure_row(p, record, memory, gauges, desk, status, row)``. ``gauges`` are those of the machine (assembly/gauges.py); runs that
-differ only in drag, drive, unbalance or start share them. ``desk`` is room that each thread has for itself. ``row`` has
-``WIDTH + n`` numbers: those named in ``columns.py``, then for each of the n balls its final angle from the unbalance; nan stands
-for what a run cannot say. None of it needs Python or its lock. Only softening rubber asks for more afterwards: the vibration
-without balls, and with it the verdict, see ``completed`` in studies/sweep_row.py.
+``measure_row(p, record, memory, gauges, desk, status, row)``. ``gauges`` are those of the machine
+(assembly/measure_inputs.py); runs that differ only in drag, drive, unbalance or start share them. ``desk`` is room that each
+thread has for itself. ``row`` has ``WIDTH + n`` numbers: those named in ``columns.py``, then for each of the n balls its
+final angle from the unbalance; nan stands for what a run cannot say. None of it needs Python or its lock. Only softening
+rubber asks for more afterwards: the vibration without balls, and with it the verdict, see ``completed`` in
+studies/variations.py.
 """
 
 from __future__ import annotations

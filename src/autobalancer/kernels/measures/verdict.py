@@ -1,4 +1,4 @@
-"""Whether a run is balanced, by the rule of results/verdict/rule.py."""
+"""Whether a run is balanced, by the rule of results/verdict.py."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ CONTACT = Record(
     Field("left", "1", "restitution of a rigid contact; with a table ``rebound`` has it over the speed"),
     Field("wall_left", "1", "that of a rigid partition"),
 )
-"""A ball with the next of its race and with the partitions beside it; friction after laws/touching_balls.py."""
+"""A ball with the next of its race and with the partitions beside it; friction after laws/impacts.py."""
 
 GUIDED = Record(
     Field("mode", "1", "+1 or -1: rolling that way; 0: at rest on the race"),

@@ -247,7 +247,7 @@ def _alike(one: Any, other: Any) -> bool:
 #
 # All that an assembly makes of these numbers is made anew by the functions that make it there; drive, record and the
 # order of all numbers stay those of the assembled member. What is known of a rotor is taken from memory, see
-# autobalancer/cache.py.
+# ``autobalancer.cache``.
 
 
 OF_PLANAR_ROTOR = {
