@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
+from autobalancer.cli.terminal.command import one_form, print_csv, print_json
 from autobalancer.cli.terminal.options import Csv, Json, quantity
-from autobalancer.cli.terminal.output import one_form, print_csv, print_json
 from autobalancer.cli.terminal.sheet import say
 from autobalancer.results.number_text import moment_text
 
@@ -179,7 +179,7 @@ def drag(
 
     Example: autobalancer catalog drag-laws --reynolds 100 --reynolds 24000 --plot drag.png
     """
-    from autobalancer.cli.terminal.output import Files
+    from autobalancer.cli.terminal.command import Files
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.drag import drag_laws
     from autobalancer.drag.race_geometry import race_geometry
@@ -540,7 +540,7 @@ def rig(
     """
     import tomllib
 
-    from autobalancer.cli.terminal.output import MACHINE, check_suffix
+    from autobalancer.cli.terminal.command import MACHINE, check_suffix
     from autobalancer.files.examples import rig_text
     from autobalancer.safe_file import write_text_safely
 

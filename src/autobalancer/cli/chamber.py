@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
+from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
 from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, Seed, optional, quantity
-from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
 from autobalancer.units.quantity import listed, whole
 
 if TYPE_CHECKING:
@@ -446,7 +446,7 @@ def archive(
     Example: autobalancer chamber archive runs --where "friction >= 0.5" \\
       --plot a.png --x balls --y vertical_amplitude --by friction
     """
-    from autobalancer.cli.terminal.output import RESULT, Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.command import RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
     from autobalancer.results.archive.folder import Archive

@@ -50,8 +50,8 @@ def ball_drag(
     Example: autobalancer ball-drag discoidal.toml --gap "1 um" \\
       --reynolds 0 --reynolds 10 --plot ball.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional, quantity
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import of_time, progress_bar
     from autobalancer.flow.ball_problem import ball_drag as solved
 
@@ -136,8 +136,8 @@ def sheared_drag(
     Example: autobalancer sheared-drag thinning_fluid.toml \\
       --velocity "0.1 m/s" --velocity "1 m/s" --plot drag.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import of_time, progress_bar
     from autobalancer.cli.terminal.sheet import note, print_facts, print_sheet
 
@@ -200,8 +200,8 @@ def flow(
       --speed "60 rad/s" --initial-speed "0 rpm" --duration "2 s" \\
       --time "0.1 s" --plot flow.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional, quantity
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import of_time, progress_bar
     from autobalancer.flow.annulus_problem import annulus_flow
 
@@ -321,7 +321,7 @@ def angle(
     Example: autobalancer equilibrium-angle equilibrium_angle.toml \\
       --measured equilibrium_angles.csv --plot drag.png
     """
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
 
     one_form(as_json, as_csv)

@@ -47,7 +47,7 @@ def identify(
       --measurements rodrigues_critical_speeds.toml \\
       --out fitted.toml --out fit.nc
     """
-    from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.command import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.measurement.comparison.run_up_fit import load_measurements
     from autobalancer.rotordynamics.identification.identify import identify as fit
@@ -192,8 +192,8 @@ def receptance(
     Example: autobalancer receptance discoidal_hammer.csv \\
       --machine discoidal.toml --speed "1200 rpm"
     """
+    from autobalancer.cli.terminal.command import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.errors import QuestionError
     from autobalancer.measurement.loop import receptance_border, receptance_loop, receptance_stability
@@ -425,8 +425,8 @@ def rubber(
 
     Example: autobalancer rubber rubber_loops.csv --out rubber.toml
     """
+    from autobalancer.cli.terminal.command import MACHINE, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.output import MACHINE, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.measurement.rubber import rubber as fit
     from autobalancer.plots.drawing.style import save_picture

@@ -56,9 +56,9 @@ def ensemble(
       --column "drag=1e-4,2e-4 N*m*s" --seeds 10 --plot ensemble.png
     """
     import autobalancer as ab
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.group import stop_code
     from autobalancer.cli.terminal.options import optional
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
@@ -174,8 +174,8 @@ def basin(
       --speed "1200 rpm" --random 50 --acceleration "10 rad/s^2" \\
       --plot basin.png --worst worst.toml
     """
+    from autobalancer.cli.terminal.command import MACHINE, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional, quantity
-    from autobalancer.cli.terminal.output import MACHINE, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
@@ -320,8 +320,8 @@ def compare(
     Example: autobalancer compare variant_plain.toml variant_pins.toml \\
       --at "40 rad/s" --plot variants.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional, quantity
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.cli.terminal.sheet import note, print_sheet
     from autobalancer.studies.compare import compare as compared
@@ -358,7 +358,7 @@ def compare(
 
 
 def _overlay(given: list[Path], seed: int, files: Any, speed_unit: str, as_json: bool, as_csv: bool) -> None:
-    from autobalancer.cli.terminal.output import print_csv, print_json
+    from autobalancer.cli.terminal.command import print_csv, print_json
     from autobalancer.cli.terminal.sheet import note, print_facts, print_sheet
     from autobalancer.measurement.comparison.run_up_fit import load_measured
 

@@ -202,9 +202,9 @@ def plot(
 
     Example: autobalancer plot stall.nc --out pictures --format svg
     """
+    from autobalancer.cli.terminal.command import PICTURE, check_suffix, print_json
     from autobalancer.cli.terminal.group import MEND
     from autobalancer.cli.terminal.options import optional
-    from autobalancer.cli.terminal.output import PICTURE, check_suffix, print_json
     from autobalancer.errors import QuestionError, ResultError
     from autobalancer.plots.drawing.style import FORMATS, save_picture
     from autobalancer.results.run_argument import open_run
@@ -309,8 +309,8 @@ def animate(
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 
     from autobalancer.api import animate as make_film
+    from autobalancer.cli.terminal.command import check_suffix, print_json
     from autobalancer.cli.terminal.options import optional, quantity
-    from autobalancer.cli.terminal.output import check_suffix, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.errors import QuestionError
     from autobalancer.results.chamber_shape import is_chamber_run

@@ -60,8 +60,8 @@ def modes(
     Example: autobalancer modes rigid_rotor.toml \\
       --speeds "0 rpm:6000 rpm:121" --plot campbell.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.rotordynamics.campbell import campbell as diagram
@@ -207,8 +207,8 @@ def response(
     Example: autobalancer response two_plane_rotor.toml \\
       --speeds "600 rpm:5500 rpm:400" --plot bode.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional, speed_range
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_race_machine
@@ -345,8 +345,8 @@ def torsional_modes(
 
     Example: autobalancer torsional-modes coupled_drive.toml
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.files.machine_file import load_race_machine
 
@@ -393,8 +393,8 @@ def torsional_response(
     Example: autobalancer torsional-response coupled_drive.toml \\
       --speeds "100 rpm:5000 rpm:400" --plot torsion.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import speed_range
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
 
     one_form(as_json, as_csv)
@@ -437,8 +437,8 @@ def liquid_response(
     Example: autobalancer liquid-response liquid_ring.toml \\
       --speeds "100 rpm:1000 rpm:400" --plot liquid.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import speed_range
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
 
     one_form(as_json, as_csv)
@@ -486,8 +486,8 @@ def equivalent(
     Example: autobalancer equivalent-planar rigid_rotor.toml \\
       --out planar.toml
     """
+    from autobalancer.cli.terminal.command import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.output import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.rotordynamics.equivalent_planar import equivalent_planar

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
+from autobalancer.cli.terminal.command import Files, print_csv, print_json
 from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, Seed, Settling, SpeedUnit, Unit
-from autobalancer.cli.terminal.output import Files, print_csv, print_json
 from autobalancer.cli.terminal.sheet import note as print_note
 from autobalancer.cli.terminal.sheet import say, speed_number, speed_sign, speed_text
 from autobalancer.errors import QuestionError
@@ -66,9 +66,9 @@ def run(
       --out stall.nc
     """
     from autobalancer.api import verdict
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.group import leave_with
     from autobalancer.cli.terminal.options import optional
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import Console, Patience, of_time, progress_bar
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_machine
@@ -341,8 +341,8 @@ def measures(
     Example: autobalancer measures stall.nc
     """
     from autobalancer.api import measures as measured
+    from autobalancer.cli.terminal.command import one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.output import one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.results.run_argument import open_run
 
@@ -398,9 +398,9 @@ def stepped(
     Example: autobalancer stepped-response discoidal.toml \\
       --speeds "400 rpm:900 rpm:20" --dwell "5 s" --window "1 s" --plot s.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.group import stop_code
     from autobalancer.cli.terminal.options import optional, quantity, speed_range
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.files.machine_file import load_race_machine
 

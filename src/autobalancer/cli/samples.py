@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
+from autobalancer.cli.terminal.command import check_suffix, print_json
 from autobalancer.cli.terminal.options import Csv, Json
-from autobalancer.cli.terminal.output import check_suffix, print_json
 
 SINGULAR = {
     "machines": "machine",
@@ -192,8 +192,8 @@ def app(
     Example: autobalancer app
     """
     from autobalancer.app.server.serve import FOLDER, serve
+    from autobalancer.cli.terminal.command import print_json
     from autobalancer.cli.terminal.group import stop_code
-    from autobalancer.cli.terminal.output import print_json
     from autobalancer.cli.terminal.sheet import say
 
     def announce(address: str, home: Path) -> None:

@@ -36,7 +36,7 @@ def check(
     Example: autobalancer check discoidal.toml
     """
     from autobalancer.api import check as known
-    from autobalancer.cli.terminal.output import one_form, print_csv, print_json
+    from autobalancer.cli.terminal.command import one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import Facts
     from autobalancer.progress import looking_for
 
@@ -90,8 +90,8 @@ def borders(
       --over unbalance --plot borders.png --minimum-viscosity-at "1200 rpm"
     """
     from autobalancer.assembly.terms import unknown
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError, RangeWarning, unwarned
     from autobalancer.files.machine_file import load_race_machine
@@ -282,8 +282,8 @@ def branches(
     Example: autobalancer branches discoidal.toml \\
       --over "speed=40 rad/s:110 rad/s" --state all --plot branches.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import named, optional, unit_of
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.diagrams.branches import branches as ask
@@ -376,8 +376,8 @@ def stability(
     Example: autobalancer eigenvalues discoidal.toml \\
       --speeds "500 rpm:1500 rpm:200" --plot s.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.options import optional, speed_range
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
@@ -471,8 +471,8 @@ def map_(
       --x "speed=50 rad/s:130 rad/s:400" \\
       --y "viscosity=0.2 mm^2/s:100 mm^2/s:400:log" --plot map.png
     """
+    from autobalancer.cli.terminal.command import Files, one_form, print_json
     from autobalancer.cli.terminal.options import optional, parameter_values
-    from autobalancer.cli.terminal.output import Files, one_form, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_race_machine

@@ -56,8 +56,8 @@ def study(
     Example: autobalancer study oil_study.toml --sensitivity peak_deflection
     """
     import autobalancer as ab
+    from autobalancer.cli.terminal.command import Files, file_to_read, one_form, print_csv, print_json
     from autobalancer.cli.terminal.group import stop_code
-    from autobalancer.cli.terminal.output import Files, file_to_read, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.results.export import plain_json
@@ -149,7 +149,7 @@ def design(
     Example: autobalancer design centrifuge_design.toml --plot front.png
     """
     import autobalancer as ab
-    from autobalancer.cli.terminal.output import Files, file_to_read, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.command import Files, file_to_read, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.cli.terminal.sheet import print_facts, print_sheet
     from autobalancer.files.machine_file import save_machine
@@ -217,7 +217,7 @@ def envelopes(
     Example: autobalancer envelopes discoidal.toml --members 40 --coast-down --plot fan.png
     """
     import autobalancer as ab
-    from autobalancer.cli.terminal.output import Files, one_form, print_csv, print_json
+    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.results.export import plain_json
@@ -263,7 +263,7 @@ def report(
     Example: autobalancer report discoidal.toml --grade "G 2.5" --out discoidal.pdf
     """
     import autobalancer as ab
-    from autobalancer.cli.terminal.output import print_json
+    from autobalancer.cli.terminal.command import print_json
     from autobalancer.cli.terminal.progress_bar import progress_bar
 
     path = out if out is not None else Path(f"{machine.stem}_report.html")

@@ -10,16 +10,23 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
+from pathlib import Path
 from typing import Any, ClassVar
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from autobalancer.cli.terminal.output import Command
 from autobalancer.errors import AutobalancerError, CacheWarning, DurationWarning, MachineError, RangeWarning
 from autobalancer.tables import printable
 
 NOTES = (RangeWarning, CacheWarning, DurationWarning)
+
+
+class Command:
+    """The command that runs in this process: its words, and the files that are complete."""
+
+    words: list[str] = []
+    written: list[Path] = []
 
 
 class OnDemand(Mapping[str, Any]):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
 from functools import wraps
 from inspect import Parameter, Signature, signature
@@ -81,6 +81,49 @@ def in_blocks(command: Callable[..., None]) -> Callable[..., None]:
 
 
 FORM = "from:to:count"
+
+
+class Reader:
+    """How the text of an option becomes a value: a mark in the annotation of the option."""
+
+    def read(self, option: str, text: str) -> Any:
+        """The value; a fault names the option."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class In(Reader):
+    """One quantity in an SI unit; an empty text is none."""
+
+    unit: str
+
+    def read(self, option: str, text: str) -> float | None:
+        """The value; a fault names the option."""
+        return optional(option, text, self.unit)
+
+
+@dataclass(frozen=True)
+class Speeds(Reader):
+    """A range of speeds, or one speed; ``count`` of them where the text has no number."""
+
+    count: int | None = None
+
+    def read(self, option: str, text: str) -> Any:
+        """The values; a fault names the option."""
+        return speed_range(option, text, self.count) if text else None
+
+
+@dataclass(frozen=True)
+class Listed(Reader):
+    """Quantities with commas between, or a range of them, in an SI unit."""
+
+    unit: str
+
+    def read(self, option: str, text: str) -> Any:
+        """The values; a fault names the option."""
+        from autobalancer.units.quantity import listed
+
+        return listed(option, text, self.unit)
 
 
 def quantity(option: str, text: str, unit: str) -> float:

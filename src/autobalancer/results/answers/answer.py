@@ -193,15 +193,16 @@ class Labeled(Answer):
                 ranges += [(_words(str(name)), text) for text in _range(entry)]
         return [*told, *ranges[:MOST]]
 
-    def columns(self, unit: str = "") -> list[Column]:
-        """Values along the main dimension, as many as stand side by side."""
+    def columns(self, unit: str = "", width: float = WIDTH) -> list[Column]:
+        """Values along the main dimension with their uncertainties, as many as stand side by side in a ``width``."""
         along = self._along()
         names = [str(name) for name in (*self.coords, *self.data_vars) if self[name].dims == (along,)]
         length = _length([self[name] for name in names])
         columns: list[Column] = []
-        for name in sorted(names, key=lambda name: name != along):
-            columns.append(_column(name, self[name], unit or self.shown_in, length))
-            if sum(2 + _width(column) for column in columns) > WIDTH and len(columns) > 1:
+        for name in sorted(names, key=lambda name: (name != along, names.index(_certain(name, names)))):
+            column = _column(name, self[name], unit or self.shown_in, length)
+            columns.append(column if _certain(name, names) == name else replace(column, head="+-", form=".2g"))
+            if sum(2 + _width(column) for column in columns) > width and len(columns) > 1:
                 return columns[:-1]
         return columns
 
@@ -216,6 +217,12 @@ class Labeled(Answer):
             if len(entry.dims) == 1:
                 counts[str(entry.dims[0])] += 1
         return max(counts, key=lambda dim: (counts[dim], self.sizes[dim]), default="") if any(counts.values()) else ""
+
+
+def _certain(name: str, names: Sequence[str]) -> str:
+    """The value whose uncertainty it is; else the name itself."""
+    value = name.removesuffix("_uncertainty").removesuffix("_deviation")
+    return value if value in names else name
 
 
 def _words(name: str) -> str:
