@@ -43,7 +43,6 @@ INNER = {
     "kernels/cache.py Missing": "ends a look for a kernel on disk; it is compiled then",
     "progress.py OutOfTime": "ends a search of a check, which names what it did not find",
     "studies/ensemble/members.py Differs": "ends an attempt to follow; all members are assembled then",
-    "machine/part.py ImpossiblePart": "carries a key to the machine that names it; a MachineError to all others",
     "stability/continuation/follow.py NoConvergence": "ends a step of a continuation, which goes back and tries again",
 }
 TALKERS = {"__main__.py", "progress.py", "kernels/announce.py"}  # progress and faults, on standard error

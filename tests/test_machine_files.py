@@ -6,6 +6,7 @@ import cmath
 import copy
 import json
 import math
+import pickle
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -515,3 +516,18 @@ def test_a_changed_machine_is_written_in_the_units_and_words_of_its_author() -> 
 def test_a_machine_that_nobody_changed_keeps_every_letter_of_its_numbers() -> None:
     machine = parse_machine(AUTHOR)
     assert machine_text(in_author_units(machine, machine)) == machine_text(machine)
+
+
+def test_an_error_has_the_path_of_each_key_at_fault_wherever_it_was_found() -> None:
+    text = (ROOT / "examples" / "machines" / "discoidal.toml").read_text()
+    for before, after, path in (
+        ("[rotor]", "[rotor]\nmas = 1", ("rotor", "mas")),
+        ("[rotor]", "[rotor]\nday = 2026-01-01", ("rotor", "day")),
+        ('name = "silicone oil', 'name = "silicon oil', ("balancers", 0, "races", 0, "fluid", "name")),
+        ("[rotor]", f"notes = ['{'x' * 300}']\n[rotor]", ("notes", 0)),
+    ):
+        assert before in text
+        with pytest.raises(MachineError) as raised:
+            parse_machine(text.replace(before, after, 1))
+        assert raised.value.path == path
+        assert pickle.loads(pickle.dumps(raised.value)).problems == raised.value.problems

@@ -8,7 +8,8 @@
     ├── QuestionError                 the machine is fine, the question asked of it is not
     └── ResultError                   a result file is damaged or not one of ours
 
-A message says what was given, what is allowed, where, and what to do.
+A message says what was given, what is allowed, where, and what to do. Where it is about keys of a file or a part, an
+error has their paths, too: ``path`` of the first, ``problems`` of all.
 A ``RangeWarning`` says that a law was used outside of the range for which it was made, a ``DurationWarning`` that a
 computation will take long, a ``CacheWarning`` that compiled equations cannot be kept where they belong.
 How a run ended is not an error but a value: see ``run.attrs["outcome"]``.
@@ -19,13 +20,76 @@ from __future__ import annotations
 import sys
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
+from typing import Self
+
+KeyPath = tuple[str | int, ...]
+Problem = tuple[KeyPath, str]
+LISTED = 20  # problems named in one message
+
+
+def spell(path: KeyPath, message: str = "") -> str:
+    """``("balls", 1, "mass"), "..."`` as ``balls[2].mass: ...``; entries are counted from 1 as people do."""
+    text = ""
+    for step in path:
+        named = step if isinstance(step, int) or step.replace("-", "_").isidentifier() else f'"{step}"'
+        text += f"[{named + 1}]" if isinstance(named, int) else f".{named}" if text else named
+    return ": ".join(filter(None, (text, message)))
 
 
 class AutobalancerError(Exception):
-    """Base of all errors raised on purpose."""
+    """Base of all errors raised on purpose.
+
+    Parameters
+    ----------
+    message
+        What is wrong.
+    path
+        The key at fault, such as ``("balancers", 0, "balls", 1, "mass")``; what the error says begins with it.
+
+    Attributes
+    ----------
+    problems
+        Every key at fault: its path, empty where there is none, and what is wrong there.
+    """
+
+    problems: tuple[Problem, ...]
+
+    def __init__(self, message: str = "", path: KeyPath = ()) -> None:
+        super().__init__(spell(path, message))
+        self.problems = ((path, message),)
+
+    @property
+    def path(self) -> KeyPath:
+        """The first key at fault; empty where the error is about none."""
+        return self.problems[0][0]
+
+    @classmethod
+    def of(cls, source: str, problems: Sequence[Problem], heading: str = "") -> Self:
+        """One error for all problems of a part or a file.
+
+        Parameters
+        ----------
+        source
+            What they are problems of, such as the path of a file.
+        problems
+            The path and the message of each.
+        heading
+            Of a list with a line for each problem; without one they stand in one line.
+        """
+        lines = [spell(path, message) for path, message in problems]
+        if heading and len(lines) > LISTED:
+            lines = [*lines[:LISTED], f"and {len(lines) - LISTED} more"]
+        text = f"{heading}:" + "".join(f"\n  {line}" for line in lines) if heading else "; ".join(lines)
+        error = cls(": ".join(filter(None, (source, text))))
+        error.problems = tuple(problems)
+        return error
+
+    def within(self, *path: str | int) -> Self:
+        """The same error, of an entry at a path of something larger."""
+        return self.of("", [((*path, *inner), message) for inner, message in self.problems])
 
 
 class MachineError(AutobalancerError, ValueError):

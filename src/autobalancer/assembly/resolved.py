@@ -13,7 +13,7 @@ from autobalancer.assembly.contact import Tables, dampers, least_rebound, meetin
 from autobalancer.assembly.guided import FluidRows, Lags, WaveRows, mode_count, race_harmonics
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.catalog.resolve import Ball
-from autobalancer.errors import MachineError
+from autobalancer.errors import MachineError, Problem
 from autobalancer.kernels.called import FRICTION, Called, compiled, in_words, numbers_row
 from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.records.fluid import NONE
@@ -22,7 +22,6 @@ from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
 from autobalancer.kernels.system import Floats, Integers, Matrix, Rows, System
 from autobalancer.laws.impacts import damping_ratio, hertz_damping_ratio, hertz_stiffness
 from autobalancer.machine import FrictionLaw, Machine, Race, ResolvedContact
-from autobalancer.machine.part import ImpossiblePart, Problem
 from autobalancer.machine.plugins import find
 from autobalancer.machine.rebound import Rebound
 from autobalancer.progress import returned
@@ -47,7 +46,7 @@ def is_resolved(machine: Machine) -> bool:
         if race.resolved is None
     ]
     if problems:
-        raise ImpossiblePart("Machine", problems)
+        raise MachineError.of("Machine", problems)
     if machine.tilting_races == "full":
         raise MachineError("tilting_races: resolved balls do not follow the tilt of their race; use 'deflection'")
     return True

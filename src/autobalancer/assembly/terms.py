@@ -17,9 +17,10 @@ from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.assembly.torsion import is_linked
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import resolve
+from autobalancer.errors import spell
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import TAGS
-from autobalancer.machine.part import Part, spell
+from autobalancer.machine.part import Part
 
 
 class Theory(Enum):
@@ -344,7 +345,7 @@ def _terms_of(machine: Machine) -> tuple[tuple[Term, ...], tuple[str, ...]]:
         terms = declared_for(type(part), key)
         there.update(term.name for term in terms)
         if not terms:
-            undeclared.append(spell(path, "").removesuffix(": "))
+            undeclared.append(spell(path))
     found = tuple(term for term in TERMS if (term.there(machine) if term.there is not None else term.name in there))
     return found, tuple(undeclared)
 

@@ -17,7 +17,7 @@ from autobalancer.catalog.bearing_table import bearing as find_bearing
 from autobalancer.catalog.fluid_table import ROOM, fluid
 from autobalancer.catalog.small_tables import material
 from autobalancer.drag.race_geometry import AnnulusDrag
-from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.errors import CatalogError, MachineError, Problem, QuestionError
 from autobalancer.laws.drag_coefficient import (
     FASTEST,
     SLOWEST,
@@ -34,7 +34,6 @@ from autobalancer.laws.ring_of_liquid import Ring
 from autobalancer.machine import Balls, Fluid, Machine, PlanarRotor, Race
 from autobalancer.machine.balancer.fluid import BallInRace, Drag, ShearLaw
 from autobalancer.machine.machine import LiquidRing
-from autobalancer.machine.part import ImpossiblePart, Problem
 from autobalancer.machine.rotors.planar import DAMPERS, SPRINGS
 from autobalancer.progress import returned
 
@@ -105,7 +104,7 @@ def resolve(machine: Machine) -> tuple[Ball, ...]:
 
     Raises
     ------
-    ImpossiblePart
+    MachineError
         If a name is unknown, a ball does not fit, floats, or there are more balls than fit.
     """
     balls: list[Ball] = []
@@ -116,7 +115,7 @@ def resolve(machine: Machine) -> tuple[Ball, ...]:
             balls += _race(race, b, r, found)
             problems += [(("balancers", b, "races", r, *keys), message) for keys, message in found]
     if problems:
-        raise ImpossiblePart("Machine", problems)
+        raise MachineError.of("Machine", problems)
     return tuple(balls)
 
 
@@ -573,7 +572,7 @@ def _ring(part: LiquidRing, number: int) -> Ring:
     try:
         density, _ = fluid_numbers(part.fluid)
     except CatalogError as error:
-        raise ImpossiblePart("Machine", [((*where, "fluid", "name"), str(error))]) from None
+        raise MachineError.of("Machine", [((*where, "fluid", "name"), str(error))]) from None
     radius, height = float(part.radius), float(part.height)
     width = math.inf if part.width is None else float(part.width)
     if part.layer is not None:
@@ -583,7 +582,7 @@ def _ring(part: LiquidRing, number: int) -> Ring:
     most = math.pi * density * height * (radius**2 - inner**2)
     if liquid >= most:
         text = f"given {liquid:.4g} kg, but the ring holds {most:.4g} kg; must be less, because only a free surface balances"
-        raise ImpossiblePart("Machine", [((*where, "liquid"), text)])
+        raise MachineError.of("Machine", [((*where, "liquid"), text)])
     surface = math.sqrt(radius**2 - liquid / (math.pi * density * height))
     return Ring(radius, height, radius - surface, density, width)
 

@@ -12,16 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import MachineError, MachineFileError, QuestionError
+from autobalancer.errors import KeyPath, MachineError, MachineFileError, Problem, QuestionError
 from autobalancer.files.table import read_table
 from autobalancer.files.text import MACHINE, parsed_toml, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.machine.part import ImpossiblePart, Part, spell
+from autobalancer.machine.part import Part
 from autobalancer.safe_file import as_path, write_text_safely
 from autobalancer.units import shortened
 
-LISTED = 20  # problems named in one message
 FREE_BALLS = (
     "its balls move freely in chambers, and this question is for balls in races. For chambers there are check, simulate, "
     "plot and animate, and for many runs chamber amplitudes (in Python ab.chamber.amplitudes)"
@@ -107,13 +106,8 @@ def parse_machine(text: str, source: str = "machine text", *, folder: str | Path
         resolve(machine)
     except MachineFileError:
         raise
-    except ImpossiblePart as error:
-        lines = "".join(f"\n  {spell(keys, message)}" for keys, message in error.problems[:LISTED])
-        if len(error.problems) > LISTED:
-            lines += f"\n  and {len(error.problems) - LISTED} more"
-        raise MachineFileError(f"{source}: the machine is not possible as described:{lines}") from None
     except MachineError as error:
-        raise MachineFileError(f"{source}: {error}") from None
+        raise MachineFileError.of(source, error.problems, "the machine is not possible as described") from None
     return machine
 
 
@@ -181,27 +175,36 @@ def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, 
     """
     for b, balancer in enumerate(_tables(data.get("balancers"))):
         for r, race in enumerate(_tables(balancer.get("races"))):
-            place = f"{source}: balancers[{b + 1}].races[{r + 1}].roundness"
+            place = ("balancers", b, "races", r, "roundness")
             given = race.get("roundness")
             if isinstance(given, dict) and "file" in given:
-                _alone(given, ("deviations", "angle"), place)
-                path = folder / str(given.pop("file"))
-                angle, deviation = _columns(path, (("angle", "rad"), ("deviation", "m")), place)
-                given |= _even(angle, deviation, f"{place}.file: {path}")
+                with _named(source, place):
+                    _alone(given, ("deviations", "angle"))
+                    path = folder / str(given.pop("file"))
+                    angle, deviation = _columns(path, (("angle", "rad"), ("deviation", "m")))
+                    given |= _even(angle, deviation, path)
     for i, entry in enumerate(_tables(data.get("excitations"))):
         if "file" in entry:
-            place = f"{source}: excitations[{i + 1}]"
-            if entry.get("kind") not in RECORDS:
-                raise MachineFileError(
-                    f"{place}.file: only the kinds {', '.join(map(repr, RECORDS))} can be read from a file"
+            with _named(source, ("excitations", i)):
+                if entry.get("kind") not in RECORDS:
+                    known = ", ".join(map(repr, RECORDS))
+                    raise MachineFileError(f"only the kinds {known} can be read from a file", ("file",))
+                name, unit = RECORDS[entry["kind"]]
+                _alone(entry, ("time", name))
+                path = folder / str(entry.pop("file"))
+                entry["time"], entry[name] = (
+                    column.tolist() for column in _columns(path, (("time", "s"), (name, unit)))
                 )
-            name, unit = RECORDS[entry["kind"]]
-            _alone(entry, ("time", name), place)
-            path = folder / str(entry.pop("file"))
-            entry["time"], entry[name] = (
-                column.tolist() for column in _columns(path, (("time", "s"), (name, unit)), place)
-            )
     return data
+
+
+@contextlib.contextmanager
+def _named(source: str, path: KeyPath) -> Iterator[None]:
+    """Problems of an entry at a path of a file."""
+    try:
+        yield
+    except MachineFileError as error:
+        raise MachineFileError.of(source, error.within(*path).problems) from None
 
 
 def _tables(value: Any) -> list[dict[str, Any]]:
@@ -209,20 +212,23 @@ def _tables(value: Any) -> list[dict[str, Any]]:
     return [entry for entry in entries if isinstance(entry, dict)]
 
 
-def _alone(entry: dict[str, Any], others: Sequence[str], place: str) -> None:
+def _alone(entry: dict[str, Any], others: Sequence[str]) -> None:
     both = [key for key in others if key in entry]
     if both:
-        raise MachineFileError(f"{place}.{both[0]}: is read from 'file'; leave one of them out")
+        raise MachineFileError("is read from 'file'; leave one of them out", (both[0],))
 
 
-def _columns(path: Path, wanted: Sequence[tuple[str, str]], place: str) -> list[NDArray[np.float64]]:
+def _columns(path: Path, wanted: Sequence[tuple[str, str]]) -> list[NDArray[np.float64]]:
     """The columns of a table beside the machine file, in SI."""
     example = ", ".join(f"{name} [{unit}]" for name, unit in wanted)
-    table = read_table(path, example, f"{place}.file: {path}", MachineFileError)
-    return [table.numbers(name, unit) for name, unit in wanted]
+    try:
+        table = read_table(path, example, str(path), MachineFileError)
+        return [table.numbers(name, unit) for name, unit in wanted]
+    except MachineFileError as error:
+        raise error.within("file") from None
 
 
-def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], place: str) -> dict[str, Any]:
+def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], path: Path) -> dict[str, Any]:
     """One turn at equal steps; a last point that repeats the first is left out."""
     if angle.size > 2 and abs(angle[-1] - angle[0] - 2.0 * math.pi) < 1e-3 * (angle[1] - angle[0]):
         angle, deviation = angle[:-1], deviation[:-1]
@@ -230,8 +236,9 @@ def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], place: str
     miss = float(np.abs(np.diff(angle) - step).max(initial=0.0))
     if miss > EVEN * step:
         raise MachineFileError(
-            f"{place}: {angle.size} angles must have equal steps of {math.degrees(step):.6g} deg over one turn, "
-            f"ascending; one step differs by {math.degrees(miss):.3g} deg"
+            f"{path}: {angle.size} angles must have equal steps of {math.degrees(step):.6g} deg over one turn, "
+            f"ascending; one step differs by {math.degrees(miss):.3g} deg",
+            ("file",),
         )
     return {"deviations": deviation.tolist(), "angle": float(angle[0])}
 
@@ -258,36 +265,36 @@ def refuse_out_of_bounds(data: dict[str, Any], source: str) -> None:
     MachineFileError
         With the place and the bound.
     """
-    for place, found in (*_lists_and_texts(data, ""), *_counts(data)):
-        raise MachineFileError(f"{source}: {place}: {found}")
+    for problem in (*_lists_and_texts(data, ()), *_counts(data)):
+        raise MachineFileError.of(source, [problem])
 
 
-def _lists_and_texts(value: Any, place: str, depth: int = 0) -> Iterator[tuple[str, str]]:
-    if depth > DEPTH:
-        yield place[:100], f"tables and lists are nested more than {DEPTH} deep; a machine needs fewer levels"
+def _lists_and_texts(value: Any, path: KeyPath) -> Iterator[Problem]:
+    if len(path) > DEPTH:
+        yield path[:3], f"tables and lists are nested more than {DEPTH} deep; a machine needs fewer levels"
     elif isinstance(value, dict):
         for key, entry in value.items():
             if len(key) > NAME:
-                yield place or "the file", f"a key of {len(key)} characters: {shortened(key)}; no key is that long"
-            yield from _lists_and_texts(entry, f"{place}.{key}" if place else key, depth + 1)
+                yield path, f"a key of {len(key)} characters: {shortened(key)}; no key is that long"
+            yield from _lists_and_texts(entry, (*path, key))
     elif isinstance(value, list):
-        races = place == "balancers" or place.endswith(".races")
+        races = path[-1:] in (("balancers",), ("races",))
         tables = any(isinstance(entry, dict) for entry in value[:1])
         most = RACES if races else ENTRIES if tables else VALUES
         if len(value) > most:
-            yield place, f"given a list of {len(value)} entries; at most {most} are possible"
+            yield path, f"given a list of {len(value)} entries; at most {most} are possible"
         elif tables or any(isinstance(entry, (dict, list, str)) for entry in value):
-            for number, entry in enumerate(value, 1):
-                yield from _lists_and_texts(entry, f"{place}[{number}]", depth + 1)
-    elif isinstance(value, str) and len(value) > NAME and not place.endswith("description"):
-        yield place, f"given a text of {len(value)} characters: {shortened(value)}; at most {NAME} are possible"
+            for number, entry in enumerate(value):
+                yield from _lists_and_texts(entry, (*path, number))
+    elif isinstance(value, str) and len(value) > NAME and path[-1:] != ("description",):
+        yield path, f"given a text of {len(value)} characters: {shortened(value)}; at most {NAME} are possible"
 
 
-def _counts(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def _counts(data: dict[str, Any]) -> Iterator[Problem]:
     """How many races and balls there are in all."""
     races = [race for balancer in _tables(data.get("balancers")) for race in _tables(balancer.get("races"))]
     if len(races) > RACES:
-        yield "balancers", f"given {len(races)} races in all; at most {RACES} are possible"
+        yield ("balancers",), f"given {len(races)} races in all; at most {RACES} are possible"
     for kind, holders, most in (
         ("balancers", races, BALLS),
         ("chambers", _tables(data.get("chambers")), BOUNDS_FREE_BALLS),
@@ -296,7 +303,7 @@ def _counts(data: dict[str, Any]) -> Iterator[tuple[str, str]]:
         counts = [group.get("count", 1) for group in groups]
         total = sum(count for count in counts if isinstance(count, int))
         if total > most:
-            yield kind, f"given {shortened(total)} balls in all; at most {most} are possible"
+            yield (kind,), f"given {shortened(total)} balls in all; at most {most} are possible"
 
 
 # A machine as functions are given it: described, or as the path of its file; and what they say of anything else.

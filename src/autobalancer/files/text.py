@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, Problem, QuestionError
 from autobalancer.files.samples import sample_hint
 from autobalancer.safe_file import not_to_read
 
@@ -86,21 +86,21 @@ def parsed_toml(text: str, place: str, error: type[AutobalancerError] = Question
     except (ValueError, RecursionError) as reason:  # also a number of thousands of digits
         path = " (a path of Windows needs single quotes, or / for each \\)" if "\\" in str(reason) else ""
         raise error(f"{place}: not valid TOML: {reason}{path}") from None
-    for key, problem in _odd_values(data, ""):
-        raise error(f"{place}: {key}: {problem}")
+    for problem in _odd_values(data, ()):
+        raise error.of(place, [problem])
     return data
 
 
-def _odd_values(value: Any, place: str) -> Iterator[tuple[str, str]]:
+def _odd_values(value: Any, path: tuple[str | int, ...]) -> Iterator[Problem]:
     """Values that TOML knows and no file of ours does."""
     if isinstance(value, dict):
         for key, entry in value.items():
-            yield from _odd_values(entry, f"{place}.{key}" if place else key)
+            yield from _odd_values(entry, (*path, key))
     elif isinstance(value, list):
-        for number, entry in enumerate(value, 1):
-            yield from _odd_values(entry, f"{place}[{number}]")
+        for number, entry in enumerate(value):
+            yield from _odd_values(entry, (*path, number))
     elif isinstance(value, (datetime.date, datetime.time)):
-        yield place, f"given the date or time {value}; no key takes one, put a text in quotes"
+        yield path, f"given the date or time {value}; no key takes one, put a text in quotes"
 
 
 def decoded(content: bytes, otherwise: str = "") -> str:

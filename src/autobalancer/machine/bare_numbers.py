@@ -9,7 +9,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from autobalancer.machine.part import Part, quantity_of, spell
+from autobalancer.errors import spell
+from autobalancer.machine.part import Part, quantity_of
 from autobalancer.units import Given, from_si
 
 USUAL = {  # SI unit: smallest and largest number that passes without a note, and the unit that people have in mind
@@ -89,7 +90,7 @@ def _odd(part: Part, path: Place) -> Iterator[str]:
         low, high, meant = OF_KEYS.get((type(part).__name__, key)) or USUAL.get(held.unit, (0.0, math.inf, ""))
         for place, entry in entries:
             if _outside(entry, low, high):
-                yield _read_as(spell(place, "").removesuffix(": "), float(entry), held.unit, meant)
+                yield _read_as(spell(place), float(entry), held.unit, meant)
                 break
 
 

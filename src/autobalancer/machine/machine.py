@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from autobalancer.errors import MachineError, Problem
 from autobalancer.machine.balancer.fluid import Fluid
 from autobalancer.machine.balancer.race import Balancer
 from autobalancer.machine.drive import Drive, PrescribedSpeed, twists
@@ -16,7 +17,6 @@ from autobalancer.machine.part import (
     CoupleMoment,
     Duration,
     Gravity,
-    ImpossiblePart,
     Label,
     Length,
     Listed,
@@ -25,7 +25,6 @@ from autobalancer.machine.part import (
     Part,
     Position,
     Positive,
-    Problem,
     Quantity,
     Ratio,
     Speed,
@@ -369,7 +368,7 @@ class Machine(Part):
             if (text := force.impossible(race, self.axis))
         ]
         if problems:
-            raise ImpossiblePart("Machine", problems)
+            raise MachineError.of("Machine", problems)
         return self
 
     @model_validator(mode="after")
@@ -384,7 +383,7 @@ class Machine(Part):
             if isinstance(shaken, (BaseMotion, RecordedBaseMotion)):
                 problems.append((("excitations", i), f"{unknown} its base; take another rotor, or a force"))
         if problems:
-            raise ImpossiblePart("Machine", problems)
+            raise MachineError.of("Machine", problems)
         return self
 
     @model_validator(mode="after")
@@ -410,5 +409,5 @@ class Machine(Part):
                 text = "only a rigid rotor has one principal axis; give 'couple' and a 'station'"
                 problems.append((("unbalances", i, "misalignment"), text))
         if problems:
-            raise ImpossiblePart("Machine", problems)
+            raise MachineError.of("Machine", problems)
         return self

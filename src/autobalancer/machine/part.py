@@ -20,30 +20,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from autobalancer.errors import MachineError
+from autobalancer.errors import AutobalancerError, KeyPath, MachineError, Problem
 from autobalancer.units import shortened, to_si
-
-Problem = tuple[tuple[str | int, ...], str]
-
-
-class ImpossiblePart(MachineError):
-    """A :class:`MachineError` that knows every key at fault.
-
-    ``problems`` is a list of (path of keys, message).
-    """
-
-    def __init__(self, owner: str, problems: list[Problem]) -> None:
-        self.owner = owner
-        self.problems = problems
-        super().__init__(f"{owner}: " + "; ".join(spell(path, message) for path, message in problems))
-
-
-def spell(path: tuple[str | int, ...], message: str) -> str:
-    """``("balls", 1, "mass"), "..."`` as ``balls[2].mass: ...``; entries are counted from 1 as people do."""
-    text = ""
-    for step in path:
-        text += f"[{step + 1}]" if isinstance(step, int) else f".{step}" if text else step
-    return f"{text}: {message}" if text else message
 
 
 class Part(BaseModel):
@@ -55,7 +33,7 @@ class Part(BaseModel):
         try:
             super().__init__(**data)
         except ValidationError as error:
-            raise ImpossiblePart(type(self).__name__, _problems(error, type(self))) from None
+            raise MachineError.of(type(self).__name__, _problems(error, type(self))) from None
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name in type(self).model_fields:
@@ -78,7 +56,7 @@ def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
     for entry in error.errors():
         path = _keys(entry["loc"])
         cause = entry.get("ctx", {}).get("error")
-        if isinstance(cause, ImpossiblePart):
+        if isinstance(cause, AutobalancerError):
             found += [(path + inner, message) for inner, message in cause.problems]
         elif cause is not None:
             found.append((path, str(cause)))
@@ -94,11 +72,11 @@ def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
     return found + [(path, text) for path, text in short if not any(p[: len(path)] == path for p, _ in found)]
 
 
-def _keys(loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
+def _keys(loc: KeyPath) -> KeyPath:
     return tuple(step for number, step in enumerate(loc) if not _is_tag(loc, number))
 
 
-def _is_tag(loc: tuple[str | int, ...], number: int) -> bool:
+def _is_tag(loc: KeyPath, number: int) -> bool:
     in_list = number > 1 and isinstance(loc[number - 1], int) and loc[number - 2] in _TAGGED_LISTS
     return in_list or (number > 0 and (loc[number - 1] in _TAGGED or loc[number - 1 : number + 1] in _TAGGED_PAIRS))
 

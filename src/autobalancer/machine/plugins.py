@@ -23,7 +23,7 @@ from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from autobalancer.errors import MachineError
-from autobalancer.machine.part import ImpossiblePart, Part
+from autobalancer.machine.part import Part
 from autobalancer.units import shortened
 
 Some = TypeVar("Some", bound="type[Leaf]")
@@ -100,7 +100,7 @@ def find(base: type[Leaf], word: Any) -> type[Leaf]:
 
     Raises
     ------
-    ImpossiblePart
+    MachineError
         If there is none; the message has the nearest words and all known ones.
     """
     if isinstance(word, str):
@@ -112,7 +112,7 @@ def find(base: type[Leaf], word: Any) -> type[Leaf]:
             return _installed(base, word, points[word])
     near = get_close_matches(str(word).lower(), known(base), n=2)
     meant = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
-    raise ImpossiblePart(
+    raise MachineError.of(
         base.__name__,
         [
             (
@@ -210,7 +210,7 @@ def _unchangeable(leaf: Leaf) -> Leaf:
         try:
             hash(value)
         except TypeError:
-            raise ImpossiblePart(
+            raise MachineError.of(
                 type(leaf).__name__,
                 [
                     (

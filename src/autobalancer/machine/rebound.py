@@ -7,7 +7,8 @@ from typing import Annotated
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import ImpossiblePart, Listed, Part, Positive, Quantity, key
+from autobalancer.errors import MachineError
+from autobalancer.machine.part import Listed, Part, Positive, Quantity, key
 
 ImpactSpeed = Annotated[float, Quantity("m/s", positive=True)]
 Share = Annotated[float, Quantity("", positive=True, most=1.0)]
@@ -55,12 +56,12 @@ class Rebound(Part):
         for i, (one, other) in enumerate(pairwise(self.speeds)):
             if other <= one:
                 told = f"given {other:g} m/s after {one:g} m/s; the speeds of the table must ascend"
-                raise ImpossiblePart("Rebound", [(("speeds", i + 1), told)])
+                raise MachineError.of("Rebound", [(("speeds", i + 1), told)])
         left = [v * f for v, f in zip(self.speeds, self.factors, strict=True)]
         for i, (one, other) in enumerate(pairwise(left)):
             if other <= one:
                 here, before = (f"{self.factors[k]:g} at {self.speeds[k]:g} m/s" for k in (i + 1, i))
                 least = one / self.speeds[i + 1]
                 told = f"given {here} after {before}; a faster impact must leave more speed, so it must be more than {least:.4g}"
-                raise ImpossiblePart("Rebound", [(("factors", i + 1), told)])
+                raise MachineError.of("Rebound", [(("factors", i + 1), told)])
         return self

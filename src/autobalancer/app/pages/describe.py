@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -15,10 +14,10 @@ from autobalancer.api import check
 from autobalancer.app.pages.elements import Bench, entry_of, hinted, marked, picker, say_refused, toml_editor
 from autobalancer.app.store.jobs import Latest
 from autobalancer.app.store.pictures import svg_of
-from autobalancer.app.text.document import EMPTY, Path, data_of, spelled, value_at, with_entry, with_value, without
+from autobalancer.app.text.document import EMPTY, Path, data_of, value_at, with_entry, with_value, without
 from autobalancer.app.text.fields import Field, asked_of, chosen, fields_of, root_of, tag_of, word_of
 from autobalancer.app.text.problems import drawable, for_page
-from autobalancer.errors import AutobalancerError, unwarned
+from autobalancer.errors import AutobalancerError, spell, unwarned
 from autobalancer.files.examples import example_text, examples, rig_text, rigs
 from autobalancer.machine.part import Part
 from autobalancer.sketch import machine as machine_picture
@@ -225,14 +224,14 @@ class Form:
             words = [word_of(one) for one in field.parts]
             value = data.get(tag) if data.get(tag) in words else None
             choice = ui.select(words, value=value, label=tag, on_change=other).props("dense outlined options-dense")
-            self.shown[(*path, tag)] = marked(choice.classes("field"), at=spelled((*path, tag)))
+            self.shown[(*path, tag)] = marked(choice.classes("field"), at=spell((*path, tag)))
         if part is not None:
             self._fields(part, path, data)
 
     def _box(self, path: Path, title: str, meaning: str, removable: Path | None) -> Any:
         """A part that opens and shuts, with a bin where it may be removed."""
         box = ui.expansion(value=path not in self.shut).classes("box").props("dense dense-toggle expand-separator")
-        marked(box, at=spelled(path))
+        marked(box, at=spell(path))
 
         def moved(event: Any) -> None:
             (self.shut.discard if event.value else self.shut.add)(path)
@@ -271,7 +270,7 @@ class Form:
 
         label = "add a key" if path else "add a part"
         button = ui.button(label, icon="add").props("flat dense no-caps size=sm")
-        with marked(button, at=f"add to {spelled(path)}"), ui.menu().props("max-height=60vh") as menu:
+        with marked(button, at=f"add to {spell(path)}"), ui.menu().props("max-height=60vh") as menu:
             for field in missing:
                 with (
                     ui.menu_item(on_click=lambda field=field: add(field), auto_close=False),
@@ -301,8 +300,7 @@ def _first(field: Field) -> Any:
         return True
     if field.kind == "choice":
         return field.choices[-1]
-    default = re.search(r'default "?([^"]+)"?$', field.allowed)
-    return default[1] if default and field.kind == "text" else None
+    return field.default or None
 
 
 def _without(text: str, path: Path) -> str:

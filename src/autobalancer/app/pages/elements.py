@@ -17,12 +17,12 @@ from nicegui import app, ui
 
 from autobalancer.app.store.archive import LOCAL, TYPES, Archive, exported, user_folder
 from autobalancer.app.store.jobs import Job, Jobs
-from autobalancer.app.text.document import EMPTY, spelled
+from autobalancer.app.text.document import EMPTY
 from autobalancer.app.text.document import Path as DocumentPath
 from autobalancer.app.text.fields import USUAL, Field, in_unit, number_and_unit, written
 from autobalancer.app.text.problems import LARGEST, Reading, read
 from autobalancer.catalog import fluids, materials
-from autobalancer.errors import AutobalancerError, ResultError
+from autobalancer.errors import AutobalancerError, ResultError, spell
 from autobalancer.files.examples import example_text
 from autobalancer.safe_file import write_text_safely
 
@@ -57,7 +57,7 @@ def entry_of(field: Field, path: DocumentPath, value: Any, changed: Changed, dro
         else:
             shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
             shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
-        marked(shown.classes("field").without_auto_validation(), at=spelled(path), about=field.help)
+        marked(shown.classes("field").without_auto_validation(), at=spell(path), about=field.help)
         hinted(shown, field.help)
         if value is None:
             shown.props["hint"] = field.meaning
@@ -76,7 +76,7 @@ def _quantity(field: Field, path: DocumentPath, value: Any, changed: Changed) ->
         entry.on_value_change(lambda event: changed(written(event.value or "", "", "") or ""))
         return entry
     choice = ui.select({one: one or "–" for one in units}, value=unit).props("dense outlined options-dense")
-    marked(choice.classes("unit"), at=f"unit of {spelled(path)}", label=f"unit of {field.name}")
+    marked(choice.classes("unit"), at=f"unit of {spell(path)}", label=f"unit of {field.name}")
     state = {"unit": unit}
 
     def say(_: Any = None) -> None:

@@ -9,9 +9,9 @@ from typing import Any
 
 import tomli_w
 
-from autobalancer.machine.part import spell
+from autobalancer.errors import KeyPath
 
-Path = tuple[str | int, ...]
+Path = KeyPath
 EMPTY = """name = "New machine"
 axis = "horizontal"
 
@@ -42,11 +42,6 @@ kind = "ramp"
 [run]
 duration = "10 s"
 """
-
-
-def spelled(path: Path) -> str:
-    """``balancers[1].races[1].orbit_radius``; entries of lists are counted from 1."""
-    return spell(path, "").removesuffix(": ")
 
 
 def data_of(text: str) -> dict[str, Any] | None:

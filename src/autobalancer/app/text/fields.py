@@ -14,12 +14,12 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from autobalancer.app.text.document import Path, data_of, value_at, with_value, without
 from autobalancer.assembly.author_units import in_author_units
 from autobalancer.assembly.quantities import parameter_of, value_of, with_quantity, with_value_at
-from autobalancer.errors import AutobalancerError, QuestionError, UnitError
+from autobalancer.errors import AutobalancerError, QuestionError, UnitError, spell
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.machine import Machine, PrescribedSpeed
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, keys_of, parts_at
-from autobalancer.machine.part import Part, quantity_of, spell
+from autobalancer.machine.part import Part, quantity_of
 from autobalancer.machine.path import QUANTITIES, entry_at, label_of_path, named_unit, path_steps, text_of, unit_at
 from autobalancer.studies.study.spec import KINDS
 from autobalancer.tables import in_plain_letters
@@ -73,6 +73,7 @@ class Field:
     units: tuple[str, ...] = ()  # in which it may be given
     choices: tuple[str, ...] = ()
     parts: tuple[type[Part], ...] = ()  # of a table
+    default: str = ""  # of a text
 
     @property
     def help(self) -> str:
@@ -168,7 +169,7 @@ def _field(part: type[Part], name: str, allowed: str, meaning: str) -> Field:
     if ways == [bool]:
         return Field(kind="switch", **base)
     if ways == [str]:
-        return Field(kind="text", **base)
+        return Field(kind="text", default=str(info.get_default() or "") if not info.is_required() else "", **base)
     return Field(kind="other", **base)
 
 
@@ -387,7 +388,7 @@ def _differences(before: Any, after: Any, path: Path) -> Iterator[tuple[Path, An
 
 def _is_default(machine: Machine, changed: Machine, path: Path) -> bool:
     """Whether what is new in the text is what stood there unwritten."""
-    where = spell(path, "").removesuffix(": ")
+    where = spell(path)
     try:
         return bool(entry_at(machine, where) == entry_at(changed, where))
     except QuestionError:
@@ -404,7 +405,7 @@ def _as_written(text: str, path: Path, value: Any) -> Any:
     """A number with the unit that the text has there, or that people take."""
     if isinstance(value, dict):
         return {key: _as_written(text, (*path, key), one) for key, one in value.items()}
-    unit = unit_at(spell(path, "").removesuffix(": "))
+    unit = unit_at(spell(path))
     given = number_and_unit(value, unit)
     if given is None or not unit:
         return value

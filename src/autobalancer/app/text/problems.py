@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autobalancer.app.text.document import data_of, with_value, without
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, KeyPath, QuestionError
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.machine import Machine
-from autobalancer.machine.path import path_steps
 from autobalancer.studies.design.reading import read_spec
 from autobalancer.studies.design.spec import Spec
 from autobalancer.studies.study.chunk import RUN
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 
 SOURCE = "machine"
-LINE = re.compile(r"^\s*(?:machine: )?([a-z_]+(?:\[\d+\])*(?:\.[a-z_]+(?:\[\d+\])*)*): (.+)$")
 STAND_INS = {  # for keys of the rotor, the drive and the race that its drawing does not show
     "mass": "1 kg",
     "stiffness": "1 N/m",
@@ -52,7 +50,7 @@ class Reading:
 
     machine: Machine | ChamberMachine | None
     message: str = ""
-    problems: dict[tuple[str | int, ...], str] = field(default_factory=dict)
+    problems: dict[KeyPath, str] = field(default_factory=dict)
 
 
 def read(text: str) -> Reading:
@@ -67,7 +65,7 @@ def read(text: str) -> Reading:
     try:
         return Reading(parse_machine(text, SOURCE, folder=folder))
     except AutobalancerError as error:
-        return Reading(None, str(error).removeprefix(f"{SOURCE}: "), by_path(str(error)))
+        return Reading(None, str(error).removeprefix(f"{SOURCE}: "), by_path(error))
 
 
 def drawable(text: str) -> Machine | ChamberMachine | None:
@@ -105,14 +103,12 @@ def files_in(data: Any) -> Iterator[str]:
             yield from files_in(value)
 
 
-def by_path(message: str) -> dict[tuple[str | int, ...], str]:
-    """The lines of a message that begin with the path of a key, by that path."""
-    found: dict[tuple[str | int, ...], str] = {}
-    for line in message.splitlines():
-        match = LINE.match(line)
-        if match and match[1] != SOURCE:
-            steps = tuple(path_steps(match[1]))
-            found[steps] = f"{found[steps]}; {match[2]}" if steps in found else match[2]
+def by_path(error: AutobalancerError) -> dict[KeyPath, str]:
+    """What is wrong at each key at fault."""
+    found: dict[KeyPath, str] = {}
+    for path, message in error.problems:
+        if path:
+            found[path] = f"{found[path]}; {message}" if path in found else message
     return found
 
 

@@ -15,8 +15,8 @@ from autobalancer.assembly.rotors.hardening import with_hardening
 from autobalancer.assembly.rotors.lateral_model import Axis, Complexes, LateralModel, Matrix, Rows, matrices
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import planar_rotor, resolve
+from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PlanarRotor, RigidRotor, Unbalance
-from autobalancer.machine.part import ImpossiblePart
 
 __all__ = [
     "Axis",
@@ -81,13 +81,13 @@ def rows_at(machine: Machine, model: LateralModel, place: float | str | None, *p
         found = [i for i, station in enumerate(machine.stations) if station.name == place]
         if not found:
             known = ", ".join(repr(station.name) for station in machine.stations) or "none"
-            raise ImpossiblePart("Machine", [(path, f"no station is named {place!r}; there is {known}")])
+            raise MachineError.of("Machine", [(path, f"no station is named {place!r}; there is {known}")])
         station = machine.stations[found[0]]
         place, body, path = float(station.position), station.body, ("stations", found[0])
     try:
         return model.axis.rows(place, body)
     except ValueError as reason:
-        raise ImpossiblePart("Machine", [(path, str(reason))]) from None
+        raise MachineError.of("Machine", [(path, str(reason))]) from None
 
 
 def station_rows(machine: Machine, model: LateralModel) -> dict[str, Rows]:

@@ -172,7 +172,7 @@ def matrices(rotor: Rotor, gravity: float) -> LateralModel:
 
     Raises
     ------
-    ImpossiblePart
+    MachineError
         If the rotor is not possible as described.
     """
     raise NotImplementedError(f"rotor of kind {rotor.kind!r}: no file in assembly/rotors registers its matrices")

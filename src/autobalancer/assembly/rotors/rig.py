@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.assembly.rotors.lateral_model import Floats, LateralModel, Matrix, Rows, matrices, table_speeds
+from autobalancer.errors import MachineError
 from autobalancer.machine import Body, MultibodyRotor
-from autobalancer.machine.part import ImpossiblePart
 from autobalancer.machine.rotors.joint import PointJoint, Spot
 from autobalancer.progress import returned
 
@@ -120,7 +120,7 @@ def inertia_matrices(rotor: MultibodyRotor, rig: Rig) -> tuple[Matrix, Matrix]:
 
     Raises
     ------
-    ImpossiblePart
+    MachineError
         If a body, together with what is locked to it, has no inertia about some axis.
     """
     mass, gyroscopic = np.zeros((2, rig.size, rig.size))
@@ -139,7 +139,7 @@ def inertia_matrices(rotor: MultibodyRotor, rig: Rig) -> tuple[Matrix, Matrix]:
         if not scale.all() or np.linalg.eigvalsh(block / np.outer(scale, scale))[0] < SINGULAR:
             number = rotor.bodies.index(merged.bodies[0])
             text = f"{merged.label!r} has no inertia about some axis, so its mass matrix is singular; give it some"
-            raise ImpossiblePart("Machine", [(("rotor", "bodies", number, "inertia"), text)])
+            raise MachineError.of("Machine", [(("rotor", "bodies", number, "inertia"), text)])
     return mass, gyroscopic
 
 
@@ -186,7 +186,7 @@ def multibody(rotor: MultibodyRotor, gravity: float) -> LateralModel:
 
     Raises
     ------
-    ImpossiblePart
+    MachineError
         If a body has no inertia, is not held, or falls over.
     """
     rig = rig_of(rotor)
@@ -200,7 +200,7 @@ def multibody(rotor: MultibodyRotor, gravity: float) -> LateralModel:
     if rotor.up is not None:
         if gravity == 0.0:
             text = "on a horizontal axis the weight does not change the stiffness; leave it out"
-            raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
+            raise MachineError.of("Machine", [(("rotor", "up"), text)])
         stiffness = stiffness + weight_stiffness(rotor, rig, parts, kept, -gravity if rotor.up == "+z" else gravity)
     part = np.ix_(kept, kept)
     stiffness, damping = (np.array([matrix[part] for matrix in stack]) for stack in (stiffness, damping))
@@ -247,7 +247,7 @@ def weight_stiffness(rotor: MultibodyRotor, rig: Rig, parts: list[Strut], kept: 
         added += _second_order(rig, body.name, body.center, force)
     if not set(np.flatnonzero(load)) <= set(kept):
         text = "no joint carries the weight along the axis; give axial stiffness, or leave 'up' out"
-        raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
+        raise MachineError.of("Machine", [(("rotor", "up"), text)])
     rows = np.array([strut.row for strut in parts])[:, kept]
     springs = np.array([strut.stiffness[0] for strut in parts])
     rest = np.linalg.solve(rows.T @ (springs[:, None] * rows), load[kept])
@@ -260,10 +260,10 @@ def weight_stiffness(rotor: MultibodyRotor, rig: Rig, parts: list[Strut], kept: 
 
 
 def refuse_falling(stiffness: Matrix) -> None:
-    """Raise :class:`ImpossiblePart` if weight overcomes the springs, K (N, N)."""
+    """Raise :class:`~autobalancer.errors.MachineError` if weight overcomes the springs, K (N, N)."""
     if np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[0] <= 0.0:
         text = "the bodies fall over under their weight; make the joints stiffer, or leave 'up' out"
-        raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
+        raise MachineError.of("Machine", [(("rotor", "up"), text)])
 
 
 def _second_order(rig: Rig, name: str, point: Point, force: Floats) -> Matrix:
@@ -304,7 +304,7 @@ def unresisted(rig: Rig, parts: list[Strut], mass: Matrix) -> list[int]:
 
 
 def refuse_free_motion(rig: Rig, parts: list[Strut], kept: list[int]) -> None:
-    """Raise :class:`ImpossiblePart` if a motion of bodies stretches no spring; it names bodies and motion.
+    """Raise :class:`~autobalancer.errors.MachineError` if a motion of bodies stretches no spring; it names bodies and motion.
 
     All springs count alike, so that the answer depends on how a rig is joined only, not on how stiff.
     """
@@ -325,7 +325,7 @@ def refuse_free_motion(rig: Rig, parts: list[Strut], kept: list[int]) -> None:
     kind = next(m.columns.index(worst) for m in rig.merged if worst in m.columns)
     bodies = [m.label for m in rig.merged if _along(m.columns[kind], share) > 1e-6]
     text = f"{' and '.join(map(repr, bodies))} can {MOTIONS[kind]} freely; connect them to a supported body"
-    raise ImpossiblePart("Machine", [(("rotor", "joints"), text)])
+    raise MachineError.of("Machine", [(("rotor", "joints"), text)])
 
 
 def _along(column: int, share: Floats) -> float:
@@ -449,7 +449,7 @@ def joint_matrices(joint: PointJoint, speeds: Floats, number: int, turning: int)
 
     Raises
     ------
-    ImpossiblePart
+    MachineError
         If they are not finite, not symmetric although the joint says so, push away or drive, or cannot be on rotating
         bodies; with the ``number`` of the joint, from 0, the speed and the entry.
     """
@@ -513,5 +513,5 @@ def _refuse_turning(joint: PointJoint, stiffness: Matrix, damping: Matrix, numbe
                 raise _refusal(number, f"{where}: between two rotating bodies x and y must be equal")
 
 
-def _refusal(number: int, text: str) -> ImpossiblePart:
-    return ImpossiblePart("Machine", [(("rotor", "joints", number), text)])
+def _refusal(number: int, text: str) -> MachineError:
+    return MachineError.of("Machine", [(("rotor", "joints", number), text)])

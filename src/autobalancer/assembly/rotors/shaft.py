@@ -20,8 +20,8 @@ from autobalancer.assembly.rotors.lateral_model import (
     table_speeds,
 )
 from autobalancer.cache import remembered
+from autobalancer.errors import MachineError
 from autobalancer.machine import Disk, ShaftRotor, ShaftSegment
-from autobalancer.machine.part import ImpossiblePart
 from autobalancer.machine.rotors.shaft import SAME
 
 # The nodes of a shaft: ends of elements, disks, supports and thrust bearing.
@@ -180,7 +180,7 @@ def shaft(rotor: ShaftRotor, gravity: float) -> LateralModel:
 
     Raises
     ------
-    ImpossiblePart
+    MachineError
         If the rotor falls over or buckles under its weight.
     """
     cut, *bare = _without_disks(rotor)
@@ -277,7 +277,7 @@ def _refuse_falling(stiffness: Matrix) -> None:
     scale = np.sqrt(np.abs(np.diag(stiffness)))
     if np.diag(stiffness).min() <= 0.0 or np.linalg.eigvalsh(stiffness / np.outer(scale, scale))[0] <= 0.0:
         text = "the rotor falls over or buckles under its weight; use stiffer supports, suspend it from above, or leave 'up' out"
-        raise ImpossiblePart("Machine", [(("rotor", "up"), text)])
+        raise MachineError.of("Machine", [(("rotor", "up"), text)])
 
 
 # Places on a shaft and on the rigid bodies fixed to it.

@@ -6,13 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from autobalancer.errors import MachineError
 from autobalancer.machine.balancer.fluid import Drag, Fluid
 from autobalancer.machine.balancer.force import Force
 from autobalancer.machine.balancer.resolved import Contact, Friction, Harmonic, Partitions, ResolvedContact, Roundness
 from autobalancer.machine.part import (
     Angle,
     Density,
-    ImpossiblePart,
     Label,
     Length,
     Listed,
@@ -307,7 +307,7 @@ class Race(Part):
         unsized = [i for i, group in enumerate(self.balls) if group.unsized]
         if unsized and self.bearing is None:
             told = f"{INCOMPLETE}; or name the 'bearing' of the race, whose balls they are"
-            raise ImpossiblePart("Race", [(("balls", i), told) for i in unsized])
+            raise MachineError.of("Race", [(("balls", i), told) for i in unsized])
         if self.fluid is None and self.drag.needs_fluid:
             raise ValueError(f"drag: the law {self.drag.word()!r} needs a fluid; add 'fluid', or use the law 'beta'")
         if self.coincidence and self.contact is not None:

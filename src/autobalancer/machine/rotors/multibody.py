@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import ImpossiblePart, Listed, Part, Problem, key
+from autobalancer.errors import MachineError, Problem
+from autobalancer.machine.part import Listed, Part, key
 from autobalancer.machine.plugins import OneOf
 from autobalancer.machine.rotors.body import GROUND, Body
 from autobalancer.machine.rotors.joint import Joint, PointJoint
@@ -48,10 +49,10 @@ class MultibodyRotor(Part):
                 moving = sum(turning.get(name, False) for name in joint.between)
                 problems += [(("joints", i, *path), text) for path, text in joint.unfit(moving)]
         if problems:
-            raise ImpossiblePart("MultibodyRotor", problems)
+            raise MachineError.of("MultibodyRotor", problems)
         problems = self._locked_twice()
         if problems:
-            raise ImpossiblePart("MultibodyRotor", problems)
+            raise MachineError.of("MultibodyRotor", problems)
         return self
 
     def _locked_twice(self) -> list[Problem]:

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import model_validator
 
-from autobalancer.errors import MachineError, UnitError
-from autobalancer.machine.part import Damping, ImpossiblePart, Inertia, Mass, Part, Problem, Quantity, Stiffness, key
+from autobalancer.errors import MachineError, Problem, UnitError
+from autobalancer.machine.part import Damping, Inertia, Mass, Part, Quantity, Stiffness, key
 from autobalancer.machine.rotors.support import Hardening, Rubber, small_free_motions
 from autobalancer.units import Given, to_si
 
@@ -85,7 +85,7 @@ class PlanarRotor(Part):
             beside = [name for name in (*SPRINGS, *DAMPERS) if getattr(self, name) is not None]
             if beside:
                 text = "given beside 'rubber', which contains it; give one or the other"
-                raise ImpossiblePart("PlanarRotor", [((name,), text) for name in beside])
+                raise MachineError.of("PlanarRotor", [((name,), text) for name in beside])
             return self
         for keys in (SPRINGS, DAMPERS):
             given = [key for key in keys if getattr(self, key) is not None]
@@ -94,7 +94,7 @@ class PlanarRotor(Part):
                 problems.append(((keys[0],), f"missing; it has no default, give it or {others}, or 'rubber'"))
             problems += [((key,), f"given beside {given[0]!r}; give one of them") for key in given[1:]]
         if problems:
-            raise ImpossiblePart("PlanarRotor", problems)
+            raise MachineError.of("PlanarRotor", problems)
         return self
 
     @property

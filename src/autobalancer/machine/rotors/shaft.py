@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from autobalancer.errors import MachineError, Problem
 from autobalancer.machine.part import (
     Density,
-    ImpossiblePart,
     Label,
     Length,
     Listed,
@@ -18,7 +18,6 @@ from autobalancer.machine.part import (
     Part,
     Position,
     Positive,
-    Problem,
     Quantity,
     Time,
     key,
@@ -204,7 +203,7 @@ class ShaftRotor(Part):
             text = "given beside 'rubber' in a support, which has its own loss; leave it out"
             problems.append((("stiffness_proportional_damping",), text))
         if problems:
-            raise ImpossiblePart("ShaftRotor", problems)
+            raise MachineError.of("ShaftRotor", problems)
         return self
 
     def _held(self) -> bool:
