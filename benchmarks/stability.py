@@ -14,8 +14,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity, with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import of_plane
+from autobalancer.stability.host.stations import of_plane, plane
 from autobalancer.stability.maps.balanced import StationBalls, balanced_states
 from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, processor_seconds, seconds

@@ -32,8 +32,7 @@ from autobalancer.stability.averaged import (
     averaged_station_growth,
     explicit_averaged_border,
 )
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import of_plane, stations
+from autobalancer.stability.host.stations import of_plane, plane, stations
 from autobalancer.stability.maps.balanced import members_of
 from autobalancer.stability.maps.speeds import averaged_of
 from autobalancer.stability.states.floquet import exponents_of

@@ -12,7 +12,6 @@ from tests.test_averaged import a_plane, balanced, lopsided, unequal
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.stability.averaged import (
-    averaged_border,
     averaged_growth_rate,
     balanced_growth_rate,
     balanced_growth_rates,
@@ -23,7 +22,8 @@ from autobalancer.stability.averaged import (
     speed_windows,
     stable_ranges,
 )
-from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.host.stations import Plane
+from autobalancer.stability.maps.speeds import averaged_border_of
 
 AT_135 = balanced(0.75 * math.pi, -0.75 * math.pi)
 
@@ -154,4 +154,4 @@ def test_where_no_drag_is_enough_says_so() -> None:
         minimum_drag(p, 120.0)
     never = replace(p, damping=(12.0, 0.0))
     assert math.isinf(explicit_averaged_border(never).speed)
-    assert math.isinf(averaged_border(never, worst_case=True).speed)
+    assert math.isinf(averaged_border_of(never, True).speed)

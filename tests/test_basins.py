@@ -14,7 +14,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.host.planar import plane
+from autobalancer.stability.host.stations import plane
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"

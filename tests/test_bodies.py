@@ -33,8 +33,7 @@ from autobalancer.plots.film.animation import RotorView
 from autobalancer.results.drawn import Motion, races_of
 from autobalancer.stability.continuation.steady import Family
 from autobalancer.stability.friction import held_by_friction
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import stations
+from autobalancer.stability.host.stations import plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.planar import equilibria_of

@@ -42,8 +42,7 @@ from autobalancer.stability.continuation.follow import Point, Steps, follow, loc
 from autobalancer.stability.continuation.steady import SMOOTH, Family, Range, Steady, expanded, kinds, merged
 from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
 from autobalancer.stability.diagrams.explorer import Explorer
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import of_plane, stations
+from autobalancer.stability.host.stations import of_plane, plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.balanced import growth_rate, planar_balancer_of, worst_case_border
 from autobalancer.stability.periodic.orbits import DEGREE, Mesh

@@ -30,8 +30,7 @@ from autobalancer.machine import (
 )
 from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.basins import Turn
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import of_plane
+from autobalancer.stability.host.stations import of_plane, plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, planar_eigenvalues
 from autobalancer.stability.states.linear import eigensystem, motion_name
 from autobalancer.stability.states.planar import close_polygon, equilibria_of

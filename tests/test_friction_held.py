@@ -22,8 +22,7 @@ from autobalancer.laws.adherence import held_whirl, largest_held_residual
 from autobalancer.machine import Machine
 from autobalancer.results.number_text import moment_text
 from autobalancer.results.verdict import rpm_text
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import stations
+from autobalancer.stability.host.stations import plane, stations
 from autobalancer.stability.states.stations import required
 from autobalancer.stability.summary import friction_rows
 

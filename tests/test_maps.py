@@ -19,7 +19,7 @@ from autobalancer.assembly.quantities import with_quantity, with_value_at
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, MachineError, QuestionError
 from autobalancer.machine import Machine
-from autobalancer.stability.host.planar import Plane, plane
+from autobalancer.stability.host.stations import Plane, plane
 from autobalancer.stability.maps.balanced import (
     PlanarBalancer,
     balanced_states,

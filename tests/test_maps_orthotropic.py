@@ -11,8 +11,7 @@ from tests.test_averaged import a_plane, unequal
 
 import autobalancer as ab
 from autobalancer.stability.averaged import explicit_averaged_border
-from autobalancer.stability.host.planar import Plane
-from autobalancer.stability.host.stations import of_plane
+from autobalancer.stability.host.stations import Plane, of_plane
 from autobalancer.stability.maps.balanced import EqualBalls, StationBalls, balanced_states
 from autobalancer.stability.maps.exact import border_of, worst_case
 from autobalancer.stability.states import planar as right_angles

@@ -17,8 +17,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.simulation.record import Samples
 from autobalancer.stability.continuation.steady import Family, Range, coincident, kinds
 from autobalancer.stability.diagrams.branches import branches
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import stations
+from autobalancer.stability.host.stations import plane, stations
 from autobalancer.stability.maps.balanced import growth_rate, planar_balancer_of
 from autobalancer.stability.periodic.stalled import stalled_orbits
 

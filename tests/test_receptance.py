@@ -34,7 +34,7 @@ from autobalancer.measurement.loop import (
 from autobalancer.rotordynamics.receptance.measured import load_receptance
 from autobalancer.rotordynamics.receptance.rational_fit import modes_of, pole_model
 from autobalancer.simulation.record import SampleTimes
-from autobalancer.stability.host.planar import Plane
+from autobalancer.stability.host.stations import Plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, growth_rate, worst_case_border
 from autobalancer.stability.states.linear import eigensystem, kept
 from autobalancer.stability.states.planar import Equilibrium

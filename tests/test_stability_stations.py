@@ -33,8 +33,7 @@ from autobalancer.machine import (
     Support,
     Unbalance,
 )
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.host.stations import Stations, plane, stations
 from autobalancer.stability.maps.balanced import EqualAtOneStation, StationBalls, growth_of
 from autobalancer.stability.states.floquet import exponents_of, swing_of
 from autobalancer.stability.states.linear import eigensystem

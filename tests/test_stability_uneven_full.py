@@ -22,8 +22,14 @@ from autobalancer.errors import QuestionError
 from autobalancer.kernels.system import BALLS, SPEED, THETA
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.simulation.record import Samples
-from autobalancer.stability.host.planar import plane
-from autobalancer.stability.host.stations import Stations, in_plane, of_plane, refuse_motion_along_the_axis, stations
+from autobalancer.stability.host.stations import (
+    Stations,
+    in_plane,
+    of_plane,
+    plane,
+    refuse_motion_along_the_axis,
+    stations,
+)
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.states.floquet import exponents_of, in_mean, swinging

@@ -19,7 +19,7 @@ from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.style import save_picture
 from autobalancer.simulation.record import Samples
-from autobalancer.stability.averaged import averaged_border
+from autobalancer.stability.maps.speeds import averaged_border
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"

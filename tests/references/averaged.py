@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.stability.averaged import stiffness_xy
-from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.host.stations import Floats, Plane
 
 
 def averaged_residuals(

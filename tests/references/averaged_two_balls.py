@@ -14,7 +14,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.averaged import Given, averaged_plane
-from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Floats
 
 
 @dataclass(frozen=True)

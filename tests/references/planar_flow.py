@@ -13,7 +13,7 @@ from autobalancer.kernels.records.guided import BALL, GUIDED
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Planar, System, X, Y
 from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import PLANAR, memory_for
-from autobalancer.stability.host.planar import Floats, Matrix
+from autobalancer.stability.host.stations import Floats, Matrix
 from autobalancer.stability.host.vector_field import Field
 
 KEPT = [X, Y, VX, VY]

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.stability.host.planar import Floats, Plane
+from autobalancer.stability.host.stations import Floats, Plane
 from autobalancer.stability.states.planar import Equilibrium
 
 

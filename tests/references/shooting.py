@@ -14,7 +14,7 @@ import numpy as np
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.stability.basins import Turn
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane
 from autobalancer.stability.states.planar import Equilibrium
 
 NEWTON_STEPS = 30

@@ -26,7 +26,7 @@ from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.memory import memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, System, X, Y
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.machine.drive import Constant, PrescribedSpeed, Ramp
 from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.random_numbers import generator
@@ -37,8 +37,14 @@ from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.steppers import equations
 from autobalancer.stability.friction import RELEASED
-from autobalancer.stability.host.planar import Complexes, Plane, plane, refuse_forces
-from autobalancer.stability.host.stations import Stations, of_plane, slowest_decay, stations
+from autobalancer.stability.host.stations import (
+    Complexes,
+    Plane,
+    Stations,
+    refuse_forces,
+    slowest_decay,
+    station_form,
+)
 from autobalancer.stability.states.linear import growth
 from autobalancer.stability.states.questions import judged
 from autobalancer.stability.states.stations import required, states_of
@@ -57,7 +63,7 @@ def question_of(
 ) -> Question:
     """A machine without gravity across its axis made ready, for starts at the speed or with a ``ramp`` up to it."""
     refuse_forces(machine)
-    st = of_plane(plane(machine)) if isinstance(machine.rotor, PlanarRotor) else stations(machine)
+    st = station_form(machine)
     lags = diffusing_lags(machine)
     profile = Ramp(start=0.0, end=speed, duration=1.0) if ramp else Constant(speed=speed)
     there = machine.model_copy(update={"drive": PrescribedSpeed(profile=profile)})

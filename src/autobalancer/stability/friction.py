@@ -18,12 +18,11 @@ from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.laws.adherence import held_whirl, largest_held_residual, rest_ends
-from autobalancer.machine import Machine, PlanarRotor, Unbalance
+from autobalancer.machine import Machine, Unbalance
 from autobalancer.progress import still_time
 from autobalancer.random_numbers import generator
 from autobalancer.results.number_text import length_text, moment_text
-from autobalancer.stability.host.planar import Complexes, Floats
-from autobalancer.stability.host.stations import Stations, stations, without_forces
+from autobalancer.stability.host.stations import Complexes, Floats, Stations, is_planar, stations, without_forces
 from autobalancer.stability.states.stations import described, required, service_speed, yields
 from autobalancer.tables import facts_text, rpm_and_si
 from autobalancer.units import to_si, unbalance_argument
@@ -119,7 +118,7 @@ def _weight(machine: Machine, speed: float) -> float:
 
 def _stations(machine: Machine, unbalance: complex | float | None) -> Stations:
     guided = weightless(without_forces(machine)).model_copy(update={"tilting_races": "deflection"})
-    if unbalance is not None and isinstance(machine.rotor, PlanarRotor):
+    if unbalance is not None and is_planar(machine):
         vector = described(guided, unbalance).unbalance
         one = Unbalance(moment=abs(vector), angle=cmath.phase(vector))
         return stations(guided.model_copy(update={"unbalances": (one,) if vector else ()}))

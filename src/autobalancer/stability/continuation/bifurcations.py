@@ -29,7 +29,7 @@ from autobalancer.stability.continuation.steady import (
     splittings,
     true_races,
 )
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix
 
 SMALL = 1e-9  # in units of the critical speed: slower rotations of an eigenvalue count as none
 APART = 1e-13  # from an eigenvalue, over the greatest entry, so that the matrix can be factorized

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from autobalancer.errors import MachineError
-from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Floats
 
 TOLERANCE = 1e-11  # of the last correction, in scaled unknowns
 CORRECTIONS = 12

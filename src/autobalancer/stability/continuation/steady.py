@@ -20,16 +20,20 @@ from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
 from autobalancer.machine.drive import Constant
 from autobalancer.machine.path import QUANTITIES, axis_attributes, named_unit, parts_of
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, plane
 from autobalancer.stability.host.reduction import basis_for, projected
 from autobalancer.stability.host.stations import (
+    Complexes,
+    Floats,
+    Matrix,
     Numbers,
+    Plane,
     Stations,
     damping_ratio,
-    in_plane,
+    is_planar,
     of_plane,
+    plane,
     refuse_motion_along_the_axis,
-    stations,
+    station_form,
 )
 from autobalancer.stability.host.vector_field import Cycle, Equations, Field
 from autobalancer.stability.states.planar import close_polygon
@@ -340,10 +344,8 @@ class Family:
 
     def __init__(self, machine: Machine, parameters: Sequence[str], speed: float | None = None) -> None:
         self.machine, self.parameters = machine, tuple(parameters)
-        planar = isinstance(machine.rotor, PlanarRotor)
-        self._plane = plane(machine) if planar and not has_forces(machine) else None
-        self._stations = in_plane if planar else stations
-        self._base = self._stations(machine)
+        self._plane = plane(machine) if is_planar(machine) and not has_forces(machine) else None
+        self._base = station_form(machine)
         self._basis: Matrix | None = None
         self.count = 1 if self._base.isotropic else FIRST_COUNT  # of harmonics of a state
         if self.count > 1:
@@ -434,7 +436,7 @@ class Family:
             for name, value in quick.items():
                 p = _changed(p, machine, name, value)
             return self._equations(of_plane(p), speed)
-        host = self._base if machine is self.machine else self._stations(machine)
+        host = self._base if machine is self.machine else station_form(machine)
         for name, value in quick.items():
             host = _scaled(host, name, value)
         return self._equations(host if self._basis is None else projected(host, self._basis), speed)
@@ -455,7 +457,7 @@ class Family:
         except (AttributeError, IndexError):
             with_quantity(self.machine, name, 1.0)  # says what there is
             raise
-        if name in ("stiffness", "damping") and math.isnan(value) and isinstance(self.machine.rotor, PlanarRotor):
+        if name in ("stiffness", "damping") and math.isnan(value) and self._base.planar:
             raise QuestionError(
                 f"parameter {name!r}: would make x and y alike, and those of this machine differ; give the path of one of them, "
                 f"'rotor.{name}[1]', or both in proportion, 'rotor.{name}[1] & rotor.{name}[2]'"

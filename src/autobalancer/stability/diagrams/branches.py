@@ -26,7 +26,7 @@ from autobalancer.stability.diagrams.explorer import (
     Progress,
     branch_dataset,
 )
-from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.host.vector_field import Cycle, Equations
 from autobalancer.stability.periodic.stalled import partly_stalled_orbits, stalled_orbits
 from autobalancer.stability.states.floquet import settled_on

@@ -25,7 +25,7 @@ from autobalancer.stability.continuation.follow import (
     tangent_at,
 )
 from autobalancer.stability.continuation.steady import Groups, Range, Steady, signature
-from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.periodic.orbits import Orbits, Row, born_at, follow_orbits, steady_row, verdict
 from autobalancer.tables import Column
 

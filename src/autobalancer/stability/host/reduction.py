@@ -14,8 +14,7 @@ import numpy as np
 
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.reduction import AIM, fewest
-from autobalancer.stability.host.planar import Matrix
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Matrix, Stations
 
 FEW = 12  # pairs of coordinates that are not reduced
 BEYOND = 2.0  # times the highest speed: what is slow in the rotor may whirl so fast in space

@@ -1,10 +1,14 @@
-"""What stability needs of a machine whose rotor tilts or bends: its matrices, the stations of its balls, its unbalance."""
+"""What stability needs of a machine at constant speed: its rotor, the stations of its balls, its unbalance.
+
+A planar rotor is the limit of one station; as a :class:`Plane` it has closed forms, which are fast paths to the same answers.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +20,159 @@ from autobalancer.assembly.profile import schedule_times, unbalance_factor, unba
 from autobalancer.assembly.reduced_rotor import axial_gravity
 from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
+from autobalancer.assembly.rotors.hardening import planar_springs
 from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.rigid import Point
-from autobalancer.assembly.system import steady
+from autobalancer.assembly.system import steady, total_mass
 from autobalancer.catalog.resolve import Ball, capability_of, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.system import BALLS, System
-from autobalancer.machine import Machine, Unbalance
+from autobalancer.machine import Machine, PlanarRotor, Unbalance
 from autobalancer.random_numbers import generator
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, plane
+
+# A planar machine as numbers.
+
+
+Floats = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+SEARCHED = 40.0  # borders are sought up to so many times the critical speed
+STAND_IN = (
+    "or use the equivalent planar machine near one critical speed: equivalent_planar(machine), or "
+    "'autobalancer equivalent-planar FILE --out planar.toml'"
+)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A planar machine at constant speed W without gravity, SI; mass includes the balls (effective)."""
+
+    mass: float
+    stiffness: tuple[float, float]
+    damping: tuple[float, float]
+    unbalance: complex  # in the rotor, kg m
+    ball_mass: Floats  # (n,) effective
+    moment: Floats  # (n,) effective mass x orbit radius
+    inertia: Floats  # (n,) of the ball angle
+    drag: Floats  # (n,)
+    race: NDArray[np.int64]  # (n,) number of the ball's race, from 0
+    offset: Complexes  # (n,) race center in the rotor
+    capability: float = math.inf  # of balls side by side, kg m
+    planar: ClassVar[bool] = True
+    forces: ClassVar[None] = None  # with forces on its balls a planar machine is described as a station
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether x and y are alike."""
+        return self.stiffness[0] == self.stiffness[1] and self.damping[0] == self.damping[1]
+
+    @property
+    def station(self) -> NDArray[np.int64]:
+        """All balls are at the only one, (n,)."""
+        return np.zeros(self.moment.size, np.int64)
+
+    @property
+    def scale_speed(self) -> float:
+        """The lower critical speed, rad/s."""
+        return self.critical_speeds[0]
+
+    @property
+    def highest_searched(self) -> float:
+        """Up to where borders are sought, rad/s."""
+        return SEARCHED * self.critical_speeds[-1]
+
+    @property
+    def never_below(self) -> float:
+        """A speed below which no balanced state is stable, rad/s."""
+        return self.critical_speeds[0] if self.isotropic else 0.0
+
+    @property
+    def critical_speeds(self) -> tuple[float, ...]:
+        """sqrt(k/M), rad/s, ascending."""
+        return tuple(math.sqrt(k / self.mass) for k in sorted(set(self.stiffness)))
+
+    def dynamic_stiffness(self, speed: float) -> complex:
+        """Force over forward whirl, N/m; on orthotropic supports that of the forward component of the whirl."""
+        x, y = (complex(k - self.mass * speed**2, b * speed) for k, b in zip(self.stiffness, self.damping, strict=True))
+        if x == 0.0 or y == 0.0:
+            return 0.0
+        total = x + y
+        if total == 0.0:
+            return complex(math.inf)
+        return 2.0 * x * y / total
+
+    def backward(self, speed: float, whirl: complex) -> complex:
+        """Backward component of the whirl that comes with the forward component ``whirl``: z = a e^iWt + b e^-iWt."""
+        x, y = (complex(k - self.mass * speed**2, b * speed) for k, b in zip(self.stiffness, self.damping, strict=True))
+        return complex(np.conj(whirl * (y - x) / (y + x)))
+
+    @property
+    def fixed_load(self) -> complex:
+        """Unbalance and the eccentric masses of the balls, kg m."""
+        return self.unbalance + complex((self.ball_mass * self.offset).sum())
+
+
+def refuse_forces(machine: Machine) -> None:
+    """Refuse a machine with forces on its balls.
+
+    Raises
+    ------
+    QuestionError
+        If it has any.
+    """
+    found = [
+        f"balancers[{b + 1}].races[{r + 1}].forces"
+        for b, balancer in enumerate(machine.balancers)
+        for r, race in enumerate(balancer.races)
+        if race.forces
+    ]
+    if found:
+        raise QuestionError(
+            f"{found[0]}: this question does not know forces on the balls; simulate the machine instead, or ask without them"
+        )
+
+
+def plane(machine: Machine, unbalance: complex | float | None = None, *, with_forces: bool = False) -> Plane:
+    """The plane of a machine; its unbalance is, unless given, the resultant at the end of all schedules.
+
+    It knows nothing of forces on the balls; ``with_forces`` if the caller does.
+
+    Raises
+    ------
+    QuestionError
+        If gravity acts in the plane: then there is no steady state at rest in the rotor. If the rotor is not planar.
+    """
+    rotor = machine.rotor
+    if not isinstance(rotor, PlanarRotor):
+        raise QuestionError(
+            f"rotor: given one of kind {rotor.kind!r}; this analysis supports planar rotors only. For any rotor use "
+            f"equilibria, eigenvalues, borders, stable_windows or border_curve; {STAND_IN}"
+        )
+    if machine.axis == "horizontal" and machine.gravity > 0.0:
+        raise QuestionError(
+            "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead, "
+            "or ask basin with random starts"
+        )
+    if not with_forces:
+        refuse_forces(machine)
+    balls: tuple[Ball, ...] = resolve(machine)
+    races = sorted({(ball.balancer, ball.race) for ball in balls})
+    stiffness, damping = planar_springs(machine, "steady states")
+    return Plane(
+        mass=total_mass(machine, balls),
+        stiffness=stiffness,
+        damping=damping,
+        unbalance=unbalance_vector(machine, math.inf) if unbalance is None else complex(unbalance),
+        ball_mass=np.array([ball.effective_mass for ball in balls]),
+        moment=np.array([ball.moment for ball in balls]),
+        inertia=np.array([ball.inertia for ball in balls]),
+        drag=np.array([ball.drag for ball in balls]),
+        race=np.array([races.index((ball.balancer, ball.race)) for ball in balls], np.int64),
+        offset=np.array([ball.eccentricity for ball in balls], np.complex128),
+        capability=capability_of(balls),
+    )
+
 
 # Forces on the balls that are leaves, as stability needs them: their torques, and the derivatives of these.
 #
@@ -183,7 +331,7 @@ class Stations:
     """A machine at constant speed W without gravity across its axis, SI; P stations carry n balls.
 
     The planar machine is the limit of one station and one pair of coordinates;
-    :class:`~autobalancer.stability.host.planar.Plane` is the same for it, and faster.
+    :class:`~autobalancer.stability.host.stations.Plane` is the same for it, and faster.
     """
 
     model: LateralModel  # with the effective mass of the balls in their planes
@@ -202,6 +350,7 @@ class Stations:
     slopes: Matrix | None = None  # (P, pairs) of the stations, where balls feel the tilt of their race
     weight: float = 0.0  # acceleration of gravity along the axis, felt where races tilt
     forces: BallForces | None = None  # that are leaves: springs, magnets, ...
+    planar: bool = False  # whether the rotor is a planar one, whose deflection is that of its only station
 
     @property
     def isotropic(self) -> bool:
@@ -217,6 +366,21 @@ class Stations:
     def scale_speed(self) -> float:
         """A speed of the size of the machine's own, rad/s: the lowest critical speed, or frequency at rest."""
         return self.critical_speeds[0] if self.critical_speeds else float(natural_frequencies(self.model)[0])
+
+    @property
+    def highest_searched(self) -> float:
+        """Up to where borders are sought, rad/s; not beyond the tables of the supports."""
+        return float(min(SEARCHED * self.scale_speed, self.model.top_speed))
+
+    @property
+    def never_below(self) -> float:
+        """A speed below which no balanced state is stable, rad/s: none is known without looking."""
+        return 0.0
+
+    @property
+    def damping(self) -> tuple[float, ...]:
+        """The greatest damping of the rotor: zero if it has none."""
+        return (float(np.abs(self.model.damping).max()),)
 
     @property
     def orbit(self) -> Floats:
@@ -388,15 +552,30 @@ def refuse_motion_along_the_axis(model: LateralModel) -> None:
             )
 
 
+def station_form(machine: Machine, unbalance: complex | float | None = None) -> Stations:
+    """The stations of any machine; a planar one is a single station, and may have any unbalance."""
+    return in_plane(machine, unbalance) if is_planar(machine) else stations(machine, unbalance)
+
+
+def is_planar(machine: Machine) -> bool:
+    """Whether the rotor is a planar one."""
+    return isinstance(machine.rotor, PlanarRotor)
+
+
 def in_plane(machine: Machine, unbalance: complex | float | None = None) -> Stations:
     """A planar machine as one station, with the forces on its balls.
 
     Raises
     ------
     QuestionError
-        As of :func:`~autobalancer.stability.host.planar.plane`.
+        As of :func:`~autobalancer.stability.host.stations.plane`.
     """
     return replace(of_plane(plane(machine, unbalance, with_forces=True)), forces=forces_on(machine))
+
+
+def as_station(p: Plane | Stations) -> Stations:
+    """The stations of any machine: of a plane its only one."""
+    return of_plane(p) if isinstance(p, Plane) else p
 
 
 def of_plane(p: Plane) -> Stations:
@@ -426,7 +605,8 @@ def of_plane(p: Plane) -> Stations:
         station=np.zeros(p.moment.size, np.int64),
         race=p.race,
         offset=p.offset,
-        capability=np.array([p.capability]),
+        capability=np.array([min(p.capability, float(p.moment.sum()))]),
+        planar=True,
     )
 
 

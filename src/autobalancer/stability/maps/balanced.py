@@ -28,8 +28,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.progress import still_time
 from autobalancer.results.number_text import length_text
-from autobalancer.stability.host.planar import Complexes, Plane
-from autobalancer.stability.host.stations import Stations, of_plane
+from autobalancer.stability.host.stations import Complexes, Plane, Stations, as_station
 from autobalancer.stability.states.floquet import exponents_of
 from autobalancer.stability.states.floquet import growth_rates as half_turn_rates
 from autobalancer.stability.states.linear import kept, modes
@@ -306,17 +305,14 @@ def balanced_states(p: Described) -> list[Balanced]:
     """Members of the family of balanced states of a machine: one, or several that stand for a continuum."""
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no balanced state")
-    if isinstance(p, Stations):
-        if p.forces is not None:
-            return [ForcedBalls(p)]
-        return list(members_of(p))
-    if equal_balls(p):
-        return [EqualBalls(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
-    if np.any(p.offset) or p.isotropic:
-        return balanced_states(of_plane(p))
-    if alike(p):
-        return [EqualBallsAtRest(p, place) for place in (MEMBERS if p.moment.size > 2 else (0.0,))]
-    return [BallsAtRest(p)]
+    if isinstance(p, Plane):  # closed forms
+        places = MEMBERS if p.moment.size > 2 else (0.0,)
+        if equal_balls(p):
+            return [EqualBalls(p, place) for place in places]
+        if not np.any(p.offset) and not p.isotropic:
+            return [EqualBallsAtRest(p, place) for place in places] if alike(p) else [BallsAtRest(p)]
+    st = as_station(p)
+    return [ForcedBalls(st)] if st.forces is not None else list(members_of(st))
 
 
 def equal_balls(p: Plane) -> bool:

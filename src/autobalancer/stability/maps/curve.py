@@ -20,15 +20,14 @@ from autobalancer.assembly.terms import Theory, ignores, unknown, weightless
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, QuestionError, RangeWarning, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.machine.path import axis_attributes, dimension_of, text_of
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import axis_unit, speed_axis
 from autobalancer.results.number_text import share_text, significant
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.planar import Floats, Plane, plane
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Floats, Plane, is_planar, plane
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.exact import border_of, exact_borders, worst_case_of
 from autobalancer.stability.maps.speeds import (
@@ -42,7 +41,7 @@ from autobalancer.stability.maps.speeds import (
 )
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
-from autobalancer.stability.states.stations import Described, described, lower_critical_speed
+from autobalancer.stability.states.stations import Described, described
 from autobalancer.tables import Column, rpm_and_si
 from autobalancer.units import to_si, unbalance_argument
 
@@ -98,7 +97,7 @@ def border_curve(
     machine = balls_in_races(machine)
     if values is None:
         parameter_unit(machine, parameter)  # refuses a name that is none, with what was perhaps meant
-        if parameter != "unbalance" or not isinstance(machine.rotor, PlanarRotor):
+        if parameter != "unbalance" or not is_planar(machine):
             raise QuestionError(
                 f"values: none given; give those of {parameter!r}. Only for 'unbalance' of a planar rotor they follow from the "
                 "machine"
@@ -125,7 +124,7 @@ def border_curve(
         else:
             constant = borders_of(changed, p, only, top)
             rows.append(constant)
-        critical.append(lower_critical_speed(p))
+        critical.append(p.scale_speed)
         if progress is not None:
             progress(number + 1, len(points))
     return _dataset(machine, parameter, numbers, rows, critical)
@@ -270,19 +269,18 @@ def _minimum(
         warn(f"minimum {name}: the {which} {left_out}", RangeWarning)
     if p.moment.size == 0:
         raise QuestionError(f"minimum {name}: the machine has no balls")
-    fast = lower_critical_speed(p) if isinstance(p, Stations) else math.sqrt(max(p.stiffness) / p.mass)
+    fast = p.scale_speed
     unit = float(np.median(p.inertia)) * fast
     ends = VISCOSITIES if name == "viscosity" else (DRAGS[0] * unit, DRAGS[1] * unit)
     start = with_quantity(machine, name, ends[1])  # also says if nothing can be changed
-    given = unbalance if isinstance(p, Stations) else p.unbalance
-    holds = _question(start, which, wanted, given)
+    holds = _question(start, which, wanted, unbalance)
 
     def enough(exponent: float) -> bool:
         return holds(with_quantity(machine, name, math.exp(exponent)))
 
     def surplus(exponent: float) -> float:
         changed = with_quantity(machine, name, math.exp(exponent))
-        return _surplus(changed, described(changed, given), which, wanted)
+        return _surplus(changed, described(changed, unbalance), which, wanted)
 
     low, high = (math.log(value) for value in ends)
     grid = np.linspace(low, high, round(STEPS * (high - low) / math.log(10.0)) + 1)[::-1]
@@ -325,7 +323,7 @@ def _question(
 
     def exact(m: Machine) -> bool:
         p = of(m)
-        if not isinstance(p, Stations) and p.isotropic and speed <= max(p.critical_speeds):
+        if speed <= p.never_below:
             return False
         verdicts = (border_of(state, p)[0] <= speed for state in balanced_states(p))
         return all(verdicts) if worst else any(verdicts)
@@ -392,7 +390,7 @@ def rates_over(
     progress: Callable[[int, int], None] | None,
 ) -> Floats:
     """Growth rates over two parameters, 1/s, in their order; nan without a balanced state."""
-    planar = isinstance(machine.rotor, PlanarRotor) and not has_forces(machine)
+    planar = is_planar(machine) and not has_forces(machine)
     inner = ("unbalance", "speed") if planar else ("speed",)
     outer = [name for name in values if name not in inner]  # those that need another machine
     speeds = values.get("speed", np.array([speed]))
@@ -408,7 +406,7 @@ def rates_over(
         row, part = task
         for k in part:
             here = planes[row]
-            p = with_size(here, float(sizes[k])) if isinstance(here, Plane) and not np.isnan(sizes[k]) else here
+            p = here if np.isnan(sizes[k]) else with_size(here, float(sizes[k]))
             result[row, k] = _rates(machines[row], p, speeds, worst)
 
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:

@@ -18,8 +18,7 @@ from autobalancer.machine import Machine
 from autobalancer.progress import still_time
 from autobalancer.results.number_text import moment_text
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.planar import Floats, Plane
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Floats, Plane, Stations, as_station
 from autobalancer.stability.maps.balanced import (
     POINTS,
     Balanced,
@@ -36,11 +35,8 @@ from autobalancer.stability.maps.balanced import (
     worst_case_border,
 )
 from autobalancer.stability.states.stations import (
-    SEARCHED,
     Described,
     described,
-    highest_searched,
-    lower_critical_speed,
     why_never,
     why_no_state,
 )
@@ -56,10 +52,10 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     found = [border_of(member, p) for member in members]
     if any(not math.isnan(speed) for speed, _ in found):  # positions that exist only at some speeds do not count
         found = [one for one in found if not math.isnan(one[0])]
-    if isinstance(p, Stations) and p.forces is None and all(math.isinf(speed) for speed, _ in found):
-        because = why_never(machine, p, highest_searched(p))
+    if p.forces is None and all(math.isinf(speed) for speed, _ in found):
+        because = why_never(machine, as_station(p), p.highest_searched)
         found = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in found]
-    elif isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
+    if isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
         short = (
             f"side by side the balls can balance {moment_text(p.capability, 4)} only: here they would have to overlap"
         )
@@ -85,24 +81,21 @@ def border_of(
 ) -> tuple[float, str]:
     """Lowest speed from which on a state is stable up to the highest one that is searched, and a note.
 
-    By default from the lower critical speed to :func:`highest_searched`.
+    By default from the lower critical speed to the highest one that is searched.
     """
-    critical = lower_critical_speed(p) if lowest is None else lowest
-    high = highest_searched(p) if highest is None else highest
+    critical = p.scale_speed if lowest is None else lowest
+    high = p.highest_searched if highest is None else highest
     windows, note = windows_of(state, critical, high, p)
-    rotor = (float(np.abs(p.model.damping).max()),) if isinstance(p, Stations) else p.damping
-    undamped = [name for name, values in (("rotor", rotor), ("balls", p.drag)) if not np.all(np.asarray(values) > 0.0)]
+    undamped = [
+        name for name, values in (("rotor", p.damping), ("balls", p.drag)) if not np.all(np.asarray(values) > 0.0)
+    ]
     if undamped and not windows:
         note = f"{note}; {' and '.join(undamped)} without damping"
     if not windows and note.startswith("no balanced state"):
         return math.nan, note
     if not windows or windows[-1][1] < high:
-        tail = (
-            f"none up to {SEARCHED:g} times the critical speed"
-            if highest is None and not isinstance(p, Stations)
-            else f"none up to {high:.4g} rad/s"
-        )
-        if windows and isinstance(p, Stations):
+        tail = f"none up to {high:.4g} rad/s"
+        if windows:
             tail = f"{tail}, stable {', '.join(f'{a:.4g} to {b:.4g} rad/s' for a, b in windows)}"
         return math.inf, "; ".join(filter(None, (tail, note)))
     below = f"stable also {', '.join(f'{a:.4g} to {b:.4g} rad/s' for a, b in windows[:-1])}" if windows[1:] else ""
@@ -111,7 +104,7 @@ def border_of(
 
 def worst_case_of(p: Described) -> Border:
     """*exact border, worst case* of any rotor."""
-    return worst_case_at_one_station(p) if isinstance(p, Stations) else worst_case(p)
+    return worst_case(p) if isinstance(p, Plane) else worst_case_at_one_station(p)
 
 
 def worst_case(p: Plane) -> Border:
@@ -146,9 +139,7 @@ def worst_case(p: Plane) -> Border:
         else f"for |S2|/N = {spread:g}"
     )
     note = f"{where} (|S2| = {spread * balancer.count:g})"
-    return Border(
-        name, speed, f"none up to {SEARCHED:g} times the critical speed, {note}" if math.isinf(speed) else note
-    )
+    return Border(name, speed, f"none up to {p.highest_searched:.4g} rad/s, {note}" if math.isinf(speed) else note)
 
 
 def worst_case_at_one_station(st: Stations) -> Border:
@@ -269,7 +260,7 @@ def stable_windows(
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
     p = described(weightless(machine), unbalance, float(highest))
-    low = 0.05 * lower_critical_speed(p) if lowest is None else float(lowest)
+    low = 0.05 * p.scale_speed if lowest is None else float(lowest)
     if not (0.0 < low < highest < math.inf):
         raise QuestionError(
             f"stable windows: given speeds from {low:.6g} to {highest:.6g} rad/s; "
@@ -289,7 +280,7 @@ def stable_windows(
 
 def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[list[Window], str]:
     """Stable windows of one state and a note on them; the note is never empty where there is no window."""
-    margin = MARGIN * lower_critical_speed(p)
+    margin = MARGIN * p.scale_speed
     speeds = _grid(low, high, p, POINTS[state.route])
     rates = state.rates(speeds)
     if np.isnan(rates).all():

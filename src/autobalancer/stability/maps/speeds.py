@@ -17,9 +17,8 @@ import numpy as np
 from autobalancer.assembly.terms import Theory, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.progress import OutOfTime, question
-from autobalancer.stability.averaged import averaged_border as planar_border
 from autobalancer.stability.averaged import (
     averaged_station_growth,
     averaged_station_growths,
@@ -27,13 +26,12 @@ from autobalancer.stability.averaged import (
     refuse_without_drag,
 )
 from autobalancer.stability.border import Border, Borders, ignoring
-from autobalancer.stability.host.planar import Floats, Plane
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Floats, Plane, Stations, as_station
 from autobalancer.stability.maps.balanced import Balanced, members_of
 from autobalancer.stability.maps.exact import border_of, exact_borders, worst_case_of
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
-from autobalancer.stability.states.stations import Described, StationState, described, highest_searched
+from autobalancer.stability.states.stations import Described, StationState, described
 from autobalancer.units import to_si, unbalance_argument
 
 # The averaged border of any machine: of planar rotors in closed form where there is one, of others over the speed.
@@ -45,7 +43,7 @@ SPREADS = (0.0, 0.5, 1.0)  # between the least and the greatest |g2| at which th
 
 
 def averaged_border(
-    machine: Plane | Machine | str | Path,
+    machine: Machine | str | Path,
     unbalance: complex | float | str | None = None,
     *,
     worst_case: bool = False,
@@ -65,8 +63,7 @@ def averaged_border(
         axis of the rotor, in one plane.
     searched
         Speeds, rad/s: the border is the lowest speed in this range from which on the state is stable up to its end. By
-        default from the critical speed (planar: the higher one, else the lowest) to 40 times it, or to the end of the
-        tables of the supports.
+        default from the lowest critical speed to 40 times the critical speed, or to the end of the tables of the supports.
 
     Returns
     -------
@@ -78,20 +75,13 @@ def averaged_border(
     QuestionError
         If a ball has no drag or forces act on it, or the worst case is asked of an eccentric race or several planes.
     """
-    if not isinstance(machine, Plane):
-        machine = balls_in_races(machine)
-        if not isinstance(machine.rotor, PlanarRotor):
-            highest = None if searched is None else searched[1]
-            st = described(machine, unbalance_argument(unbalance), highest)
-            assert isinstance(st, Stations)
-            if st.forces is not None:
-                raise QuestionError(
-                    "averaged border: the averaged theory does not know forces on the balls; ask borders for the exact border"
-                )
-            return ignoring(machine, _of_stations(st, worst_case, searched), Theory.AVERAGED)
-        found = planar_border(machine, unbalance, worst_case=worst_case, searched=searched)
-        return ignoring(machine, found, Theory.AVERAGED)
-    return planar_border(machine, unbalance, worst_case=worst_case, searched=searched)
+    machine = balls_in_races(machine)
+    p = described(machine, unbalance_argument(unbalance), None if searched is None else searched[1])
+    if p.forces is not None:
+        raise QuestionError(
+            "averaged border: the averaged theory does not know forces on the balls; ask borders for the exact border"
+        )
+    return ignoring(machine, averaged_border_of(p, worst_case, searched), Theory.AVERAGED)
 
 
 def averaged_of(p: Described) -> Border:
@@ -100,27 +90,23 @@ def averaged_of(p: Described) -> Border:
     With races on the axis in one plane that of the worst case over the unbalance: of planar rotors by the closed form, (4.74)
     generalized to any balls and to orthotropic supports, of others by root finding. Else that at this unbalance.
     """
-    if isinstance(p, Stations) and p.forces is not None:
+    if p.forces is not None:
         return Border(AVERAGED, math.nan, "computed without forces on the balls only; see the exact border", False)
     if p.moment.size == 1:
         return Border(AVERAGED, math.nan, "one ball alone can balance one unbalance only")
     if not (p.drag > 0.0).all():
         return Border(AVERAGED, math.inf, "a ball has no drag")
-    if isinstance(p, Stations):
-        if not p.model.damping.any():
-            return Border(AVERAGED, math.inf, "the rotor has no damping")
-        return replace(_of_stations(p, worst_case=_one_centric(p)), name=AVERAGED)
     if max(p.damping) == 0.0:
         return Border(AVERAGED, math.inf, "the rotor has no damping")
-    if np.all(p.offset == 0.0):
+    if isinstance(p, Plane) and not np.any(p.offset):
         return replace(explicit_averaged_border(p), name=AVERAGED)
-    found = planar_border(p)
-    return replace(
-        found, note=found.note or "at this unbalance, from the averaged eigenvalue problem (Spannan 2021, 4.69)"
-    )
+    st = as_station(p)
+    return replace(averaged_border_of(st, worst_case=_one_centric(st)), name=AVERAGED)
 
 
-def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] | None = None) -> Border:
+def averaged_border_of(p: Described, worst_case: bool, searched: tuple[float, float] | None = None) -> Border:
+    """Averaged border by root finding, (4.69) of Spannan (2021) for any rotor."""
+    st = as_station(p)
     refuse_without_drag(st.drag)
     if worst_case and not _one_centric(st):
         raise QuestionError(
@@ -128,7 +114,7 @@ def _of_stations(st: Stations, worst_case: bool, searched: tuple[float, float] |
             "worst_case for the border at the unbalance of the machine"
         )
     st = replace(st, slopes=None)
-    low, high = searched or (st.scale_speed, highest_searched(st))
+    low, high = searched or (st.scale_speed, p.highest_searched)
     members = _any_unbalance(st) if worst_case else members_of(st, averaged_station_growth)
     found = [border_of(member, st, high, low) for member in members]
     found = [one for one in found if not math.isnan(one[0])] or found[:1]

@@ -15,13 +15,13 @@ from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.catalog.fluid_table import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.machine.path import QUANTITIES, axis_attributes, dimension_of, parts_of
 from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.progress import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.friction import held_share
-from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Floats, is_planar
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.curve import (
     VARIABLES,
@@ -210,7 +210,7 @@ def with_borders(
     other = next(name for name in values if name != "speed")
     axis = np.unique(values[other])
     chosen = axis[np.unique(np.linspace(0, axis.size - 1, min(count, axis.size)).round().astype(int))]
-    if other == "unbalance" and isinstance(machine.rotor, PlanarRotor):  # the border has a narrow peak over it
+    if other == "unbalance" and is_planar(machine):  # the border has a narrow peak over it
         dense = unbalances_to_capability(machine, 2 * count)
         chosen = np.unique([*chosen, *dense[(dense >= axis[0]) & (dense <= axis[-1])]])
     curve = border_curve(machine, other, chosen, up_to=float(values["speed"].max()), progress=progress)

@@ -26,8 +26,7 @@ from autobalancer.stability.continuation.steady import (
     nearly_true_races,
     running_true,
 )
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 from autobalancer.stability.host.vector_field import Cycle, Equations
 from autobalancer.stability.states.linear import kept
 from autobalancer.stability.states.stations import named_at_rest

@@ -18,8 +18,7 @@ from scipy.optimize import brentq
 from autobalancer.catalog.resolve import Ball
 from autobalancer.stability.continuation.follow import NoConvergence, at_parameter
 from autobalancer.stability.continuation.steady import Groups, Range, bundled_angles, coincident
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 from autobalancer.stability.host.vector_field import Equations, Field
 from autobalancer.stability.periodic.orbits import Mesh, Orbits
 from autobalancer.stability.stall.branch import stable

@@ -35,9 +35,8 @@ from autobalancer.laws.stall import Receptance, StalledBall, StallRange, planar_
 from autobalancer.machine import Machine
 from autobalancer.progress import still_time
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.planar import Complexes, Floats, Plane
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import Stations, stations
+from autobalancer.stability.host.stations import Complexes, Floats, Plane, Stations, as_station, stations
 from autobalancer.stability.stall.branch import BELOW as RANGES_BELOW
 from autobalancer.stability.stall.branch import (
     FAR,
@@ -76,7 +75,7 @@ from autobalancer.stability.stall.capture import (
     which,
 )
 from autobalancer.stability.stall.states import AllModes, Balance, Loads, StalledGroup, States, Whirling, stalled_groups
-from autobalancer.stability.states.stations import Described, highest_searched, lower_critical_speed
+from autobalancer.stability.states.stations import Described
 
 CARRIED = "balls between partitions are carried along and never stall"
 
@@ -90,31 +89,29 @@ def release_of(
     speed that the drive prescribes, else all.
     """
     machine = weightless(machine)
-    place = p.station if isinstance(p, Stations) else np.zeros(p.moment.size, np.int64)
-    groups = stalled_groups(machine, place.tolist())
+    groups = stalled_groups(machine, p.station.tolist())
     if not groups:
         return (Border(RELEASE, math.nan, CARRIED),)
     left_out = sum(group.count for group in groups) < p.moment.size
     loads = Loads(groups)
-    top = highest_searched(p)
+    top = p.highest_searched
     limit = _limit(machine, p) if up_to is None else up_to
     runs = None
     soft = rubber_under_balls(machine)
     if soft is not None:
-        limit = limit if isinstance(p, Stations) else math.inf
+        limit = math.inf if p.planar else limit
         if len(groups) > 1:
             found = several_on_rubber(machine, soft, loads, capture, limit)
         else:
             found = on_rubber(machine, soft, groups, capture, limit)
-    elif isinstance(p, Stations):
-        runs = None if left_out else slow_runs(machine, loads)
-        found = joint_borders(p, loads, top, limit, capture, runs=runs)
-    elif len(groups) > 1 or left_out:
-        closed = release_border(p) if not left_out and p.isotropic and all(group.plain for group in groups) else None
-        runs = None if left_out or closed else slow_runs(machine, loads)
-        found = joint_borders(stations(machine, largest=True), loads, top, math.inf, capture, closed, runs)
-    else:
+    elif isinstance(p, Plane) and len(groups) == 1 and not left_out:
         found = _in_one_plane(p, groups[0], capture)
+    else:
+        plain = not left_out and all(group.plain for group in groups)
+        closed = release_border(p) if plain and isinstance(p, Plane) and p.isotropic else None
+        runs = None if left_out or closed else slow_runs(machine, loads)
+        limit = math.inf if p.planar else limit
+        found = joint_borders(as_station(p), loads, top, limit, capture, closed, runs)
     planes = len(set(loads.station.tolist()))
     if planes > 2 or (planes == 2 and runs is None):
         found = tuple(
@@ -155,7 +152,7 @@ def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border,
 def _limit(machine: Machine, p: Described) -> float:
     """The highest prescribed speed; infinite without one, or if it is below all critical speeds."""
     highest = highest_prescribed(machine)
-    return highest if highest is not None and highest > lower_critical_speed(p) else math.inf
+    return highest if highest is not None and highest > p.scale_speed else math.inf
 
 
 # The release speed in closed form: from which rotor speed on no ball can stall, linear drag and isotropic supports.

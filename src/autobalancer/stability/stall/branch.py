@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from autobalancer.progress import still_time
-from autobalancer.stability.host.planar import Floats
+from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.stall.states import STEEP, Balance, Loads, States, Whirling
 
 FIRST, LONGEST = 0.02, 0.25  # steps along the curve; one is a radian, or e of slip over whirl

@@ -24,8 +24,7 @@ from autobalancer.progress import still_time
 from autobalancer.simulation.record import Samples, record_for
 from autobalancer.simulation.steppers import stepper_for
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.planar import Floats
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Floats, Stations
 from autobalancer.stability.stall.branch import FAR, HangingRange, Leaving, followed, grid, growth, past
 from autobalancer.stability.stall.states import Balance, Loads, States, Whirling
 

@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import Machine
 from autobalancer.progress import still_time
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 
 # The balls of a machine that can stall, in groups of equal balls of one station, and what drives and brakes them.
 #

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.progress import still_time
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane, Stations
 from autobalancer.stability.host.vector_field import Cycle, gauss, step_maps, steps_of
 from autobalancer.stability.states.stations import StationState
 

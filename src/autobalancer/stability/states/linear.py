@@ -14,8 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix
-from autobalancer.stability.host.stations import Stations
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.stations import StationState, state_vector
 

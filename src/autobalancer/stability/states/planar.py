@@ -25,7 +25,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.progress import still_time
-from autobalancer.stability.host.planar import Complexes, Floats, Plane
+from autobalancer.stability.host.stations import Complexes, Floats, Plane
 
 PATTERNS = 4096  # at most so many ways of placing balls on the two sides are gone through
 

@@ -15,13 +15,12 @@ from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer, at_speed
 from autobalancer.results.number_text import length_text, moment_text
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.host.planar import Complexes, plane
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import Stations, in_plane, stations
+from autobalancer.stability.host.stations import Complexes, Stations, station_form
 from autobalancer.stability.states.floquet import counted, exponents_of, in_mean
 from autobalancer.stability.states.linear import growth, modes, motion_name, verdict
 from autobalancer.stability.states.stations import (
@@ -86,7 +85,7 @@ def equilibria(
     first = whirl[:, 0] if places else np.zeros(len(states), np.complex128)
     values = np.array([row[0] for row in rows]).reshape(len(states), modes)
     rates = [_rate(row[0], state) for row, state in zip(rows, states, strict=True)]
-    where = _where(machine)
+    where = _where(st)
     data: dict[str, tuple[Any, Any, str, str]] = {
         "name": ("state", [state.name for state in states], "name of the state", ""),
         "ball_angle_in_rotor": (("state", "ball"), angles, "ball angle in the rotor", "rad"),
@@ -173,11 +172,11 @@ def eigenvalues(
         if progress is not None:
             progress(number + 1, len(speeds))
     if not rows:
-        raise QuestionError(_why_none(machine, st, state, unbalance))
+        raise QuestionError(_why_none(st, state))
     values = np.array([row[2] for row in rows])
     rates = [_rate(row[2], row[1]) for row in rows]
     whirl = np.abs(np.array([row[1].whirl for row in rows]))
-    where = _where(machine)
+    where = _where(st)
     result = xr.Dataset(
         {
             "eigenvalue_real": (("speed", "mode"), values.real, {"long_name": "real part", "units": "1/s"}),
@@ -199,10 +198,8 @@ def eigenvalues(
 
 def host_of(machine: Machine, unbalance: complex | float | None, highest: float) -> Stations:
     """The stations of any machine; a planar one is a single station. Anisotropic rotors have fewer coordinates, up to a speed."""
-    if isinstance(machine.rotor, PlanarRotor):
-        return in_plane(machine, unbalance)
-    st = stations(machine, unbalance)
-    return st if st.isotropic or not highest > 0.0 else reduced(st, highest)
+    st = station_form(machine, unbalance)
+    return st if st.planar or st.isotropic or not highest > 0.0 else reduced(st, highest)
 
 
 def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, str]:
@@ -237,17 +234,17 @@ def overlapping(machine: Machine, states: Sequence[StationState]) -> list[bool]:
     return found
 
 
-def _where(machine: Machine) -> str:
+def _where(st: Stations) -> str:
     """What a deflection is of, on rotors with more than one plane."""
-    return "" if isinstance(machine.rotor, PlanarRotor) else " at the first balancer"
+    return "" if st.planar else " at the first balancer"
 
 
-def _why_none(machine: Machine, st: Stations, state: str, unbalance: complex | float | None) -> str:
+def _why_none(st: Stations, state: str) -> str:
     if st.moment.size == 0:
         return "the machine has no balls; there is no such state"
     if state != "balanced":
         return f"no state {state!r} at any of these speeds"
-    return why_no_state(plane(machine, unbalance) if isinstance(machine.rotor, PlanarRotor) and st.plain else st)
+    return why_no_state(st)
 
 
 def _rate(values: Complexes, state: StationState) -> float:

@@ -30,14 +30,24 @@ from autobalancer.assembly.forces import has_forces
 from autobalancer.assembly.profile import largest_unbalance
 from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.progress import still_time
 from autobalancer.random_numbers import generator
 from autobalancer.results.number_text import moment_text
-from autobalancer.stability.host.planar import Complexes, Floats, Matrix, Plane, plane
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import Stations, in_plane, stations
+from autobalancer.stability.host.stations import (
+    Complexes,
+    Floats,
+    Matrix,
+    Plane,
+    Stations,
+    as_station,
+    in_plane,
+    is_planar,
+    plane,
+    stations,
+)
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.planar import PATTERNS, close_polygon
 
@@ -499,23 +509,13 @@ def torques(st: Stations, speed: float, angles: Floats) -> tuple[Floats, Matrix]
 Described = Plane | Stations
 
 
-SEARCHED = 40.0  # the exact border is sought up to so many times the critical speed
-
-
 def described(machine: Machine, unbalance: complex | float | None, highest: float | None = None) -> Described:
     """The numbers of any machine with an unbalance, see :func:`plane_of`; for speeds up to ``highest``, rad/s."""
-    if isinstance(machine.rotor, PlanarRotor):
+    if is_planar(machine):
         vector = _vector(machine, unbalance)
         return in_plane(machine, vector) if has_forces(machine) else plane(machine, vector)
     st = stations(machine, unbalance, largest=True)
-    return reduced(st, max(highest_searched(st), highest or 0.0))
-
-
-def highest_searched(p: Described) -> float:
-    """Up to where the exact border is sought, rad/s; not beyond the tables of the supports."""
-    if isinstance(p, Stations):
-        return float(min(SEARCHED * p.scale_speed, p.model.top_speed))
-    return SEARCHED * math.sqrt(max(p.stiffness) / p.mass)
+    return reduced(st, max(st.highest_searched, highest or 0.0))
 
 
 def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
@@ -535,19 +535,14 @@ def _vector(machine: Machine, unbalance: complex | float | None) -> complex:
     return value if isinstance(unbalance, complex) or largest == 0.0 else value * largest / abs(largest)
 
 
-def lower_critical_speed(p: Described) -> float:
-    """The lowest critical speed, rad/s: sqrt(k/M) of the softer direction; of a rotor without any its lowest frequency."""
-    return p.scale_speed if isinstance(p, Stations) else math.sqrt(min(p.stiffness) / p.mass)
-
-
 def why_no_state(p: Described) -> str:
     """Why a machine has no balanced state at any speed that was tried."""
-    if isinstance(p, Stations) and p.forces is not None:
+    if p.forces is not None:
         return "no state was found in which the balls, with the forces on them, make the deflection smaller"
-    if isinstance(p, Stations):
-        return _why_no_rest(p)
+    if not p.planar:
+        return _why_no_rest(as_station(p))
     need, points = abs(p.unbalance), float(p.moment.sum())
-    have = min(points, p.capability)
+    have = min(points, *np.atleast_1d(p.capability))
     if p.moment.size == 1:
         return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
     if np.any(p.offset != 0.0):
