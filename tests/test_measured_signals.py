@@ -494,6 +494,30 @@ def test_what_is_no_table_is_named_as_what_it_is(tmp_path: Path, start: bytes, w
         ab.measure.load_signals(tmp_path / "s.csv")
 
 
+def test_a_long_table_is_refused_where_its_pieces_do_not_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from autobalancer.files import table as tables
+    from autobalancer.measurement.signals import formats
+
+    monkeypatch.setattr(formats, "LONG_TABLE", 1000)
+    monkeypatch.setattr(tables, "PIECE", 4000)
+    file, rows = tmp_path / "s.csv", [f"{t:.3f};{x:.6e}" for t, x in zip(TIME, WAVE, strict=True)]
+    for changed, words in (
+        ("0.390;1;2", "line 392: 3 cells for 2 columns"),
+        ("0.390;much", "line 392, column 'x': 'much' is not a number"),
+        ("0,390;1e-5", "line 392, column 'time': '0,390' has another decimal mark than numbers above"),
+    ):
+        file.write_text("\n".join(["time [s];x [m]", *rows[:390], changed, *rows[391:]]))
+        with pytest.raises(ResultError, match=words):
+            ab.measure.load_signals(file)
+    commas = [row.replace(".", ",") for row in rows[300:]]
+    file.write_text("\n".join(["time [s];x [m]", *rows[:300], *["# a break"] * 400, *commas]))
+    with pytest.raises(ResultError, match="other decimal marks than above"):
+        ab.measure.load_signals(file)
+    file.write_text("\n".join(["time;x [m]", *(f"10:00:0{row}" for row in rows)]))
+    with pytest.raises(ResultError, match="times of day are read in tables up to"):
+        ab.measure.load_signals(file)
+
+
 def test_files_that_would_fill_the_memory_or_never_end_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

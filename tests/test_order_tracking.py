@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
-from scipy.io import wavfile
+from scipy.io import savemat, wavfile
 from scipy.signal import lfilter
 
 import autobalancer as ab
@@ -328,6 +328,7 @@ def test_orders_are_kept_in_a_file_and_drawn(motion: np.ndarray, tmp_path: Path)
 @pytest.fixture
 def by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Records of more than 3000 samples stay in their files, of which 1500 samples are in memory at once."""
+    from autobalancer.files import table
     from autobalancer.measurement.orders import angle as angles
     from autobalancer.measurement.signals import formats, load
     from autobalancer.results import signals
@@ -335,6 +336,8 @@ def by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (signals, formats, load, universal_file, angles):
         monkeypatch.setattr(module, "LONG", 3000)
+    monkeypatch.setattr(formats, "LONG_TABLE", 3000)
+    monkeypatch.setattr(table, "PIECE", 100_000)
     monkeypatch.setattr(signals, "BLOCK", 1500)
     monkeypatch.setattr(angles, "BLOCK", 1500)
     monkeypatch.setattr(load, "BLOCK", 1500)
@@ -344,7 +347,15 @@ def long_record(path: Path, motion: np.ndarray) -> Path:
     """The same record as a file of each kind that need not be brought into memory as a whole."""
     values = {"x [m]": motion.real, "y [m]": motion.imag, "tacho [V]": tacho(angle(TIME))}
     if path.suffix == ".npz":
-        np.savez(path, time=TIME, **values)
+        (np.savez_compressed if path.stem == "packed" else np.savez)(path, time=TIME, **values)
+    elif path.suffix == ".mat":
+        savemat(path, {"time": TIME, **{name.split()[0]: v for name, v in values.items()}}, do_compression=True)
+        path.with_suffix(".channels.toml").write_text(
+            "".join(f'[channels.{name.split()[0]}]\nunit = "{name.split()[1][1:-1]}"\n' for name in values)
+        )
+    elif path.suffix == ".csv":
+        rows = np.column_stack([TIME, *values.values()])
+        np.savetxt(path, rows, "%.17g", ",", header=",".join(["time [s]", *values]), comments="")
     elif path.suffix == ".wav":
         rows = np.stack([1e3 * motion.real, 1e3 * motion.imag, 0.1 * values["tacho [V]"]], axis=1)
         wavfile.write(path, int(RATE), rows)
@@ -385,11 +396,11 @@ def long_record(path: Path, motion: np.ndarray) -> Path:
     return path
 
 
-@pytest.mark.parametrize("kind", [".npz", ".wav", ".h5", ".uff"])
+@pytest.mark.parametrize("name", ["a.npz", "packed.npz", "a.wav", "a.h5", "a.uff", "a.csv", "a.mat"])
 def test_a_long_record_stays_in_its_file_and_gives_the_same_orders_and_maps(
-    motion: np.ndarray, tmp_path: Path, request: pytest.FixtureRequest, kind: str
+    motion: np.ndarray, tmp_path: Path, request: pytest.FixtureRequest, name: str
 ) -> None:
-    file = long_record(tmp_path / f"long{kind}", motion)
+    file = long_record(tmp_path / name, motion)
 
     def asked() -> list[xr.Dataset]:
         turned = ab.measure.rotor_angle(ab.measure.load_signals(file))

@@ -11,8 +11,8 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import AutobalancerError, ResultError, UnitError
-from autobalancer.files.text import TABLE, WINDOWS, read_text
+from autobalancer.files.text import TABLE, WINDOWS, encoding_of, read_text
 from autobalancer.units import column_factor
 
 Floats = NDArray[np.float64]
 LINES = 50  # among which the names of the columns are sought
+PIECE = 1 << 22  # characters of a long table at once
 SAMPLE = 20  # rows that say what a column holds
 NUMBER, CLOCK, TEXT = "number", "clock", "text"  # what a column holds
 _NAME = (
@@ -58,6 +59,36 @@ class Table:
     separator: str | None
     example: str
     error: type[AutobalancerError]
+
+    @staticmethod
+    def pieces(path: Path, example: str, place: str) -> Iterator[Table]:
+        """A table of any size in pieces; what its columns hold is decided by the first one.
+
+        Raises
+        ------
+        ResultError
+            As :func:`read_table` raises; also if pieces have different decimal marks, so that a number could be two.
+        """
+        known, marks, first = None, dict[int, str](), 1
+        try:
+            with path.open("rb") as binary:
+                encoding = encoding_of(b"".join(binary.readlines(1 << 16)), WINDOWS)
+            with path.open(encoding=encoding) as file:
+                while lines := file.readlines(PIECE):
+                    body = _body(lines, first)
+                    known = replace(known, lines=_checked(body, known)) if known else _table(body, example, place)
+                    for column, mark in known._own_marks().items() if known.lines else ():
+                        if marks.setdefault(column, mark) != mark:
+                            raise ResultError(
+                                f"{place}, from line {first}: numbers have other decimal marks than above; write one decimal "
+                                "mark everywhere and no separators"
+                            )
+                    first += len(lines)
+                    yield known
+        except UnicodeDecodeError:
+            raise ResultError(f"{place}: is no text in {encoding}; save it as UTF-8") from None
+        except (OSError, ValueError) as fault:
+            raise ResultError(f"{place}: {fault}") from None
 
     @cached_property
     def heads(self) -> dict[str, tuple[int, str]]:
@@ -162,6 +193,12 @@ class Table:
             return {}
         return {k: np.ascontiguousarray(rows[:, i], np.float64) for i, k in enumerate(wanted)}
 
+    def _own_marks(self) -> dict[int, str]:
+        """The decimal mark of each column of numbers that has one."""
+        there = "." if self.separator == "," else ",."
+        quick = next((mark for mark in there if any(mark in line for _, line in self.lines)), "")
+        return {k: quick for k in self._quick if quick} if self._quick else self._decimals
+
     @cached_property
     def _decimals(self) -> dict[int, str]:
         """The decimal mark of each column of numbers.
@@ -259,22 +296,37 @@ def read_table(path: Path, example: str, place: str = "", error: type[Autobalanc
     """
     place = place or str(path)
     text = read_text(path, TABLE, error, place, WINDOWS)
-    body = [
-        (n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip() and not line.lstrip().startswith("#")
-    ]
+    return _table(_body(text.split("\n"), 1), example, place, error)
+
+
+def _body(lines: list[str], first: int) -> list[tuple[int, str]]:
+    """The lines that say something, and their numbers."""
+    own = ((n, line.rstrip("\n")) for n, line in enumerate(lines, first))
+    return [(n, line) for n, line in own if line.strip() and not line.lstrip().startswith("#")]
+
+
+def _table(
+    body: list[tuple[int, str]], example: str, place: str, error: type[AutobalancerError] = ResultError
+) -> Table:
     if len(body) < 2:
         raise error(f"{place}: no table; the first line must name the columns, such as: {example}")
     separator, heads, first = _layout([line for _, line in body[: LINES + 3]])
-    count = len(heads)
-    for number, line in body[first:]:
+    names, units = (tuple(head[k] for head in heads) for k in (0, 1))
+    empty = Table(place, names, units, (), separator, example, error)
+    return replace(empty, lines=_checked(body[first:], empty))
+
+
+def _checked(body: list[tuple[int, str]], table: Table) -> tuple[tuple[int, str], ...]:
+    """The lines, if they have as many cells as the table has columns."""
+    count, separator = len(table.names), table.separator
+    for number, line in body:
         if separator is not None and '"' not in line and line.count(separator) == count - 1:
             continue
         cells = split(line, separator)
         if len(cells) < count or any(cells[count:]):  # empty cells behind the last one do not count
             hint = "; where commas are decimal marks, part the columns by semicolons" if separator == "," else ""
-            raise error(f"{place}, line {number}: {len(cells)} cells for {count} columns{hint}")
-    names, units = (tuple(head[k] for head in heads) for k in (0, 1))
-    return Table(place, names, units, tuple(body[first:]), separator, example, error)
+            raise table.error(f"{table.place}, line {number}: {len(cells)} cells for {count} columns{hint}")
+    return tuple(body)
 
 
 def _layout(lines: list[str]) -> tuple[str | None, list[tuple[str, str]], int]:

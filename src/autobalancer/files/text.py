@@ -104,7 +104,13 @@ def _odd_values(value: Any, path: tuple[str | int, ...]) -> Iterator[Problem]:
 
 
 def decoded(content: bytes, otherwise: str = "") -> str:
-    """The text of bytes in UTF-8, in UTF-16 with its mark, or in another encoding.
+    """The text of bytes in UTF-8, in UTF-16 with its mark, or in another encoding; raises as :func:`encoding_of`."""
+    encoding = encoding_of(content, otherwise)
+    return content.decode(encoding, "replace" if encoding == otherwise else "strict")
+
+
+def encoding_of(content: bytes, otherwise: str = "") -> str:
+    """The encoding of bytes: UTF-8, UTF-16 with its mark, or the other one.
 
     Raises
     ------
@@ -112,12 +118,13 @@ def decoded(content: bytes, otherwise: str = "") -> str:
         If it is no text.
     """
     if content[:2] in _WIDE:
-        return content.decode("utf-16")
+        return "utf-16"
     if b"\0" in content:
         raise ValueError("is no text")
     try:
-        return content.decode("utf-8-sig")
+        content.decode("utf-8-sig")
     except UnicodeDecodeError:
         if not otherwise:
             raise
-        return content.decode(otherwise, errors="replace")
+        return otherwise
+    return "utf-8-sig"

@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import mmap
 import re
+import tempfile
 import warnings
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import date
+from functools import partial
+from itertools import chain
 from pathlib import Path
+from threading import Lock
 from typing import Any, Literal
 
 import numpy as np
@@ -24,6 +28,7 @@ from autobalancer.files.text import TABLE, WINDOWS, read_text
 from autobalancer.measurement.signals.form import factor_to, quantity_of
 from autobalancer.results.signals import (
     AXES,
+    BLOCK,
     LONG,
     OWN,
     UNIVERSAL,
@@ -52,6 +57,7 @@ OTHERS = {  # how files begin that are not read: what they are, and what to do
     b"\xd0\xcf\x11\xe0": ("an Excel workbook", "save the table as .csv"),
     b"%PDF": ("PDF", "take the numbers themselves"),
 }
+LONG_TABLE = 8 * LONG  # bytes of a table above which it is read by pieces
 LARGEST, RATIO, HARMLESS = 1_000_000_000, 100, 100_000_000  # bytes: at most, times the file, always
 TIMES = ("time", "t", "zeit", "x_value", "zeitstempel", "timestamp", "uhrzeit")
 RATES = ("rate", "fs", "sampling_rate", "sample_rate")
@@ -165,18 +171,23 @@ def _refuse_bomb(path: Path, unpacked: int, largest: float = LARGEST) -> None:
 
 
 def _table(path: Path) -> RawFile:
-    """A table of a logger. Columns that hold no numbers are left out."""
-    table = read_table(path, EXAMPLE, path.name)
+    """A table of a logger, a long one by pieces. Columns that hold no numbers are left out."""
+    long = path.stat().st_size > LONG_TABLE
+    parts = Table.pieces(path, EXAMPLE, path.name) if long else iter([read_table(path, EXAMPLE, path.name)])
+    table = next(parts)
     heads = [_written(name, unit) for name, unit in zip(table.names, table.units, strict=True)]
     double = next((name for k, (name, _) in enumerate(heads) if name in [one for one, _ in heads[:k]]), None)
     if double is not None:
         raise ResultError(f"{path.name}: column {double!r} comes twice; give each a name of its own")
     at = _time_column(table, heads)
-    columns = {
-        name: RawColumn(table.values(k), unit, quantum=_quantum(table, k))
-        for k, (name, unit) in enumerate(heads)
-        if table.kinds[k] == NUMBER
-    }
+    if long and at is not None and table.kinds[at] == CLOCK:
+        raise ResultError(
+            f"{path.name}: times of day are read in tables up to {1e-6 * LONG_TABLE:.0f} MB; write the time in seconds, or give "
+            "a shorter piece"
+        )
+    numeric = [k for k, kind in enumerate(table.kinds) if kind == NUMBER]
+    held = dict(_columns(path, chain([table], parts), numeric)) if long else {k: table.values(k) for k in numeric}
+    columns = {heads[k][0]: RawColumn(held[k], heads[k][1], quantum=_quantum(table, k)) for k in numeric}
     left = [name for k, (name, _) in enumerate(heads) if table.kinds[k] != NUMBER and k != at]
     remarks = (f"{_listed(left)}: no numbers, left out",) if left else ()
     if at is None:
@@ -197,6 +208,13 @@ def _table(path: Path) -> RawFile:
     with np.errstate(over="ignore"):
         time = np.asarray(factor * column.values, np.float64)
     return RawFile(path.name, time, None, columns, factor * column.quantum, name, remarks=remarks)
+
+
+def _columns(path: Path, tables: Iterable[Table], columns: list[int]) -> Iterator[tuple[int, Floats | Samples]]:
+    """Columns of numbers of a table in pieces; those of a long record stay in a file."""
+    kept = _kept(path, (np.column_stack([table.values(k) for k in columns]) for table in tables if table.lines))
+    for k, held in zip(columns, kept, strict=True) if columns else ():
+        yield k, held if held.size > LONG else np.asarray(held)
 
 
 def _listed(names: list[str]) -> str:
@@ -382,9 +400,10 @@ def _of_arrays(origin: str, arrays: dict[str, tuple[ArrayLike, str]], rate: floa
 
 def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
     found: dict[str, tuple[Any, str]] = {}
+    together = 0  # bytes of the packed arrays that are brought into memory
     with zipfile.ZipFile(path) as archive:
         packed = [entry for entry in archive.infolist() if entry.compress_type != zipfile.ZIP_STORED]
-        _refuse_bomb(path, sum(entry.file_size for entry in packed))
+        _refuse_bomb(path, sum(entry.file_size for entry in packed), math.inf)
         for entry in archive.infolist():
             with archive.open(entry) as file:  # the size that an array claims is made room for before it is read
                 version = np.lib.format.read_magic(file)
@@ -394,9 +413,16 @@ def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
             size, name = int(np.prod(shape, dtype=object)), entry.filename.removesuffix(".npy")
             if kind.kind not in "fiub":
                 continue
-            large = entry not in packed and size > LONG and max(shape) == size
-            _refuse_bomb(path, size * kind.itemsize, math.inf if large else LARGEST)
+            large = size > LONG and max(shape) == size
+            together += size * kind.itemsize * (entry in packed and not large)
+            _refuse_bomb(path, max(together, size * kind.itemsize), math.inf if large else LARGEST)
             if not large:
+                continue
+            if entry in packed:
+                with archive.open(entry) as file:
+                    file.read(before)
+                    parts = iter(partial(file.read, BLOCK * kind.itemsize), b"")
+                    found[name] = _kept(path, (np.frombuffer(part, kind)[:, None] for part in parts))[0], ""
                 continue
             with path.open("rb") as raw:  # what is not packed stands in the file as in memory
                 raw.seek(entry.header_offset + 26)
@@ -421,7 +447,14 @@ def _matlab(path: Path) -> dict[str, tuple[ArrayLike, str]]:
         _refuse_damage(begin, size, order)
     shapes = {name: int(np.prod(shape, dtype=object)) for name, shape, _ in whosmat(path)}
     _refuse_bomb(path, 8 * sum(shapes.values()))
-    return {name: (value, "") for name, value in loadmat(path).items() if not name.startswith("__")}
+    found: dict[str, tuple[ArrayLike, str]] = {}
+    for name, size in shapes.items():
+        value = loadmat(path, variable_names=[name]).get(name)
+        if size > LONG and isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and max(value.shape) == size:
+            value = _kept(path, [value.reshape(-1, 1)])[0]
+        if value is not None:
+            found[name] = (value, "")
+    return found
 
 
 def _elements(path: Path) -> Iterator[tuple[bytes, int, Literal["little", "big"]]]:
@@ -515,6 +548,34 @@ def _stored(
         return found.reshape(-1, count)
 
     return rows
+
+
+def _kept(path: Path, pieces: Iterable[NDArray[Any]]) -> list[Samples]:
+    """The columns of rows that come in pieces, in a file without a name that goes with them.
+
+    Raises
+    ------
+    ResultError
+        If the disk is full.
+    """
+    file, reading, count = tempfile.TemporaryFile(), Lock(), 0  # noqa: SIM115 - open for as long as it is read
+    for piece in pieces:
+        try:
+            file.write(np.ascontiguousarray(piece).data)
+        except OSError as reason:
+            raise ResultError(
+                f"{path.name}: its numbers do not fit into {tempfile.gettempdir()}: {reason}; make room there, or set TMPDIR to "
+                "another folder"
+            ) from None
+        count += len(piece)
+    row = np.dtype((piece.dtype, piece.shape[1:]))
+
+    def column(k: int, first: int, end: int) -> Floats:
+        with reading:
+            file.seek(first * row.itemsize)
+            return np.frombuffer(file.read((end - first) * row.itemsize), row)[:, k].astype(np.float64)
+
+    return [Samples(count, partial(column, k)) for k in range(piece.shape[1])]
 
 
 READERS = {".npz": _arrays, ".mat": _arrays, ".wav": _sound}
