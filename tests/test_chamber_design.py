@@ -118,12 +118,17 @@ def test_a_limit_below_a_bound_rules_a_design_out_and_one_above_does_not() -> No
     found = ab.chamber.bounds(small_machine(**slippery))
     for name, least in (
         ("residual_unbalance", found.least_residual),
-        ("settling_time", found.least_settling_time),
         ("bearing_force", found.least_bearing_force),
         ("contact_force", found.race_force),
     ):
         assert ruled_out(found, {name: 1.001 * least}) == []
         assert len(ruled_out(found, {name: 0.999 * least})) == 1
+    assert ruled_out(found, {"settling_time": 1e-6}) == [], "a motor may end its run-up at any time"
+    ramp = {"kind": "ramp", "start": 0.0, "end": 157.0, "duration": 0.02}
+    driven = ab.chamber.bounds(small_machine(drive={"kind": "speed", "profile": ramp}, **slippery))
+    assert driven.least_settling_time == pytest.approx(driven.least_settled_at - 0.02 * 0.999, rel=1e-9)
+    assert ruled_out(driven, {"settling_time": 1.001 * driven.least_settling_time}) == []
+    assert len(ruled_out(driven, {"settling_time": 0.999 * driven.least_settling_time})) == 1
     assert found.shaking > 1.0
     assert found.axial_rows == 2
     assert ruled_out(found, {"pick_up": 0.5}) == [], "balls that hop may be lifted by any friction"

@@ -26,6 +26,7 @@ from autobalancer.results.chamber_measures import (
 )
 from autobalancer.results.unconstrained_body import LooseBody, pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber.verdict import chamber_verdict
+from autobalancer.studies.compare import chamber_row
 
 RUN = chamber_run()
 ANGLES, AXIAL = np.array([2.6, 3.0, 3.4]), np.array([-0.02, 0.0, 0.03])
@@ -245,6 +246,11 @@ def test_the_verdict_on_deep_chambers_counts_settling_from_the_end_of_the_run_up
         assert after is not None
         assert after.duration == pytest.approx(max(at - end, 0.0), abs=0.01)
         assert after.counted_from == "end of the run-up"
+        driven = run.assign(speed=run["speed"] * (0.5 + 0.5 * ramp))
+        measured = ab.measures(driven)
+        assert str(measured["counted_from"].values) == after.counted_from
+        for told in (float(measured["settling_time"]), chamber_row(driven, [], 10)["settling_time"]):
+            assert told == pytest.approx(after.duration, abs=1e-9)
 
 
 def test_the_static_deflection_does_not_depend_on_where_in_a_turn_the_steady_state_begins() -> None:

@@ -17,7 +17,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.plots.drawing.style import save_picture
-from autobalancer.results.chamber_measures import ball_places_in_rotor, balls_carried
+from autobalancer.results.chamber_measures import ball_places_in_rotor, ball_settling_time, balls_carried
 from autobalancer.results.unconstrained_body import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions import Found, compared_all, said
@@ -104,8 +104,7 @@ def _reactions(machine: Any, out: Path) -> list[Found]:
     run = simulate_chamber(varied, duration=16.0, seed=SEED)
     title = "5 balls, friction 0.5, fitted machine (Pakuła 2021, figures 13 and 14)"
     save_picture(ab.plot.chamber_reactions(run, title=title), out / "figure_13.png")
-    found = ab.measures(run, last=1.0)
-    settled = float(found["settling_time"])
+    settled = float(ball_settling_time(run, last=1.0).max(skipna=False))
     until = settled if math.isfinite(settled) else 16.0
     body = pakula_body(-float(varied.supports[0].position[2]))
     save_picture(ab.plot.chamber_reactions(run, body, until=until, title=title), out / "figure_14.png")

@@ -13,7 +13,12 @@ import xarray as xr
 
 from autobalancer.errors import MachineError
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber_measures import ball_places_in_rotor, balls_carried, chamber_measures
+from autobalancer.results.chamber_measures import (
+    ball_places_in_rotor,
+    ball_settling_time,
+    balls_carried,
+    chamber_measures,
+)
 from autobalancer.results.unconstrained_body import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions.pakula2021.lost.candidate import SOFT_STEEL, STEEL, Candidate
@@ -108,7 +113,7 @@ def measured(ended: xr.Dataset, candidate: Candidate) -> dict[str, float]:
         "turns": float(turns(ended).min()),
         "amplitude": float(found["vertical_amplitude"]),
         "synchronous": float(found["vertical_synchronous"]),
-        "settled": float(found["settling_time"]),
+        "settled": float(ball_settling_time(ended, last=LAST).max(skipna=False)),  # from the start, as in the article
         "residual": float(found["residual_unbalance"]),
         "force_x": float(steady["constraint_x_greatest"]),
         "moment_y": float(steady["constraint_moment_y_greatest"]),

@@ -12,12 +12,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.kernels.measures.limits import RUN_UP
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.chamber_shape import bodies_of, chambers_of, unbalance_of
 from autobalancer.results.measure_table import Measure
 from autobalancer.results.number_text import worded
 from autobalancer.results.places import of_a_run
+from autobalancer.results.recorded import Settled
+from autobalancer.results.series import end_of_run_up, origin_of, time_since
 from autobalancer.results.verdict import speed_changes
 from autobalancer.units import optional_argument
 
@@ -84,7 +87,7 @@ def balls_carried(run: xr.Dataset, last: float | None = None) -> xr.DataArray:
 
 
 def ball_settling_time(run: xr.Dataset, tolerance: float = 1.0, last: float | None = None) -> xr.DataArray:
-    """Time (s) from which each ball stays within ``tolerance`` ball radii of its mean place in the rotor in steady state.
+    """Time (s) in the run from which each ball stays within ``tolerance`` ball radii of its mean steady place in the rotor.
 
     nan for a ball that still leaves it in the steady state, such as one that stays at the bottom of the chamber.
     """
@@ -101,6 +104,15 @@ def ball_settling_time(run: xr.Dataset, tolerance: float = 1.0, last: float | No
         if after <= steady.start:
             found[i] = time[after]
     return xr.DataArray(found, {"ball": run["ball"]}, ["ball"], attrs={"long_name": "settling time", "units": "s"})
+
+
+def chamber_settling(run: xr.Dataset, tolerance: float = 1.0, last: float | None = None) -> Settled:
+    """How long each ball takes to settle, by :func:`ball_settling_time`, from the end of the run-up as in all other runs."""
+    at, time = ball_settling_time(run, tolerance, last).values, run["time"].values
+    start = float(time[0])
+    ended = end_of_run_up(time, run["speed"].values, start)
+    begin, name = origin_of(ended, RUN_UP, start, float(time[-1]))
+    return Settled(time_since(begin, at), at, name, begin)
 
 
 def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr.Dataset:
@@ -269,9 +281,9 @@ class ChamberRecorded:
         return np.asarray(self.run["greatest_contact_force"].values, np.float64)
 
     @cached_property
-    def settled(self) -> Floats:
-        """When each ball has settled, s."""
-        return np.asarray(ball_settling_time(self.run, self.tolerance, self.last).values)
+    def settled(self) -> Settled:
+        """How long each ball takes to settle, and from where that counts."""
+        return chamber_settling(self.run, self.tolerance, self.last)
 
     @cached_property
     def carried(self) -> Any:
@@ -364,7 +376,8 @@ def chamber_measures(
                 {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))},
             )
             found[measure.name] = (dims, np.asarray(measure.of(recorded), np.float64), about)
-    return Measured(found, {"stage": list(STAGES)}, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
+    coords = {"stage": list(STAGES), "counted_from": recorded.settled.counted_from}
+    return Measured(found, coords, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
 
 
 def without_steady_state(run: xr.Dataset, measured: Measured) -> Measured:
@@ -493,8 +506,8 @@ CHAMBER_MEASURES = (
     ),
     Measure(
         "settling_time",
-        *("s", "", "time at which the last ball settles, from the start"),
-        lambda r: r.settled.max() if r.settled.size else np.nan,
+        *("s", "", "settling time of the last ball, from the end of the run-up"),
+        lambda r: r.settled.duration.max() if r.settled.duration.size else np.nan,
     ),
     Measure("share_carried", "1", "", "share of the balls that go around with the rotor", lambda r: np.mean(r.carried)),
     Measure(

@@ -23,6 +23,7 @@ from autobalancer.results.archive.folder import Archive
 from autobalancer.results.archive.run import RunFolder
 from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit, chamber_measures
 from autobalancer.results.provenance import provenance
+from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.run import default_step
 from autobalancer.studies.in_threads import in_threads
@@ -200,7 +201,7 @@ def _and_balls(body: str) -> str:
 
 
 PART = 1000  # samples
-LAST = "measured_last"  # entry of a note: the window of its measures, s
+LAST, ORIGIN = "measured_last", "settling_from"  # entries of a note: how it was measured, the window in s
 
 
 def archived_run(
@@ -262,12 +263,12 @@ def archived_run(
     told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
     question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
     run = archive.start(name, machine_text(machine), told, question)
-    if run.state == "finished" and run.note.get(LAST, "") == last:
+    if run.state == "finished" and _known(run, last):
         return run
     with run.writing():
         if run.state != "finished":  # another process may have ended it by now
             _go_on(run, machine, question, last, progress)
-        elif run.note.get(LAST, "") != last:  # measured over another time, or by a version that did not note it
+        elif not _known(run, last):
             _measured(run, last)
     return run
 
@@ -346,9 +347,14 @@ def _go_on(
         run.end(state, outcome, {})
 
 
+def _known(run: RunFolder, last: float | None) -> bool:
+    """Whether it is measured over this time, by a version that noted it, and settling counts from the end of the run-up."""
+    return run.note.get(LAST, "") == last and run.note.get(ORIGIN) == SETTLING_FROM[0]
+
+
 def _measured(run: RunFolder, last: float | None, outcome: Mapping[str, Any] | None = None) -> None:
     found = catalog_numbers(chamber_measures(run.samples(READ), last=last))
-    run.note[LAST] = last
+    run.note[LAST], run.note[ORIGIN] = last, SETTLING_FROM[0]
     run.end("finished", outcome, found)
 
 

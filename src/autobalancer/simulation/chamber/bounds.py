@@ -22,6 +22,7 @@ from autobalancer.laws.impacts import greatest_pressure, reduced_modulus
 from autobalancer.machine.chamber import Chamber, ChamberMachine, FreeBalls
 from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.results.number_text import couple_text, force_text, length_text, moment_text
+from autobalancer.results.series import end_of_run_up
 from autobalancer.tables import Described, rpm_and_si
 
 SPEEDS = 400  # at which the shaking of the run-up is looked at
@@ -53,6 +54,7 @@ class ChamberBounds(Described):
     run_up_time: float
     decay_rate: float
     best_decay_rate: float
+    least_settled_at: float
     least_settling_time: float
     drag: float
     best_drag: float
@@ -144,7 +146,8 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
         if smoothed < math.inf
         else 0.0,
         best_decay_rate=best,
-        least_settling_time=passed + 1.0 / best,
+        least_settled_at=passed + 1.0 / best,
+        least_settling_time=_after_run_up(machine, passed + 1.0 / best),
         drag=drag,
         best_drag=deep_chamber.best_drag(mass, count, moved, speed),
         race_force=force,
@@ -182,6 +185,14 @@ def time_to(machine: ChamberMachine, speed: float) -> float:
         return 0.0
     work = width**2 * math.log(first / end) + 0.5 * (first**2 - end**2)
     return float(machine.rotor.polar_inertia * work / (2.0 * drive.rated_torque * drive.overload * width))
+
+
+def _after_run_up(machine: ChamberMachine, time: float) -> float:
+    """A time (s) from the start as one from the end of the run-up; 0 for a motor, which may take any time."""
+    if isinstance(machine.drive, AsynchronousMotor):
+        return 0.0
+    rows = profile_rows(machine)
+    return max(time - end_of_run_up(rows.time, rows.speed, 0.0), 0.0)
 
 
 def pressure_between_balls(machine: ChamberMachine, force: float) -> float:
@@ -230,7 +241,7 @@ def bounds_rows(found: ChamberBounds, said: Callable[[float], str]) -> list[tupl
         ),
         ("run-up", f"critical speed passed after {found.run_up_time:.3g} s or later"),
         ("small motions", f"decay with {rate}"),
-        ("settling", f"takes {found.least_settling_time:.3g} s or longer"),
+        ("settling", f"{found.least_settled_at:.3g} s after the start or later"),
         ("ball on the race", f"{force_text(found.race_force)}{pressure}"),
         (
             "couple of the balls",

@@ -9,14 +9,13 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.kernels.measures.limits import RUN_UP
 from autobalancer.laws.capabilities import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber_measures import ball_settling_time, balls_carried, residual_of_balls, window
+from autobalancer.results.chamber_measures import balls_carried, chamber_settling, residual_of_balls, window
 from autobalancer.results.chamber_shape import bodies_of, unbalance_of
 from autobalancer.results.number_text import length_text
 from autobalancer.results.places import Complexes, Floats, moved, of_a_run
-from autobalancer.results.series import calm_mean, end_of_run_up, origin_of, time_since
+from autobalancer.results.series import calm_mean
 from autobalancer.results.verdict import (
     NO_VERDICT,
     Course,
@@ -225,15 +224,12 @@ def _grade(unbalance: float, mass: float, speed: float) -> float:
 
 
 def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
-    at = ball_settling_time(run, last=last).values
-    if not at.size:
+    found = chamber_settling(run, last=last)
+    if not found.at.size:
         return None
-    moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(at)])
-    if len(moving) == at.size:
+    moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(found.at)])
+    if len(moving) == found.at.size:
         return Settling(0, np.nan, "", np.nan, moving)
-    slowest, time = int(np.nanargmax(at)), run["time"].values
-    start = float(time[0])
-    ended = end_of_run_up(time, run["speed"].values, start)
-    begin, name = origin_of(ended, RUN_UP, start, float(time[-1]))
-    since = float(time_since(begin, at[[slowest]])[0])
-    return Settling(int(run["ball"].values[slowest]), since, name, float(at[slowest]), moving)
+    k = int(np.nanargmax(found.at))
+    ball, duration = int(run["ball"].values[k]), float(found.duration[k])
+    return Settling(ball, duration, found.counted_from, float(found.at[k]), moving)
