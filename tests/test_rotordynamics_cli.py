@@ -37,7 +37,7 @@ def test_modes_prints_frequencies_and_critical_speeds() -> None:
     for name in ("cylindrical y", "cylindrical x", "conical y", "conical x"):
         assert name in text
     for speed in critical_speeds(RIG)["critical_speed"].values / RPM:
-        assert f"critical speed {speed:.5g} rpm" in text
+        assert f"{speed:.5g}" in text
     assert "rad/s" in say("modes", str(RIG_FILE), "--speed-unit", "rad/s", "--frequency-unit", "rad/s")
 
 
@@ -45,16 +45,16 @@ def test_modes_as_json_are_those_of_the_python_interface() -> None:
     found = json.loads(say("modes", str(RIG_FILE), "--speed", "100 rad/s", "--json"))
     expected = modes(RIG, 100.0)
     assert found["speed"] == 100.0
-    assert [mode["frequency"] for mode in found["modes"]] == expected["frequency"].values.tolist()
-    assert [mode["whirl"] for mode in found["modes"]] == expected["whirl"].values.tolist()
-    assert len(found["critical_speeds"]) == 4
+    assert found["frequency"] == expected["frequency"].values.tolist()
+    assert found["whirl"] == expected["whirl"].values.tolist()
+    assert len(found["critical_speeds"]["critical_speed"]) == 4
     bare = json.loads(say("modes", str(RIG_FILE), "--no-balls", "--json"))
-    assert bare["modes"][0]["frequency"] > json.loads(say("modes", str(RIG_FILE), "--json"))["modes"][0]["frequency"]
+    assert bare["frequency"][0] > json.loads(say("modes", str(RIG_FILE), "--json"))["frequency"][0]
 
 
 def test_a_campbell_diagram_goes_to_picture_and_file(tmp_path: Path) -> None:
     text = say(
-        "modes", str(RIG_FILE), "--speeds", "0 rpm:6000 rpm:41", "--plot", str(tmp_path / "c.svg"), "--out",
+        "campbell", str(RIG_FILE), "--speeds", "0 rpm:6000 rpm:41", "--plot", str(tmp_path / "c.svg"), "--out",
         str(tmp_path / "c.nc"),
     )  # fmt: skip
     assert "written" in text
@@ -62,8 +62,8 @@ def test_a_campbell_diagram_goes_to_picture_and_file(tmp_path: Path) -> None:
     expected = campbell(RIG, np.linspace(0.0, 6000.0 * RPM, 41))
     kept = load_run(tmp_path / "c.nc")
     assert kept["frequency"].values == pytest.approx(expected["frequency"].values)
-    found = json.loads(say("modes", str(RIG_FILE), "--speeds", "0:6000 rpm:41", "--json"))
-    assert [e["intersection_speed"] for e in found["intersections"]] == pytest.approx(kept["intersection_speed"].values)
+    found = json.loads(say("campbell", str(RIG_FILE), "--speeds", "0:6000 rpm:41", "--json"))
+    assert found["intersection_speed"] == pytest.approx(kept["intersection_speed"].values)
 
 
 def test_shapes_are_drawn(tmp_path: Path) -> None:
@@ -79,7 +79,7 @@ def test_response_prints_the_peaks_between_the_speeds(tmp_path: Path) -> None:
     peaks = response_peaks(RIG, 600.0 * RPM, 5500.0 * RPM, ["B1", "B2"])
     assert peaks.sizes["peak"] == 4
     for speed in peaks["peak_speed"].values / RPM:
-        assert f"peak at {speed:.5g} rpm" in text
+        assert f"{speed:.5g}" in text
     kept = load_run(tmp_path / "r.nc")
     assert list(kept["station"].values) == ["B1", "B2"]
     assert kept.sizes["speed"] == 400
@@ -136,9 +136,8 @@ def test_a_range_without_a_count_has_as_many_speeds_as_curves_need() -> None:
         (("modes", "none.toml"), "no such file"),
         (("modes", "RIG", "--speed", "-5 rad/s"), "given -5 rad/s"),
         (("modes", "RIG", "--speed", "5 kg"), "rad/s"),
-        (("modes", "RIG", "--speed", "5 rpm", "--speeds", "0:9 rpm:9"), "either --speed or"),
-        (("modes", "RIG", "--speeds", "0:9 rpm"), "without the number of values"),
-        (("modes", "RIG", "--speeds", "0:9 rpm:1"), "at least two"),
+        (("campbell", "RIG", "--speeds", "0:9 rpm"), "without the number of values"),
+        (("campbell", "RIG", "--speeds", "0:9 rpm:1"), "at least two"),
         (("modes", "RIG", "--modes", "0"), "given 0"),
         (("modes", "RIG", "--speed-unit", "knots"), "is not one of 'rpm'"),
         (("response", "RIG", "--speeds", "100:50 rpm:5"), "must ascend"),
@@ -157,8 +156,8 @@ def test_what_a_user_can_mend_ends_with_code_2_and_a_message(
     assert message in " ".join(answer.output.split())
 
 
-def test_both_commands_are_registered_with_an_example() -> None:
+def test_the_commands_are_registered_with_an_example() -> None:
     group = typer.main.get_command(app)
-    assert {"modes", "response"} <= set(group.commands)  # type: ignore[attr-defined]
-    for name in ("modes", "response"):
+    assert {"modes", "campbell", "response"} <= set(group.commands)  # type: ignore[attr-defined]
+    for name in ("modes", "campbell", "response"):
         assert f"Example: autobalancer {name}" in group.commands[name].help  # type: ignore[attr-defined]

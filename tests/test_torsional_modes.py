@@ -136,8 +136,8 @@ def test_commands_print_what_the_functions_find(tmp_path: Path) -> None:
     told = CliRunner().invoke(app, ["torsional-modes", SAMPLE, "--json"])
     answer = json.loads(told.output)
     modes = ab.rotor.torsional_modes(SAMPLE)
-    assert answer["modes"][0]["frequency"] == pytest.approx(float(modes["frequency"][0]))
-    assert [entry["harmonic"] for entry in answer["critical_speeds"]] == [2.0, 1.0]
+    assert answer["frequency"][0] == pytest.approx(float(modes["frequency"][0]))
+    assert answer["critical_speeds"]["harmonic"] == [2.0, 1.0]
     assert "1383.8" in CliRunner().invoke(app, ["torsional-modes", SAMPLE]).output
     words = ["torsional-response", SAMPLE, "--speeds", "100:3000 rpm:30", "--plot", str(tmp_path / "a.png")]
     told = CliRunner().invoke(app, words)

@@ -308,4 +308,10 @@ class PlanarOscillators(Answer):
     def remarks(self) -> Sequence[str]:
         """Which way was taken, and what to be careful about."""
         taken = [f"taken: {self.attrs['chosen']}"] if "chosen" in self.attrs else []
+        for direction in self["direction"].values if taken else ():
+            ends = self.sel(way=self.attrs["chosen"], direction=direction)
+            if np.isnan(ends["valid_from"]) or np.isnan(ends["valid_to"]):
+                taken.append(
+                    f"along {direction} it does not hold anywhere near its critical speed; look at its picture"
+                )
         return [*super().remarks(), *taken, *map(str, self.attrs.get("notes", ()))]

@@ -102,6 +102,9 @@ class In(Reader):
         return optional(option, text, self.unit)
 
 
+COUNT = 401  # speeds of a curve whose range gives no count
+
+
 @dataclass(frozen=True)
 class Speeds(Reader):
     """A range of speeds, or one speed; ``count`` of them where the text has no number."""
@@ -111,6 +114,19 @@ class Speeds(Reader):
     def read(self, option: str, text: str) -> Any:
         """The values; a fault names the option."""
         return speed_range(option, text, self.count) if text else None
+
+
+@dataclass(frozen=True)
+class Ranged(Reader):
+    """A range with the number of its values, in an SI unit."""
+
+    unit: str
+
+    def read(self, option: str, text: str) -> Any:
+        """The values; a fault names the option."""
+        from autobalancer.units.quantity import range_values
+
+        return range_values(option, text, self.unit)
 
 
 @dataclass(frozen=True)
