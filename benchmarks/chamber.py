@@ -17,7 +17,7 @@ from typing import Any
 
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive import Archive
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.studies.chamber_study import amplitudes, archived_run
 from benchmarks import compared, measured, seconds

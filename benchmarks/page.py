@@ -18,8 +18,8 @@ from typing import Any
 
 from tools.browser import ARGUMENTS, CHROMIUM, Server
 
-from autobalancer.app.store.archive import Archive
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.kept_runs import Archive
 from autobalancer.files.machine_file import machine_text
 from benchmarks import measured
 from benchmarks.chamber import machine as chamber_machine

@@ -26,7 +26,8 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.app.pages.elements import Typed
 from autobalancer.app.server.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
-from autobalancer.app.store.archive import (
+from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
+from autobalancer.app.store.kept_runs import (
     UNREADABLE,
     Archive,
     differences,
@@ -36,7 +37,6 @@ from autobalancer.app.store.archive import (
     script,
     user_folder,
 )
-from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
 from autobalancer.app.store.pictures import svg_of
 from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
 from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
@@ -368,7 +368,7 @@ def test_half_a_run_is_removed_and_the_message_names_no_folder(tmp_path: Path, m
     def full(_run: Any, path: Path) -> None:
         raise ResultError(f"{path}: the disk is full")
 
-    monkeypatch.setattr("autobalancer.app.store.archive.save_run", full)
+    monkeypatch.setattr("autobalancer.app.store.kept_runs.save_run", full)
     archive, job = Archive(tmp_path), Job(1, "ada", "run", 60.0)
     job.begun = time.monotonic()
     with pytest.raises(ResultError, match=r"^the run was not kept: run\.nc: the disk is full$"):

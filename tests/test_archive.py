@@ -14,8 +14,7 @@ import xarray as xr
 from tests.references.chamber_runs import MACHINE, chamber_run
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.results.archive.folder import Archive
-from autobalancer.results.archive.run import RunFolder, write_part
+from autobalancer.results.archive import Archive, RunFolder, write_part
 from autobalancer.results.store import load_run
 
 QUESTION = {"duration": 4.0, "step": 1e-6, "seed": 0}
@@ -195,7 +194,7 @@ def test_a_damaged_note_is_a_row_that_says_so_and_stops_no_other(note: str, tmp_
     archive = Archive(tmp_path)
     filled(archive, "good").end("finished", {}, {"peak": 1.0})
     bad = filled(archive, "bad")
-    (bad.path / "run.json").write_bytes(note.encode("latin-1"))
+    (bad.path / "note.json").write_bytes(note.encode("latin-1"))
     table = archive.runs()
     assert list(table["run"].values) == ["bad", "good"]
     assert str(table["state"].values[0]).startswith("cannot be read: ")
@@ -284,8 +283,8 @@ def test_an_exported_run_is_a_result_file(tmp_path: Path) -> None:
 
 def test_a_damaged_note_and_a_file_in_place_of_an_archive_are_told(tmp_path: Path) -> None:
     run = filled(Archive(tmp_path / "runs"))
-    (run.path / "run.json").write_text("{")
-    with pytest.raises(ResultError, match=r"run.json: cannot be read"):
+    (run.path / "note.json").write_text("{")
+    with pytest.raises(ResultError, match=r"note.json: cannot be read"):
         Archive(tmp_path / "runs").run("one")
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultError, match="is a file; an archive is a folder"):
@@ -295,7 +294,7 @@ def test_a_damaged_note_and_a_file_in_place_of_an_archive_are_told(tmp_path: Pat
 def test_numbers_that_json_cannot_say_do_not_break_the_note(tmp_path: Path) -> None:
     run = filled(Archive(tmp_path))
     run.end("finished", {"outcome": "finished", "steps": np.int64(5)}, {"a": np.nan, "b": xr.DataArray(2.0)})
-    note = json.loads((run.path / "run.json").read_text())
+    note = json.loads((run.path / "note.json").read_text())
     assert note["measures"] == {"a": None, "b": 2.0}
     assert note["outcome"] == {"outcome": "finished", "steps": 5}
     assert run.samples().attrs["outcome"] == "finished"
@@ -316,7 +315,14 @@ def test_a_condition_that_is_none_is_refused_in_words(where: str, tmp_path: Path
     assert len(str(reason.value)) < 400
 
 
-@pytest.mark.parametrize("where", ["friction / 0 > 1", "balls / (balls - 3) > 1"])
-def test_what_is_divided_by_zero_is_no_match(where: str, tmp_path: Path) -> None:
+def test_a_number_divided_by_zero_is_infinite(tmp_path: Path) -> None:
     filled(Archive(tmp_path))
-    assert Archive(tmp_path).runs(where).sizes["run"] == 0
+    assert Archive(tmp_path).runs("balls / (balls - 3) > 1e300").sizes["run"] == 1
+
+
+def test_neither_a_comparison_with_a_missing_value_holds_nor_its_contrary(stocked: Archive) -> None:
+    for where in ("amplitude < 1", "not amplitude > 1", "amplitude != 0"):
+        assert list(stocked.runs(where)["run"].values) == ["b20-f0.5", "b3-f0.5", "b8-f0.5"], where
+    assert list(stocked.runs("settling_time != 1")["run"].values) == []
+    with pytest.raises(QuestionError, match="where: given 'balls'"):
+        stocked.runs("balls")

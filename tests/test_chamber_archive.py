@@ -18,8 +18,7 @@ from tests.references.chamber_machines import small_machine
 import autobalancer as ab
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.archive.folder import Archive
-from autobalancer.results.archive.run import write_part
+from autobalancer.results.archive import Archive, write_part
 from autobalancer.results.chamber_measures import READ
 from autobalancer.simulation.chamber import run as chamber_run
 from autobalancer.simulation.chamber import simulate_chamber
@@ -169,7 +168,7 @@ def test_a_finished_run_is_measured_again_over_another_time_but_not_run_again(tm
     )
     wanted = ab.measures(run.samples(), last=0.03)
     short = ab.measures(run.samples(), last=0.01)
-    kept = Archive(tmp_path).run("one").note["measures"]["vertical_amplitude"]
+    kept = Archive(tmp_path).run("one").note.measures["vertical_amplitude"]
     assert kept == pytest.approx(float(wanted["vertical_amplitude"]), rel=1e-12)
     assert kept != pytest.approx(float(short["vertical_amplitude"]), rel=1e-3)
 

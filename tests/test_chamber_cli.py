@@ -14,7 +14,7 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import machine_text, save_machine
-from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive import Archive
 from autobalancer.studies.chamber_study import archived_run
 
 

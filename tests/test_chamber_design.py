@@ -53,12 +53,12 @@ def test_an_interrupted_search_goes_on_with_what_is_in_the_archive(tmp_path: Pat
 
     with pytest.raises(KeyboardInterrupt):
         searched(archive=tmp_path, workers=1, progress=stop)
-    kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/run.json")}
+    kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/note.json")}
     assert len(kept) == 3
     told: list[tuple[int, int]] = []
     resumed, whole = searched(archive=tmp_path, progress=lambda *now: told.append(now)), searched()
     assert all(path.stat().st_mtime_ns == then for path, then in kept.items())
-    assert told[-1][0] == told[-1][1] == len(told) == len(list(tmp_path.glob("*/run.json")))
+    assert told[-1][0] == told[-1][1] == len(told) == len(list(tmp_path.glob("*/note.json")))
     for name in whole.variables:
         assert whole[name].identical(resumed[name]), name
     other = searched(archive=tmp_path, last=0.04, finalists=1)

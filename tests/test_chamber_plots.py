@@ -15,7 +15,7 @@ from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.plots.chamber.view import Camera, animate_chamber, poses_of
-from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive import Archive
 from autobalancer.results.chamber_shape import ChamberShape, chambers_of
 from autobalancer.results.unconstrained_body import pakula_body
 from autobalancer.studies.chamber_study import optimal_means, over_seeds, pick_up_borders

@@ -21,7 +21,7 @@ from autobalancer.files.machine_file import save_machine
 from autobalancer.laws.capabilities import chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.plots.chamber.view import Camera, seen_cylinders
-from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive import Archive
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.filling import fill
 from autobalancer.simulation.chamber.summary import chamber_summary

@@ -57,12 +57,12 @@ def test_an_interrupted_study_ends_with_the_same_bits(way: dict[str, Any], tmp_p
     np.testing.assert_array_equal(again["greatest_ball_angle_in_rotor"], whole["greatest_ball_angle_in_rotor"])
 
 
-def test_a_line_that_a_crash_cut_short_is_measured_again(tmp_path: Path) -> None:
+def test_a_part_that_a_crash_left_half_is_measured_again(tmp_path: Path) -> None:
     whole, store = stepped_response(RIG, SPEEDS, **QUESTION), tmp_path / "steps.nc"
     with pytest.raises(KeyboardInterrupt):
         stepped_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(4))
-    journal = tmp_path / "steps.nc.journal"
-    journal.write_bytes(journal.read_bytes()[:-40])
+    *_, last = sorted((tmp_path / "steps.nc.parts" / "parts").iterdir())
+    last.rename(last.with_name(f"unfinished-{last.name}"))
     part = stepped_response(RIG, SPEEDS, **QUESTION, store=store, progress=interrupted_after(5), keep_on_interrupt=True)
     assert part.attrs["outcome"] == "interrupted"
     assert np.isfinite(part["amplitude"]).values.tolist() == [True] * 5 + [False] * 2
@@ -88,9 +88,10 @@ def test_a_store_of_another_machine_or_question_is_refused(tmp_path: Path) -> No
     refused()
 
 
-def test_a_damaged_journal_and_a_foreign_result_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.nc.journal").write_text("not a journal\n")
-    with pytest.raises(ResultError, match="is damaged"):
+def test_a_damaged_note_and_a_foreign_result_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.nc.parts").mkdir()
+    (tmp_path / "a.nc.parts" / "note.json").write_text("no note\n")
+    with pytest.raises(ResultError, match=r"note.json: cannot be read"):
         stepped_response(RIG, SPEEDS, **QUESTION, store=tmp_path / "a.nc")
     ab.save_run(ab.simulate(RIG, duration=0.1), tmp_path / "b.nc")
     with pytest.raises(QuestionError, match="not a stepped response"):
@@ -107,19 +108,19 @@ def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Pat
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what a process in the background ignores,
     running = subprocess.Popen(command, cwd=tmp_path, env=os.environ | {"COLUMNS": "200"})
     signal.signal(signal.SIGINT, before)  # its children ignore as well
-    journal = tmp_path / "s.nc.journal"
+    parts = tmp_path / "s.nc.parts"
     end = time.monotonic() + 300.0
     while running.poll() is None and time.monotonic() < end:
-        if journal.exists() and journal.read_bytes().count(b"\n") >= 3:
+        if len(list(parts.glob("parts/0*.npz"))) >= 2:
             running.send_signal(signal.SIGINT)
             break
         time.sleep(0.01)
     assert running.wait(60.0) == 130
-    left = journal.read_bytes().count(b"\n") - 1
+    left = len(list(parts.glob("parts/0*.npz")))
     assert 2 <= left < 12
     ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     numbers = json.loads(ended.stdout)
     whole = stepped_response(RIG, np.linspace(1000.0, 3000.0, 12) * np.pi / 30.0, dwell=200.0, window=10.0)
     assert numbers["outcome"] == "finished"
-    assert not journal.exists()
+    assert not parts.exists()
     np.testing.assert_allclose(numbers["amplitude"], whole["amplitude"], rtol=1e-6)

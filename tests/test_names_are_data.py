@@ -14,7 +14,7 @@ from autobalancer.cli import app
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.schema import keys
 from autobalancer.plots.drawing.style import OWN_FORMULA, as_written, heading, look, picture
-from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive import Archive
 
 ROOT = Path(__file__).parents[1]
 MACHINE = (ROOT / "examples/machines/two_plane_rotor.toml").read_text(encoding="utf-8")

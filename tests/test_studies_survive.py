@@ -40,7 +40,7 @@ def test_chunks_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_a_study_goes_on_where_it_was_and_gives_the_same_bits(tmp_path: Path) -> None:
     whole = ab.study(SHORT, folder=tmp_path / "a", workers=1)
-    chunks = sorted((tmp_path / "a" / "chunks").glob("*.npz"))
+    chunks = sorted((tmp_path / "a" / "parts").glob("*.npz"))
     chunks[0].unlink()
     before = {path: path.stat().st_mtime_ns for path in chunks[1:]}
     again = ab.study(SHORT, folder=tmp_path / "a", workers=2)
@@ -73,17 +73,17 @@ def test_a_folder_that_is_none_and_a_damaged_chunk_are_said(tmp_path: Path) -> N
     with pytest.raises(ResultError, match=r"notes.txt: is no folder"):
         ab.study({**SHORT, "members": 4}, folder=tmp_path / "notes.txt")
     ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
-    (chunk,) = (tmp_path / "a" / "chunks").glob("*.npz")
+    (chunk,) = (tmp_path / "a" / "parts").glob("*.npz")
     chunk.write_bytes(chunk.read_bytes()[:1000])
-    with pytest.raises(ResultError, match=r"is damaged: .*; delete it, and the study runs its members again"):
+    with pytest.raises(ResultError, match=r"is damaged: .*; delete it, and it is computed again"):
         ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
     np.savez(chunk, outcome=np.zeros(4))  # readable, but another's
-    with pytest.raises(ResultError, match="was not written by this study"):
+    with pytest.raises(ResultError, match="was not written here"):
         ab.study({**SHORT, "members": 4}, folder=tmp_path / "a")
 
 
 def chunks_in(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in (folder / "chunks").glob("0*.npz")}
+    return {path.name: path.read_bytes() for path in (folder / "parts").glob("0*.npz")}
 
 
 def run_apart(asked: dict[str, Any], folder: Path) -> None:
@@ -136,7 +136,7 @@ def test_a_full_disk_is_said_and_what_was_finished_is_kept(monkeypatch: pytest.M
         ab.study(SHORT, folder=tmp_path / "a")
     kept = chunks_in(tmp_path / "a")
     assert len(kept) == 2
-    assert not [path for path in (tmp_path / "a" / "chunks").iterdir() if path.name not in kept]
+    assert not [path for path in (tmp_path / "a" / "parts").iterdir() if path.name not in kept]
     monkeypatch.setattr(np, "savez", write)
     found = ab.study(SHORT, folder=tmp_path / "a", workers=2)
     assert {name: content for name, content in chunks_in(tmp_path / "a").items() if name in kept} == kept

@@ -1,6 +1,6 @@
 # written by tools/write_stubs.py from public_names.py
 
-from autobalancer.results.archive.folder import Archive as Archive
+from autobalancer.results.archive import Archive as Archive
 from autobalancer.results.chamber_measures import balls_unbalance as balls_unbalance
 from autobalancer.results.chamber_measures import collision_statistics as collision_statistics
 from autobalancer.results.chamber_measures import residual_of_balls as residual_of_balls

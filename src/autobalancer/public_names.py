@@ -182,7 +182,7 @@ NAMES: dict[str, dict[str, str]] = {
         "SpinUp": "flow.result",
     },
     "chamber": {
-        "Archive": "results.archive.folder",
+        "Archive": "results.archive",
         "archived_run": "studies.chamber_study",
         "amplitudes": "studies.chamber_study",
         "variant": "studies.chamber_study",

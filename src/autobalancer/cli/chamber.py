@@ -126,7 +126,7 @@ def reactions(
       --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
     from autobalancer.plots.drawing.style import save_picture
-    from autobalancer.results.archive.folder import Archive
+    from autobalancer.results.archive import Archive
     from autobalancer.results.unconstrained_body import pakula_body
     from autobalancer.studies.chamber_study import archived_run
 
@@ -153,10 +153,10 @@ def reactions(
     }
     made = [save_picture(figure, out / f"{run.name}_{kind}.png") for kind, figure in pictures.items()]
     if as_json:
-        outcome, measured = run.note["outcome"], run.note.get("measures", {})
+        outcome, measured = run.note.outcome, run.note.measures
         print_json({"run": str(run.path), **outcome, "seed": seed, "measures": measured, "pictures": made})
         return
-    typer.echo(f"run {run.name}: {run.note['outcome']['outcome_text']}, seed {seed}, in {run.path}")
+    typer.echo(f"run {run.name}: {run.note.outcome['outcome_text']}, seed {seed}, in {run.path}")
     for path in made:
         typer.echo(f"written: {path}")
 
@@ -449,7 +449,8 @@ def archive(
     from autobalancer.cli.terminal.command import RESULT, Files, one_form, print_csv, print_json
     from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.errors import QuestionError
-    from autobalancer.results.archive.folder import Archive
+    from autobalancer.results.archive import Archive
+    from autobalancer.results.folder_store import has_note
 
     one_form(as_json, as_csv)
     if out is not None and not export:
@@ -457,7 +458,7 @@ def archive(
     files = Files(out, plot, RESULT)
     if not folder.is_dir():
         raise QuestionError(f"{folder}: no such folder; archives are made by autobalancer chamber with --archive")
-    if (folder / "run.json").exists():
+    if has_note(folder):
         raise QuestionError(f"{folder}: is one run; its archive is {folder.parent}, and autobalancer plot draws it")
     held = Archive(folder)
     if not held.names():

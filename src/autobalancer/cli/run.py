@@ -450,5 +450,5 @@ def stepped(
         say_seed(described, seed)
         files.say()
     if found.attrs["outcome"] == "interrupted":
-        typer.echo(f"interrupted; the same command goes on from {out}.journal", err=True)
+        typer.echo(f"interrupted; the same command goes on from {out}.parts", err=True)
         raise typer.Exit(stop_code())

@@ -10,9 +10,9 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.part import Part
-from autobalancer.results.archive.folder import Archive
-from autobalancer.results.archive.run import RunFolder
+from autobalancer.results.archive import Archive, RunFolder
 from autobalancer.results.chamber_shape import is_chamber_run
+from autobalancer.results.folder_store import has_note
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
 
@@ -114,7 +114,7 @@ def open_run(path: str | Path) -> xr.Dataset:
     path = as_path(path)
     if not path.is_dir():
         return load_run(path)
-    if not (path / "run.json").exists():
+    if not has_note(path):
         names = Archive(path).names()
         runs = f"an archive; choose one of its runs: {', '.join(str(path / name) for name in names)}"
         raise ResultError(f"{path}: is {runs if names else 'a folder without a run in it'}")

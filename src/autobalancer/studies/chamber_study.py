@@ -19,11 +19,9 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.chamber import ChamberStudy
-from autobalancer.results.archive.folder import Archive
-from autobalancer.results.archive.run import RunFolder
+from autobalancer.results.archive import Archive, RunFolder
 from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit, chamber_measures
 from autobalancer.results.provenance import provenance
-from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.run import default_step
 from autobalancer.studies.in_threads import in_threads
@@ -201,7 +199,6 @@ def _and_balls(body: str) -> str:
 
 
 PART = 1000  # samples
-LAST, ORIGIN = "measured_last", "settling_from"  # entries of a note: how it was measured, the window in s
 
 
 def archived_run(
@@ -263,12 +260,12 @@ def archived_run(
     told = {**standard_parameters(machine), "seed": seed, **(parameters or {})}
     question = {"duration": duration, "step": step, "sample": sample, "method": method, "seed": seed, "part": part}
     run = archive.start(name, machine_text(machine), told, question)
-    if run.state == "finished" and _known(run, last):
+    if run.state == "finished" and run.note.measured_last == last:
         return run
     with run.writing():
         if run.state != "finished":  # another process may have ended it by now
             _go_on(run, machine, question, last, progress)
-        elif not _known(run, last):
+        elif run.note.measured_last != last:  # measured over another time
             _measured(run, last)
     return run
 
@@ -305,7 +302,7 @@ def measured_run(
     """
     if archive is not None:
         run = archived_run(archive, name, machine, parameters=parameters, last=last, progress=progress, **question)
-        return {"outcome": run.note.get("outcome", {}).get("outcome", run.state), **run.note.get("measures", {})}
+        return {"outcome": run.note.outcome.get("outcome", run.state), **run.note.measures}
     ended = simulate_chamber(machine, progress=progress, **question)
     outcome = str(ended.attrs["outcome"])
     if outcome != "finished":
@@ -347,14 +344,9 @@ def _go_on(
         run.end(state, outcome, {})
 
 
-def _known(run: RunFolder, last: float | None) -> bool:
-    """Whether it is measured over this time, by a version that noted it, and settling counts from the end of the run-up."""
-    return run.note.get(LAST, "") == last and run.note.get(ORIGIN) == SETTLING_FROM[0]
-
-
 def _measured(run: RunFolder, last: float | None, outcome: Mapping[str, Any] | None = None) -> None:
     found = catalog_numbers(chamber_measures(run.samples(READ), last=last))
-    run.note[LAST], run.note[ORIGIN] = last, SETTLING_FROM[0]
+    run.note.measured_last = last
     run.end("finished", outcome, found)
 
 

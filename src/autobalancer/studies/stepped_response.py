@@ -8,6 +8,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from threading import local
@@ -18,7 +19,7 @@ import xarray as xr
 
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import MASS_SPREAD, Assembly
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.balls.at_nodes.planar_contacts import contacts_in_steps
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
@@ -33,6 +34,7 @@ from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
 from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.run import SteppedResponse
+from autobalancer.results.folder_store import Store, refuse_another
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import as_path
@@ -106,8 +108,8 @@ def stepped_response(
     workers
         Threads for ``fixed``; the result does not depend on it.
     store
-        Result file. Every finished speed is written at once into a journal beside it; a later call with the same
-        arguments continues from there, with results identical to the last bit.
+        Result file. Every finished speed is written at once into a folder beside it, ``NAME.nc.parts``; a later call with the
+        same arguments continues from there, with results identical to the last bit.
     progress
         Called with (speeds done, speeds in all).
     keep_on_interrupt
@@ -156,49 +158,66 @@ def stepped_response(
         "stations": [name for name, weight in zip(names, weights, strict=True) if weight > 0.0], "tolerance": tolerance,
         "seed": seed, "mass_spread": mass_spread, "max_steps": max_steps, "source": provenance()["source"],
     }  # fmt: skip
-    kept = None if store is None else StepStore(store, question)
-    if kept is not None and kept.finished is not None:
-        return SteppedResponse.of(kept.finished)
-    found: dict[Place, Row] = dict(kept.rows) if kept is not None else {}
+    place = None if store is None else as_path(store)
+    if place is not None and (known := _finished(place, question)) is not None:
+        return known
     total, interrupted = len(legs) * chosen.size, False
-    if start == "fixed":
-        ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(found), workers)
-    else:
-        ways = _carried(assembly, rows, weights, plan, groups, chosen, legs, found)
-    if progress is not None:
-        progress(len(found), total)
-    try:
-        for place, row in ways:
-            found[place] = row
-            if kept is not None:
-                kept.append(*place, row)
-            if progress is not None:
-                progress(len(found), total)
-    except KeyboardInterrupt:
-        if not keep_on_interrupt:
-            raise
-        interrupted = True
-    result = step_dataset(assembly, chosen.tolist(), legs, names, found)
-    result.attrs = {
-        "title": f"Stepped response of {machine.name}",
-        **provenance(),
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
-        **critical_attributes(machine, assembly),
-        "mass_spread": mass_spread if groups else 0.0,
-        **_coincidence(result),
-        "start": start,
-        "dwell": dwell,
-        "window": window,
-        "steps": sum(row["steps"] for row in found.values()),
-        "long_steps": sum(row["long_steps"] for row in found.values()),
-        "averaged_stations": question["stations"],
-        "question": json.dumps(question),
-        "outcome": "interrupted" if interrupted else "finished" if len(found) == total else "ended early",
-    }
-    if kept is not None and not interrupted:
-        kept.finish(result)
+    with Store(f"{place}.parts", question, "stepped response") if place is not None else nullcontext() as kept:
+        parts = {} if kept is None else kept.parts()
+        found = {span: {key: values.tolist() for key, values in row.items()} for span, row in parts.items()}
+        if start == "fixed":
+            ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(found), workers)
+        else:
+            ways = _carried(assembly, rows, weights, plan, groups, chosen, legs, found)
+        if progress is not None:
+            progress(len(found), total)
+        try:
+            for span, row in ways:
+                found[span] = row
+                if kept is not None:
+                    kept.keep(span, row)
+                if progress is not None:
+                    progress(len(found), total)
+        except KeyboardInterrupt:
+            if not keep_on_interrupt:
+                raise
+            interrupted = True
+        result = step_dataset(assembly, chosen.tolist(), legs, names, found)
+        result.attrs = {
+            "title": f"Stepped response of {machine.name}",
+            **provenance(),
+            "machine": question["machine"],
+            "machine_name": machine.name,
+            **critical_attributes(machine, assembly),
+            "mass_spread": mass_spread if groups else 0.0,
+            **_coincidence(result),
+            "start": start,
+            "dwell": dwell,
+            "window": window,
+            "steps": sum(row["steps"] for row in found.values()),
+            "long_steps": sum(row["long_steps"] for row in found.values()),
+            "averaged_stations": question["stations"],
+            "question": json.dumps(question),
+            "outcome": "interrupted" if interrupted else "finished" if len(found) == total else "ended early",
+        }
+        if place is not None and kept is not None and not interrupted:
+            save_run(result, place)
+            kept.remove()
     return result
+
+
+def _finished(path: Path, question: dict[str, Any]) -> SteppedResponse | None:
+    """The result that the same call left."""
+    if path.suffix != ".nc":
+        raise QuestionError(f"store: given {str(path)!r}; give a result file that ends with .nc")
+    if not path.exists():
+        return None
+    known = load_run(path)
+    asked = json.loads(known.attrs.get("question", "null"))
+    if not isinstance(asked, dict):
+        raise QuestionError(f"store: {path} is not a stepped response; give another file")
+    refuse_another(path, "stepped response", asked, json.loads(json.dumps(question)))
+    return SteppedResponse.of(known)
 
 
 def _coincidence(found: xr.Dataset) -> dict[str, str]:
@@ -441,99 +460,6 @@ def checked_plan(
     if max_steps < 1:
         raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")
     return Plan(dwell, window, rate(acceleration), settle, longest or 0.0, tolerance, max_steps)
-
-
-# Finished speeds of a stepped response on disk, so that nothing is lost and a second call goes on.
-#
-# Beside the result file grows a journal: a line that says what was asked, then one line for each speed, written and
-# flushed as soon as it is known. Numbers in it are exact. A line that was cut short by a crash is dropped.
-
-
-class StepStore:
-    """The store of one question.
-
-    Attributes
-    ----------
-    rows
-        What earlier calls found, by (leg, number of the speed).
-    finished
-        The result if an earlier call came to its end.
-    """
-
-    def __init__(self, path: str | Path, question: dict[str, Any]) -> None:
-        self.path = as_path(path)
-        if self.path.suffix != ".nc":
-            raise QuestionError(f"store: given {str(path)!r}; give a result file that ends with .nc")
-        self.journal = self.path.with_name(self.path.name + ".journal")
-        self.question = question
-        self.rows: dict[tuple[int, int], Row] = {}
-        self.finished: xr.Dataset | None = None
-        if self.path.exists():
-            found = load_run(self.path)
-            self._compare(self.path, found.attrs.get("question", "null"))
-            self.finished = found
-        elif self.journal.exists():
-            self._read()
-
-    def append(self, leg: int, number: int, row: Row) -> None:
-        """Keep one speed."""
-        lines = [json.dumps({"leg": leg, "number": number, **row})]
-        if not self.journal.exists():
-            lines.insert(0, json.dumps({"question": self.question}))
-        try:
-            self.journal.parent.mkdir(parents=True, exist_ok=True)
-            with self.journal.open("a", encoding="utf-8") as file:
-                file.write("\n".join(lines) + "\n")
-                file.flush()
-                os.fsync(file.fileno())
-        except OSError as reason:
-            raise ResultError(f"{self.journal}: cannot be written: {reason}") from None
-
-    def finish(self, result: xr.Dataset) -> None:
-        """Write the result; the journal is no longer needed."""
-        save_run(result, self.path)
-        self.journal.unlink(missing_ok=True)
-
-    def _read(self) -> None:
-        try:
-            data = self.journal.read_bytes()
-        except OSError as reason:
-            raise ResultError(f"{self.journal}: cannot be read: {reason}") from None
-        whole = data.rfind(b"\n") + 1
-        lines = data[:whole].splitlines()
-        if not lines:
-            self.journal.unlink()
-            return
-        try:
-            asked = json.loads(lines[0])["question"]
-            rows = [json.loads(line) for line in lines[1:]]
-            self.rows = {(row.pop("leg"), row.pop("number")): row for row in rows}
-        except (ValueError, KeyError, TypeError, AttributeError):
-            raise ResultError(
-                f"{self.journal}: is damaged, or not a journal of a stepped response; delete it to start again"
-            ) from None
-        self._compare(self.journal, json.dumps(asked))
-        if whole < len(data):
-            with self.journal.open("r+b") as file:
-                file.truncate(whole)
-
-    def _compare(self, path: Path, stored: str) -> None:
-        asked = json.loads(stored)
-        if not isinstance(asked, dict):
-            raise QuestionError(f"store: {path} is not a stepped response; give another file")
-        # through the same text, so that numbers and lists compare alike
-        now = json.loads(json.dumps(self.question))
-        differ = [key for key in now if now[key] != asked.get(key)]
-        if differ:
-            told = ", ".join(
-                key
-                if isinstance(now[key], list) or key == "machine"
-                else f"{key} ({asked.get(key)!r} there, {now[key]!r} now)"
-                for key in differ
-            )
-            raise QuestionError(
-                f"store: {path} holds the result of another study; different: {told}. Give another file, or delete this one"
-            )
 
 
 # One machine held at one speed after the other.

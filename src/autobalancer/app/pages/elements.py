@@ -15,8 +15,8 @@ from fastapi import Request, Response
 from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import app, ui
 
-from autobalancer.app.store.archive import LOCAL, TYPES, Archive, exported, user_folder
 from autobalancer.app.store.jobs import Job, Jobs
+from autobalancer.app.store.kept_runs import LOCAL, TYPES, Archive, exported, user_folder
 from autobalancer.app.text.document import EMPTY
 from autobalancer.app.text.document import Path as DocumentPath
 from autobalancer.app.text.fields import USUAL, Field, in_unit, number_and_unit, written

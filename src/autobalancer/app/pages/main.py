@@ -22,9 +22,9 @@ from autobalancer.app.pages.elements import Bench, Work, hinted, marked, serve_f
 from autobalancer.app.pages.measured.page import MeasuredPage, serve_measured
 from autobalancer.app.pages.stability.page import StabilityPage
 from autobalancer.app.pages.studies.page import StudiesPage, serve_studies
-from autobalancer.app.store.archive import UNREADABLE, Archive, Entry, differences, user_folder
-from autobalancer.app.store.archive import film as film_of
 from autobalancer.app.store.jobs import Job, Jobs, keep_warnings
+from autobalancer.app.store.kept_runs import UNREADABLE, Archive, Entry, differences, user_folder
+from autobalancer.app.store.kept_runs import film as film_of
 from autobalancer.app.text.document import with_value
 from autobalancer.app.text.fields import PLAIN, written
 from autobalancer.app.text.problems import for_page

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from autobalancer.app.store.archive import LOCAL, user_folder
+from autobalancer.app.store.kept_runs import LOCAL, user_folder
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, unwarned
 from autobalancer.safe_file import ready_to_write
 

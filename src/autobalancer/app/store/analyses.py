@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.app.store.archive import FILES
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.kept_runs import FILES
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, value_of
 from autobalancer.errors import AutobalancerError, QuestionError

@@ -14,8 +14,8 @@ import numpy as np
 import xarray as xr
 from scipy.stats import norm
 
-from autobalancer.app.store.archive import FILES, RUN, new_name
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.kept_runs import FILES, RUN, new_name
 from autobalancer.app.store.measured_files import Shelf
 from autobalancer.app.store.signal_pictures import Asked, tracked
 from autobalancer.assembly.author_units import in_author_units

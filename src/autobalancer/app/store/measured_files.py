@@ -19,7 +19,7 @@ import numpy as np
 import tomli_w
 import xarray as xr
 
-from autobalancer.app.store.archive import FILES, RUN, new_name
+from autobalancer.app.store.kept_runs import FILES, RUN, new_name
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.files.text import TABLE, read_text

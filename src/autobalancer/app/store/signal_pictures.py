@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.app.store.archive import Archive
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.kept_runs import Archive
 from autobalancer.app.view.packed import Packer
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine

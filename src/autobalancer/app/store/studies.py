@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.app.store.archive import FILES, RUN, new_name
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.kept_runs import FILES, RUN, new_name
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.machine_file import load_race_machine, machine_text
 from autobalancer.files.samples import example_path, sample_names
@@ -30,6 +30,7 @@ from autobalancer.plots.studies import sensitivity as sensitivity_picture
 from autobalancer.plots.studies import study as study_picture
 from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
+from autobalancer.results.folder_store import part_files, read_part
 from autobalancer.results.shares import wilson_interval
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import write_safely, write_text_safely
@@ -39,7 +40,7 @@ from autobalancer.studies.study.chunk import study_dataset
 from autobalancer.studies.study.fan import envelopes
 from autobalancer.studies.study.reading import read_study
 from autobalancer.studies.study.sensitivity import sensitivity
-from autobalancer.studies.study.study import finished, read_chunk, study
+from autobalancer.studies.study.study import study
 from autobalancer.tables import Column
 
 # The studies and designs of a user, each in a folder of its own: what was asked, its machine, finished parts, result.
@@ -296,9 +297,9 @@ class Known:
             self._whole = result_of(self.shelf, self.name)
         if isinstance(self._whole, Studied):
             return self._whole
-        for span, path in finished(self.shelf.folder(self.name) / PARTS).items():
+        for span, path in part_files(self.shelf.folder(self.name) / PARTS).items():
             if span not in self._parts:
-                self._parts[span] = read_chunk(path)
+                self._parts[span] = read_part(path)
         if not self._parts:
             return None
         if self._asked is None:
@@ -324,7 +325,7 @@ def result_of(shelf: Studies, name: str) -> xr.Dataset:
 def done_of(shelf: Studies, name: str) -> int:
     """How many members of a study, or runs of a design, are on the disk."""
     parts = shelf.folder(name) / PARTS
-    return sum(last - first for one in (parts, *parts.glob(f"{RUNS}/*")) for first, last in finished(one))
+    return sum(last - first for one in (parts, *parts.glob(f"{RUNS}/*")) for first, last in part_files(one))
 
 
 def how_far(shelf: Studies, entry: Kept) -> str:

@@ -17,7 +17,7 @@ from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive import Archive
 from autobalancer.results.provenance import provenance
 from autobalancer.studies.chamber_design.candidate import (
     JUDGED,

@@ -18,7 +18,7 @@ from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.chamber import ChamberDesigns
-from autobalancer.results.archive.folder import Archive
+from autobalancer.results.archive import Archive
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber.bounds import ChamberBounds, bounds
 from autobalancer.simulation.chamber.filling import fill

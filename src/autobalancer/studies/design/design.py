@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -20,6 +21,7 @@ from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
+from autobalancer.results.folder_store import Store
 from autobalancer.results.number_text import moment_text
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
@@ -53,7 +55,6 @@ from autobalancer.studies.design.running import (
 )
 from autobalancer.studies.design.screening import Design, screened
 from autobalancer.studies.design.spec import MARGIN, MEASURED, Spec, blended
-from autobalancer.studies.study.study import Store
 from autobalancer.tables import rpm_and_si
 
 RUNS, ANSWER = "runs", "answer.nc"  # folder of the runs in that of a design, and what they said
@@ -104,8 +105,7 @@ def design(
     """
     spec = read_spec(given)
     named = {"specification_file": Path(given).name} if isinstance(given, (str, Path)) else {}
-    store = Store(folder, spec.identity(), "design") if folder is not None else None
-    try:
+    with Store(folder, spec.identity(), "design") if folder is not None else nullcontext():
         kept = Path(folder) / ANSWER if folder is not None else None
         found = _kept(kept, spec) if kept is not None else None
         if found is None:
@@ -114,9 +114,6 @@ def design(
             if kept is not None:
                 save_run(found, kept)
         return found.assign_attrs(named)
-    finally:
-        if store is not None:
-            store.close()
 
 
 def _kept(path: Path, spec: Spec) -> Designed | None:

@@ -13,7 +13,6 @@ from nicegui import ui
 from nicegui.element import Element
 
 from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker
-from autobalancer.app.store.archive import Archive
 from autobalancer.app.store.fits import (
     WAYS,
     FitEntry,
@@ -27,6 +26,7 @@ from autobalancer.app.store.fits import (
     fits,
 )
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.kept_runs import Archive
 from autobalancer.app.store.measured_files import Shelf
 from autobalancer.app.store.pictures import svg_of
 from autobalancer.app.store.signal_pictures import (

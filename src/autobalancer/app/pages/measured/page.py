@@ -15,8 +15,8 @@ from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import app, events, run, ui
 
 from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker, say_refused, user_of
-from autobalancer.app.store.archive import user_folder
 from autobalancer.app.store.jobs import Job
+from autobalancer.app.store.kept_runs import user_folder
 from autobalancer.app.store.measured_files import (
     LARGEST,
     QUANTITIES,

@@ -12,7 +12,7 @@ from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import app, run, ui
 
 from autobalancer.app.pages.elements import Bench, user_of
-from autobalancer.app.store.archive import user_folder
+from autobalancer.app.store.kept_runs import user_folder
 from autobalancer.app.store.studies import Studies
 from autobalancer.errors import AutobalancerError, QuestionError
 

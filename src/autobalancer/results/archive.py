@@ -1,25 +1,17 @@
-"""One run of an archive on disk: parts as they are computed, a checkpoint, and a note that says what it is.
+"""An archive: a folder of long runs, each written in parts while it is computed, and the catalogue of what they asked and found.
 
-In the folder of a run are ``machine.toml``, ``run.json`` (parameters, state, measures), ``part-00000.nc`` and so on, and
-``checkpoint.npz``; while it is written also ``lock``, which names the writer. Each file is written beside its place and
-moved there when complete, so that a crash, or a disk that is full, leaves what was there before. A part counts when the
-checkpoint after it is there: a run that goes on drops later ones.
+In the folder of a run are ``machine.toml``, its note (parameters, state, measures), ``part-00000.nc`` and so on, and
+``checkpoint.npz``. A part counts when the checkpoint after it is there: a run that goes on drops later ones.
 """
 
 from __future__ import annotations
 
-import contextlib
-import datetime
-import json
-import os
 import re
-import socket
-import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType, TracebackType
 from typing import Any
 
 import netCDF4
@@ -29,16 +21,45 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from autobalancer.errors import ResultError
+from autobalancer.errors import QuestionError, ResultError
+from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.kinds import as_kind
-from autobalancer.safe_file import endless_heap, write_safely
+from autobalancer.results.chamber_measures import catalog_unit
+from autobalancer.results.folder_store import (
+    has_note,
+    locked,
+    matching,
+    plain,
+    read_note,
+    refuse_another,
+    write_note,
+)
+from autobalancer.results.provenance import provenance
+from autobalancer.results.store import save_run
+from autobalancer.safe_file import endless_heap, write_safely, write_text_safely
 
 Write = Callable[[xr.Dataset, Path], Any]
 Checkpoint = Mapping[str, NDArray[Any]]
-PARTS = "archive_parts"  # entry of a checkpoint: how many parts go before it
+KEPT = "archive_parts"  # entry of a checkpoint: how many parts go before it
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
 PART = re.compile(r"part-(\d{5,})\.nc")
 BEGIN_ANEW = "to start the run again, delete its folder"
 ANEW = "delete it, and the run starts again from the beginning"
+
+
+@dataclass
+class RunNote:
+    """What a run is: ``"running"`` (or killed while it was), ``"finished"``, ``"interrupted"`` or ``"failed"``."""
+
+    state: str
+    parameters: dict[str, Any]
+    question: dict[str, Any]
+    source: str
+    created: str
+    measures: dict[str, int | float | None] = field(default_factory=dict)
+    outcome: dict[str, str | int | float | None] = field(default_factory=dict)
+    parts: int | None = None  # when it is finished
+    measured_last: float | None = None  # window of its measures, s
 
 
 def write_part(chunk: xr.Dataset, path: Path) -> None:
@@ -47,20 +68,156 @@ def write_part(chunk: xr.Dataset, path: Path) -> None:
         chunk.to_netcdf(path, engine="netcdf4")
 
 
+class Archive:
+    """A folder of runs; it is created with the first run.
+
+    The catalogue is read from the notes of the runs, so runs can be copied, moved or deleted by hand.
+
+    Parameters
+    ----------
+    folder
+        Where the archive is.
+    write
+        Function that writes a part of the samples to a file; by default as netCDF.
+    """
+
+    def __init__(self, folder: str | Path, write: Write = write_part) -> None:
+        self.folder, self.write = Path(folder), write
+        if self.folder.exists() and not self.folder.is_dir():
+            raise ResultError(f"{self.folder}: is a file; an archive is a folder")
+
+    def start(self, name: str, machine: str, parameters: Mapping[str, Any], question: Mapping[str, Any]) -> RunFolder:
+        """A run to write into: a new one, or the existing one of this name if it has the same settings.
+
+        Parameters
+        ----------
+        name
+            Of the run; letters, digits, ``.``, ``_``, ``+`` and ``-``.
+        machine
+            Text of the machine file.
+        parameters
+            Numbers and texts by which the run is found in the catalogue.
+        question
+            Other settings on which the result depends: duration, step, seed and so on.
+
+        Raises
+        ------
+        QuestionError
+            If the name is not possible, or a run of this name has other settings.
+        ResultError
+            If the folder cannot be written, or another process is writing the run.
+        """
+        if not NAME.fullmatch(name):
+            raise QuestionError(f"name: given {name!r}; use letters, digits, and . _ + - after the first")
+        path, asked = self.folder / name, {str(key): plain(value) for key, value in question.items()}
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as reason:
+            raise ResultError(f"{path}: cannot be written: {reason}") from None
+        if not has_note(path):
+            with locked(path, "run"):
+                if not has_note(path):
+                    made, told = provenance(), {str(key): plain(value) for key, value in parameters.items()}
+                    write_text_safely(path / "machine.toml", machine)
+                    write_note(path, RunNote("running", told, asked, made["source"], made["created"]))
+        run = RunFolder(path, self.write)
+        refuse_another(path, "run", {"machine": run.machine, **run.note.question}, {"machine": machine, **asked})
+        return run
+
+    def names(self) -> list[str]:
+        """Names of the runs."""
+        return sorted(path.name for path in self.folder.glob("*") if has_note(path))
+
+    def run(self, name: str) -> RunFolder:
+        """A run by its name.
+
+        Raises
+        ------
+        QuestionError
+            If there is none of this name.
+        """
+        if name not in self.names():
+            raise QuestionError(f"run: given {name!r}; {self.folder} has {', '.join(self.names()) or 'no runs'}")
+        return RunFolder(self.folder / name, self.write)
+
+    def samples(self, name: str) -> xr.Dataset:
+        """All samples of a run as one dataset, read from disk when used."""
+        return self.run(name).samples()
+
+    def runs(self, where: str | Mapping[str, Any] = "") -> xr.Dataset:
+        """The catalogue: parameters and measures of the runs for which ``where`` holds.
+
+        Parameters
+        ----------
+        where
+            A condition such as ``"friction >= 0.5 and state == 'finished'"``, or values that must be met.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along ``run``, its name: ``state``, and every parameter and every measure of one number or text. A number
+            that a run does not have is nan, a text empty.
+
+        Raises
+        ------
+        QuestionError
+            If the condition cannot be read, or contains a name that no run has.
+        """
+        rows = {name: self._row(name) for name in self.names()}
+        found = [rows[name] for name in matching(rows, where)]
+        table = xr.Dataset(coords={"run": ("run", np.array([row["run"] for row in found], dtype=object))})
+        for key in sorted(
+            {key for row in rows.values() for key in row} - {"run"}, key=lambda key: (key != "state", key)
+        ):
+            unit = catalog_unit(key)
+            table[key] = ("run", _column([row.get(key) for row in found]), {"units": unit} if unit else {})
+        table.attrs.update(title=f"Runs of {self.folder}", **provenance())
+        return Labeled.of(table)
+
+    def export(self, name: str, path: str | Path) -> Path:
+        """Write a run as one result file, one variable at a time."""
+        found = self.samples(name)
+        found.attrs.setdefault("source", provenance()["source"])
+        return save_run(found, path)
+
+    def _row(self, name: str) -> dict[str, Any]:
+        """What the note of a run says; of one that cannot be read only that."""
+        try:
+            note = read_note(self.folder / name, RunNote, BEGIN_ANEW)
+        except ResultError as reason:
+            return {"run": name, "state": str(reason).partition(": ")[2]}
+        values = {**note.parameters, **note.measures}
+        single = {key: value for key, value in values.items() if not isinstance(value, (list, dict))}
+        return {**single, "run": name, "state": note.state}
+
+
+def _column(cells: list[Any]) -> np.ndarray:
+    if any(isinstance(cell, str) for cell in cells):
+        return np.array(["" if cell is None else str(cell) for cell in cells], dtype=object)
+    return np.array([_number(cell) for cell in cells], np.float64)
+
+
+def _number(cell: Any) -> float:
+    try:
+        return np.nan if cell is None else float(cell)
+    except OverflowError:
+        return np.nan
+
+
 class RunFolder:
     """A run of an archive.
 
     Parameters
     ----------
     path
-        Its folder; see :class:`autobalancer.results.archive.folder.Archive`, which makes it.
+        Its folder; see :class:`Archive`, which makes it.
     write
         What puts a chunk into a file.
     """
 
     def __init__(self, path: Path, write: Write = write_part) -> None:
         self.path, self.write = path, write
-        self.note = read_note(path)
+        self.note = read_note(path, RunNote, BEGIN_ANEW)
         self._kept: int | None = None  # parts before the checkpoint from which the run goes on
 
     @property
@@ -71,7 +228,7 @@ class RunFolder:
     @property
     def state(self) -> str:
         """``"running"`` (or killed while it was), ``"finished"``, ``"interrupted"`` or ``"failed"``."""
-        return str(self.note.get("state", "running"))
+        return self.note.state
 
     @property
     def machine(self) -> str:
@@ -96,8 +253,8 @@ class RunFolder:
         ResultError
             If another process writes it.
         """
-        with RunLock(self.path):
-            self.note = read_note(self.path)
+        with locked(self.path, "run"):
+            self.note = read_note(self.path, RunNote, BEGIN_ANEW)
             yield
 
     def parts(self) -> list[Path]:
@@ -116,11 +273,11 @@ class RunFolder:
             If there are none, or a part is damaged, missing or in the wrong place.
         """
         files = self.parts()
-        self._complete(files, self.note.get(PARTS, len(files)))
+        self._complete(files, self.note.parts or 0)
         found = open_parts(files, read)
         if "body_position" not in found or found.attrs.get("machine", self.machine) != self.machine:
             raise ResultError(f"{files[0]}: is not of this run; was it replaced by another file?")
-        told = {key: value for key, value in self.note.get("outcome", {}).items() if value is not None}
+        told = {key: value for key, value in self.note.outcome.items() if value is not None}
         found.attrs.update(machine=self.machine, archive_state=self.state, **told)
         return as_kind(found, "ChamberRun")
 
@@ -134,12 +291,13 @@ class RunFolder:
         """
         self._drop_rest()
         number = len(self.parts())
-        if chunk.sizes.get("time", 0):
-            self._put(self.path / f"part-{number:05d}.nc", lambda file: self.write(chunk, file))
-            number += 1
-        if checkpoint is not None:
-            held = {PARTS: np.array(number), **checkpoint}
-            self._put(self.path / "checkpoint.npz", lambda file: _savez(file, held))
+        with self._kept_so_far():
+            if chunk.sizes.get("time", 0):
+                write_safely(self.path / f"part-{number:05d}.nc", lambda file: self.write(chunk, file))
+                number += 1
+            if checkpoint is not None:
+                held = {KEPT: np.array(number), **checkpoint}
+                write_safely(self.path / "checkpoint.npz", lambda file: _savez(file, held))
 
     def checkpoint(self) -> dict[str, NDArray[Any]] | None:
         """The last checkpoint, None if the run made none. Parts that came after it are dropped when the run goes on.
@@ -153,7 +311,7 @@ class RunFolder:
         try:
             with np.load(path, allow_pickle=False) as stored:
                 held = {key: stored[key] for key in stored.files}
-            kept = int(held.pop(PARTS).item())
+            kept = int(held.pop(KEPT).item())
         except FileNotFoundError:
             self._kept = 0
             return None
@@ -185,76 +343,29 @@ class RunFolder:
         ResultError
             If the disk is full.
         """
-        self.note.update(state=state)
+        self.note.state = state
         if state == "finished":
             self._drop_rest()
-            self.note[PARTS] = len(self.parts())
+            self.note.parts = len(self.parts())
         if outcome is not None:
-            self.note["outcome"] = {str(key): plain(value) for key, value in outcome.items()}
+            self.note.outcome = {str(key): plain(value) for key, value in outcome.items()}
         if measures is not None:
-            self.note["measures"] = {str(key): plain(value) for key, value in measures.items()}
-        self.save_note()
+            self.note.measures = {str(key): plain(value) for key, value in measures.items()}
+        with self._kept_so_far():
+            write_note(self.path, self.note)
         if state == "finished":
             (self.path / "checkpoint.npz").unlink(missing_ok=True)
 
-    def save_note(self) -> None:
-        """Write ``run.json``."""
-        text = json.dumps(self.note, indent=1) + "\n"
-        self._put(self.path / "run.json", lambda file: file.write_text(text, encoding="utf-8"))
-
-    def _put(self, path: Path, write: Callable[[Path], Any]) -> None:
+    @contextmanager
+    def _kept_so_far(self) -> Iterator[None]:
+        """An error while something is written says what is kept."""
         try:
-            write_safely(path, write)
+            yield
         except ResultError as reason:
             raise ResultError(
                 f"{reason}; the {len(self.parts())} parts written before are kept and can be read. "
                 "Make room, then start the run again: it continues from its last checkpoint"
             ) from None
-
-
-def read_note(folder: Path) -> dict[str, Any]:
-    """What ``run.json`` in the folder of a run says.
-
-    Raises
-    ------
-    ResultError
-        If there is none, or it is damaged.
-    """
-    path = folder / "run.json"
-    try:
-        note: Any = json.loads(path.read_text(encoding="utf-8"))
-        json.dumps(note, ensure_ascii=False).encode("utf-8")  # half a character, which JSON may hold, is refused here
-    except FileNotFoundError:
-        raise ResultError(f"{folder}: no run of an archive; there is no run.json in it") from None
-    except (OSError, ValueError, RecursionError) as reason:
-        raise ResultError(f"{path}: cannot be read: {reason}; {BEGIN_ANEW}") from None
-    shape = {"state": str, "parameters": dict, "question": dict, "measures": dict, "outcome": dict, PARTS: int}
-    wrong = [
-        key for key, kind in shape.items() if isinstance(note, dict) and not isinstance(note.get(key, kind()), kind)
-    ]
-    if isinstance(note, dict) and not wrong:
-        wrong = [
-            f"{table}: {key!r}"
-            for table, kinds in (("measures", (int, float)), ("outcome", (str, int, float)))
-            for key, value in note.get(table, {}).items()
-            if value is not None and not isinstance(value, kinds)
-        ]
-    if not isinstance(note, dict) or wrong:
-        raise ResultError(f"{path}: cannot be read: {wrong[0] if wrong else 'it'} has another form; {BEGIN_ANEW}")
-    return note
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON says it; nan and infinity become None."""
-    if isinstance(value, (np.ndarray, xr.DataArray)):
-        return plain(np.asarray(value).tolist())
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value if isinstance(value, (bool, int, float, str)) or value is None else str(value)
 
 
 def _savez(path: Path, held: Mapping[str, NDArray[Any]]) -> None:
@@ -378,153 +489,3 @@ class _Parts(BackendArray):
         for axis in range(len(key) - 1, 0, -1):
             found = found[(slice(None),) * axis + (key[axis],)]
         return found[0] if isinstance(key[0], (int, np.integer)) else found
-
-
-# One process at a time writes a run of an archive.
-#
-# The file ``lock`` in the folder of a run names its writer. Where the system locks files (Linux and macOS, and NFS
-# from Linux 2.6.12 on) the lock ends with its process, however that ends, so a lock that was left behind is no lock.
-# Where it does not, the note alone counts, and a writer on this host that no longer lives is found by its number.
-
-
-fcntl: ModuleType | None
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None
-
-
-MAY_WAIT, ACCESS_DENIED, NOT_ENDED = 0x00100000, 5, 0x102  # SYNCHRONIZE, ERROR_ACCESS_DENIED, WAIT_TIMEOUT of Windows
-
-
-class RunLock:
-    """Held while a run is written: ``with RunLock(folder): ...``.
-
-    Parameters
-    ----------
-    folder
-        Of the run; it must be there.
-
-    Raises
-    ------
-    ResultError
-        On entry, if another process writes the run, or may do so; the message names it. Also if the folder cannot be written.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.path = folder, folder / "lock"
-        self.file: int | None = None
-
-    def __enter__(self) -> RunLock:
-        while self.file is None:
-            try:
-                file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
-            except OSError as reason:
-                raise ResultError(f"{self.path}: cannot be written: {reason}") from None
-            try:
-                self._take(file)
-            except OSError as reason:  # a full disk
-                raise ResultError(f"{self.path}: cannot be written: {reason.strerror or reason}") from None
-            finally:
-                if self.file is None:
-                    os.close(file)
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.file is None:
-            return
-        if fcntl is None:  # Windows deletes no open file
-            os.close(self.file)
-        with contextlib.suppress(OSError):
-            os.unlink(self.path)
-        if fcntl is not None:
-            os.close(self.file)
-        self.file = None
-
-    def _take(self, file: int) -> None:
-        locked = _lock(file)
-        owner = _read(file)
-        if locked is False:
-            raise ResultError(f"{self.folder}: {_told(owner)} is writing this run; wait for it, or give another name")
-        if not _same(file, self.path):
-            return  # the writer before took the file away while it ended: try the new one
-        here = socket.gethostname()
-        if locked is None and owner and (owner.get("host") != here or _lives(owner)):
-            raise ResultError(
-                f"{self.folder}: {_told(owner)} may still be writing this run; this cannot be checked from here. "
-                f"If it is gone, delete {self.path} and start again"
-            )
-        now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        note = json.dumps({"process": os.getpid(), "host": here, "since": now}) + "\n"
-        os.ftruncate(file, 0)
-        os.lseek(file, 0, os.SEEK_SET)
-        os.write(file, note.encode())
-        os.fsync(file)
-        self.file = file
-
-
-def _lock(file: int) -> bool | None:
-    """Whether the system gave the lock; None if it has none for this folder."""
-    if fcntl is None:
-        return None
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        return None
-    return True
-
-
-def _same(file: int, path: Path) -> bool:
-    """Whether ``path`` still is the open file."""
-    try:
-        return os.path.samestat(os.fstat(file), os.stat(path))
-    except FileNotFoundError:
-        return False
-
-
-def _read(file: int) -> dict[str, Any]:
-    os.lseek(file, 0, os.SEEK_SET)
-    try:
-        note = json.loads(os.read(file, 4096))
-    except ValueError:
-        return {}  # new, or its writer was stopped in the middle
-    return note if isinstance(note, dict) else {}
-
-
-def _lives(owner: dict[str, Any]) -> bool:
-    if sys.platform == "win32":  # signal 0 would be Ctrl-C there
-        return _lives_on_windows(owner)
-    try:
-        os.kill(int(owner["process"]), 0)
-    except (ProcessLookupError, KeyError, ValueError):
-        return False
-    except OSError:
-        return True
-    return True
-
-
-def _lives_on_windows(owner: dict[str, Any]) -> bool:
-    """Whether the process is there and has not ended, by a handle of it."""
-    import ctypes
-
-    number = owner.get("process")
-    if not isinstance(number, int):
-        return False
-    kernel: Any = getattr(ctypes, "WinDLL")("kernel32", use_last_error=True)  # noqa: B009  # missing elsewhere
-    handle = kernel.OpenProcess(MAY_WAIT, False, number)
-    if not handle:
-        return bool(getattr(ctypes, "get_last_error")() == ACCESS_DENIED)  # noqa: B009
-    try:
-        return bool(kernel.WaitForSingleObject(handle, 0) == NOT_ENDED)
-    finally:
-        kernel.CloseHandle(handle)
-
-
-def _told(owner: dict[str, Any]) -> str:
-    if not owner:
-        return "another process"
-    return f"process {owner.get('process')} on {owner.get('host')}, since {owner.get('since')},"

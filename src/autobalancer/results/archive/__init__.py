@@ -1,1 +1,0 @@
-"""An archive: a folder of long runs."""
