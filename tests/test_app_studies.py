@@ -83,7 +83,7 @@ def test_what_is_wrong_is_said_of_its_key_in_the_words_of_the_reader(more: str, 
     found = read_study_text(f'machine = "machine.toml"\n{more}', PAGE)
     assert found.study is None
     assert words in found.message
-    assert found.key == (key or found.key)
+    assert not key or key in found.problems
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def test_every_sample_is_a_design_on_the_page(name: str) -> None:
 @pytest.mark.parametrize(
     ("more", "key", "words"),
     [
-        ("limits.stall_probability = 0.001", "limits.stall_probability", "search.members contradict each other"),
+        ("limits.stall_probability = 0.001", "limits.stall_probability", "contradicts search.members"),
         ("rotor.receptance = '/etc/passwd'", "rotor.receptance", "name a file of the page Measured"),
         ("rotor.receptance = '../discoidal_hammer.csv'", "rotor.receptance", "name a file of the page Measured"),
         ("unbalance = '3 kg'", "unbalance", "3 kg"),
@@ -236,7 +236,7 @@ def test_what_is_wrong_with_a_design_is_said_of_its_key(more: str, key: str, wor
     found = read_design_text(f"machine = 'discoidal.toml'\n{more}\n[candidates]\ncount = [2]\n", PAGE)
     assert found.spec is None
     assert words in found.message
-    assert found.key == key
+    assert key in found.problems
 
 
 DESIGNED = """machine = "discoidal.toml"

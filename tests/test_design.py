@@ -207,7 +207,7 @@ def test_a_range_of_temperature_that_the_runs_could_not_follow_is_refused() -> N
         ({"machine": "no_such.toml"}, "no_such.toml"),
         ({"candidates": {}}, "candidates"),
         ({"limits": {"peak_deflection": "1.3"}}, "specification: limits.peak_deflection: given '1.3' without a unit"),
-        ({"operation": {"speed": []}}, "operation.speed: given no speed"),
+        ({"operation": {"speed": []}}, "operation.speed: given an empty list"),
         ({"search": {"objectives": [[1]]}}, "search.objectives"),
     ],
 )
@@ -342,7 +342,7 @@ def test_a_refusal_says_how_a_number_without_a_unit_was_read() -> None:
 
 
 def test_a_design_says_which_limits_are_missed_and_by_whom() -> None:
-    limits = {"border_margin": 0.1, "residual_vibration": "1e-6 um", "settling_time": "8 s", "share": 0.85}
+    limits = {"border_margin": 0.1, "residual_vibration": "1e-3 um", "settling_time": "8 s", "share": 0.85}
     found = ab.design(changed(limits=limits))
     missed = found.best()["missed"].values.astype(str)
     assert any("residual vibration" in text for text in missed)

@@ -24,9 +24,10 @@ from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, MachineFileError, QuestionError, UnitError
 from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine, save_machine
+from autobalancer.files.samples import sample_names
 from autobalancer.machine import Balls, Friction, Machine, PlanarRotor, Unbalance
 from autobalancer.machine.chamber import ChamberUnbalance
-from autobalancer.machine.schema import Kind, keys, machine_schema
+from autobalancer.machine.schema import Kind, file_schema, keys
 from autobalancer.units import Given, from_si, to_si
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -430,7 +431,7 @@ SCHEMA_TOO = ("annotated", "misfit", "chamber")  # the first two with single ent
 
 @pytest.mark.parametrize("kind", ["races", "chambers"])
 def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind: Kind) -> None:
-    schema = Draft202012Validator(machine_schema(kind))
+    schema = Draft202012Validator(file_schema(kind))
     samples = [tomllib.loads(path.read_text()) for path in sorted((ROOT / "examples" / "machines").rglob("*.toml"))]
     samples += [tomllib.loads((ROOT / "docs" / "machines" / f"{name}.toml").read_text()) for name in SCHEMA_TOO]
     own = [data for data in samples if ("chambers" in data) == (kind == "chambers")]
@@ -442,8 +443,21 @@ def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind
     assert "Parameters\\n" not in json.dumps(schema.schema)
 
 
+@pytest.mark.parametrize("kind", ["design"])
+def test_the_schema_and_the_keys_of_other_files_accept_their_samples(kind: Kind) -> None:
+    schema = Draft202012Validator(file_schema(kind))
+    samples = [ab.catalog.example_path(name) for name in sample_names({"design": "designs"}[kind])]
+    listed = {head: {key.name for key in found} for head, found in keys(kind=kind).items()}
+    for path in samples:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        assert list(schema.iter_errors(data)) == []
+        assert not schema.is_valid(data | {"color": "red"})
+        assert set(data) <= listed[""]
+    assert len(samples) >= 4
+
+
 def test_the_schema_takes_one_entry_for_a_list_where_the_reader_does() -> None:
-    schema = Draft202012Validator(machine_schema())
+    schema = Draft202012Validator(file_schema())
     data = tomllib.loads((ROOT / "examples" / "machines" / "rigid_rotor.toml").read_text())
     support = {"position": "0 mm", "stiffness": "100 kN/m", "damping": 0, "tilt_stiffness": "1 kN*m/rad"}
     single = data | {"rotor": data["rotor"] | {"supports": support}}

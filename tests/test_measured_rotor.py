@@ -102,7 +102,7 @@ def test_the_design_for_a_measured_rotor_is_that_for_the_true_one_and_its_report
     [
         (
             {"operation": {"speed": "3000 rpm", "run_up": "60 s", "hold": "20 s"}},
-            r"operation\.speed and rotor\.receptance",
+            r"operation\.speed: contradicts rotor\.receptance",
         ),
         ({"rotor": {**SPEC["rotor"], "band": "12 Hz:40 Hz"}}, r"lowest mode, at 9\.\d+ Hz, lies below"),
         ({"rotor": {"receptance": "no_such.csv"}}, "no_such.csv: cannot be read"),

@@ -1,4 +1,4 @@
-"""The tables of keys of a machine file, read off the classes that check them."""
+"""The tables of keys of files, read off the classes that check them."""
 
 from __future__ import annotations
 
@@ -8,11 +8,16 @@ from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, Key, Table, keys_of, prose_of, tables_of
 from autobalancer.machine.part import Part
+from autobalancer.studies.design.spec import Specification
 from autobalancer.units.trade import WORDS
 
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
 
-ROOTS: dict[str, type[Part]] = {"machine_keys.md": Machine, "chamber_keys.md": ChamberMachine}
+ROOTS: dict[str, type[Part]] = {
+    "machine_keys.md": Machine,
+    "chamber_keys.md": ChamberMachine,
+    "design_keys.md": Specification,
+}
 
 
 def pages() -> dict[str, str]:

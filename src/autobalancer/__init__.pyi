@@ -24,8 +24,8 @@ from autobalancer.files.machine_file import load_machine as load_machine
 from autobalancer.files.machine_file import machine_text as machine_text
 from autobalancer.files.machine_file import parse_machine as parse_machine
 from autobalancer.files.machine_file import save_machine as save_machine
+from autobalancer.machine.schema import file_schema as file_schema
 from autobalancer.machine.schema import keys as keys
-from autobalancer.machine.schema import machine_schema as machine_schema
 from autobalancer.reporting.report import report as report
 from autobalancer.results.measures import ball_angle_to_unbalance as ball_angle_to_unbalance
 from autobalancer.results.measures import deflection_envelope as deflection_envelope
@@ -77,13 +77,13 @@ __all__ = [
     "envelopes",
     "errors",
     "example",
+    "file_schema",
     "flow",
     "keys",
     "laws",
     "load_machine",
     "load_run",
     "machine",
-    "machine_schema",
     "machine_text",
     "measure",
     "measures",

@@ -9,7 +9,7 @@ NAMES: dict[str, dict[str, str]] = {
         "machine_text": "files.machine_file",
         "parse_machine": "files.machine_file",
         "with_parameter": "assembly.quantities",
-        "machine_schema": "machine.schema",
+        "file_schema": "machine.schema",
         "keys": "machine.schema",
         "example": "files.examples",
         "check": "api",

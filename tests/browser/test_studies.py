@@ -219,7 +219,7 @@ def test_a_design_has_its_front_goes_into_describe_and_onto_paper(page: Any) -> 
     expect(at(page, "design machine")).to_contain_text("sample discoidal.toml")
     at(page, "candidates.count").fill("2")
     at(page, "search.members").fill("80")
-    expect(at(page, "design wrong")).to_contain_text("contradict each other")
+    expect(at(page, "design wrong")).to_contain_text("contradicts")
     expect(at(page, "start design")).to_be_disabled()
     at(page, "limits.stall_probability").fill("0.06")
     expect(at(page, "design size")).to_have_text("80 runs of each candidate that is left")

@@ -6,7 +6,7 @@ import os
 import re
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -115,19 +115,19 @@ def _about(name: str) -> tuple[str, str]:
     return name, " ".join(line.removeprefix("#").strip() for line in said)
 
 
-# ``autobalancer keys``: what a machine file may contain.
+# ``autobalancer keys``: what a file may contain.
 
 
 def keys(
     table: Annotated[
         str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
     ] = "",
-    chambers: Annotated[bool, typer.Option("--chambers", help="Of machines with deep chambers.")] = False,
+    kind: Annotated[str, typer.Option(help="Of file: races or chambers (machines), or design.")] = "races",
     out: Annotated[Path | None, typer.Option(help="JSON schema to write (.json), for editors.")] = None,
     as_json: Json = False,
     as_csv: Csv = False,
 ) -> None:
-    """List the keys of a machine file: value with unit and bounds, default, meaning.
+    """List the keys of a machine file, or of another kind: value with unit and bounds, default, meaning.
 
     Example: autobalancer keys balancers.races
     """
@@ -135,16 +135,15 @@ def keys(
     from dataclasses import asdict
 
     from autobalancer.cli.terminal.sheet import Facts, sheet_csv
-    from autobalancer.machine.schema import Kind, keys, machine_schema
+    from autobalancer.machine.schema import Kind, file_schema, keys
     from autobalancer.safe_file import write_text_safely
     from autobalancer.tables import Column, in_plain_letters
 
-    kind: Kind = "chambers" if chambers else "races"
     if out is not None:
         check_suffix("--out", out, (".json",))
-        typer.echo(f"written: {write_text_safely(out, json.dumps(machine_schema(kind), indent=1) + chr(10))}")
+        typer.echo(f"written: {write_text_safely(out, json.dumps(file_schema(cast(Kind, kind)), indent=1) + chr(10))}")
         return
-    found = keys(table, kind)
+    found = keys(table, cast(Kind, kind))
     rows = [(head, key) for head, listed in found.items() for key in listed]
     if as_json:
         print_json([{"table": head, **asdict(key)} for head, key in rows])

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import datetime
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from autobalancer.errors import AutobalancerError, Problem, QuestionError
+from autobalancer.errors import AutobalancerError, Problem, QuestionError, UnitError
 from autobalancer.files.samples import sample_hint
 from autobalancer.safe_file import not_to_read
+from autobalancer.units import shortened
 
 MACHINE = 10_000_000  # bytes of a machine file
 TABLE = 100_000_000  # bytes of a table
@@ -101,6 +103,44 @@ def _odd_values(value: Any, path: tuple[str | int, ...]) -> Iterator[Problem]:
             yield from _odd_values(entry, (*path, number))
     elif isinstance(value, (datetime.date, datetime.time)):
         yield path, f"given the date or time {value}; no key takes one, put a text in quotes"
+
+
+def question_data(given: Any, what: str, name: str) -> tuple[dict[str, Any], str, Path, str]:
+    """What a file, or a dict of the same form, asks.
+
+    Parameters
+    ----------
+    given
+        The path of the file, or the dict.
+    what, name
+        Of a dict: what messages call it, and its name.
+
+    Returns
+    -------
+    dict, str, Path, str
+        Its tables; what messages begin with; the folder from which files are seen; a name.
+
+    Raises
+    ------
+    QuestionError
+        If it is neither, or the file cannot be read.
+    """
+    if isinstance(given, Mapping):
+        return {str(key): value for key, value in given.items()}, what, Path(), name
+    if not isinstance(given, (str, Path)):
+        raise QuestionError(f"{what}: given {shortened(given)}; give the path of a file, or a dict of its form")
+    path = Path(given)
+    return read_toml(path), str(path), path.parent, path.stem
+
+
+@contextmanager
+def faults_of(source: str) -> Iterator[None]:
+    """Let questions that are refused meanwhile begin with the file they are from."""
+    try:
+        yield
+    except (QuestionError, UnitError) as error:
+        several = "not possible as described" if len(error.problems) > 1 else ""
+        raise QuestionError.of(source, error.problems, several) from None
 
 
 def decoded(content: bytes, otherwise: str = "") -> str:

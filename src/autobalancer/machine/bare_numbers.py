@@ -6,11 +6,11 @@ They stand within the bounds of what is possible, so a note says how they were r
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from autobalancer.errors import spell
-from autobalancer.machine.part import Part, quantity_of
+from autobalancer.machine.part import Part, Range, quantity_of
 from autobalancer.units import Given, from_si
 
 USUAL = {  # SI unit: smallest and largest number that passes without a note, and the unit that people have in mind
@@ -39,12 +39,12 @@ OF_KEYS = {  # the same of single keys, in place of those above; a gas may have 
     ("Harmonic", "amplitude"): (0.0, 0.01, "um"),
     ("DragTorque", "beta"): (0.0, 0.1, "mN*m*s"),
     ("Fluid", "density"): (0.01, math.inf, "g/cm^3"),
-    ("limits", "peak_deflection"): (0.0, 0.1, "mm"),  # of specifications of designs
-    ("limits", "residual_vibration"): (0.0, 0.1, "mm"),
-    ("limits", "contact_pressure"): (1e6, math.inf, PRESSURE),
-    ("space", "wall"): (0.0, 0.1, "mm"),
-    ("candidates", "orbit_radius"): (0.0, 1.0, "mm"),
-    ("candidates", "ball_diameter"): (0.0, 0.1, "mm"),
+    ("Limits", "peak_deflection"): (0.0, 0.1, "mm"),
+    ("Limits", "residual_vibration"): (0.0, 0.1, "mm"),
+    ("Limits", "contact_pressure"): (1e6, math.inf, PRESSURE),
+    ("Space", "wall"): (0.0, 0.1, "mm"),
+    ("Candidates", "orbit_radius"): (0.0, 1.0, "mm"),
+    ("Candidates", "ball_diameter"): (0.0, 0.1, "mm"),
 }
 ECHOED = {"rad/s": "rpm", "rad": "deg", "K": "degC"}  # units in which a slip is seen at once
 LISTED = 5
@@ -56,24 +56,6 @@ def bare_numbers(machine: Part) -> tuple[str, ...]:
     found = list(_odd(machine, ()))
     more = (f"and {len(found) - LISTED} more numbers without a unit that are hardly meant in SI",)
     return tuple(found[:LISTED]) + (more if len(found) > LISTED else ())
-
-
-def bare_entry(table: str, key: str, value: Any, unit: str) -> tuple[str, ...]:
-    """The same of an entry of a table of another file: a number, or a list or a table of some, of this SI unit; at most one."""
-    low, high, meant = OF_KEYS.get((table, key)) or USUAL.get(unit, (0.0, math.inf, ""))
-    entries = (
-        value.items()
-        if isinstance(value, Mapping)
-        else enumerate(value)
-        if isinstance(value, list | tuple)
-        else [("", value)]
-    )
-    place = f"{table}.{key}" if table else key
-    for end, entry in entries:
-        if _outside(entry, low, high):
-            where = f"{place}[{end + 1}]" if isinstance(end, int) else f"{place}.{end}" if end else place
-            return (_read_as(where, float(entry), unit, meant),)
-    return ()
 
 
 def _odd(part: Part, path: Place) -> Iterator[str]:
@@ -95,7 +77,10 @@ def _odd(part: Part, path: Place) -> Iterator[str]:
 
 
 def _entries(value: Any, path: Place) -> list[tuple[Place, Any]]:
-    """A value, or those of a list, with their places."""
+    """A value, or those of a list or a range, with their places."""
+    if isinstance(value, Range) and value.low is not value.high:
+        return [((*path, "from"), value.low), ((*path, "to"), value.high)]
+    value = value.low if isinstance(value, Range) else value
     return (
         [((*path, number), entry) for number, entry in enumerate(value)]
         if isinstance(value, tuple)

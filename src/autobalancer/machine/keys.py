@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import PlainValidator
 from pydantic.fields import FieldInfo
 
-from autobalancer.machine.part import Part, Quantity, symbol_of
+from autobalancer.machine.part import Part, Quantity, said_of, symbol_of
 from autobalancer.machine.plugins import OneOf
 
 SCALARS = (PlainValidator, Quantity)  # what reads a single entry
@@ -111,20 +111,24 @@ def _tables(path: str, parts: tuple[type[Part], ...], seen: set[type[Part]], man
 def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
+    if words := said_of(field, "default"):
+        return words
     value = field.get_default(call_default_factory=True)
-    if value is None or value in ((), ""):
+    if value is None or value in ((), "", {}):
         return "–"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Part):
         return "all at rest"
     if isinstance(value, tuple):
-        return ", ".join(f"{entry:g}" for entry in value)
+        return ", ".join(f'"{entry}"' if isinstance(entry, str) else f"{entry:g}" for entry in value)
     return f'"{value}"' if isinstance(value, str) else f"{value:g}"
 
 
 def _value(field: FieldInfo) -> str:
     """Unit and bound, or the words allowed, or that a table goes there."""
+    if words := said_of(field, "value"):
+        return words
     metadata = any(isinstance(extra, SCALARS) for extra in field.metadata)
     leaves = list(_leaves(_hint(field)))
     several = _is_list(field.annotation)

@@ -4,36 +4,41 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args
 
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainValidator,
+    Tag,
     ValidationError,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
-from autobalancer.errors import AutobalancerError, KeyPath, MachineError, Problem
+from autobalancer.errors import AutobalancerError, KeyPath, MachineError, Problem, QuestionError, UnitError
 from autobalancer.units import shortened, to_si
+from autobalancer.units.quantity import ends, is_range, range_values
 
 
 class Part(BaseModel):
     """A frozen, validated piece of a machine; all numbers in SI, written with a unit if wished."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=False)
+    refused_as: ClassVar[type[AutobalancerError]] = MachineError
 
     def __init__(self, **data: Any) -> None:
         try:
             super().__init__(**data)
         except ValidationError as error:
-            raise MachineError.of(type(self).__name__, _problems(error, type(self))) from None
+            raise self.refused_as.of(type(self).__name__, _problems(error, type(self))) from None
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name in type(self).model_fields:
@@ -43,6 +48,12 @@ class Part(BaseModel):
                 "ab.with_parameter(machine, 'rotor.mass', '12 kg')"
             )
         super().__setattr__(name, value)
+
+
+class Question(Part):
+    """A table of a file that asks something, such as a study: read and checked as the parts of a machine are."""
+
+    refused_as = QuestionError
 
 
 _TAGGED = {"rotor", "drive", "profile"}  # fields whose kind pydantic puts into the path
@@ -62,6 +73,9 @@ def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
             found.append((path, str(cause)))
         elif entry["type"] == "too_short":
             short.append((path, "given an empty list; give at least one entry"))
+        elif entry["type"] == "union_tag_invalid" and "_form" in entry["ctx"]["discriminator"]:
+            forms = entry["ctx"]["expected_tags"].replace("'<", "a ").replace(">'", "").replace(", ", " or ")
+            found.append((path, f"given {shortened(entry['input'])}; must be {forms}"))
         elif entry["type"] == "union_tag_invalid":
             about = entry["ctx"]
             key = about["discriminator"].strip("'")
@@ -78,6 +92,8 @@ def _keys(loc: KeyPath) -> KeyPath:
 
 def _is_tag(loc: KeyPath, number: int) -> bool:
     in_list = number > 1 and isinstance(loc[number - 1], int) and loc[number - 2] in _TAGGED_LISTS
+    if loc[number] in FORMS:
+        return True
     return in_list or (number > 0 and (loc[number - 1] in _TAGGED or loc[number - 1 : number + 1] in _TAGGED_PAIRS))
 
 
@@ -108,12 +124,27 @@ def _tags(annotation: Any, name: str) -> list[str]:
     return [tag for inner in get_args(annotation) for tag in _tags(inner, name)]
 
 
-def key(meaning: str, default: Any = ..., *, symbol: str = "") -> Any:
+FORMS = ("<text>", "<list>", "<table>")
+
+
+def _form(value: Any) -> str:
+    """Whether a text, a list or a table stands there."""
+    return FORMS[1 if isinstance(value, (list, tuple)) else 2 if isinstance(value, (Mapping, Part)) else 0]
+
+
+TEXT, LIST, TABLE = map(Tag, FORMS)
+ByForm = Discriminator(_form)  # tells apart what may be one of a text, a list and a table, each with its tag
+
+
+def key(meaning: str, default: Any = ..., *, symbol: str = "", value: str = "", default_text: str = "") -> Any:
     """A key of a part: what it means, its default, and its symbol in formulas (LaTeX) if it has one.
 
-    Help, JSON schema, tables of the documentation and labels of axes take all of these from here.
+    Help, JSON schema, tables of the documentation and labels of axes take all of these from here. ``value`` and
+    ``default_text`` say what may stand there, and what holds without it, where type and default do not.
     """
-    return Field(default, description=meaning, json_schema_extra={"symbol": symbol} if symbol else None)
+    said = {"symbol": symbol, "value": value, "default": default_text}
+    extra = {name: text for name, text in said.items() if text}
+    return Field(default, description=meaning, json_schema_extra=extra or None)  # type: ignore[arg-type]
 
 
 def quantity_of(part: type[Part], name: str) -> Quantity | None:
@@ -124,8 +155,13 @@ def quantity_of(part: type[Part], name: str) -> Quantity | None:
 
 def symbol_of(part: type[Part], name: str) -> str:
     """Symbol of a key in formulas (LaTeX); empty if it has none."""
-    extra = part.model_fields[name].json_schema_extra
-    return str(extra.get("symbol", "")) if isinstance(extra, dict) else ""
+    return said_of(part.model_fields[name], "symbol")
+
+
+def said_of(field: FieldInfo, what: str) -> str:
+    """What :func:`key` was given beside meaning and default; empty if it was not."""
+    extra = field.json_schema_extra
+    return str(extra.get(what, "")) if isinstance(extra, dict) else ""
 
 
 def _quantity_in(hints: tuple[Any, ...]) -> Quantity | None:
@@ -187,7 +223,14 @@ Listed = _Listed()
 # A quantity that a key of a machine holds: its unit, its bounds, and how it is read.
 
 
-Shape = Literal["one", "one or a pair", "three"]
+Shape = Literal["one", "one or a pair", "three", "range", "values", "values or range"]
+
+
+class Range(NamedTuple):
+    """A quantity from one end to the other, SI; both are one where a single value was given."""
+
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, repr=False)
@@ -195,7 +238,8 @@ class Quantity:
     """Reads a number in the SI ``unit``, or a text with a unit, and refuses what is out of bounds.
 
     ``most`` is the greatest value allowed. ``shape`` says how many numbers there are: one, one or a pair along x and y,
-    or three along x, y and z. Stands in ``Annotated[float, Quantity("kg", positive=True)]``.
+    three along x, y and z, a range (a value, or a table with ``from`` and ``to``), or values, which may also be a text such as
+    ``"500:3000 rpm:200"``. Stands in ``Annotated[float, Quantity("kg", positive=True)]``.
     """
 
     unit: str
@@ -205,7 +249,20 @@ class Quantity:
     shape: Shape = "one"
 
     def __call__(self, value: Any) -> Any:
-        """One number, or a tuple of numbers, in SI."""
+        """One number, a tuple of numbers, or a range, in SI."""
+        if isinstance(value, Mapping) and "range" in self.shape:
+            return self._range(value)
+        if self.shape == "range" and is_range(value):
+            value = ends("range", value, self.unit)
+        if self.shape == "range" and isinstance(value, (list, tuple)) and len(value) == 2:
+            return self._range(dict(zip(("from", "to"), value, strict=True)))
+        if self.shape == "range":
+            return Range(*([self.one(value)] * 2))
+        if "values" in self.shape:
+            listed = range_values("range", value, self.unit).tolist() if is_range(value) else as_tuple(value)
+            if not listed:
+                raise ValueError("given an empty list; give at least one value")
+            return tuple(self._at(number, entry) for number, entry in enumerate(listed))
         if self.shape == "three":
             if not isinstance(value, (list, tuple)) or len(value) != 3:
                 given = f"{len(value)} values" if isinstance(value, (list, tuple)) else repr(value)
@@ -215,6 +272,27 @@ class Quantity:
         elif len(value) != 2:
             raise ValueError(f"given {len(value)} values; give one, or two (along x and y)")
         return tuple(self.one(entry) for entry in value)
+
+    def _range(self, value: Mapping[str, Any]) -> Range:
+        if set(value) != {"from", "to"}:
+            wanted = "values, or" if "values" in self.shape else "one value, or"
+            raise ValueError(f"given {shortened(dict(value))}; must be {wanted} a table with 'from' and 'to'")
+        found = Range(self._at("from", value["from"]), self._at("to", value["to"]))
+        if found.low > found.high or ("values" in self.shape and found.low == found.high):
+            raise MachineError.of(
+                "",
+                [
+                    (("from",), f"given {shortened(value['from'])}; must be below 'to'"),
+                    (("to",), f"given {shortened(value['to'])}; must be above 'from'"),
+                ],
+            )
+        return found
+
+    def _at(self, step: str | int, value: Any) -> Any:
+        try:
+            return self.one(value)
+        except (ValueError, UnitError) as reason:
+            raise MachineError(str(reason), (step,)) from None
 
     def one(self, value: Any) -> Any:
         """A single number in SI."""
@@ -248,6 +326,9 @@ class Quantity:
             "one": single,
             "one or a pair": f"{single}; one, or a pair along x and y",
             "three": f"three of {single}",
+            "range": f"{single}; one, or from and to",
+            "values": single,
+            "values or range": f"{single}, or from and to",
         }[self.shape]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -262,9 +343,14 @@ class Quantity:
         if math.isfinite(self.most):
             number["maximum"] = self.most
         single: dict[str, Any] = {"anyOf": [number, {"type": "string"}], "unit": self.unit}
-        count = {"one": 0, "one or a pair": 2, "three": 3}[self.shape]
-        several = {"type": "array", "items": single, "minItems": count, "maxItems": count}
-        return {"one": single, "one or a pair": {"anyOf": [single, several]}, "three": several}[self.shape]
+        if self.shape == "one":
+            return single
+        count = {"one or a pair": (2, 2), "three": (3, 3)}.get(self.shape)
+        limits = {"minItems": count[0], "maxItems": count[1]} if count else {"minItems": 1}
+        several = {"type": "array", "items": single, **limits}
+        table = {"type": "object", "properties": {"from": single, "to": single}, "required": ["from", "to"]}
+        ways = {"range": [single, table], "values or range": [single, several, table]}
+        return several if self.shape == "three" else {"anyOf": ways.get(self.shape, [single, several])}
 
 
 Mass = Annotated[float, Quantity("kg", positive=True)]

@@ -1,22 +1,27 @@
-"""What a machine file may contain, for editors and other programs."""
+"""What a file may contain, for editors and other programs."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any, Literal
 
 from autobalancer.errors import QuestionError
-from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import Key, keys_of, tables_of
-from autobalancer.machine.machine import Machine
+from autobalancer.machine.part import Part
 from autobalancer.tables import facts_text, html_table, in_plain_letters
 
-Kind = Literal["races", "chambers"]
+Kind = Literal["races", "chambers", "design"]
+ROOTS: dict[Kind, tuple[str, str]] = {  # module and class that check a file of each kind
+    "races": ("machine.machine", "Machine"),
+    "chambers": ("machine.chamber", "ChamberMachine"),
+    "design": ("studies.design.spec", "Specification"),
+}
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
-def machine_schema(kind: Kind = "races") -> dict[str, Any]:
-    """The JSON schema of a machine file: keys, meanings, units, bounds, defaults.
+def file_schema(kind: Kind = "races") -> dict[str, Any]:
+    """The JSON schema of a file: keys, meanings, units, bounds, defaults.
 
     An editor that knows JSON schemas completes the keys of a TOML file with it and shows what they mean. Each quantity has
     its SI ``unit``; a text with a unit may stand in place of a number.
@@ -24,7 +29,7 @@ def machine_schema(kind: Kind = "races") -> dict[str, Any]:
     Parameters
     ----------
     kind
-        ``"races"`` for machines with ball races, ``"chambers"`` for those with deep chambers.
+        ``"races"`` for machines with ball races, ``"chambers"`` for those with deep chambers, ``"design"`` for specifications.
 
     Returns
     -------
@@ -57,14 +62,14 @@ class KeyTables(dict[str, list[Key]]):
 
 
 def keys(path: str = "", kind: Kind = "races") -> KeyTables:
-    """The keys of a machine file, table by table.
+    """The keys of a file, table by table.
 
     Parameters
     ----------
     path
         Of one table, such as ``"rotor"`` or ``"balancers.races"``; all tables without one.
     kind
-        As for :func:`machine_schema`.
+        As for :func:`file_schema`.
 
     Returns
     -------
@@ -80,7 +85,7 @@ def keys(path: str = "", kind: Kind = "races") -> KeyTables:
     wanted = [table for table in tables if path in ("", table.path)]
     if not wanted:
         known = ", ".join(table.path for table in tables if table.path)
-        raise QuestionError(f"table {path!r}: no such table in a machine file; there are {known}")
+        raise QuestionError(f"table {path!r}: no such table in a file of this kind; there are {known}")
     return KeyTables({table.header: [key for part in table.parts for key in keys_of(part)] for table in wanted})
 
 
@@ -88,5 +93,9 @@ def _facts(keys: list[Key]) -> list[tuple[str, str]]:
     return [(key.name, f"{key.value_and_default}\n{in_plain_letters(key.meaning)}") for key in keys]
 
 
-def _root(kind: Kind) -> type[Machine] | type[ChamberMachine]:
-    return ChamberMachine if kind == "chambers" else Machine
+def _root(kind: Kind) -> type[Part]:
+    if kind not in ROOTS:
+        raise QuestionError(f"kind: given {kind!r}; must be one of {', '.join(map(repr, ROOTS))}")
+    module, name = ROOTS[kind]
+    found: type[Part] = getattr(import_module(f"autobalancer.{module}"), name)
+    return found

@@ -73,7 +73,9 @@ class Field:
     units: tuple[str, ...] = ()  # in which it may be given
     choices: tuple[str, ...] = ()
     parts: tuple[type[Part], ...] = ()  # of a table
-    default: str = ""  # of a text
+    default: str = ""  # of a text or a choice
+    many: bool = False  # whether a list may stand there
+    ends: bool = False  # whether 'from' and 'to' may stand there
 
     @property
     def help(self) -> str:
@@ -150,18 +152,21 @@ def written(number: str, chosen_unit: str, unit: str) -> Any:
 
 def _field(part: type[Part], name: str, allowed: str, meaning: str) -> Field:
     info = part.model_fields[name]
+    quantity = quantity_of(part, name)
     base: dict[str, Any] = {
         "name": name,
         "required": info.is_required(),
         "allowed": allowed,
         "meaning": in_plain_letters(meaning),
+        "default": str(info.get_default() or "") if not info.is_required() else "",
+        "many": "values" in quantity.shape if quantity is not None else _listed(info.annotation),
+        "ends": quantity is not None and "range" in quantity.shape,
     }
     parts = parts_at(part, name)
     if parts:
         return Field(kind="tables" if "list" in allowed.split(";")[0] else "table", parts=parts, **base)
     ways = _ways(info.annotation)
-    quantity = quantity_of(part, name)
-    if quantity is not None and quantity.shape != "three" and not _listed(info.annotation):
+    if quantity is not None and quantity.shape.startswith("one") and not _listed(info.annotation):
         units = (quantity.unit, *UNITS.get(quantity.unit, ()))
         return Field(kind="quantity", unit=quantity.unit, units=units, **base)
     if len(ways) == 1 and get_origin(ways[0]) is Literal:
@@ -169,7 +174,7 @@ def _field(part: type[Part], name: str, allowed: str, meaning: str) -> Field:
     if ways == [bool]:
         return Field(kind="switch", **base)
     if ways == [str]:
-        return Field(kind="text", default=str(info.get_default() or "") if not info.is_required() else "", **base)
+        return Field(kind="text", **base)
     return Field(kind="other", **base)
 
 

@@ -112,6 +112,11 @@ def by_path(error: AutobalancerError) -> dict[KeyPath, str]:
     return found
 
 
+def by_key(error: AutobalancerError) -> dict[str, str]:
+    """The same by the names of the keys, such as ``limits.share``."""
+    return {".".join(map(str, path)): message for path, message in by_path(error).items()}
+
+
 # What is wrong with the text of a study, key by key, in the words of the reader of study files; the machine it is of.
 
 
@@ -138,7 +143,7 @@ class StudyReading:
     of: MachineAsked
     study: Study | None = None
     message: str = ""
-    key: str = ""
+    problems: dict[str, str] = field(default_factory=dict)  # by their keys
 
 
 def read_study_text(text: str, page: str) -> StudyReading:
@@ -148,7 +153,7 @@ def read_study_text(text: str, page: str) -> StudyReading:
         return StudyReading(MachineAsked(), None, wrong)
     of = machine_asked(data, page)
     if of.machine is None:
-        return StudyReading(of, None, of.message, "machine")
+        return StudyReading(of, None, of.message, {"machine": of.message})
     try:
         refuse_files(data)
         study = read_study({**data, "machine": of.machine})
@@ -158,7 +163,8 @@ def read_study_text(text: str, page: str) -> StudyReading:
             raise QuestionError(f"study: members: {study.count} in all are asked for; on the page at most {MOST} run")
     except AutobalancerError as error:
         message = str(error).removeprefix("study: ")
-        return StudyReading(of, None, message, key_at_fault(message))
+        key = key_at_fault(message)
+        return StudyReading(of, None, message, {key: message.removeprefix(f"{key}: ")} if key else {})
     return StudyReading(of, study)
 
 
@@ -255,7 +261,7 @@ class DesignReading:
     of: MachineAsked
     spec: Spec | None = None
     message: str = ""
-    key: str = ""
+    problems: dict[str, str] = field(default_factory=dict)  # by their keys
     measured: Path | None = None  # the receptance that it names
 
 
@@ -271,7 +277,7 @@ def read_design_text(text: str, page: str, find: Find = lambda _name: None) -> D
     alone = "machine" not in data and isinstance(rotor, dict)
     of = MachineAsked(file="") if alone else machine_asked(data, page, rigs=True)
     if of.machine is None and not alone:
-        return DesignReading(of, None, of.message, "machine")
+        return DesignReading(of, None, of.message, {"machine": of.message})
     measured = None
     try:
         refuse_files(data)
@@ -281,12 +287,10 @@ def read_design_text(text: str, page: str, find: Find = lambda _name: None) -> D
             asked["rotor"] = {**rotor, "receptance": measured}
         spec = read_spec(asked)
         if spec.search.members > ASKED_DESIGN_MOST:
-            raise QuestionError(
-                f"search.members: given {spec.search.members}; on the page at most {ASKED_DESIGN_MOST} run"
-            )
+            most = f"given {spec.search.members}; on the page at most {ASKED_DESIGN_MOST} run"
+            raise QuestionError(most, ("search", "members"))
     except AutobalancerError as error:
-        message = str(error).removeprefix("specification: ")
-        return DesignReading(of, None, message, key_at_fault(message), measured)
+        return DesignReading(of, None, str(error).removeprefix("specification: "), by_key(error), measured)
     return DesignReading(of, spec, measured=measured)
 
 
@@ -305,6 +309,5 @@ def _measured(name: str, find: Find) -> Path:
     if stem in sample_names("measurements") and example_path(stem).name == name:
         return example_path(stem)
     known = ", ".join(sorted(f"{one}.csv" for one in sample_names("measurements") if "hammer" in one))
-    raise QuestionError(
-        f"rotor.receptance: given {name[:60]!r}; name a file of the page Measured, or a sample of the package: {known}"
-    )
+    said = f"given {name[:60]!r}; name a file of the page Measured, or a sample of the package: {known}"
+    raise QuestionError(said, ("rotor", "receptance"))

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, NamedTuple
 
 from pydantic import model_validator
 
-from autobalancer.machine.part import Position, Problem, Quantity, key
+from autobalancer.errors import Problem
+from autobalancer.machine.part import Position, Quantity, key
 from autobalancer.machine.plugins import Leaf
 from autobalancer.machine.rotors.body import GROUND
 from autobalancer.machine.rotors.support import Hardening, Rubber, SpeedTable

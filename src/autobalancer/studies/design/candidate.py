@@ -104,9 +104,7 @@ def density_of_balls(spec: Spec) -> float:
     """kg/m^3: as the candidates say, else as in the machine, else that of steel."""
     given = spec.options.balls
     if "density" in given:
-        from autobalancer.units import argument
-
-        return argument("candidates.density", given["density"], "kg/m^3")
+        return float(given["density"])
     if "material" in given:
         return material(str(given["material"])).density
     balls = resolve(spec.machine) if spec.machine.balancers else ()
@@ -277,8 +275,9 @@ def driven(spec: Spec, machine: Machine, speed: float, *, coasting: bool) -> Mac
     way = spec.operation
     if not way.run_up:
         return machine
-    corners = [(0.0, 0.0), (way.run_up, speed), (way.run_up + way.hold, speed)]
-    corners += [(way.run_up + way.hold + way.coast_down, 0.0)] if coasting else []
+    held = way.run_up + (way.hold or 0.0)
+    corners = [(0.0, 0.0), (way.run_up, speed), (held, speed)]
+    corners += [(held + (way.coast_down or 0.0), 0.0)] if coasting else []
     time, speeds = zip(*corners, strict=True)
     drive = PrescribedSpeed(profile=Table(time=time, speed=speeds))
     changed: Machine = changed_part(machine, drive=drive, run=RunPlan(duration=time[-1]))

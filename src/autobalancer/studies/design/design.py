@@ -282,9 +282,7 @@ def refuse_none(spec: Spec, found: Sequence[Design]) -> None:
 SHARES = {
     "stall": "share of the runs that end with a stalled ball or rotor",
     "balanced": "share of the runs that end balanced",
-    **{
-        f"{name}_over": f"share of the runs with more than the limit: {text}" for name, (_, _, text) in MEASURED.items()
-    },
+    **{f"{name}_over": f"share of the runs with more than the limit: {text}" for name, (_, text) in MEASURED.items()},
 }
 ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
 
@@ -387,7 +385,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     add(
         "border", [one.border for one in designs], "exact border, the worst of all temperatures and unbalances", "rad/s"
     )
-    for name, (_, unit, text) in MEASURED.items():
+    for name, (unit, text) in MEASURED.items():
         at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
         add(name, [one.numbers.get(name, np.nan) for one in designs], at_share, unit)
         add(f"{name}_median", [one.numbers.get(f"{name}_median", np.nan) for one in designs], f"{text}; median", unit)

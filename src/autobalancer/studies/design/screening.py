@@ -62,19 +62,20 @@ def screened(spec: Spec, one: Candidate) -> Design:
 
 def _space(spec: Spec, found: Design) -> None:
     space, ring, one = spec.space, found.candidate.ring, found.candidate
-    width = ring.width * one.races
+    width, outer = ring.width * one.races, math.inf if space.outer is None else space.outer
+    widest = math.inf if space.width is None else space.width
     if ring.bore < space.bore * (1.0 - ROUNDING):
         found.rule_out(
             "space", f"its bore of {_mm(ring.bore)} is below {_mm(space.bore)}", (space.bore - ring.bore) / space.bore
         )
-    elif ring.outer > space.outer * (1.0 + ROUNDING):
+    elif ring.outer > outer * (1.0 + ROUNDING):
         found.rule_out(
             "space",
-            f"its outer diameter of {_mm(ring.outer)} is above {_mm(space.outer)}",
-            ring.outer / space.outer - 1.0,
+            f"its outer diameter of {_mm(ring.outer)} is above {_mm(outer)}",
+            ring.outer / outer - 1.0,
         )
-    elif width > space.width * (1.0 + ROUNDING):
-        found.rule_out("space", f"its width of {_mm(width)} is above {_mm(space.width)}", width / space.width - 1.0)
+    elif width > widest * (1.0 + ROUNDING):
+        found.rule_out("space", f"its width of {_mm(width)} is above {_mm(widest)}", width / widest - 1.0)
     elif ring.orbit_radius <= 0.5 * ring.ball_diameter:
         found.rule_out("space", "its balls are larger than its race")
     elif one.count > (room := largest_count(ring.orbit_radius, ring.ball_diameter)):

@@ -24,6 +24,7 @@ from autobalancer.app.text.fields import (
     Row,
     as_entry,
     as_list,
+    fields_of,
     offered,
     rows_of,
     shown,
@@ -36,8 +37,9 @@ from autobalancer.catalog.fluid_table import fluids
 from autobalancer.errors import AutobalancerError
 from autobalancer.files.samples import sample_names
 from autobalancer.machine import Machine
+from autobalancer.machine.part import Part
 from autobalancer.results.measure_table import SWEPT
-from autobalancer.studies.design.spec import OBJECTIVES
+from autobalancer.studies.design.spec import OBJECTIVES, Candidates, Limits, Operation, Search, Space, Specification
 from autobalancer.studies.study.chunk import BALANCED, OUTPUTS, RUN, STALLED, STANDING
 
 LARGEST = 1_000_000  # bytes of a file
@@ -225,7 +227,7 @@ class DefineStudy:
         self.reading = read_study_text(self.draft.text, self.bench.text)
         if again:
             self._build()
-        self.entries.mark(self.reading.key, self.reading.message)
+        self.entries.mark(self.reading.problems)
         study = self.reading.study
         self.said.set_text(about(study) if study is not None else "")
         self.wrong.set_text(self.reading.message)
@@ -398,33 +400,6 @@ class DefineStudy:
 # The specification of a design as a form of its most used entries and as its text.
 
 
-NUMBER = "an entry with its unit, such as"
-SPACE = (("bore", "free bore", "24 mm"), ("outer", "outer diameter", "160 mm"), ("width", "width", "16 mm"))
-OPERATION = (
-    ("speed", "operating speed", "by default the highest of the drive; several with commas, such as 1200, 3000 rpm"),
-    ("run_up", "run-up", "time to the speed; empty for the drive of the machine"),
-    ("hold", "hold", "time at the speed, where there is a run-up"),
-    ("coast_down", "coast-down", "time back to rest, where there is a run-up"),
-)
-LIMITS = (
-    ("peak_deflection", "peak deflection", "on the way up and down, such as 1.3 mm"),
-    ("residual_vibration", "residual vibration", "at the end, such as 20 um"),
-    ("residual_unbalance", "residual unbalance", "at the end, such as 12 g*mm"),
-    ("settling_time", "settling time", "of the last ball, such as 10 s"),
-    ("stall_probability", "stall probability", "such as 0.02"),
-    ("border_margin", "border margin", "least (speed - border) / border, such as 0.2"),
-    ("contact_pressure", "contact pressure", "between ball and race, such as 2000 MPa"),
-    ("share", "share of the runs", "which must keep each limit; 0.95 unless given"),
-)
-RACES = (
-    ("bearings", "bearings", "names with commas, or all: their outer rings are the races"),
-    ("orbit_radius", "orbit radius", "of free races, with commas, such as 70, 80 mm"),
-    ("ball_diameter", "ball diameter", "with commas, such as 12, 15 mm"),
-    ("count", "balls of a race", "with commas, such as 2, 3; or fewest"),
-    ("races", "races of a plane", "with commas, such as 1, 2"),
-)
-
-
 class DefineDesign:
     """Form and text; ``start`` is called with what was read."""
 
@@ -452,7 +427,7 @@ class DefineDesign:
         self.reading = read_design_text(self.draft.text, self.bench.text, self.find)
         if again:
             self._build()
-        self.entries.mark(self.reading.key, self.reading.message)
+        self.entries.mark(self.reading.problems)
         spec = self.reading.spec
         self.said.set_text("" if spec is None else f"{spec.search.members} runs of each candidate that is left")
         self.wrong.set_text(self.reading.message)
@@ -467,16 +442,11 @@ class DefineDesign:
                 ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
                 return
             self._machine()
-            self._part("Unbalance and temperature")
-            with ui.element("div").classes("fields"):
-                self._ends("unbalance", "unbalance", "500 g*mm")
-                self._ends("temperature", "temperature", "20 degC")
-            self._lines("Operation", "operation", OPERATION, many=("speed",))
-            self._lines("Space", "space", [(key, word, f"{NUMBER} {hint}") for key, word, hint in SPACE])
-            self._lines("Limits", "limits", LIMITS)
-            self._lines(
-                "Candidates", "candidates", RACES, many=("bearings", "orbit_radius", "ball_diameter", "count", "races")
-            )
+            self.entries.table("Unbalance and temperature", Specification, ())
+            self.entries.table("Operation", Operation, ("operation",))
+            self.entries.table("Space", Space, ("space",))
+            self.entries.table("Limits", Limits, ("limits",))
+            self.entries.table("Candidates", Candidates, ("candidates",), but=("fluids",))
             self._fluids(data)
             self._search()
 
@@ -495,38 +465,6 @@ class DefineDesign:
         with self.place:  # the button is gone
             self.entries.focus("unbalance.from")
 
-    def _part(self, title: str) -> None:
-        ui.label(title).classes("box-title q-mt-xs")
-
-    def _lines(self, title: str, table: str, lines: Any, many: tuple[str, ...] = ()) -> None:
-        self._part(title)
-        with ui.element("div").classes("fields"):
-            for key, word, help_ in lines:
-                path: DocumentPath = (table, key)
-                held = value_at(data_of(self.draft.text), path)
-                if isinstance(held, dict):
-                    box = ui.input(word, value="see the text").props(f"{LOOK} readonly")
-                    self.entries.known(box, path, help_)
-                else:
-                    self.entries.line(word, path, help_, made=_several if key in many else as_entry)
-
-    def _ends(self, name: str, word: str, hint: str) -> None:
-        """From and to; a single value stands in both."""
-        held = value_at(data_of(self.draft.text), (name,))
-        ends = held if isinstance(held, dict) else {"from": held, "to": held}
-
-        def changed(end: str, given: str) -> None:
-            now = value_at(data_of(self.draft.text), (name,))
-            known = dict(now) if isinstance(now, dict) else {} if now is None else {"from": now, "to": now}
-            known |= {end: as_entry(given)}
-            kept = {key: value for key, value in known.items() if value != ""}
-            self.entries.put((name,), kept or None)
-
-        for end in ("from", "to"):
-            box = ui.input(f"{word} {end}", value=shown(ends.get(end))).props(LOOK)
-            box.on_value_change(lambda event, end=end: changed(end, event.value or ""))
-            self.entries.known(box, (name, end), f"{NUMBER} {hint}")
-
     def _fluids(self, data: dict[str, Any]) -> None:
         held = value_at(data, ("candidates", "fluids"))
         path: DocumentPath = ("candidates", "fluids")
@@ -539,13 +477,7 @@ class DefineDesign:
         self.entries.shown["candidates.fluids"].classes("w-full")
 
     def _search(self) -> None:
-        self._part("Search")
-        with ui.element("div").classes("fields"):
-            self.entries.line("runs of each candidate", ("search", "members"), "with scatter; 200 unless given", "200")
-            self.entries.line(
-                "candidates that may run", ("search", "budget"), "60 unless given; of more a search", "60"
-            )
-            self.entries.line("seed", ("search", "seed"), "equal seeds, equal numbers", "0")
+        self.entries.table("Search", Search, ("search",), but=("objectives",))
         names = list(OBJECTIVES)
         said = "two numbers that should be small; they make the Pareto front"
         default = ["peak_deflection", "settling_time"]
@@ -604,6 +536,41 @@ class Entries:
         box.on_value_change(lambda event: self.put(path, made(event.value or "")))
         return self.known(box, path, help_)
 
+    def table(self, title: str, part: type[Part], path: DocumentPath, but: Sequence[str] = ()) -> None:
+        """An entry for each key of a table that has no tables of its own, as the class that checks it says."""
+        ui.label(title).classes("box-title q-mt-xs")
+        with ui.element("div").classes("fields"):
+            for field in fields_of(part):
+                at, label = (*path, field.name), field.name.replace("_", " ")
+                held = value_at(data_of(self.draft.text), at)
+                if field.name in but or field.kind in ("table", "tables") or not (path or field.ends):
+                    continue
+                if field.ends and not field.many:
+                    self.ends(label, at, field.help)
+                elif field.kind == "choice":
+                    self.choice(label, at, {word: word for word in field.choices}, field.default, field.help)
+                elif isinstance(held, dict) or (
+                    isinstance(held, list) and any(isinstance(one, (dict, list)) for one in held)
+                ):
+                    self.known(ui.input(label, value="see the text").props(f"{LOOK} readonly"), at, field.help)
+                else:
+                    self.line(label, at, field.help, made=_several if field.many else as_entry)
+
+    def ends(self, label: str, path: DocumentPath, help_: str) -> None:
+        """From and to; a single value stands in both."""
+
+        def changed(end: str, given: str) -> None:
+            now = value_at(data_of(self.draft.text), path)
+            known = dict(now) if isinstance(now, dict) else {} if now is None else {"from": now, "to": now}
+            kept = {key: value for key, value in (known | {end: as_entry(given)}).items() if value != ""}
+            self.put(path, kept or None)
+
+        held = value_at(data_of(self.draft.text), path)
+        for end in ("from", "to"):
+            box = ui.input(f"{label} {end}", value=shown(held.get(end) if isinstance(held, dict) else held)).props(LOOK)
+            box.on_value_change(lambda event, end=end: changed(end, event.value or ""))
+            self.known(box, (*path, end), help_)
+
     def choice(self, label: str, path: DocumentPath, choices: Mapping[str, str], default: str, help_: str) -> Any:
         """One of several words; the default is not written."""
         value = value_at(data_of(self.draft.text), path)
@@ -633,12 +600,13 @@ class Entries:
         """Give the focus, which a form that is made anew loses, to the entry with this mark."""
         ui.run_javascript(FOCUS.format(place=json.dumps(place)))
 
-    def mark(self, key: str, message: str) -> None:
-        """Put a message beside the entry of a key, or of the table in which it is."""
+    def mark(self, problems: Mapping[str, str]) -> None:
+        """Put what is wrong beside the entry of each key, or of the table in which it is."""
         for box in self.shown.values():
             box.error = None
-        near = key
-        while near and near not in self.shown:
-            near = near.rpartition(".")[0]
-        if near:
-            self.shown[near].error = message.removeprefix(f"{key}: ")
+        for key, message in problems.items():
+            near = key
+            while near and near not in self.shown:
+                near = near.rpartition(".")[0]
+            if near:
+                self.shown[near].error = message
