@@ -12,7 +12,6 @@ from unittest.mock import patch
 import autobalancer as ab
 from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.members import Members
-from autobalancer.studies.study import chunk
 from benchmarks import compared, measured
 from benchmarks._run_up import MACHINE
 
@@ -65,8 +64,9 @@ def overhead() -> tuple[float, float]:
         before = engine.seconds
     with patch.object(Members, "sorted", probe.of(Members.sorted)):
         from autobalancer.studies.study.reading import read_study
+        from autobalancer.studies.study.study import refuse_impossible
 
-        chunk.refuse_impossible(read_study(asked(MEMBERS)))
+        refuse_impossible(read_study(asked(MEMBERS)))
     compute = before - probe.seconds
     return whole - compute, compute
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -186,6 +187,30 @@ def test_where_no_candidate_is_left_it_says_what_ruled_the_last_ones_out(tables:
     assert last.split(": ")[-1] in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"operation": {"speed": "500 rpm", "run_up": "60 s", "hold": "20 s"}}, r"critical speed of 57\d.* rpm"),
+        (
+            {"scatter": {"rotor.mass": {"distribution": "uniform", "low": "-2 kg", "high": "-1 kg"}}},
+            r"no possible machine in 100 attempts: .*rotor.mass = -1",
+        ),
+        ({"scatter": {"stifness": {"distribution": "normal"}}}, r"scatter.stifness: .*did you mean 'stiffness'"),
+    ],
+)
+def test_what_can_never_be_is_refused_before_a_border_is_asked_and_leaves_no_folder(
+    tables: dict[str, Any], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autobalancer.studies.design.design.judge_borders", None)
+    sizes = {"orbit_radius": {"from": "70 mm", "to": "80 mm"}, "ball_diameter": {"from": "10 mm", "to": "14 mm"}}
+    searched = {"count": [2], "fluids": OILS, **sizes}
+    for candidate in (SPEC["candidates"], *([searched] if find_spec("pymoo") else [])):
+        asked = changed(**tables, limits={"share": 0.85}, candidates=candidate)
+        with pytest.raises(QuestionError, match=f"^specification: .*{said}"):
+            ab.design(asked, folder=tmp_path / "parts")
+        assert not (tmp_path / "parts").exists()
+
+
 def test_a_range_of_temperature_that_the_runs_could_not_follow_is_refused() -> None:
     fluid = {"density": 950.0, "viscosity": 2e-5}
     oil = ab.with_parameter(ab.example("discoidal"), "balancers[1].races[1].fluid", fluid)
@@ -226,7 +251,9 @@ def test_a_fault_in_the_scatter_is_refused_before_anything_runs() -> None:
     text = ab.catalog.example_path("discoidal").read_text(encoding="utf-8")
     known = 'fluid = { name = "silicone oil 20", temperature = "25 degC" }'
     own = ab.parse_machine(text.replace(known, 'fluid = { density = "950 kg/m^3", viscosity = "20 mm^2/s" }'))
-    with pytest.raises(QuestionError, match=r"^temperature: given from 22 to 28 .* not for the fluid of the machine"):
+    with pytest.raises(
+        QuestionError, match=r"^specification: temperature: given from 22 .* not for the fluid of the machine"
+    ):
         ab.design(changed(machine=own, candidates={"count": [2]}))
 
 

@@ -320,3 +320,39 @@ def test_a_quantity_that_the_study_will_not_have_is_refused_before_it_runs(optio
     assert answer.exit_code == 2
     assert not (tmp_path / "parts").exists()
     assert f"{option}: given 'peak_deflexion'; did you mean 'peak_deflection'?" in " ".join(answer.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("more", "words", "said"),
+    [
+        (
+            "members = 30\n[vary]\nstiffness = ['40 kN/m']\n",
+            ["--sensitivity", "peak_deflection"],
+            "only starts are random here",
+        ),
+        (
+            "members = 9\n[vary.viscosity]\ndistribution = 'uniform'\nlow = '1 mm^2/s'\nhigh = '2 mm^2/s'\n",
+            ["--sensitivity", "peak_deflection"],
+            "members: given 9; at least 20",
+        ),
+        (
+            "[vary]\nstiffness = ['40 kN/m']\ndamping = ['10 N*s/m']\ncount = [1, 2]\n",
+            ["--plot", "x.png"],
+            "has 3 parameters, and two can be drawn",
+        ),
+        ("members = 9\n[vary]\ncount = [2]\n", ["--scheduler", "tcp://127.0.0.1:1"], "scheduler: "),
+        (f"members = 1\n[vary]\ncount = {[2] * 101 + [300]}\n", [], "0.98 % of the first 102 members cannot be built"),
+    ],
+)
+def test_what_a_study_could_say_at_its_end_only_is_refused_before_and_leaves_no_folder(
+    more: str, words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autobalancer.studies.study.study.run_chunk", None)
+    monkeypatch.setattr("autobalancer.studies.study.study.WAIT", 0.1)
+    file = tmp_path / "own.toml"
+    file.write_text(f'machine = "{MACHINE}"\nduration = "0.5 s"\n{more}')
+    out = ["--out", str(tmp_path / "own.nc"), "--folder", str(tmp_path / "parts")]
+    answer = CliRunner().invoke(app, ["study", str(file), *out, *words])
+    assert answer.exit_code == 2
+    assert said in " ".join(answer.stderr.split())
+    assert {path.name for path in tmp_path.iterdir()} == {"own.toml"}

@@ -69,7 +69,7 @@ def study(
 
     one_form(as_json, as_csv)
     file_to_read(file)
-    _refuse_unknown(file, {"sensitivity": sensitivity, "quantity": quantity if plot is not None else ""})
+    _refuse_before(file, sensitivity, quantity if plot is not None else "")
     files = Files(out if out is not None else Path(f"{file.stem}.nc"), plot)
     with progress_bar("members") as update:
         found = ab.study(
@@ -105,19 +105,30 @@ def study(
         raise typer.Exit(stop_code())
 
 
-def _refuse_unknown(file: Path, asked: dict[str, str]) -> None:
-    """Refuse quantities that the study will not have, before it runs."""
+def _refuse_before(file: Path, sensitivity: str, drawn: str) -> None:
+    """Refuse quantities that the study will not have, and answers that it cannot give, before it runs."""
     from autobalancer.errors import QuestionError
     from autobalancer.studies.study.chunk import quantity_kind
     from autobalancer.studies.study.reading import read_study
+    from autobalancer.studies.study.sensitivity import refuse_without_sensitivity
 
-    results = read_study(file).results
-    for option, name in asked.items():
+    asked = read_study(file)
+    for option, name in (("sensitivity", sensitivity), ("quantity", drawn)):
         if name and name not in ALSO:
             try:
-                quantity_kind(name, results)
+                quantity_kind(name, asked.results)
             except QuestionError as reason:
                 raise QuestionError(f"--{option}: {reason}") from None
+    if sensitivity:
+        try:
+            refuse_without_sensitivity(asked)
+        except QuestionError as reason:
+            raise QuestionError(f"{file}: {reason}") from None
+    elif drawn and len(asked.grid) > 2:
+        raise QuestionError(
+            f"--plot: the grid of {file} has {len(asked.grid)} parameters, and two can be drawn; run it without --plot, and draw "
+            "parts of it in Python with .where"
+        )
 
 
 # ``autobalancer design``: the balancer for a rotor, from a specification file.

@@ -49,7 +49,7 @@ N = TypeVar("N")
 
 # The note: a dataclass, as JSON.
 
-NOTE = "note.json"
+NOTE, LOCK = "note.json", "lock"
 
 
 def has_note(folder: Path) -> bool:
@@ -140,7 +140,7 @@ def locked(folder: Path, kind: str) -> Iterator[None]:
     ResultError
         If another process writes there, or may do so; the message names it. Also if the folder cannot be written.
     """
-    path = folder / "lock"
+    path = folder / LOCK
     try:
         file = path.open("a+", encoding="utf-8")
     except OSError as reason:
@@ -230,7 +230,8 @@ class Store:
         if other:
             raise QuestionError(f"{self.folder}: has other files in it and no {kind}; give a new or empty folder")
         now = Asked(kind, FORM, json.loads(json.dumps(question)))
-        if not has_note(self.folder):
+        self._begun, self._new = not has_note(self.folder), not self.folder.exists()
+        if self._begun:
             write_note(self.folder, now)
         there = read_note(self.folder, Asked, "give another folder")
         if (there.kind, there.form) != (kind, FORM):
@@ -269,8 +270,17 @@ class Store:
     def __enter__(self) -> Store:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, why: type[BaseException] | None, *_: object) -> None:
         self.close()
+        if why is not None and issubclass(why, QuestionError) and self._begun:
+            with suppress(
+                OSError
+            ):  # what was asked was refused: the folder is given back as it was, if nothing was kept
+                if {path.name for path in self.folder.iterdir()} <= {NOTE, LOCK}:
+                    for path in (self.folder / NOTE, self.folder / LOCK):
+                        path.unlink(missing_ok=True)
+                    if self._new:
+                        self.folder.rmdir()
 
 
 def part_files(folder: Path) -> dict[Span, Path]:

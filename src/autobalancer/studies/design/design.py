@@ -43,13 +43,13 @@ from autobalancer.studies.design.candidate import (
 from autobalancer.studies.design.reading import labelled, read_spec
 from autobalancer.studies.design.running import (
     judge_runs,
+    judge_scatter,
     left_out,
     meets,
     missed,
     misses,
     objective,
     ordered,
-    refuse_faulty_scatter,
     runs_of,
     used,
 )
@@ -58,6 +58,7 @@ from autobalancer.studies.design.spec import MARGIN, MEASURED, Spec, blended
 from autobalancer.tables import rpm_and_si
 
 RUNS, ANSWER = "runs", "answer.nc"  # folder of the runs in that of a design, and what they said
+HOPELESS = 8  # designs that pass the closed forms, of which the scatter makes no machine: then none is looked for
 
 
 @shows_progress
@@ -110,7 +111,13 @@ def design(
         found = _kept(kept, spec) if kept is not None else None
         if found is None:
             way = _Way(spec, Path(folder) / RUNS if folder is not None else None, workers, progress, seen)
-            found = _designed(way)
+            try:
+                found = _designed(way)
+            except QuestionError as reason:
+                if folder is not None and str(folder) in str(reason):
+                    raise
+                source = given if isinstance(given, (str, Path)) else "specification"
+                raise QuestionError(f"{source}: {reason}") from None
             if kept is not None:
                 save_run(found, kept)
         return found.assign_attrs(named)
@@ -161,7 +168,10 @@ def _designed(way: _Way) -> Designed:
         alive = [one for one in alive if not one.reason]
         searched = len(alive) > spec.search.budget
     if not searched:
-        refuse_faulty_scatter(spec, alive[0])
+        for one in alive:
+            judge_scatter(spec, one)
+        refuse_none(spec, found)
+        alive = [one for one in alive if not one.reason]
         for one in alive:
             way.look(alive)
             judge_borders(spec, one)
@@ -194,7 +204,9 @@ def _searched(way: _Way, known: list[Design]) -> Designed:
         found = judged[one.key()]
         found = first[one.motion()] if found.stage == SAME else found
         if not found.reason and not found.numbers:
-            refuse_faulty_scatter(spec, found)
+            judge_scatter(spec, found)
+            _refuse_hopeless(spec, judged.values())
+        if not found.reason and not found.numbers:
             judge_borders(spec, found)
         return found
 
@@ -250,6 +262,13 @@ def run_all(way: _Way, alive: Sequence[Design], tell: Callable[[], None]) -> Non
                 raise
             one.rule_out(STAGES[-1], f"cannot be run: {reason}")
         tell()
+
+
+def _refuse_hopeless(spec: Spec, found: Iterable[Design]) -> None:
+    """Refuse a search whose first designs that pass the closed forms are all impossible; there is no end of others to try."""
+    known = [one for one in found if one.stage in ("", "border", STAGES[-1])]
+    if len(known) >= HOPELESS and all(one.stage == STAGES[-1] and not one.numbers for one in known):
+        refuse_none(spec, known)
 
 
 def refuse_none(spec: Spec, found: Sequence[Design]) -> None:

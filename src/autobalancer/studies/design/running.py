@@ -18,7 +18,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.small_tables import friction
-from autobalancer.errors import QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.number_text import length_text, moment_text
@@ -27,10 +27,12 @@ from autobalancer.results.verdict import NO_VERDICT, NOT_SETTLED, WORSE
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.stability.friction import held_by_friction
 from autobalancer.studies.chamber_design.candidate import fronts
+from autobalancer.studies.design.answer import STAGES
 from autobalancer.studies.design.candidate import Candidate, driven, machine_of
 from autobalancer.studies.design.screening import Design
 from autobalancer.studies.design.spec import MASS, MEASURED, OUTER, STALL, Spec
-from autobalancer.studies.study.reading import vary
+from autobalancer.studies.study.chunk import Made
+from autobalancer.studies.study.reading import read_study, vary
 from autobalancer.studies.study.study import study
 
 TYPICAL = "bearing ring in a running balancer"  # of the catalog: the friction that is assumed to say what any would do
@@ -71,13 +73,13 @@ def runs_of(
     return found
 
 
-def refuse_faulty_scatter(spec: Spec, found: Design) -> None:
-    """Refuse a scatter, or temperatures of the machine's own fluid, that no design can have, before anything runs.
+def judge_scatter(spec: Spec, found: Design) -> None:
+    """Rule out a design of which the scatter makes no possible machine, as its runs would, before anything runs.
 
     Raises
     ------
     QuestionError
-        With the key at fault.
+        With the key at fault, for a scatter or temperatures of the machine's own fluid that no design can have.
     """
     if spec.scatter and found.machine is not None:
         try:
@@ -86,6 +88,14 @@ def refuse_faulty_scatter(spec: Spec, found: Design) -> None:
             raise QuestionError(f"scatter{str(reason).removeprefix('vary')}") from None
     if found.machine is not None and not found.candidate.fluid:
         _temperatures(spec, found.machine, found.candidate)
+    if not spec.scatter or found.machine is None:
+        return
+    machine = driven(spec, found.machine, spec.fastest, coasting=False)
+    try:
+        Made(read_study(study_of(spec, machine, found.candidate, spec.search.seed)), 0, 1)
+    except AutobalancerError as reason:
+        text = str(reason).removeprefix("impossible: draw 1 made")
+        found.rule_out(STAGES[-1], f"the scatter makes{text}" if text != str(reason) else f"cannot be run: {reason}")
 
 
 def left_out(spec: Spec, machine: Machine) -> str:

@@ -19,7 +19,7 @@ from autobalancer.studies.design.candidate import (
     machine_of,
     planes_of,
 )
-from autobalancer.studies.design.spec import PRESSURE, Spec
+from autobalancer.studies.design.spec import MARGIN, PRESSURE, Spec
 from autobalancer.tables import rpm_and_si
 
 ROUNDING = 1e-9
@@ -53,7 +53,7 @@ class Design:
 def screened(spec: Spec, one: Candidate) -> Design:
     """A candidate after the closed forms; ``reason`` is empty if it stays."""
     found = Design(one)
-    for question in (_space, _fluid, _capability, _pressure, _machine):
+    for question in (_space, _fluid, _capability, _pressure, _machine, _critical):
         question(spec, found)
         if found.reason:
             break
@@ -86,9 +86,9 @@ def _fluid(spec: Spec, found: Design) -> None:
     one = found.candidate
     try:
         dense = max(densities(spec, one.fillings))
-        if one.fillings:
-            cold, warm = (one.fillings[0].at(temperature)[1] for temperature in spec.temperature)
-            found.viscosity = cold, warm
+        known = [tuple(filling.at(temperature)[1] for temperature in spec.temperature) for filling in one.fillings]
+        if known:
+            found.viscosity = known[0][0], known[0][1]
     except AutobalancerError as reason:
         found.rule_out("fluid", str(reason))
         return
@@ -148,6 +148,25 @@ def _machine(spec: Spec, found: Design) -> None:
                     _enough(spec, found, plane.capability, plane.required, f" at {plane.name!r}")
     except AutobalancerError as reason:
         found.rule_out("fluid" if "fluid" in str(reason) else "space", str(reason))
+
+
+def _critical(spec: Spec, found: Design) -> None:
+    """No border lies below the lowest critical speed: known at once, where borders take a while."""
+    from autobalancer.rotordynamics.campbell import critical_speeds
+
+    assert found.machine is not None
+    try:
+        speeds = critical_speeds(found.machine)["critical_speed"].values
+    except AutobalancerError:  # its borders say what they can
+        return
+    allowed = spec.slowest / (1.0 + spec.limits.get(MARGIN, 0.0))
+    if speeds.size and float(speeds[0]) > allowed:
+        found.rule_out(
+            "border",
+            f"balls balance above the critical speed of {rpm_and_si(float(speeds[0]))} only; needed is {rpm_and_si(allowed)} or "
+            "less",
+            float(speeds[0]) / allowed - 1.0,
+        )
 
 
 def _mm(length: float) -> str:

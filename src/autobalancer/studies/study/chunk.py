@@ -6,7 +6,6 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
@@ -39,7 +38,6 @@ from autobalancer.units import argument, shortened
 
 Arrays = dict[str, np.ndarray]
 ATTEMPTS = 100  # times that a draw is taken again before a distribution is refused
-PROBED = 100  # members that are made before a study begins
 SECONDS, WALL = "seconds", "wall"  # of a core, that the members took to run; of a clock, for the whole chunk
 ABOUT = (SECONDS, WALL)  # arrays that are not over members
 
@@ -169,26 +167,6 @@ def _standing(made: Made, progress: Any) -> Arrays:
         if why:
             made.reasons[number] = why
     return found
-
-
-def refuse_impossible(study: Study) -> None:
-    """Make some members before a study begins; those that are no machine are refused or counted, as the study says.
-
-    Raises
-    ------
-    QuestionError
-        With the share of impossible members and an example, if the study refuses them.
-    """
-    if study.impossible == "record":
-        return
-    made = Made(replace(study, impossible="record"), 0, min(PROBED, study.count))
-    share = len(made.reasons) / made.members.count
-    if made.reasons and (study.impossible == "refuse" or share == 1.0):
-        example = next(iter(made.reasons.values()))
-        raise QuestionError(
-            f"{100.0 * share:.3g} % of the first {made.members.count} members cannot be built; the first: {example}. Narrow "
-            "the distributions, give them 'low' and 'high', or take impossible = 'truncate' (draw again) or 'record'"
-        )
 
 
 # What a study asks of every member: the measures of its run, or border speeds and other numbers that need no run.

@@ -15,7 +15,7 @@ from autobalancer.random_numbers import generator
 from autobalancer.results.answers.studied import Sensitivity, Studied
 from autobalancer.results.provenance import provenance
 from autobalancer.results.shares import Z
-from autobalancer.studies.study.spec import START
+from autobalancer.studies.study.spec import START, Study
 
 Floats = NDArray[np.float64]
 RESAMPLED = 500  # bootstrap samples of an interval
@@ -56,9 +56,9 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
     if quantity not in known:
         raise QuestionError(f"quantity: given {quantity!r}; this study has {', '.join(known)}")
     inputs = list(map(str, np.atleast_1d(study.attrs.get("inputs", []))))  # a file keeps a list of one as a text
-    if not inputs:
-        raise QuestionError("sensitivity: nothing scatters in this study; give distributions under 'vary'")
     sobol = study.attrs.get("plan") == "sensitivity"
+    columns = {} if sobol else {name: study[_dimension(name)].values for name in inputs if name != START}
+    _refuse_inputs(inputs, sobol, [name for name, values in columns.items() if values.dtype.kind not in "fi"])
     points = np.unique(study["point"].values)
     found = [
         (_indices if sobol else _ranks)(
@@ -156,16 +156,8 @@ def _ranks(study: xr.Dataset, quantity: str, inputs: list[str]) -> dict[str, Any
     known = np.isfinite(values)
     count = int(known.sum())
     _enough(count, values[known], quantity)
-    names = [name for name in inputs if name != START]
-    if not names:
-        raise QuestionError("sensitivity: only starts are random here; the plan 'sensitivity' says what they add")
-    found = []
-    for name in names:
-        column = study[_dimension(name)].values[known]
-        if column.dtype.kind not in "fi":
-            raise QuestionError(f"sensitivity: {name!r} has texts, which have no ranks; take the plan 'sensitivity'")
-        found.append(float(spearmanr(column, values[known]).statistic))
-    middle = np.array(found)
+    columns = [study[_dimension(name)].values[known] for name in inputs if name != START]
+    middle = np.array([float(spearmanr(column, values[known]).statistic) for column in columns])
     half = Z * np.sqrt(SPEARMAN / (count - 3))
     z = np.arctanh(np.clip(middle, -1.0 + 1e-15, 1.0 - 1e-15))
     return {
@@ -174,6 +166,32 @@ def _ranks(study: xr.Dataset, quantity: str, inputs: list[str]) -> dict[str, Any
         "rank_correlation_high": np.tanh(z + half),
         "draws": count,
     }
+
+
+def refuse_without_sensitivity(study: Study) -> None:
+    """Refuse a study that :func:`sensitivity` could say nothing of, before it runs.
+
+    Raises
+    ------
+    QuestionError
+        If nothing scatters that can be ranked, or there are too few draws.
+    """
+    texts = [name for name, one in study.scatter.items() if any(isinstance(v, str) for v in getattr(one, "values", ()))]
+    _refuse_inputs(study.inputs, study.plan == "sensitivity", texts)
+    if study.members < FEWEST:
+        raise QuestionError(f"sensitivity: members: given {study.members}; at least {FEWEST} are needed")
+
+
+def _refuse_inputs(inputs: list[str], sobol: bool, texts: list[str]) -> None:
+    if not inputs:
+        raise QuestionError("sensitivity: nothing scatters in this study; give distributions under 'vary'")
+    if not sobol and set(inputs) == {START}:
+        raise QuestionError(
+            "sensitivity: only starts are random here; the plan 'sensitivity' says what they add, and distributions under 'vary' "
+            "are ranked by any plan"
+        )
+    if not sobol and texts:
+        raise QuestionError(f"sensitivity: {texts[0]!r} has texts, which have no ranks; take the plan 'sensitivity'")
 
 
 def _enough(count: int, values: Floats, quantity: str) -> None:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import nullcontext, suppress
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from socket import create_connection, gaierror
@@ -20,10 +21,12 @@ from autobalancer.results.answers.studied import Studied
 from autobalancer.results.folder_store import Span, Store
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
-from autobalancer.studies.study.chunk import RUN, WALL, Made, refuse_impossible, run_chunk, study_dataset
+from autobalancer.studies.study.chunk import RUN, WALL, Made, run_chunk, study_dataset
 from autobalancer.studies.study.chunk import Arrays as ChunkArrays
 from autobalancer.studies.study.reading import read_study
 from autobalancer.studies.study.spec import Study, looks
+
+PROBED, MOST_PROBED = 100, 1000  # members that are made before a study begins, and most of them for the sake of a grid
 
 
 @shows_progress
@@ -70,9 +73,13 @@ def study(
         If a chunk cannot be written; those before it are kept.
     """
     asked = read_study(given)
+    source = given if isinstance(given, (str, Path)) else "study"
     if RUN in asked.results and not asked.duration > 0.0:
-        raise QuestionError("duration: the machine has no 'run.duration'; give one in the study")
-    refuse_impossible(asked)
+        raise QuestionError(f"{source}: duration: the machine has no 'run.duration'; give one in the study")
+    try:
+        refuse_impossible(asked)
+    except QuestionError as reason:
+        raise QuestionError(f"{source}: {reason}") from None
     with Store(folder, asked.identity(), "study") if folder is not None else nullcontext() as store:
         work = _Work(asked, store, workers, progress)
         interrupted = work.run(scheduler)
@@ -85,6 +92,27 @@ def study(
     with suppress(KeyboardInterrupt):  # the members are not lost for that
         left = "" if interrupted else drag_note(asked)
     return Studied.of(found.assign_attrs(stopped_by=stopped, drag_warning=left, **named))
+
+
+def refuse_impossible(study: Study) -> None:
+    """Make some members before a study begins; those that are no machine are refused or counted, as the study says.
+
+    Raises
+    ------
+    QuestionError
+        With the share of impossible members and an example, if the study refuses them.
+    """
+    if study.impossible == "record":
+        return
+    wanted = max(PROBED, min(len(study.points), MOST_PROBED))  # every point of the grid, where it has not too many
+    made = Made(replace(study, impossible="record"), 0, min(wanted, study.count))
+    share = len(made.reasons) / made.members.count
+    if made.reasons and (study.impossible == "refuse" or share == 1.0):
+        example = next(iter(made.reasons.values()))
+        raise QuestionError(
+            f"{100.0 * share:.3g} % of the first {made.members.count} members cannot be built; the first: {example}. Narrow "
+            "the distributions, give them 'low' and 'high', or take impossible = 'truncate' (draw again) or 'record'"
+        )
 
 
 class _Work:
