@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import j0, j1, y0, y1
 
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix
 from autobalancer.flow.speed import WallSpeed
+from autobalancer.roots import root
 
 SECONDARY = 0.1  # share of the lag that the secondary flow takes away, over (w / slowest decay rate)^2; calibrated
 LOOKS = 400  # instants at which the lag is looked at
@@ -192,7 +192,7 @@ def radial_roots(inner: float, outer: float, count: int) -> Floats:
         high = low + 0.1 * step
         end = cross(high)
         if start * end < 0.0:
-            found.append(float(brentq(cross, low, high, xtol=1e-13 * step, rtol=1e-15)))
+            found.append(root(cross, low, high, xtol=1e-13 * step, rtol=1e-15))
         low, start = high, end
     return np.array(found)
 

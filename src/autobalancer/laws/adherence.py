@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalancer.errors import QuestionError
+from autobalancer.roots import root
 from autobalancer.units import argument
 
 STEP = 4e-3  # relative, of the residuals that are tried
@@ -214,8 +215,6 @@ def rest_ends(
 
     ``unbalance`` is that of the rotor and of all other balls in the plane.
     """
-    from scipy.optimize import brentq
-
     toward = 1.0 if heavy else -1.0
 
     def excess(delta: Any) -> Any:
@@ -232,5 +231,5 @@ def rest_ends(
         tried = np.linspace(middle, middle + side, 4001)
         over = np.flatnonzero(excess(tried) > 0.0)
         first = int(over[0]) if over.size else 0
-        ends.append(float(brentq(excess, tried[first - 1], tried[first], xtol=1e-14)) if first else side)
+        ends.append(root(excess, tried[first - 1], tried[first], xtol=1e-14) if first else side)
     return ends[0], ends[1]

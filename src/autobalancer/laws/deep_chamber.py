@@ -5,9 +5,8 @@ from __future__ import annotations
 import cmath
 import math
 
-from scipy.optimize import brentq
-
 from autobalancer.errors import QuestionError
+from autobalancer.roots import root
 
 # The fluid of a deep chamber: how much of it covers the balls, and its force on them.
 
@@ -76,7 +75,7 @@ def least_friction(drag_ratio: float = 0.0) -> float:
     """
     if lift(0.0, drag_ratio) >= 0.0:
         return 0.0
-    return float(brentq(lift, 0.0, 1.0, args=(drag_ratio,), xtol=1e-12))
+    return root(lambda share: lift(share, drag_ratio), 0.0, 1.0, xtol=1e-12)
 
 
 def shaking(vibration: float, speed: float, gravity: float) -> float:

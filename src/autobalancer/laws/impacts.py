@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
+from autobalancer.roots import root
 
 DURATION = (
     0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
@@ -82,14 +83,13 @@ def _ellipse(radius: float, wall_radius: float) -> tuple[float, float, float, fl
     if sharp / blunt < 1.0 + 1e-9:
         return mean, 1.0, 0.5 * math.pi, 0.5 * math.pi
 
-    from scipy.optimize import brentq  # only where needed: it takes a tenth of a second to load
     from scipy.special import ellipe, ellipkm1
 
     def ratio(axes: float) -> float:  # of the curvatures that make an ellipse with these axes, b/a, (4.28)
         first, second = float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
         return (second / axes**2 - first) / (first - second)
 
-    axes = float(brentq(lambda b: ratio(b) - sharp / blunt, 1e-6, 1.0 - 1e-6, xtol=1e-14))
+    axes = root(lambda b: ratio(b) - sharp / blunt, 1e-6, 1.0 - 1e-6, xtol=1e-14)
     return mean, axes, float(ellipkm1(axes**2)), float(ellipe(1.0 - axes**2))
 
 

@@ -24,6 +24,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.roots import root
+
 Floats = NDArray[np.float64]
 
 
@@ -57,11 +59,9 @@ class Ring:
         """Radius of the surface about the axis of rotation, m, at a ``deflection`` of the ring, m."""
         if deflection <= self.layer:
             return self.surface
-        from scipy.optimize import brentq
-
         low, high = abs(self.radius - deflection), self.radius + deflection
         wanted = math.pi * self.surface**2
-        return float(brentq(lambda b: self._dry(b, deflection) - wanted, low, high, xtol=1e-14 * high))
+        return root(lambda b: self._dry(b, deflection) - wanted, low, high, xtol=1e-14 * high)
 
     def moment(self, deflection: float) -> float:
         """S, first moment of the liquid about the axis of rotation, kg m; not a number where its surface meets the inner wall."""

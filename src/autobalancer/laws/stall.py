@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.roots import least, root
 from autobalancer.units import argument, field_arguments, list_argument, texts_argument
 
 Floats = NDArray[np.float64]
@@ -157,7 +158,6 @@ def parting_speeds(
     ball: StalledBall, receptance: Receptance, resonances: Sequence[float]
 ) -> tuple[tuple[float, float], ...]:
     """Rotor speed and whirl speed (rad/s) at which several balls in line part, of each resonance at which they stall."""
-    from scipy.optimize import brentq
 
     def drawn(v: ArrayLike) -> Floats:
         return np.asarray(((1.0 + 1j * ball.rolling) * receptance(np.atleast_1d(v))).real)
@@ -166,7 +166,7 @@ def parting_speeds(
     whirl = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], near])) for w in resonances]))
     found = drawn(whirl)
     places = np.flatnonzero((found[:-1] > 0.0) & (found[1:] <= 0.0))
-    roots = [float(brentq(lambda v: float(drawn(v)[0]), whirl[i], whirl[i + 1], xtol=1e-13 * whirl[i])) for i in places]
+    roots = [root(lambda v: float(drawn(v)[0]), whirl[i], whirl[i + 1], xtol=1e-13 * whirl[i]) for i in places]
     at = stall_balance(ball, receptance, np.array(roots)) if roots else None
     if at is None:
         return ()
@@ -206,9 +206,7 @@ def holding_speed(
     last = int(torn[-1])
     if last == speed.size - 1:
         return math.inf
-    from scipy.optimize import brentq
-
-    return float(brentq(lambda v: float(excess(v)[0]), speed[last], speed[last + 1], xtol=1e-12, rtol=1e-14))
+    return root(lambda v: float(excess(v)[0]), speed[last], speed[last + 1], xtol=1e-12, rtol=1e-14)
 
 
 def _slip(drag: Torque, needed: Floats) -> Floats:
@@ -238,14 +236,10 @@ def _slip(drag: Torque, needed: Floats) -> Floats:
 
 def _fold(curve: Callable[[ArrayLike], Floats], whirl: Floats, at: int, sign: float) -> tuple[float, float]:
     """Highest (sign 1) or lowest (sign -1) point of a curve between the neighbors of a point of the grid."""
-    from scipy.optimize import minimize_scalar
-
     start = float(curve(whirl[at])[0])
     if not math.isfinite(start):
         return float(whirl[at]), start
     span = (float(whirl[at - 1]), float(whirl[at + 1]))
-    found = minimize_scalar(
-        lambda v: -sign * float(curve(v)[0]), bounds=span, method="bounded", options={"xatol": 1e-10 * span[1]}
-    )
-    best = max((start, float(whirl[at])), (-sign * float(found.fun), float(found.x)), key=lambda pair: sign * pair[0])
+    speed, value = least(lambda v: -sign * float(curve(v)[0]), *span, xtol=1e-10 * span[1])
+    best = max((start, float(whirl[at])), (-sign * value, speed), key=lambda pair: sign * pair[0])
     return best[1], best[0]

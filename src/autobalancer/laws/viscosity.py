@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from autobalancer.errors import QuestionError
+from autobalancer.roots import root
 
 SHIFT = 0.8e-6
 """Shift of Spannan (2021), eq. (6.1) [m^2/s]."""
@@ -70,8 +71,6 @@ def double_log_from_vtc(viscosity: float, coefficient: float, *, temperature: fl
     Of the two solutions it takes the flatter one, the other belongs to no liquid. Raises ``QuestionError`` if
     no line has this coefficient, naming the largest one. Source: Spannan (2021), section 6.
     """
-    from scipy.optimize import brentq
-
     z = _double_log(viscosity, SHIFT)
 
     def p1_of(p2: Any) -> Any:
@@ -85,7 +84,7 @@ def double_log_from_vtc(viscosity: float, coefficient: float, *, temperature: fl
             f"given a viscosity-temperature coefficient of {coefficient!r}; a liquid of {viscosity:g} m^2/s "
             f"at {temperature:g} K can have 0 to {values[top]:.3f} in this law"
         )
-    p2 = float(brentq(lambda slope: float(vtc(p1_of(slope), slope)) - coefficient, slopes[top], 0.0, xtol=1e-13))
+    p2 = root(lambda slope: float(vtc(p1_of(slope), slope)) - coefficient, slopes[top], 0.0, xtol=1e-13)
     return float(p1_of(p2)), p2
 
 
@@ -322,15 +321,13 @@ def viscosity_at_100_degc(at_40_degc: float) -> float:
 
     Raises ``QuestionError`` below H(2 mm^2/s) = 6.39 mm^2/s or above 5469 mm^2/s.
     """
-    from scipy.optimize import brentq
-
     low, high = 2e-6, 150e-6
     if not reference_viscosity(low) <= at_40_degc <= reference_viscosity(high):
         raise QuestionError(
             f"given {at_40_degc!r} m^2/s at 40 degC; an oil of viscosity index 100 can have "
             f"{reference_viscosity(low):.3g} to {reference_viscosity(high):.3g} m^2/s there"
         )
-    return float(brentq(lambda nu: reference_viscosity(nu) - at_40_degc, low, high, xtol=1e-16))
+    return root(lambda nu: reference_viscosity(nu) - at_40_degc, low, high, xtol=1e-16)
 
 
 def iso_vg_viscosity(grade: int, temperature: npt.ArrayLike) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
+from autobalancer.roots import least
 from autobalancer.safe_file import as_path
 from autobalancer.simulation.record import SampleTimes
 from autobalancer.simulation.run import simulate_races
@@ -263,8 +265,6 @@ def fit_rolling_resistance(series: Series) -> float:
     QuestionError
         If no two series overlap, an angle is above 90 degrees, or a speed not above zero.
     """
-    from scipy.optimize import minimize_scalar
-
     overlap = _Overlap(series)
     if not overlap.pairs:
         raise QuestionError("no two series have overlapping Reynolds numbers; measure fluids of more similar viscosity")
@@ -274,10 +274,7 @@ def fit_rolling_resistance(series: Series) -> float:
     found, reach = float(trial[best]), float(trial[1])
     for _ in range(PASSES):
         span = max(found - reach, 0.0), min(found + reach, LARGEST)
-        answer = minimize_scalar(
-            overlap.mismatch, bounds=span, args=(weights,), method="bounded", options={"xatol": 1e-8}
-        )
-        found = float(answer.x)
+        found, _ = least(partial(overlap.mismatch, weights=weights), *span, xtol=1e-8)
         weights = overlap.weights(found)
     return found
 

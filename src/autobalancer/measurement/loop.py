@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import fluid_numbers, resolve
@@ -23,6 +22,7 @@ from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.number_text import moment_text
 from autobalancer.results.provenance import provenance
+from autobalancer.roots import root
 from autobalancer.rotordynamics.receptance.answer import PoleModel
 from autobalancer.rotordynamics.receptance.measured import hertz
 from autobalancer.rotordynamics.receptance.rational_fit import pole_model, resampled
@@ -173,7 +173,7 @@ def _margin(rate: Callable[[float], float], values: Floats) -> float:
     """Amount of the first value at which the growth rate, negative at the beginning, passes zero; inf if none."""
     for near, far in pairwise(values.tolist()):
         if rate(far) >= 0.0:
-            return abs(float(brentq(rate, near, far, rtol=1e-10)))
+            return abs(root(rate, near, far, rtol=1e-10))
     return math.inf
 
 
@@ -188,7 +188,7 @@ def least_drag_factor(model: PoleModel, balls: RaceBalls, states: list[Floats], 
         if rate(above) >= 0.0:
             return math.inf
         if rate(below) >= 0.0:
-            return math.exp(brentq(rate, below, above, xtol=1e-10))
+            return math.exp(root(rate, below, above, xtol=1e-10))
     return 0.0
 
 
@@ -392,7 +392,7 @@ def _stable_ranges(
     ranges: list[tuple[float, float]] = []
     start = low if stable[0] else math.nan
     for i in np.flatnonzero(stable[1:] != stable[:-1]):
-        edge = float(brentq(rate, speeds[i], speeds[i + 1], xtol=1e-9 * high))
+        edge = root(rate, speeds[i], speeds[i + 1], xtol=1e-9 * high)
         if stable[i + 1]:
             start = edge
         else:
@@ -405,7 +405,7 @@ def _border_near(rate: Callable[[float], float], border: float, high: float) -> 
     for share in SHARES:
         low, top = border * (1.0 - share), min(border * (1.0 + share), high)
         if rate(low) > 0.0 > rate(top):
-            return float(brentq(rate, low, top, xtol=1e-9 * high))
+            return root(rate, low, top, xtol=1e-9 * high)
     return math.nan
 
 

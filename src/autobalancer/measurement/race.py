@@ -20,6 +20,7 @@ from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.number_text import length_text
 from autobalancer.results.provenance import provenance
+from autobalancer.roots import root
 from autobalancer.rotordynamics.response import response
 from autobalancer.tables import Column
 from autobalancer.units import argument, texts_argument
@@ -389,7 +390,6 @@ def _widths(range_: float, count: int) -> tuple[float, float, float]:
 
 def _adherence(width: float, gain: complex, load: float, moment: float, orbit_radius: float) -> float:
     """The friction whose interval of rest is so wide."""
-    from scipy.optimize import brentq
 
     def excess(adherence: float) -> float:
         ends = rest_ends(gain, load, moment, orbit_radius, adherence)
@@ -401,7 +401,7 @@ def _adherence(width: float, gain: complex, load: float, moment: float, orbit_ra
             "at this speed and "
             "unbalance; check the speed and the unbalance of the machine"
         )
-    return float(brentq(excess, 1e-9, GREATEST, xtol=1e-12, rtol=1e-9))
+    return root(excess, 1e-9, GREATEST, xtol=1e-12, rtol=1e-9)
 
 
 # Drag and rolling resistance from how far a ball lags behind its rotor in a run-up.

@@ -17,6 +17,7 @@ from autobalancer.files.table import Table, read_table
 from autobalancer.laws.rubber import Friction, Motion, RubberLaw
 from autobalancer.measurement.signals.load import load_signals
 from autobalancer.results.answers.rubber import RubberFit, RubberPoints, element_columns, joined
+from autobalancer.roots import least
 from autobalancer.safe_file import as_path
 from autobalancer.units import argument, list_argument, optional_argument, texts_argument
 
@@ -595,8 +596,6 @@ def _channel(found: xr.Dataset, name: str | None, kind: str, place: str) -> Floa
 
 def _frequency(t: Floats, x: Floats, place: str) -> float:
     """Where the deflection has its greatest line, rad/s."""
-    from scipy.optimize import minimize_scalar
-
     step = float(t[1] - t[0])
     window = np.hanning(t.size) * (x - x.mean())
     size = np.abs(np.fft.rfft(window, 4 * t.size))
@@ -604,12 +603,8 @@ def _frequency(t: Floats, x: Floats, place: str) -> float:
     top = int(np.argmax(size[4:])) + 4  # not the drift
     if not size[top] > 0.0:
         raise QuestionError(f"{place}: the deflection does not move")
-    found = minimize_scalar(
-        lambda w: -abs(np.sum(window * np.exp(-1j * w * t))),
-        bounds=(lines[top - 2], lines[min(top + 2, lines.size - 1)]),
-        method="bounded",
-    )
-    return float(found.x)
+    ends = lines[top - 2], lines[min(top + 2, lines.size - 1)]
+    return least(lambda w: -abs(np.sum(window * np.exp(-1j * w * t))), *ends)[0]
 
 
 def _periods(t: Floats, x: Floats, f: Floats, w: float) -> tuple[Floats, Complexes, Complexes]:

@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq, linear_sum_assignment
+from scipy.optimize import linear_sum_assignment
 
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.critical import Critical, critical_whirls
@@ -19,6 +19,7 @@ from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists
+from autobalancer.roots import root
 from autobalancer.rotordynamics.eigenproblem import (
     Branches,
     FreeMotions,
@@ -182,7 +183,7 @@ def _refined(
         best = int(np.argmax((1.0 - share) * likeness[0] + share * likeness[1]))
         return float(found.eigenvalue.imag[best] - harmonic * speed)
 
-    return float(brentq(above, low, high, xtol=1e-12 * high, rtol=1e-13))
+    return root(above, low, high, xtol=1e-12 * high, rtol=1e-13)
 
 
 # Critical speeds: where a whirl of the free rotor has the speed of the rotor, or a multiple of it.

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.terms import Theory, unknown
@@ -21,6 +20,7 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import speed_axis
 from autobalancer.results.provenance import provenance
+from autobalancer.roots import root
 from autobalancer.tables import Column, rpm_and_si
 from autobalancer.units import list_argument
 
@@ -143,7 +143,7 @@ class _Balance:
         at = [self.excess(r, speed, s) for r, s in zip(self.looked, moments, strict=True)]
         found = []
         for i in np.flatnonzero(np.sign(at[1:]) * np.sign(at[:-1]) < 0.0):
-            found.append(float(brentq(self.excess, self.looked[i], self.looked[i + 1], args=(speed,), xtol=1e-15)))
+            found.append(root(lambda r: self.excess(r, speed), self.looked[i], self.looked[i + 1], xtol=1e-15))
         return found
 
     def phase(self, deflection: float, speed: float) -> float:

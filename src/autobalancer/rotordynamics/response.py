@@ -11,7 +11,6 @@ from typing import Any, Literal, get_args
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicHermiteSpline, make_interp_spline
-from scipy.optimize import minimize_scalar
 
 from autobalancer.assembly.profile import unbalance_factor
 from autobalancer.assembly.quantities import with_value_at
@@ -23,6 +22,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.results.answers.answer import Labeled
+from autobalancer.roots import least
 from autobalancer.rotordynamics.eigenproblem import Whirl, greatest_mean, mean_of_greatest, turning, whirl
 from autobalancer.rotordynamics.question import (
     Places,
@@ -436,13 +436,8 @@ def response_peaks(
     level = height(grid)
     found = []
     for i in np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] >= level[2:])) + 1:
-        best = minimize_scalar(
-            lambda w: -float(height(np.array([w]))[0]),
-            bounds=(grid[i - 1], grid[i + 1]),
-            method="bounded",
-            options={"xatol": 1e-10 * grid[i]},
-        )
-        found.append((float(best.x), -float(best.fun)))
+        speed, depth = least(lambda w: -height(np.array([w]))[0], grid[i - 1], grid[i + 1], xtol=1e-10 * grid[i])
+        found.append((speed, -depth))
     result = xr.Dataset()
     for column, (name, text, unit) in enumerate(
         (("peak_speed", "speed of the peak", "rad/s"), ("peak_amplitude", "amplitude at the peak", UNITS[quantity]))

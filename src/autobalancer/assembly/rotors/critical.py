@@ -15,6 +15,7 @@ import numpy as np
 
 from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel
 from autobalancer.cache import remembered
+from autobalancer.roots import root
 
 NOT_A_SPEED = 1e-10  # share of the greatest 1/w^2 below which it counts as zero
 INTERVALS = 64  # of the reach of a table, in which critical speeds are sought
@@ -104,8 +105,6 @@ class _Dynamic(NamedTuple):
 
     def _over_tables(self, speeds: Floats, limit: float, intervals: int) -> list[tuple[float, Complexes]]:
         """Roots of the ordered eigenvalues of D(w), sought between the speeds of the tables and finer."""
-        from scipy.optimize import brentq  # only where needed: it takes a tenth of a second to load
-
         grid = np.union1d(np.linspace(0.0, limit, intervals + 1), speeds[speeds < limit])
 
         def dynamic(speed: float) -> Complexes:
@@ -114,8 +113,12 @@ class _Dynamic(NamedTuple):
         levels = np.array([np.linalg.eigvalsh(dynamic(float(w))) for w in grid])
         found = []
         for i, k in zip(*np.nonzero(levels[:-1] * levels[1:] < 0.0), strict=True):
-            root = float(brentq(lambda w, k=k: np.linalg.eigvalsh(dynamic(w))[k], grid[i], grid[i + 1], rtol=1e-13))
-            found.append((root, np.linalg.eigh(dynamic(root))[1][:, k]))
+
+            def level(w: float, k: int = k) -> float:
+                return float(np.linalg.eigvalsh(dynamic(w))[k])
+
+            speed = root(level, grid[i], grid[i + 1], rtol=1e-13)
+            found.append((speed, np.linalg.eigh(dynamic(speed))[1][:, k]))
         return found
 
 

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.optimize import minimize_scalar
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.results.labels import LABELS
 from autobalancer.results.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
+from autobalancer.roots import least
 from autobalancer.units import argument
 
 Floats = NDArray[np.float64]
@@ -308,7 +308,7 @@ def smooth_angle(times: Floats, angles: Floats) -> SmoothAngle:
         scores = [fit.score(power) for power in grid]
         best = int(np.argmin(scores))
         ends = (grid[max(0, best - 1)], grid[min(grid.size - 1, best + 1)])
-        power = float(minimize_scalar(fit.score, bounds=ends, method="bounded", options={"xatol": 0.05}).x)
+        power, _ = least(fit.score, *ends, xtol=0.05)
     coefficients, leverage, rest = fit.solved(power)
     free = max(1.0, times.size * (1.0 - float(leverage.mean())))
     jitter = unit * math.sqrt(float((rest**2).sum()) / free)

@@ -11,7 +11,6 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.ndimage import median_filter
-from scipy.optimize import brentq
 from scipy.signal import get_window, welch
 from scipy.special import gammaincinv
 
@@ -23,6 +22,7 @@ from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.results.signals import Signals, Spectrum, at_samples, extremes, places, together
+from autobalancer.roots import root
 
 Floats = NDArray[np.float64]
 WINDOWS = ("hann", "flattop", "blackmanharris", "boxcar")
@@ -243,7 +243,7 @@ def _offset(ratio: float, weights: Floats) -> float:
 
     if miss(0.0) >= 0.0:
         return 0.0
-    return float(brentq(miss, 0.0, 0.5, xtol=1e-9)) if miss(0.5) > 0.0 else 0.5
+    return root(miss, 0.0, 0.5, xtol=1e-9) if miss(0.5) > 0.0 else 0.5
 
 
 def named_lines(frequency: Floats, amplitude: Floats, speed: float, natural: Sequence[float], near: float) -> list[str]:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Protocol, Self, TypeVar
 
 import numpy as np
-from scipy.optimize import brentq
 
 from autobalancer.errors import MachineError
+from autobalancer.roots import root
 from autobalancer.stability.host.stations import Floats
 
 TOLERANCE = 1e-11  # of the last correction, in scaled unknowns
@@ -172,7 +172,7 @@ def locate(problem: Problem, a: Point, b: Point, test: Callable[[Point], float],
 
     if value(0.0) * value(1.0) > 0.0:
         raise NoConvergence
-    share = float(brentq(value, 0.0, 1.0, xtol=precision, rtol=1e-14))
+    share = root(value, 0.0, 1.0, xtol=precision, rtol=1e-14)
     return found[share] if share in found else between(problem, a, b, share)
 
 

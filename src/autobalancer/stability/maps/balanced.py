@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.progress import still_time
 from autobalancer.results.number_text import length_text
+from autobalancer.roots import root
 from autobalancer.stability.host.stations import Complexes, Plane, Stations, as_station
 from autobalancer.stability.states.floquet import exponents_of
 from autobalancer.stability.states.floquet import growth_rates as half_turn_rates
@@ -157,8 +158,6 @@ def worst_case_border(balancer: PlanarBalancer) -> float:
     With D = M (w^2 - w_c^2): beta(w)^2 = (c N I w^4 / 2) / (D (1 + D^2/(b w)^2)), W = w + beta D / (I b w). beta falls
     with w; below its limit for w to infinity the balanced state is never stable and the border is infinite.
     """
-    from scipy.optimize import brentq
-
     b = balancer
     critical = b.critical_speed
     if b.damping == 0.0 or b.drag == 0.0:
@@ -177,7 +176,7 @@ def worst_case_border(balancer: PlanarBalancer) -> float:
         return float("inf")
     if miss(low) < 0.0:
         return critical
-    w = critical * (1.0 + np.exp(brentq(miss, low, high, xtol=1e-13)))
+    w = critical * (1.0 + np.exp(root(miss, low, high, xtol=1e-13)))
     return float(w + b.drag * b.mass * (w * w - critical * critical) / (b.inertia * b.damping * w))
 
 

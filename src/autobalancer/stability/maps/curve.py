@@ -26,6 +26,7 @@ from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import axis_unit, speed_axis
 from autobalancer.results.number_text import share_text, significant
 from autobalancer.results.provenance import provenance
+from autobalancer.roots import root
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.stations import Floats, Plane, is_planar, plane
 from autobalancer.stability.maps.balanced import balanced_states
@@ -351,9 +352,7 @@ def _around(enough: Callable[[float], bool], grid: Floats) -> Floats:
 
 def _root(surplus: Callable[[float], float], low: float, high: float) -> float:
     """Like :func:`_bisected`, faster where the surplus is smooth."""
-    from scipy.optimize import brentq
-
-    at = float(brentq(surplus, low, high, xtol=1e-11, rtol=1e-14))
+    at = root(surplus, low, high, xtol=1e-11, rtol=1e-14)
     while surplus(at) > 0.0 and at < high:
         at += 1e-10
     return math.exp(at)

@@ -17,6 +17,7 @@ from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.progress import still_time
 from autobalancer.results.number_text import moment_text
+from autobalancer.roots import least, root
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.stations import Floats, Plane, Stations, as_station
 from autobalancer.stability.maps.balanced import (
@@ -331,8 +332,6 @@ def _grid(low: float, high: float, p: Described, count: int) -> Floats:
 
 def _with_extremes(speeds: Floats, rates: Floats, rate: Callable[[float], float]) -> tuple[Floats, Floats]:
     """The same, with extreme values between the points added where these may have another sign than their neighbors."""
-    from scipy.optimize import minimize_scalar
-
     more: list[tuple[float, float]] = []
     for i in range(1, speeds.size - 1):
         left, here, right = rates[i - 1 : i + 2]
@@ -341,10 +340,12 @@ def _with_extremes(speeds: Floats, rates: Floats, rate: Callable[[float], float]
         sign = 1.0 if here > 0.0 else -1.0  # a valley of an unstable range, a peak of a stable one
         if sign * here > min(sign * left, sign * right) or abs(here) > max(abs(left - here), abs(right - here)):
             continue
-        best = minimize_scalar(
-            lambda w, sign=sign: sign * rate(float(w)), bounds=(speeds[i - 1], speeds[i + 1]), method="bounded"
-        )
-        more.append((float(best.x), sign * float(best.fun)))
+
+        def signed(speed: float, sign: float = sign) -> float:
+            return sign * rate(speed)
+
+        speed, value = least(signed, speeds[i - 1], speeds[i + 1])
+        more.append((speed, sign * value))
     if more:
         speeds = np.concatenate([speeds, [w for w, _ in more]])
         rates = np.concatenate([rates, [r for _, r in more]])
@@ -357,13 +358,11 @@ def _edge(
     rate: Callable[[float], float], ends: Window, values: tuple[float, float], exists: Callable[[float], bool] | None
 ) -> float:
     """Where stability ends: a root of the growth rate, or the end of the range in which the state ``exists``."""
-    from scipy.optimize import brentq
-
     if math.isfinite(values[0]) and math.isfinite(values[1]):
         if rate(ends[0]) * rate(ends[1]) >= 0.0:
             return float(ends[0] if values[0] < 0.0 else ends[1])  # zero within rounding in all of the range
         with suppress(ValueError):  # it has no value somewhere between the ends
-            return float(brentq(rate, *ends, xtol=EXACT * ends[1], rtol=1e-13))
+            return root(rate, *ends, xtol=EXACT * ends[1], rtol=1e-13)
     stable, other = ends if values[0] < 0.0 else ends[::-1]
     if exists is not None and rate(last := _halved(exists, stable, other)) < 0.0:  # much less work than the rate
         return last

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 
 from autobalancer.catalog.resolve import Ball
+from autobalancer.roots import root
 from autobalancer.stability.continuation.follow import NoConvergence, at_parameter
 from autobalancer.stability.continuation.steady import Groups, Range, bundled_angles, coincident
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
@@ -135,7 +135,7 @@ class Hanging:
         at = at[(at > 0.019 * self.speed) & (at < 0.999 * self.speed)]
         here = self.surplus(at)
         rising = np.flatnonzero((here[:-1] < 0.0) & (here[1:] >= 0.0))
-        found = [float(brentq(self._one, at[i], at[i + 1], xtol=1e-10 * self.speed)) for i in rising]
+        found = [root(self._one, at[i], at[i + 1], xtol=1e-10 * self.speed) for i in rising]
         first = 2 * self.whole.model.pairs
         return [v for v in found if np.abs(self.answer(np.array([v]))[0, first:]).max(initial=0.0) < LARGEST_SWING]
 

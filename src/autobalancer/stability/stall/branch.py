@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from autobalancer.progress import still_time
+from autobalancer.roots import root
 from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.stall.states import STEEP, Balance, Loads, States, Whirling
 
@@ -120,13 +121,12 @@ def _value(balance: Balance, states: States, cause: str) -> Floats:
 
 def _share(balance: Balance, here: Point, there: Point, sign: float, cause: str) -> float:
     """Of the way from one point to the next at which balls leave."""
-    from scipy.optimize import brentq
 
     def value(share: float) -> float:
         return float(_tests(balance, [_between(balance, here, there, share)], sign, cause)[0])
 
     try:
-        return float(brentq(value, 0.0, 1.0, xtol=SHARP if cause == "fold" else SHARP**2))
+        return root(value, 0.0, 1.0, xtol=SHARP if cause == "fold" else SHARP**2)
     except ValueError:
         return 0.0
 

@@ -21,6 +21,7 @@ from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, parting_speeds
 from autobalancer.machine import Balancer, Machine, PrescribedSpeed, Table
 from autobalancer.progress import still_time
+from autobalancer.roots import root
 from autobalancer.simulation.record import Samples, record_for
 from autobalancer.simulation.steppers import stepper_for
 from autobalancer.stability.border import Border
@@ -227,8 +228,6 @@ def _let_down(balance: Balance, speeds: Floats) -> Capture:
 
 def _slipping(balance: Balance, speeds: Floats) -> States | None:
     """The highest rotor speed at which all groups just begin to slip, none if there is none; of one or two groups."""
-    from scipy.optimize import brentq
-
     if len(balance.loads.groups) > 2:
         return None
 
@@ -238,14 +237,11 @@ def _slipping(balance: Balance, speeds: Floats) -> States | None:
     found = []
     for k, (rest, _) in enumerate(arcs(speeds)):
         for i in np.flatnonzero(rest[1:, 0] * rest[:-1, 0] <= 0.0)[-1:]:
-            speed = float(
-                brentq(
-                    lambda w, k=k: float(arcs(np.array([w]))[k][0][0, 0]),
-                    speeds[i],
-                    speeds[i + 1],
-                    xtol=1e-13 * speeds[i],
-                )
-            )
+
+            def resting(w: float, k: int = k) -> float:
+                return float(arcs(np.array([w]))[k][0][0, 0])
+
+            speed = root(resting, speeds[i], speeds[i + 1], xtol=1e-13 * speeds[i])
             phase = float(arcs(np.array([speed]))[k][1][0, 0])
             y = [math.log(TINY), phase][: len(balance.loads.groups)]
             found.append(States(np.array([speed]), np.array([y])))

@@ -25,6 +25,7 @@ import numpy as np
 
 from autobalancer.errors import QuestionError
 from autobalancer.progress import still_time
+from autobalancer.roots import least
 from autobalancer.stability.host.stations import Complexes, Floats, Plane
 
 PATTERNS = 4096  # at most so many ways of placing balls on the two sides are gone through
@@ -315,15 +316,13 @@ def _spreads(first: Complexes, groups: tuple[int, int, int], share: float) -> Fl
 
 def _refined(angles: Floats, place: int, groups: tuple[int, int, int], share: float, sign: float) -> float:
     """The extreme value near a grid point, times ``sign``."""
-    from scipy.optimize import minimize_scalar
 
     def value(angle: float) -> float:
         found = sign * _spreads(np.exp(1j * np.array([angle])), groups, share)
         return float(np.nanmin(found)) if np.isfinite(found).any() else float(groups[0] + groups[1] + groups[2])
 
     low, high = angles[max(place - 1, 0)], angles[min(place + 1, POINTS - 1)]
-    best = minimize_scalar(value, bounds=(float(low), float(high)), method="bounded", options={"xatol": 1e-10})
-    return float(min(best.fun, value(float(angles[place]))))
+    return min(least(value, low, high, xtol=1e-10)[1], value(float(angles[place])))
 
 
 def _symmetric_zero(count: int, share: float, first: float) -> bool:
