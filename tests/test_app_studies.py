@@ -66,8 +66,8 @@ def test_every_sample_is_a_study_on_the_page(name: str) -> None:
 @pytest.mark.parametrize(
     ("more", "key", "words"),
     [
-        ("members = 0", "members", "must be a whole number, 1 or more"),
-        ("vary.stiffness.distribution = 'norml'", "vary.stiffness", "must be one of 'normal'"),
+        ("members = 0", "members", "must be 1 or more"),
+        ("vary.stiffness.distribution = 'norml'", "vary.stiffness.distribution", "must be one of 'normal'"),
         (
             'vary."unbalances[1].mass" = { distribution = "uniform", low = "3 g", high = "2 g" }',
             "",

@@ -243,8 +243,11 @@ def test_faults_of_a_specification_are_named_with_their_key(tables: dict[str, An
 
 def test_a_fault_in_the_scatter_is_refused_before_anything_runs() -> None:
     for scatter, words in (
-        ({"stifness": {"distribution": "normal"}}, "scatter.stifness: .*did you mean 'stiffness'"),
-        ({"stiffness": {"distribution": "gauss"}}, "scatter.stiffness: distribution: given 'gauss'"),
+        (
+            {"stifness": {"distribution": "normal", "standard_deviation": "5 %"}},
+            "scatter.stifness: .*did you mean 'stiffness'",
+        ),
+        ({"stiffness": {"distribution": "gauss"}}, "scatter.stiffness.distribution: given 'gauss'"),
     ):
         with pytest.raises(QuestionError, match=words):
             ab.design(changed(scatter=scatter))

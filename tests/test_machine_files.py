@@ -443,10 +443,10 @@ def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind
     assert "Parameters\\n" not in json.dumps(schema.schema)
 
 
-@pytest.mark.parametrize("kind", ["design"])
+@pytest.mark.parametrize("kind", ["design", "study"])
 def test_the_schema_and_the_keys_of_other_files_accept_their_samples(kind: Kind) -> None:
     schema = Draft202012Validator(file_schema(kind))
-    samples = [ab.catalog.example_path(name) for name in sample_names({"design": "designs"}[kind])]
+    samples = [ab.catalog.example_path(name) for name in sample_names({"design": "designs", "study": "studies"}[kind])]
     listed = {head: {key.name for key in found} for head, found in keys(kind=kind).items()}
     for path in samples:
         data = tomllib.loads(path.read_text(encoding="utf-8"))

@@ -96,7 +96,10 @@ def test_balls_are_stalled_below_their_release_speed_and_not_above_it() -> None:
         ({"duration": "70 s"}, "duration: the run-up takes up to 75 s, and runs end after 70 s"),
         ({"vary": {"run_up.reducd": [1.0]}}, "vary.run_up.reducd: unknown key; did you mean 'reduced'"),
         ({"show": ["residual"]}, "show: given 'residual'; this study has balanced,"),
-        ({"sudden_unbalance": {}}, "sudden_unbalance, run_up: give one of them"),
+        (
+            {"sudden_unbalance": {"speed": 100.0, "before": 1.0, "after": 1.0, "moment": 1e-4}},
+            "sudden_unbalance: give it or .run_up.",
+        ),
     ],
 )
 def test_a_fault_in_the_shape_is_named(changed: dict[str, Any], said: str) -> None:

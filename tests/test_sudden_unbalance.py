@@ -99,7 +99,7 @@ def test_size_angle_and_speed_may_vary_by_the_names_of_the_table() -> None:
     [
         ({**SUDDEN, "momen": 1}, "sudden_unbalance.momen: unknown key; did you mean 'moment'"),
         ({"moment": 1e-4, "speed": 100.0, "after": 1.0}, "sudden_unbalance.before: missing"),
-        ({**SUDDEN, "after": "0 s"}, "sudden_unbalance.after: given '0 s'; must be a time greater than zero"),
+        ({**SUDDEN, "after": "0 s"}, "sudden_unbalance.after: given '0 s'; must be greater than zero"),
         (3.0, "sudden_unbalance: given 3.0; must be a table"),
     ],
 )

@@ -9,6 +9,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, Key, Table, keys_of, prose_of, tables_of
 from autobalancer.machine.part import Part
 from autobalancer.studies.design.spec import Specification
+from autobalancer.studies.study.reading import StudyFile
 from autobalancer.units.trade import WORDS
 
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"
@@ -17,6 +18,7 @@ ROOTS: dict[str, type[Part]] = {
     "machine_keys.md": Machine,
     "chamber_keys.md": ChamberMachine,
     "design_keys.md": Specification,
+    "study_keys.md": StudyFile,
 }
 
 

@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import PlainValidator
 from pydantic.fields import FieldInfo
 
-from autobalancer.machine.part import Part, Quantity, said_of, symbol_of
+from autobalancer.machine.part import Family, Part, Quantity, said_of, symbol_of
 from autobalancer.machine.plugins import OneOf
 
 SCALARS = (PlainValidator, Quantity)  # what reads a single entry
-TAGS = ("kind", "law")  # keys whose value says which class it is
+TAGS = ("kind", "law", "distribution")  # keys whose value says which class it is
 _HEAD = "\n\n    Parameters\n    ----------\n    "
 _GROUPS = {1: "", 2: "pair of ", 3: "three of "}
 
@@ -160,11 +160,13 @@ def _leaf(leaf: Any) -> str:
 def _leaves(annotation: Any) -> Iterator[Any]:
     """What may stand in a place, one entry of a list for all of it, without ``None``."""
     origin, arguments = get_origin(annotation), get_args(annotation)
-    family = next((extra for extra in arguments[1:] if isinstance(extra, OneOf)), None)
+    family = next((extra for extra in arguments[1:] if isinstance(extra, (OneOf, Family))), None)
     if family is not None:
         yield from family.parts
     elif origin is Annotated and not any(isinstance(extra, SCALARS) for extra in arguments[1:]):
         yield from _leaves(arguments[0])
+    elif origin is dict:
+        yield from _leaves(arguments[1])
     elif origin in (Union, UnionType, tuple):
         for entry in arguments:
             yield from () if entry is Ellipsis else _leaves(entry)

@@ -51,9 +51,15 @@ class Part(BaseModel):
 
 
 class Question(Part):
-    """A table of a file that asks something, such as a study: read and checked as the parts of a machine are."""
+    """A table of a file that asks something, such as a study: read and checked as the parts of a machine are.
+
+    In Python its values may also be given in the order of their keys.
+    """
 
     refused_as = QuestionError
+
+    def __init__(self, *values: Any, **data: Any) -> None:
+        super().__init__(**dict(zip(list(type(self).model_fields)[: len(values)], values, strict=True)), **data)
 
 
 _TAGGED = {"rotor", "drive", "profile"}  # fields whose kind pydantic puts into the path
@@ -97,6 +103,16 @@ def _is_tag(loc: KeyPath, number: int) -> bool:
     return in_list or (number > 0 and (loc[number - 1] in _TAGGED or loc[number - 1 : number + 1] in _TAGGED_PAIRS))
 
 
+WANTED = {  # what pydantic says in the words of its types
+    **dict.fromkeys(("model_type", "dict_type"), "must be a table"),
+    **dict.fromkeys(("tuple_type", "list_type"), "must be a list"),
+    **dict.fromkeys(("int_type", "int_from_float", "int_parsing"), "must be a whole number"),
+    **dict.fromkeys(("float_type", "float_parsing"), "must be a number"),
+    "greater_than_equal": "must be {ge} or more",
+    "less_than_equal": "must be {le} or less",
+}
+
+
 def _plain(entry: Any, part: type[BaseModel]) -> str:
     kind, given = entry["type"], entry.get("input")
     if kind == "missing":
@@ -107,7 +123,8 @@ def _plain(entry: Any, part: type[BaseModel]) -> str:
         name = entry["ctx"]["discriminator"].strip("'")
         tags = _tags(part.model_fields[str(entry["loc"][0])].annotation, name)
         return f"given {shortened(given)}; it has no '{name}', which must be one of {', '.join(tags)}"
-    return f"given {shortened(given)}; {entry['msg'][0].lower()}{entry['msg'][1:]}"
+    wanted = WANTED.get(kind) or f"{entry['msg'][0].lower()}{entry['msg'][1:]}"
+    return f"given {shortened(given)}; {wanted.format(**entry.get('ctx', {}))}"
 
 
 def unknown_key(given: str, allowed: Sequence[str]) -> str:
@@ -122,6 +139,12 @@ def _tags(annotation: Any, name: str) -> list[str]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [repr(annotation.model_fields[name].default)] if name in annotation.model_fields else []
     return [tag for inner in get_args(annotation) for tag in _tags(inner, name)]
+
+
+class Family(NamedTuple):
+    """Stands in ``Annotated``: the parts that an entry may be, where a reader of its own tells them apart."""
+
+    parts: tuple[type[Part], ...]
 
 
 FORMS = ("<text>", "<list>", "<table>")

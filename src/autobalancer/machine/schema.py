@@ -10,11 +10,12 @@ from autobalancer.machine.keys import Key, keys_of, tables_of
 from autobalancer.machine.part import Part
 from autobalancer.tables import facts_text, html_table, in_plain_letters
 
-Kind = Literal["races", "chambers", "design"]
+Kind = Literal["races", "chambers", "design", "study"]
 ROOTS: dict[Kind, tuple[str, str]] = {  # module and class that check a file of each kind
     "races": ("machine.machine", "Machine"),
     "chambers": ("machine.chamber", "ChamberMachine"),
     "design": ("studies.design.spec", "Specification"),
+    "study": ("studies.study.reading", "StudyFile"),
 }
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -29,7 +30,8 @@ def file_schema(kind: Kind = "races") -> dict[str, Any]:
     Parameters
     ----------
     kind
-        ``"races"`` for machines with ball races, ``"chambers"`` for those with deep chambers, ``"design"`` for specifications.
+        ``"races"`` for machines with ball races, ``"chambers"`` for those with deep chambers, ``"design"`` for specifications,
+        ``"study"`` for studies.
 
     Returns
     -------

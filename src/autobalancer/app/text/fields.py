@@ -426,25 +426,11 @@ def _as_written(text: str, path: Path, value: Any) -> Any:
 
 
 VALUES = "values"
-WORDS = {
-    VALUES: "values",
-    "normal": "normal",
-    "uniform": "uniform",
-    "log-normal": "log-normal",
-    "triangular": "triangular",
-    "tolerance": "tolerance",
-    "discrete": "one of several",
-}
-SHOWN = {  # entries of each kind in the form, and what stands where nothing is given
+WORDS = {VALUES: "values", **{word: word for word in KINDS}, "discrete": "one of several"}
+SHOWN = {  # entries of each kind in the form
     VALUES: (VALUES,),
-    "normal": ("mean", "standard_deviation", "low", "high"),
-    "uniform": ("low", "high"),
-    "log-normal": ("median", "factor"),
-    "triangular": ("low", "mode", "high"),
-    "tolerance": ("nominal", "plus_minus", "plus", "minus", "shape"),
-    "discrete": (VALUES, "weights"),
+    **{word: tuple(name for name in kind.model_fields if name not in TAGS) for word, kind in KINDS.items()},
 }
-MIDDLES = ("mean", "median", "mode", "nominal")
 
 
 @dataclass(frozen=True)

@@ -122,8 +122,6 @@ def by_key(error: AutobalancerError) -> dict[str, str]:
 
 PAGE = "machine.toml"  # what a study calls the machine of the page Describe
 MOST = 200_000  # members of a study on the page
-FAULT = re.compile(r'(vary\."[^"]+"|vary\.\S+?|[a-z_]+(?:\[\d+\])?(?:\.[a-z_]+)*): (.+)', re.DOTALL)
-BOTH = re.compile(r"([a-z_.]+) and [a-z_.]+ contradict each other")
 
 
 @dataclass(frozen=True)
@@ -158,13 +156,11 @@ def read_study_text(text: str, page: str) -> StudyReading:
         refuse_files(data)
         study = read_study({**data, "machine": of.machine})
         if RUN in study.results and not study.duration > 0.0:
-            raise QuestionError("study: duration: the machine has no 'run.duration'; give one in the study")
+            raise QuestionError("the machine has no 'run.duration'; give one in the study", ("duration",))
         if study.count > MOST:
-            raise QuestionError(f"study: members: {study.count} in all are asked for; on the page at most {MOST} run")
+            raise QuestionError(f"{study.count} in all are asked for; on the page at most {MOST} run", ("members",))
     except AutobalancerError as error:
-        message = str(error).removeprefix("study: ")
-        key = key_at_fault(message)
-        return StudyReading(of, None, message, {key: message.removeprefix(f"{key}: ")} if key else {})
+        return StudyReading(of, None, str(error).removeprefix("study: "), by_key(error))
     return StudyReading(of, study)
 
 
@@ -221,12 +217,6 @@ def refuse_files(data: dict[str, Any]) -> None:
     """
     for name in files_in({key: value for key, value in data.items() if key != "machine"}):
         raise QuestionError(f"file {name[:80]!r}: on this page a study names no files; give the numbers in the text")
-
-
-def key_at_fault(message: str) -> str:
-    """The key with which a message begins, such as ``members`` or ``vary.stiffness``; empty if it names none."""
-    found = BOTH.match(message) or FAULT.match(message)
-    return found[1].replace('"', "") if found else ""
 
 
 def about(study: Study) -> str:

@@ -82,10 +82,7 @@ def judge_scatter(spec: Spec, found: Design) -> None:
         With the key at fault, for a scatter or temperatures of the machine's own fluid that no design can have.
     """
     if spec.scatter and found.machine is not None:
-        try:
-            vary(found.machine, spec.scatter)
-        except QuestionError as reason:
-            raise QuestionError(f"scatter{str(reason).removeprefix('vary')}") from None
+        vary(found.machine, spec.scatter, "scatter")
     if found.machine is not None and not found.candidate.fluid:
         _temperatures(spec, found.machine, found.candidate)
     if not spec.scatter or found.machine is None:

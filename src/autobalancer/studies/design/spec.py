@@ -37,6 +37,7 @@ from autobalancer.machine.part import (
 from autobalancer.machine.plugins import OneOf
 from autobalancer.random_numbers import GREATEST
 from autobalancer.rotordynamics.receptance.answer import FittedReceptance
+from autobalancer.studies.study.spec import Varied
 from autobalancer.units import shortened
 
 # What may fill a race of a design: a fluid of the catalog, or a blend of two, at any temperature.
@@ -311,7 +312,7 @@ class Specification(Question):
     limits: Limits = key("what designs must keep", Limits(), default_text="–")
     candidates: Candidates = key("what there is to choose from")
     search: Search = key("how designs are run and compared", Search(), default_text="–")
-    scatter: dict[str, Any] = key(
+    scatter: Varied = key(
         "what else varies from machine to machine or run to run, as in studies", {}, value="tables of distributions"
     )
 

@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,7 +18,7 @@ from autobalancer.catalog.resolve import capability_of, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, Reduction
-from autobalancer.machine.part import unknown_key
+from autobalancer.machine.part import Quantity, Question, Rate, Time, key
 from autobalancer.machine.path import dimension_of
 from autobalancer.results.answers.studied import IMPOSSIBLE
 from autobalancer.results.measure_table import SWEPT, label_of
@@ -34,7 +34,6 @@ from autobalancer.studies.ensemble.layout import Groups, Plan
 from autobalancer.studies.ensemble.members import Members, without_start_angles
 from autobalancer.studies.study.spec import BALANCED_BEFORE, HELD_SPEED, Study, after_jump
 from autobalancer.studies.variations import coordinate, with_variation
-from autobalancer.units import argument, shortened
 
 Arrays = dict[str, np.ndarray]
 ATTEMPTS = 100  # times that a draw is taken again before a distribution is refused
@@ -377,15 +376,20 @@ def _label(name: str, settling_from: str) -> dict[str, Any]:
 
 
 RUN_UP = "run_up"
-UNITS = {
-    "speed": "rad/s",  # of operation
-    "rate": "rad/s^2",
-    "dwell_speed": "rad/s",
-    "dwell": "s",
-    "before_reduction": "s",
-    "reduced": "rad/s",
-    "reduced_for": "s",
-}
+
+
+class RunUp(Question):
+    """The shape of the run-up."""
+
+    speed: Rate = key("of operation")
+    rate: Annotated[float, Quantity("rad/s^2")] = key("of the run-up")
+    dwell_speed: Rate | None = key("of a dwell on the way up", None)
+    dwell: Time | None = key("time of this dwell", None)
+    before_reduction: Time | None = key("time at the speed, before it is reduced for a while", None)
+    reduced: Rate | None = key("to which the speed is reduced", None)
+    reduced_for: Time | None = key("time at the reduced speed", None)
+
+
 OF_PROFILE = {
     "speed": "end",
     "rate": "acceleration",
@@ -404,30 +408,18 @@ SHAPES = {
     "drive.profile.reduced": "speed to which it is reduced",
     "drive.profile.hold_reduced": "time at the reduced speed",
 }
-EXAMPLE = '{ speed = "1200 rpm", rate = "20 rpm/s", reduced = "700 rpm", reduced_for = "10 s" }'
 
 
-def with_run_up(machine: Machine, given: Any) -> tuple[Machine, dict[str, str]]:
-    """A machine that is run up in this way, from the table of a study file; names under 'vary' with their paths.
+def with_run_up(machine: Machine, given: RunUp) -> tuple[Machine, dict[str, str]]:
+    """A machine that is run up in this way; names under 'vary' with their paths.
 
     Raises
     ------
-    QuestionError
-        With the key at fault.
     MachineError
         If there can be no such run-up.
     """
-    if not isinstance(given, Mapping):
-        raise QuestionError(f"{RUN_UP}: given {shortened(given)}; must be a table, such as {EXAMPLE}")
-    for key in given:
-        if key not in UNITS:
-            raise QuestionError(f"{RUN_UP}.{key}: {unknown_key(key, [*UNITS])}")
-    for key in ("speed", "rate"):
-        if key not in given:
-            raise QuestionError(f"{RUN_UP}.{key}: missing; write {RUN_UP} = {EXAMPLE}")
-    values = {key: argument(f"{RUN_UP}.{key}", given[key], UNITS[key]) for key in given}
-    shape = {OF_PROFILE[key]: value for key, value in values.items()}
-    profile = {"kind": "reduction", "peak": values["speed"], "reduced": values["speed"], **shape}
+    shape = {name: value for key, name in OF_PROFILE.items() if (value := getattr(given, key)) is not None}
+    profile = {"kind": "reduction", "peak": given.speed, "reduced": given.speed, **shape}
     machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
     paths = {key: f"drive.profile.{name}" for key, name in OF_PROFILE.items()}
     paths["speed"] = "drive.profile.end & drive.profile.peak"
@@ -451,6 +443,7 @@ def check_length(study: Study) -> None:
         longest = max(longest, corners(profile)[-1][0])
     if longest >= study.duration:
         raise QuestionError(
-            f"duration: the run-up takes up to {longest:.4g} s, and runs end after {study.duration:.4g} s; give a longer "
-            "duration, so that the balls have time at the last speed"
+            f"the run-up takes up to {longest:.4g} s, and runs end after {study.duration:.4g} s; give a longer "
+            "duration, so that the balls have time at the last speed",
+            ("duration",),
         )

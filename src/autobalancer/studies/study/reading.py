@@ -3,57 +3,126 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, Literal
 
-from autobalancer.errors import AutobalancerError, QuestionError
+from pydantic import Field, field_validator, model_validator
+
+from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.samples import beside
-from autobalancer.files.text import read_toml
+from autobalancer.files.text import faults_of, question_data
 from autobalancer.machine import Machine
-from autobalancer.machine.part import unknown_key
+from autobalancer.machine.part import Duration, Label, Listed, Question, key, unknown_key
 from autobalancer.random_numbers import GREATEST
-from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.studies.ensemble.columns import SEED, is_start, unit_of_column
-from autobalancer.studies.study.chunk import OUTPUTS, RUN, RUN_UP, check_length, quantity_kind, with_run_up
+from autobalancer.studies.study.chunk import OUTPUTS, RUN, RUN_UP, RunUp, check_length, quantity_kind, with_run_up
 from autobalancer.studies.study.spec import (
-    KINDS,
-    PLANS,
     START,
     TABLE,
+    WANTED,
+    Amount,
     Distribution,
+    Impossible,
     Normal,
+    Plan,
     Stop,
     Study,
+    SuddenUnbalance,
+    Varied,
     joined,
     with_sudden,
 )
 from autobalancer.studies.variations import listed
-from autobalancer.units import argument, list_argument, shortened
+from autobalancer.units import list_argument, shortened, to_si
 
-DEFAULTS: dict[str, Any] = {
-    "name": None,
-    "members": 1000,
-    "plan": "random",
-    "seed": 0,
-    "starts": "random",
-    "duration": None,
-    "tolerance": 1e-6,
-    "bins": 500,
-    "settling_from": SETTLING_FROM[0],
-    "results": ["run"],
-    "impossible": "refuse",
-    TABLE: None,
-    RUN_UP: None,
-    "vary": {},
-    "correlation": [],
-    "joint": [],
-    "stop": None,
-    "show": [],
-}
-KEYS = ("machine", *DEFAULTS)
+Whole = Annotated[int, Field(strict=True, ge=1, le=GREATEST)]
+Seed = Annotated[int, Field(strict=True, ge=0, le=GREATEST)]
+Texts = Annotated[tuple[Label, ...], Listed]
 MOST = 10_000_000  # members
+
+
+class Correlation(Question):
+    """The correlation of two parameters that scatter."""
+
+    between: tuple[Label, Label] = key("their names")
+    value: Annotated[float, Field(strict=True, ge=-1.0, le=1.0)] = key(
+        "of the normal numbers behind both (Gaussian copula)"
+    )
+
+
+class Joint(Question):
+    """Parameters that are normal together."""
+
+    names: Annotated[tuple[Label, ...], Field(min_length=1)] = key("of the parameters")
+    covariance: tuple[tuple[Annotated[float, Field(strict=True)], ...], ...] = key(
+        "in SI, a row for each name", value="list of lists of numbers"
+    )
+    mean: tuple[Amount, ...] | None = key(
+        "a value for each name; those of the machine unless given", None, value="list in the units of the parameters"
+    )
+
+    @model_validator(mode="after")
+    def _is_a_covariance(self) -> Joint:
+        size, rows = len(self.names), self.covariance
+        if len(rows) != size or any(len(row) != size for row in rows):
+            raise QuestionError(f"must have {size} rows of {size} numbers, in SI", ("covariance",))
+        if any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
+            raise QuestionError("must be symmetric", ("covariance",))
+        if any(not rows[i][i] > 0.0 for i in range(size)):
+            raise QuestionError("its diagonal holds variances, which must be greater than zero", ("covariance",))
+        if self.mean is not None and len(self.mean) != size:
+            text = f"given {shortened(list(self.mean))}; must be a list of {size} values, as of names"
+            raise QuestionError(text, ("mean",))
+        return self
+
+
+class StudyFile(Question):
+    """A machine, what varies in it and how, and what is asked of every member."""
+
+    machine: Any = key("machine file, seen from this file", value="text")
+    name: Label = key("of the study", "")
+    members: Whole = key("draws at each point of the grid, at most; base samples with the plan `sensitivity`", 1000)
+    plan: Plan = key(
+        "of the draws: `sobol` and `latin_hypercube` fill the space more evenly, `sensitivity` is for Sobol' indices",
+        "random",
+    )
+    seed: Seed = key("equal seeds, equal numbers", 0)
+    starts: Literal["random", "machine"] = key("of the balls: each draw its own, or those of the machine", "random")
+    duration: Duration | None = key("of a run", None, default_text="that of the machine")
+    tolerance: Annotated[float, Field(strict=True, ge=1e-13, le=1e-2)] = key("relative, of the integration", 1e-6)
+    bins: Annotated[int, Field(strict=True, ge=10, le=GREATEST)] = key("of time in which the peak is looked for", 500)
+    settling_from: Literal["run-up", "release"] = key("what settling times count from", "run-up")
+    results: Annotated[Texts, Field(min_length=1)] = key(
+        "`run` for all measures; border speeds by name, `critical speed` and `capability` need no run", (RUN,)
+    )
+    impossible: Impossible = key("draws that make no machine: refuse them, draw again, or count them", "refuse")
+    sudden_unbalance: SuddenUnbalance | None = key("that appears at speed", None)
+    run_up: RunUp | None = key("in place of the drive of the machine", None)
+    vary: Varied = key("values that form a grid, and distributions", {}, value="lists, ranges, or tables")
+    correlation: Annotated[tuple[Correlation, ...], Listed] = key("of pairs", ())
+    joint: Annotated[tuple[Joint, ...], Listed] = key("parameters that are normal together", ())
+    stop: Stop | None = key("when draws are enough", None)
+    show: Texts = key("quantities of the table", (), default_text="peak deflection")
+
+    @field_validator("results")
+    @classmethod
+    def _are_known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for one in value:
+            if one not in OUTPUTS:
+                raise ValueError(f"given {one!r}; must be one of {', '.join(map(repr, OUTPUTS))}")
+        return tuple(dict.fromkeys(value))
+
+    @model_validator(mode="after")
+    def _go_together(self) -> StudyFile:
+        if self.sudden_unbalance is not None and self.run_up is not None:
+            raise QuestionError(f"give it or {RUN_UP!r}; an unbalance appears while the speed is held", (TABLE,))
+        if self.sudden_unbalance is not None and (RUN not in self.results or self.duration is not None):
+            text = "needs 'run' among the results, and no 'duration': it has 'before' and 'after'"
+            raise QuestionError(text, (TABLE,))
+        return self
 
 
 def read_study(given: str | Path | Mapping[str, Any]) -> Study:
@@ -66,95 +135,89 @@ def read_study(given: str | Path | Mapping[str, Any]) -> Study:
     MachineFileError
         If its machine cannot be read.
     """
-    if isinstance(given, (str, Path)):
-        path = Path(given)
-        data = read_toml(path)
-        return _named_faults(str(path), data, path.parent, path.stem)
-    if isinstance(given, Mapping):
-        return _named_faults("study", dict(given), Path(), "study")
-    raise QuestionError(f"study: given {shortened(given)}; give the path of a study file, or a dict of the same form")
+    data, source, folder, name = question_data(given, "study", "study")
+    with faults_of(source):
+        return _study(StudyFile(**data), {key: one for key, one in data.items() if key != "machine"}, folder, name)
 
 
-def _named_faults(source: str, data: dict[str, Any], folder: Path, name: str) -> Study:
-    try:
-        return _read(data, folder, name)
-    except QuestionError as error:
-        raise QuestionError(f"{source}: {error}") from None
-
-
-def _read(data: dict[str, Any], folder: Path, name: str) -> Study:
-    for key in data:
-        if key not in KEYS:
-            raise QuestionError(f"{key}: {unknown_key(key, sorted(KEYS))}")
-    if "machine" not in data:
-        raise QuestionError('machine: missing; give the path of a machine file, such as machine = "centrifuge.toml"')
-    given = {**DEFAULTS, **data}
-    machine = _machine(data["machine"], folder)
-    base, sudden, paths = machine, None, dict[str, dict[str, str]]()
-    if given[TABLE] is not None and given[RUN_UP] is not None:
-        raise QuestionError(f"{TABLE}, {RUN_UP}: give one of them; an unbalance appears while the speed is held")
-    if given[TABLE] is not None:
-        machine, sudden = with_sudden(machine, given[TABLE])
+def _study(asked: StudyFile, written: dict[str, Any], folder: Path, name: str) -> Study:
+    given = asked.machine
+    machine = base = balls_in_races(beside(folder, given) if isinstance(given, (str, Path)) else given)
+    sudden, paths = None, dict[str, dict[str, str]]()
+    if asked.sudden_unbalance is not None:
+        machine, sudden = with_sudden(machine, asked.sudden_unbalance)
         paths[TABLE] = sudden.paths()
-    if given[RUN_UP] is not None:
-        machine, paths[RUN_UP] = with_run_up(machine, given[RUN_UP])
-    if isinstance(given["vary"], Mapping):
-        given["vary"] = _as_paths(given["vary"], paths)
-    grid, scatter = vary(machine, given["vary"])
-    pairs = joint(machine, given["joint"], scatter) | correlation(given["correlation"])
+    if asked.run_up is not None:
+        machine, paths[RUN_UP] = with_run_up(machine, asked.run_up)
+    grid, scatter = vary(machine, _as_paths(asked.vary, paths))
+    pairs = _joint(machine, asked.joint, scatter) | {one.between: one.value for one in asked.correlation}
     check_pairs(pairs, scatter)
-    random_starts = one_of("starts", given["starts"], ("random", "machine")) == "random"
-    results = _results(given["results"])
-    plan = one_of("plan", given["plan"], PLANS)
+    with _at("show"):
+        shown = tuple(one for one in asked.show if quantity_kind(one, asked.results)[0] != "bool")
+    own = math.nan if machine.run is None else float(machine.run.duration)
     study = Study(
         machine=machine,
-        name=str(given["name"] or name),
+        name=asked.name or name,
         grid=grid,
         scatter=scatter,
         correlation=pairs,
-        members=whole("members", given["members"], 1),
-        plan=cast(Any, plan),
-        seed=whole("seed", given["seed"], 0),
-        random_starts=random_starts and RUN in results,
-        duration=_duration(machine, given["duration"]) if sudden is None else sudden.after,
-        tolerance=number("tolerance", given["tolerance"], 1e-13, 1e-2),
-        bins=whole("bins", given["bins"], 10),
-        results=results,
-        impossible=cast(Any, one_of("impossible", given["impossible"], ("refuse", "truncate", "record"))),
-        stop=None if given["stop"] is None else stop_of(given["stop"], results),
-        show=_shown(given["show"], results),
+        members=asked.members,
+        plan=asked.plan,
+        seed=asked.seed,
+        random_starts=asked.starts == "random" and RUN in asked.results,
+        duration=sudden.after if sudden is not None else own if asked.duration is None else float(asked.duration),
+        tolerance=asked.tolerance,
+        bins=asked.bins,
+        results=asked.results,
+        impossible=asked.impossible,
+        stop=None if asked.stop is None else _stop(asked.stop, asked.results),
+        show=shown,
         base=base if base is not machine else None,
         sudden=sudden,
-        settling_from=one_of("settling_from", given["settling_from"], SETTLING_FROM),
-        written={key: value for key, value in data.items() if key != "machine"},
+        settling_from=asked.settling_from,
+        written=written,
     )
-    _checkwhole(study)
-    if given[RUN_UP] is not None:
+    _check_whole(study)
+    if asked.run_up is not None:
         check_length(study)
     return study
 
 
-def _checkwhole(study: Study) -> None:
+@contextmanager
+def _at(*path: str | int) -> Iterator[None]:
+    """What is refused meanwhile is at a path of the file."""
+    try:
+        yield
+    except (QuestionError, UnitError, MachineError) as error:
+        raise QuestionError.of("", error.within(*path).problems) from None
+
+
+def _stop(given: Stop, results: tuple[str, ...]) -> Stop:
+    with _at("stop", "of"):
+        kind, unit = quantity_kind(given.of, results)
+    with _at("stop"):
+        return given.settled(kind, unit)
+
+
+def _check_whole(study: Study) -> None:
     if study.count > MOST:
-        raise QuestionError(f"members: {study.count} in all are asked for; at most {MOST} are possible")
+        raise QuestionError(f"{study.count} in all are asked for; at most {MOST} are possible", ("members",))
     if not study.grid and not study.inputs:
-        raise QuestionError("vary: nothing varies; give a parameter with values or a distribution, or random starts")
+        text = "nothing varies; give a parameter with values or a distribution, or random starts"
+        raise QuestionError(text, ("vary",))
     if study.plan == "sensitivity" and study.correlation:
-        raise QuestionError(
-            "plan, correlation: Sobol' indices need inputs that are independent; take the plan 'random'"
-        )
+        raise QuestionError("Sobol' indices need inputs that are independent; take the plan 'random'", ("correlation",))
     if study.plan == "sensitivity" and not study.inputs:
-        raise QuestionError("plan: 'sensitivity' needs inputs that scatter; give distributions under 'vary'")
+        raise QuestionError("'sensitivity' needs inputs that scatter; give distributions under 'vary'", ("plan",))
     if study.impossible == "truncate" and study.plan != "random":
-        raise QuestionError(f"impossible: 'truncate' draws again, which the plan {study.plan!r} cannot; take 'random'")
-    if study.stop is not None and study.plan != "random":
         raise QuestionError(
-            f"stop: the intervals are those of independent draws, and the plan is {study.plan!r}; take the plan 'random'"
+            f"'truncate' draws again, which the plan {study.plan!r} cannot; take 'random'", ("impossible",)
         )
-    if study.sudden is not None and (RUN not in study.results or study.written.get("duration") is not None):
-        raise QuestionError(f"{TABLE}: needs 'run' among the results, and no 'duration': it has 'before' and 'after'")
+    if study.stop is not None and study.plan != "random":
+        text = f"the intervals are those of independent draws, and the plan is {study.plan!r}; take the plan 'random'"
+        raise QuestionError(text, ("stop",))
     if START in study.scatter:
-        raise QuestionError(f"vary.{START}: no parameter has this name; random starts are starts = 'random'")
+        raise QuestionError("no parameter has this name; random starts are starts = 'random'", ("vary", START))
 
 
 def _as_paths(given: Mapping[str, Any], paths: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
@@ -170,73 +233,8 @@ def _as_paths(given: Mapping[str, Any], paths: Mapping[str, Mapping[str, str]]) 
             continue
         for inner, value in {key: entry}.items() if key else dict(entry).items():
             if inner not in paths[table]:
-                raise QuestionError(f"vary.{table}.{inner}: {unknown_key(inner, [*paths[table]])}")
+                raise QuestionError(unknown_key(inner, [*paths[table]]), ("vary", table, inner))
             found[paths[table][inner]] = value
-    return found
-
-
-def _machine(given: Any, folder: Path) -> Machine:
-    return balls_in_races(beside(folder, given) if isinstance(given, (str, Path)) else given)
-
-
-def stop_of(given: Any, results: tuple[str, ...]) -> Stop:
-    allowed = ("of", "statistic", "half_width", "relative", "at")
-    if not isinstance(given, Mapping):
-        raise QuestionError(f"stop: given {shortened(given)}; must be a table with {', '.join(allowed)}")
-    for key in given:
-        if key not in allowed:
-            raise QuestionError(f"stop.{key}: {unknown_key(key, allowed)}")
-    if "of" not in given:
-        raise QuestionError("stop.of: missing; name a quantity, such as 'balanced' or 'peak_deflection'")
-    try:
-        of, kind, unit = str(given["of"]), *quantity_kind(str(given["of"]), results)
-    except QuestionError as error:
-        raise QuestionError(f"stop.of: {error}") from None
-    usual = "share" if kind == "bool" else "mean"
-    statistic = one_of("stop.statistic", given.get("statistic", usual), ("share", "mean", "quantile"))
-    if (statistic == "share") != (kind == "bool"):
-        raise QuestionError(
-            f"stop.statistic: given {statistic!r}; of {of!r} there is {usual!r}{'' if kind == 'bool' else ' or quantile'}"
-        )
-    if ("half_width" in given) == ("relative" in given):
-        raise QuestionError(
-            "stop: give half_width, in the unit of the quantity, or relative, over its value; one of them"
-        )
-    level = number("stop.at", given.get("at", 0.5), 0.0, 1.0)
-    width = "half_width" if "half_width" in given else "relative"
-    value = argument(f"stop.{width}", given[width], "" if statistic == "share" or width == "relative" else unit)
-    if not value > 0.0:
-        raise QuestionError(f"stop.{width}: given {given[width]!r}; must be greater than zero")
-    return Stop(of, statistic, at=level, **{width: value})
-
-
-def _results(given: Any) -> tuple[str, ...]:
-    wanted = [given] if isinstance(given, str) else given
-    if not isinstance(wanted, list) or not wanted:
-        raise QuestionError(f"results: given {shortened(given)}; must be a list of {', '.join(OUTPUTS)}")
-    for one in wanted:
-        one_of("results", one, tuple(OUTPUTS))
-    return tuple(dict.fromkeys(wanted))
-
-
-def _shown(given: Any, results: tuple[str, ...]) -> tuple[str, ...]:
-    names = [given] if isinstance(given, str) else given
-    if not isinstance(names, list):
-        raise QuestionError(f"show: given {shortened(given)}; must be a list of quantities")
-    for name in names:
-        try:
-            quantity_kind(str(name), results)
-        except QuestionError as error:
-            raise QuestionError(f"show: {error}") from None
-    return tuple(str(name) for name in names if quantity_kind(str(name), results)[0] != "bool")
-
-
-def _duration(machine: Machine, given: Any) -> float:
-    if given is None:
-        return float(machine.run.duration) if machine.run is not None else math.nan
-    found = argument("duration", given, "s")
-    if not (math.isfinite(found) and found > 0.0):
-        raise QuestionError(f"duration: given {given!r}; must be a time greater than zero")
     return found
 
 
@@ -246,173 +244,52 @@ def _duration(machine: Machine, given: Any) -> float:
 Pairs = dict[tuple[str, str], float]
 
 
-def vary(machine: Machine, given: Any) -> tuple[dict[str, list[Any]], dict[str, Distribution]]:
-    """Parameters with the values of a grid, and parameters with a distribution."""
-    if not isinstance(given, Mapping):
-        raise QuestionError(f"vary: given {shortened(given)}; must be a table of parameters")
+def vary(
+    machine: Machine, given: Mapping[str, Any], table: str = "vary"
+) -> tuple[dict[str, list[Any]], dict[str, Distribution]]:
+    """Parameters with the values of a grid, and parameters with a distribution, from a table of a file."""
     grid: dict[str, list[Any]] = {}
     scatter: dict[str, Distribution] = {}
-    for name, table in given.items():
-        try:
+    for name, entry in given.items():
+        with _at(table, name):
             if name == SEED:
                 raise QuestionError("starts = 'random' gives every draw a seed of its own")
             unit = unit_of_column(machine, name)
-            if isinstance(table, Mapping) and "distribution" in table:
-                scatter[name] = distribution(machine, name, unit, dict(table))
-            else:
-                values = table["values"] if isinstance(table, Mapping) and set(table) == {"values"} else table
-                grid[name] = _values(machine, name, unit, values)
-        except AutobalancerError as error:
-            raise QuestionError(f"vary.{_quoted(name)}: {error}") from None
+            if isinstance(entry, Distribution):
+                scatter[name] = entry.settled(unit, lambda key, name=name: _of_machine(machine, name))  # type: ignore[misc]
+                continue
+            if isinstance(entry, Mapping):
+                raise QuestionError(f"given {shortened(dict(entry))}; {WANTED}")
+            grid[name] = list_argument(name, entry, unit) if is_start(name) else list(listed(machine, name, entry))
+            if not grid[name]:
+                raise QuestionError("given no value; give at least one")
     return grid, scatter
 
 
-def _values(machine: Machine, name: str, unit: str, values: Any) -> list[Any]:
-    if values is None or isinstance(values, Mapping):
-        raise QuestionError(
-            f"given {shortened(values)}; give 'values' = a list or a range, or 'distribution' = one of {', '.join(KINDS)}"
-        )
-    found = list_argument(name, values, unit) if is_start(name) else list(listed(machine, name, values))
-    if not found:
-        raise QuestionError("given no value; give at least one")
-    return found
-
-
-def distribution(machine: Machine, name: str, unit: str, table: dict[str, Any]) -> Distribution:
-    """The distribution of one parameter from its table in a study file.
-
-    Raises
-    ------
-    QuestionError
-        For an unknown distribution or key, a missing one, and numbers that are none or make no distribution.
-    """
-    word = one_of("distribution", table.pop("distribution"), tuple(KINDS))
-    kind = KINDS[word]
-    for key in table:
-        if key not in (*kind.needs, *kind.may):
-            raise QuestionError(f"{key}: {unknown_key(key, [*kind.needs, *kind.may])}")
-    middle = {"mean", "median", "mode", "nominal"} & set(kind.needs)
-    for key in kind.needs:
-        if key not in table and key in middle and not is_start(name):
-            table[key] = _of_machine(machine, name, key)
-        elif key not in table:
-            raise QuestionError(f"{key}: missing; {word!r} needs {', '.join(kind.needs)}")
-    if word == "discrete":
-        found = kind(tuple(_discrete(table["values"], unit)), _weights(table.get("weights", ())))  # type: ignore[call-arg]
-    else:
-        found = kind(**_numbers(word, table, unit))
-    if wrong := found.wrong():
-        raise QuestionError(wrong)
-    return found
-
-
-def _numbers(word: str, table: dict[str, Any], unit: str) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        if key == "shape":
-            found[key] = value
-        elif key == "factor":
-            found[key] = argument(key, value, "")
-        elif key in ("plus", "minus", "plus_minus", "standard_deviation"):
-            middle = "nominal" if word == "tolerance" else "mean"
-            found[key] = _width(key, value, unit, argument(middle, table[middle], unit))
-        else:
-            found[key] = argument(key, value, unit)
-    both = found.pop("plus_minus", None)
-    if both is not None:
-        if "plus" in found or "minus" in found:
-            raise QuestionError("plus_minus: stands alone; give it, or plus and minus")
-        found |= {"plus": both, "minus": both}
-    return found
-
-
-def _width(key: str, value: Any, unit: str, middle: float) -> float:
-    """A difference in the unit of the parameter, or a percentage of its middle."""
-    share = isinstance(value, str) and value.strip().endswith("%")
-    if share and unit == "K":
-        raise QuestionError(f"{key}: given {value!r}; a share of an absolute temperature says little, write it in K")
-    if share:
-        return abs(middle) * argument(key, value, "")
-    if unit == "K" and isinstance(value, str) and "deg" in value:
-        raise QuestionError(f"{key}: given {value!r}; a difference of temperatures is written in K, such as '3 K'")
-    return argument(key, value, unit)
-
-
-def _discrete(values: Any, unit: str) -> Sequence[Any]:
-    if not isinstance(values, (list, tuple)):
-        raise QuestionError(f"values: given {shortened(values)}; must be a list")
-    if not unit and all(isinstance(value, str) for value in values):
-        return values
-    return list_argument("values", values, unit)
-
-
-def _weights(given: Any) -> tuple[float, ...]:
-    if not isinstance(given, (list, tuple)) or any(
-        isinstance(one, bool) or not isinstance(one, (int, float)) for one in given
-    ):
-        raise QuestionError(f"weights: given {shortened(given)}; must be a list of numbers")
-    return tuple(float(one) for one in given)
-
-
-def _of_machine(machine: Machine, name: str, key: str) -> float:
+def _of_machine(machine: Machine, name: str) -> float:
     from autobalancer.assembly.quantities import value_of
 
-    value = value_of(machine, name)
+    value = math.nan if is_start(name) else value_of(machine, name)
     if not math.isfinite(value):
-        raise QuestionError(f"{key}: missing, and the machine has no single value of {name!r} to take for it")
+        raise QuestionError(f"missing, and the machine has no single value of {name!r} to take for it")
     return value
 
 
-def joint(machine: Machine, given: Any, scatter: dict[str, Distribution]) -> Pairs:
+def _joint(machine: Machine, given: Sequence[Joint], scatter: dict[str, Distribution]) -> Pairs:
     """Normal parameters with their covariance (SI); they join ``scatter``."""
     found: Pairs = {}
-    for place, table in enumerate(tables("joint", given), start=1):
-        where = f"joint[{place}]"
-        names, covariance = cast(Any, table.get("names")), cast(Any, table.get("covariance"))
-        if set(table) - {"names", "mean", "covariance"} or not _are_texts(names):
-            raise QuestionError(f"{where}: must have 'names', 'covariance' in SI, and may have 'mean'")
-        if not _square(covariance, len(names)):
-            raise QuestionError(f"{where}.covariance: must have {len(names)} rows of {len(names)} numbers, in SI")
-        if any(covariance[i][j] != covariance[j][i] for i in range(len(names)) for j in range(i)):
-            raise QuestionError(f"{where}.covariance: must be symmetric")
-        if any(not covariance[i][i] > 0.0 for i in range(len(names))):
-            raise QuestionError(f"{where}.covariance: its diagonal holds variances, which must be greater than zero")
-        means = table.get("mean") or [_of_machine(machine, name, "mean") for name in names]
-        if not isinstance(means, list) or len(means) != len(names):
-            raise QuestionError(
-                f"{where}.mean: given {shortened(means)}; must be a list of {len(names)} values, as of names"
-            )
-        deviation = [math.sqrt(covariance[i][i]) for i in range(len(names))]
-        for i, name in enumerate(names):
+    for place, one in enumerate(given):
+        deviation = [math.sqrt(one.covariance[i][i]) for i in range(len(one.names))]
+        for i, name in enumerate(one.names):
             if name in scatter:
-                raise QuestionError(f"{where}: {name!r} has a distribution under 'vary' already; give it once")
-            scatter[name] = Normal(argument(f"{where}.mean", means[i], unit_of_column(machine, name)), deviation[i])
+                text = f"{name!r} has a distribution under 'vary' already; give it once"
+                raise QuestionError(text, ("joint", place))
+            with _at("joint", place, "mean"):
+                own = None if one.mean is None else to_si(one.mean[i], unit_of_column(machine, name))
+                mean = _of_machine(machine, name) if own is None else float(own)
+            scatter[name] = Normal(mean=mean, standard_deviation=deviation[i])
             for j in range(i):
-                found[names[j], name] = covariance[i][j] / (deviation[i] * deviation[j])
-    return found
-
-
-def _are_texts(names: Any) -> bool:
-    return isinstance(names, list) and bool(names) and all(isinstance(name, str) for name in names)
-
-
-def _square(matrix: Any, size: int) -> bool:
-    return (
-        isinstance(matrix, list)
-        and len(matrix) == size
-        and all(isinstance(row, list) and len(row) == size for row in matrix)
-        and all(isinstance(one, (int, float)) for row in matrix for one in row)
-    )
-
-
-def correlation(given: Any) -> Pairs:
-    """Correlations of pairs."""
-    found: Pairs = {}
-    for place, table in enumerate(tables("correlation", given), start=1):
-        between, value = table.get("between"), table.get("value")
-        if set(table) != {"between", "value"} or not isinstance(between, list) or len(between) != 2:
-            raise QuestionError(f"correlation[{place}]: must have 'between', two names, and 'value'")
-        found[str(between[0]), str(between[1])] = number(f"correlation[{place}].value", value, -1.0, 1.0)
+                found[one.names[j], name] = one.covariance[i][j] / (deviation[i] * deviation[j])
     return found
 
 
@@ -421,44 +298,8 @@ def check_pairs(pairs: Pairs, scatter: dict[str, Distribution]) -> None:
     for one, other in pairs:
         for name in (one, other):
             if name not in scatter:
-                raise QuestionError(
-                    f"correlation: {name!r} has no distribution under 'vary'; there are {list(scatter)}"
-                )
+                text = f"{name!r} has no distribution under 'vary'; there are {list(scatter)}"
+                raise QuestionError(text, ("correlation",))
         if one == other:
-            raise QuestionError(f"correlation: {one!r} is named twice; a correlation is between two parameters")
+            raise QuestionError(f"{one!r} is named twice; a correlation is between two parameters", ("correlation",))
     joined(list(scatter), pairs)
-
-
-def _quoted(name: str) -> str:
-    return f'"{name}"' if not name.isidentifier() else name
-
-
-# Entries of a study file that are not quantities of a machine: one of several words, whole numbers, tables.
-
-
-def one_of(key: str, given: Any, allowed: Sequence[str]) -> str:
-    """One of several words."""
-    if given not in allowed:
-        raise QuestionError(f"{key}: given {given!r}; must be one of {', '.join(map(repr, allowed))}")
-    return str(given)
-
-
-def whole(key: str, given: Any, least: int) -> int:
-    """A whole number."""
-    if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= GREATEST:
-        raise QuestionError(f"{key}: given {given!r}; must be a whole number, {least} or more")
-    return given
-
-
-def number(key: str, given: Any, low: float, high: float) -> float:
-    """A number within bounds."""
-    if isinstance(given, bool) or not isinstance(given, (int, float)) or not low <= given <= high:
-        raise QuestionError(f"{key}: given {given!r}; must be a number from {low:g} to {high:g}")
-    return float(given)
-
-
-def tables(key: str, given: Any) -> list[dict[str, Any]]:
-    """Tables of an array in TOML."""
-    if not isinstance(given, list) or not all(isinstance(entry, dict) for entry in given):
-        raise QuestionError(f"{key}: given {shortened(given)}; must be tables, each written as [[{key}]]")
-    return given

@@ -3,23 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, PlainValidator, model_validator
 from scipy.special import bdtr, ndtr, ndtri
 
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.errors import QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.measures.columns import END, STATUS, VERDICT
 from autobalancer.kernels.measures.limits import NO_VERDICT
 from autobalancer.machine import Machine
-from autobalancer.machine.part import unknown_key
+from autobalancer.machine.part import (
+    Angle,
+    CoupleMoment,
+    Duration,
+    Family,
+    Label,
+    Length,
+    Mass,
+    Positive,
+    Question,
+    Speed,
+    UnbalanceMoment,
+    key,
+)
+from autobalancer.machine.station import Place
 from autobalancer.random_numbers import generator
 from autobalancer.results.recorded import SETTLING_FROM
 from autobalancer.results.shares import Z, wilson_interval
@@ -29,7 +44,7 @@ from autobalancer.studies.ensemble.execute import Ran, run_groups
 from autobalancer.studies.ensemble.layout import Groups
 from autobalancer.studies.ensemble.layout import Plan as IntegrationPlan
 from autobalancer.studies.ensemble.members import Members
-from autobalancer.units import argument, shortened
+from autobalancer.units import list_argument, shortened, to_si
 
 # How a parameter scatters: values from numbers between 0 and 1, so that every plan of samples serves every
 # distribution.
@@ -38,13 +53,33 @@ from autobalancer.units import argument, shortened
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Distribution:
-    """One parameter that scatters. ``word`` is what a study file calls it."""
+def _amount(given: Any) -> Any:
+    if isinstance(given, bool) or not (isinstance(given, str) or hasattr(given, "__float__")):
+        raise ValueError(f"given {shortened(given)}; give a number in SI or a text with a unit")
+    return given if isinstance(given, str) else float(given)
 
-    word: ClassVar[str] = ""
-    needs: ClassVar[tuple[str, ...]] = ()
-    may: ClassVar[tuple[str, ...]] = ()
+
+Amount = Annotated[
+    float, PlainValidator(_amount, json_schema_input_type=float | str)
+]  # its unit is known with the machine
+MIDDLES = ("mean", "median", "mode", "nominal")
+WIDTHS = ("standard_deviation", "plus_minus", "plus", "minus")
+
+
+def amount(meaning: str, default: Any = ..., *, value: str = "in the unit of the parameter") -> Any:
+    """A key whose unit is that of the parameter."""
+    return key(meaning, default, value=value, default_text="that of the machine" if meaning in MIDDLES else "")
+
+
+def width(meaning: str, default: Any = ...) -> Any:
+    """A key with a difference to the middle."""
+    return amount(meaning, default, value="in the unit of the parameter, or percent of the middle")
+
+
+class Distribution(Question):
+    """One parameter that scatters; of a machine the middle need not be given."""
+
+    distribution: str
 
     def at(self, share: Floats) -> Any:
         """Values below which such shares of all values lie; numbers in SI, or texts.
@@ -62,14 +97,44 @@ class Distribution:
 
     def __str__(self) -> str:
         """In words, SI: ``normal: mean 12, standard deviation 0.5``."""
-        given = [(each.name, getattr(self, each.name)) for each in fields(self)]
-        told = [f"{name.replace('_', ' ')} {_told(value)}" for name, value in given if _is_limit(value)]
-        return f"{self.word}: {', '.join(told)}"
+        given = [(name, value) for name, value in self if name != "distribution" and value not in (None, ())]
+        told = [f"{name.replace('_', ' ')} {_told(value)}" for name, value in given]
+        return f"{self.distribution}: {', '.join(told)}"
+
+    def settled(self, unit: str, middle: Callable[[str], float]) -> Self:
+        """The same with all numbers in SI; ``middle`` gives the one of the machine for a key that is not there.
+
+        Raises
+        ------
+        QuestionError
+            With the key of what is no such number, or makes no distribution.
+        """
+        found: dict[str, float] = {}
+        center = 0.0
+        for name, value in self:
+            try:
+                if name in MIDDLES:
+                    found[name] = center = middle(name) if value is None else to_si(value, unit)
+                elif name in WIDTHS and value is not None:
+                    found[name] = _width(value, unit, center)
+                elif name in ("low", "high", "factor") and value is not None:
+                    found[name] = to_si(value, "" if name == "factor" else unit)
+            except (QuestionError, UnitError) as error:
+                raise QuestionError(str(error), (name,)) from None
+        made = self.model_copy(update={name: float(value) for name, value in found.items()})
+        if wrong := made.wrong():
+            raise QuestionError(wrong)
+        return made
 
 
-def _is_limit(value: Any) -> bool:
-    """Whether it says anything: neither an infinite bound nor an empty list."""
-    return value != () and not (isinstance(value, float) and math.isinf(value))
+def _width(value: Any, unit: str, middle: float) -> float:
+    """A difference in the unit of the parameter, or a percentage of its middle."""
+    share = isinstance(value, str) and value.strip().endswith("%")
+    if share and unit == "K":
+        raise QuestionError(f"given {value!r}; a share of an absolute temperature says little, write it in K")
+    if unit == "K" and isinstance(value, str) and "deg" in value:
+        raise QuestionError(f"given {value!r}; a difference of temperatures is written in K, such as '3 K'")
+    return abs(middle) * to_si(value, "") if share else to_si(value, unit)
 
 
 def _told(value: Any) -> str:
@@ -78,46 +143,47 @@ def _told(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-@dataclass(frozen=True)
 class Normal(Distribution):
     """Normal, between ``low`` and ``high`` where they are given."""
 
-    word = "normal"
-    needs = ("mean", "standard_deviation")
-    may = ("low", "high")
-
-    mean: float
-    standard_deviation: float
-    low: float = -math.inf
-    high: float = math.inf
+    distribution: Literal["normal"] = "normal"
+    mean: Amount | None = amount("mean", None)
+    standard_deviation: Amount = width("standard deviation")
+    low: Amount | None = amount("no draw is below", None)
+    high: Amount | None = amount("no draw is above", None)
 
     def at(self, share: Floats) -> Floats:
         """Values below which such shares of all values lie, SI."""
-        begin, end = (ndtr((limit - self.mean) / self.standard_deviation) for limit in (self.low, self.high))
-        found = self.mean + self.standard_deviation * ndtri(begin + (end - begin) * share)
-        return np.asarray(np.clip(found, self.low, self.high))
+        mean, deviation, low, high = self._numbers()
+        begin, end = (ndtr((limit - mean) / deviation) for limit in (low, high))
+        return np.asarray(np.clip(mean + deviation * ndtri(begin + (end - begin) * share), low, high))
+
+    def _numbers(self) -> tuple[float, float, float, float]:
+        low, high = -math.inf if self.low is None else self.low, math.inf if self.high is None else self.high
+        return _known(self.mean), self.standard_deviation, low, high
 
     def wrong(self) -> str:
         """What is impossible about it; empty if nothing is."""
-        if not self.standard_deviation > 0.0:
+        mean, deviation, low, high = self._numbers()
+        if not deviation > 0.0:
             return "standard_deviation must be greater than zero"
-        if not self.low < self.high:
+        if not low < high:
             return "low must be below high"
-        inside = ndtr((self.high - self.mean) / self.standard_deviation) - ndtr(
-            (self.low - self.mean) / self.standard_deviation
-        )
+        inside = ndtr((high - mean) / deviation) - ndtr((low - mean) / deviation)
         return "" if inside > 1e-9 else "nothing of it lies between low and high"
 
 
-@dataclass(frozen=True)
+def _known(number: float | None) -> float:
+    assert number is not None, "a distribution is settled before it is drawn from"
+    return number
+
+
 class Uniform(Distribution):
     """Every value between ``low`` and ``high`` alike."""
 
-    word = "uniform"
-    needs = ("low", "high")
-
-    low: float
-    high: float
+    distribution: Literal["uniform"] = "uniform"
+    low: Amount = amount("least value")
+    high: Amount = amount("greatest value")
 
     def at(self, share: Floats) -> Floats:
         """Values below which such shares of all values lie, SI."""
@@ -128,60 +194,66 @@ class Uniform(Distribution):
         return "" if self.low < self.high else "low must be below high"
 
 
-@dataclass(frozen=True)
 class LogNormal(Distribution):
     """Normal in its logarithm: 68 % of the values lie between ``median / factor`` and ``median * factor``."""
 
-    word = "log-normal"
-    needs = ("median", "factor")
-    numbers: ClassVar[tuple[str, ...]] = ("factor",)
-
-    median: float
-    factor: float
+    distribution: Literal["log-normal"] = "log-normal"
+    median: Amount | None = amount("median", None)
+    factor: Amount = amount("68 % lie between the median over this factor and the median times it", value="number, > 1")
 
     def at(self, share: Floats) -> Floats:
         """Values below which such shares of all values lie, SI."""
-        return np.asarray(self.median * np.exp(math.log(self.factor) * ndtri(share)))
+        return np.asarray(_known(self.median) * np.exp(math.log(self.factor) * ndtri(share)))
 
     def wrong(self) -> str:
         """What is impossible about it; empty if nothing is."""
-        if not self.median > 0.0:
+        if not _known(self.median) > 0.0:
             return "median must be greater than zero"
         return "" if self.factor > 1.0 else "factor must be greater than 1, such as 1.2"
 
 
-@dataclass(frozen=True)
 class Triangular(Distribution):
     """From ``low`` to ``high``, most often near ``mode``."""
 
-    word = "triangular"
-    needs = ("low", "mode", "high")
-
-    low: float
-    mode: float
-    high: float
+    distribution: Literal["triangular"] = "triangular"
+    low: Amount = amount("least value")
+    mode: Amount | None = amount("mode", None)
+    high: Amount = amount("greatest value")
 
     def at(self, share: Floats) -> Floats:
         """Values below which such shares of all values lie, SI."""
-        width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
+        mode = _known(self.mode)
+        width, left, right = self.high - self.low, mode - self.low, self.high - mode
         rising = self.low + np.sqrt(share * width * left)
         return np.where(share * width < left, rising, self.high - np.sqrt((1.0 - share) * width * right))
 
     def wrong(self) -> str:
         """What is impossible about it; empty if nothing is."""
-        return "" if self.low <= self.mode <= self.high and self.low < self.high else "must have low <= mode <= high"
+        return (
+            ""
+            if self.low <= _known(self.mode) <= self.high and self.low < self.high
+            else "must have low <= mode <= high"
+        )
 
 
-@dataclass(frozen=True)
 class Discrete(Distribution):
     """One of ``values``, as often as its weight says; all alike without ``weights``."""
 
-    word = "discrete"
-    needs = ("values",)
-    may = ("weights",)
+    distribution: Literal["discrete"] = "discrete"
+    values: tuple[Any, ...] = key("numbers or words", value="list")
+    weights: tuple[float, ...] = key("how often each value is taken; alike unless given", ())
 
-    values: tuple[Any, ...]
-    weights: tuple[float, ...] = ()
+    def settled(self, unit: str, middle: Callable[[str], float]) -> Self:
+        """The same with its values in SI."""
+        if not unit and all(isinstance(value, str) for value in self.values):
+            return self._checked(self.values)
+        return self._checked(tuple(list_argument("values", self.values, unit)))
+
+    def _checked(self, values: tuple[Any, ...]) -> Self:
+        found = self.model_copy(update={"values": values})
+        if wrong := found.wrong():
+            raise QuestionError(wrong)
+        return found
 
     def at(self, share: Floats) -> Any:
         """The values, (draws,)."""
@@ -206,41 +278,84 @@ class Discrete(Distribution):
 SPREADS = 3.0  # standard deviations from the middle to the limits of a tolerance
 
 
-@dataclass(frozen=True)
 class Tolerance(Distribution):
     """A dimension with its limits: normal with the limits at three standard deviations and nothing beyond, or uniform."""
 
-    word = "tolerance"
-    needs = ("nominal",)
-    may = ("plus", "minus", "plus_minus", "shape")
+    distribution: Literal["tolerance"] = "tolerance"
+    nominal: Amount | None = amount("nominal", None)
+    plus_minus: Amount | None = width("both limits", None)
+    plus: Amount | None = width("upper limit above the nominal value", None)
+    minus: Amount | None = width("lower limit below the nominal value", None)
+    shape: Literal["normal", "uniform"] = key("between the limits", "normal")
 
-    nominal: float
-    plus: float = 0.0
-    minus: float = 0.0
-    shape: str = "normal"
+    @model_validator(mode="after")
+    def _alone(self) -> Self:
+        if self.plus_minus is not None and not (self.plus is None and self.minus is None):
+            raise QuestionError("stands alone; give it, or plus and minus", ("plus_minus",))
+        return self
 
     def at(self, share: Floats) -> Floats:
         """Values below which such shares of all values lie, SI."""
         return self._spread().at(share)
 
     def _spread(self) -> Normal | Uniform:
-        low, high = self.nominal - self.minus, self.nominal + self.plus
+        minus, plus = self._limits()
+        low, high = _known(self.nominal) - minus, _known(self.nominal) + plus
         if self.shape == "uniform":
-            return Uniform(low, high)
-        return Normal(0.5 * (low + high), (high - low) / (2.0 * SPREADS), low, high)
+            return Uniform(low=low, high=high)
+        return Normal(mean=0.5 * (low + high), standard_deviation=(high - low) / (2.0 * SPREADS), low=low, high=high)
+
+    def _limits(self) -> tuple[float, float]:
+        both = self.plus_minus or 0.0
+        return self.minus or both, self.plus or both
 
     def wrong(self) -> str:
         """What is impossible about it; empty if nothing is."""
-        if self.shape not in ("normal", "uniform"):
-            return f"shape: given {self.shape!r}; must be 'normal' or 'uniform'"
-        if min(self.plus, self.minus) < 0.0:
+        if min(self._limits()) < 0.0:
             return "plus and minus are counted from the nominal value; they must not be negative"
-        return "" if self.plus + self.minus > 0.0 else "has no width; give plus_minus, or plus and minus"
+        return "" if sum(self._limits()) > 0.0 else "has no width; give plus_minus, or plus and minus"
 
 
-KINDS: Mapping[str, type[Distribution]] = {
-    kind.word: kind for kind in (Normal, Uniform, LogNormal, Triangular, Discrete, Tolerance)
+KINDS: dict[str, type[Distribution]] = {
+    str(kind.model_fields["distribution"].default): kind
+    for kind in (Normal, Uniform, LogNormal, Triangular, Discrete, Tolerance)
 }
+
+
+def _varied(given: Any) -> Any:
+    """What varies: values, a distribution, or a table of such entries."""
+    if not isinstance(given, Mapping):
+        if given is None:
+            raise ValueError(f"given None; {WANTED}")
+        return given
+    if "distribution" in given:
+        word = given["distribution"]
+        if not isinstance(word, str) or word not in KINDS:
+            raise QuestionError(
+                f"given {shortened(word)}; must be one of {', '.join(map(repr, KINDS))}", ("distribution",)
+            )
+        return KINDS[word](**given)
+    if set(given) == {"values"}:
+        return _varied(given["values"])
+    if not given or not all(isinstance(entry, (Mapping, list, Distribution)) for entry in given.values()):
+        raise ValueError(f"given {shortened(dict(given))}; {WANTED}")
+    found = {}
+    for name, entry in given.items():
+        try:
+            found[name] = _varied(entry)
+        except AutobalancerError as error:
+            raise error.within(name) from None
+    return found
+
+
+WANTED = f"give 'values' = a list or a range, or 'distribution' = one of {', '.join(KINDS)}"
+_Entry = Normal | Uniform | LogNormal | Triangular | Discrete | Tolerance | list[float | str] | float | str
+Varied = dict[
+    str,
+    Annotated[
+        Any, PlainValidator(_varied, json_schema_input_type=_Entry | dict[str, Any]), Family(tuple(KINDS.values()))
+    ],
+]
 
 
 def joined(names: Sequence[str], pairs: Mapping[tuple[str, str], float]) -> Floats | None:
@@ -282,7 +397,6 @@ def joined(names: Sequence[str], pairs: Mapping[tuple[str, str], float]) -> Floa
 
 
 Plan = Literal["random", "sobol", "latin_hypercube", "sensitivity"]
-PLANS = ("random", "sobol", "latin_hypercube", "sensitivity")
 BLOCK = 1024  # draws that come from one generator
 LEAST = 2.0**-54  # keeps infinity out of normal distributions
 _DRAWS, _AGAIN, _WHOLE = 1, 2, 3  # streams of random numbers
@@ -381,25 +495,47 @@ def _whole_pair(seed: int, width: int, bases: int) -> Floats:
 FIRST, GROWTH = 100, 1.25  # draws at the first look, and how many more at each further one
 
 
-@dataclass(frozen=True)
-class Stop:
-    """Stop as soon as the 95 % interval of ``of`` has at most this half width, at every point of the grid.
+class Stop(Question):
+    """Stop as soon as the 95 % interval of a quantity is narrow enough at every point of the grid."""
 
-    ``statistic`` is ``share`` (of a quantity that is true or false), ``mean``, or ``quantile`` with its level ``at``.
-    ``relative`` is the half width over the value.
-    """
+    of: Label = key("a quantity, such as `balanced` or `peak_deflection`")
+    statistic: Literal["share", "mean", "quantile"] | None = key(
+        "of the draws; the share of a quantity that is true or false, else the mean unless given", None
+    )
+    half_width: Amount | None = amount(
+        "half of the interval, instead of `relative`", None, value="in the unit of the quantity"
+    )
+    relative: Positive | None = key("half of the interval over the value", None)
+    at: Annotated[float, Field(strict=True, ge=0.0, le=1.0)] = key("level of the quantile", 0.5)
 
-    of: str
-    statistic: str
-    half_width: float = math.inf
-    relative: float = math.inf
-    at: float = 0.5
+    def settled(self, kind: str, unit: str) -> Stop:
+        """The same in SI, of a quantity that is ``"bool"`` or ``"number"``.
+
+        Raises
+        ------
+        QuestionError
+            With the key of what does not fit.
+        """
+        if (self.half_width is None) == (self.relative is None):
+            raise QuestionError(
+                "give half_width, in the unit of the quantity, or relative, over its value; one of them"
+            )
+        statistic = self.statistic or ("share" if kind == "bool" else "mean")
+        if (statistic == "share") != (kind == "bool"):
+            usual = "'share'" if kind == "bool" else "'mean' or quantile"
+            raise QuestionError(f"given {statistic!r}; of {self.of!r} there is {usual}", ("statistic",))
+        half = None if self.half_width is None else to_si(self.half_width, "" if statistic == "share" else unit)
+        if half is not None and not half > 0.0:
+            raise QuestionError(f"given {self.half_width!r}; must be greater than zero", ("half_width",))
+        return self.model_copy(update={"statistic": statistic, "half_width": half})
 
     def reached(self, values: Any) -> bool:
         """Whether the draws of one point are enough."""
-        value, low, high = interval(self.statistic, values, self.at)
+        value, low, high = interval(str(self.statistic), values, self.at)
         half = 0.5 * (high - low)
-        return bool(half <= self.half_width and half <= self.relative * abs(value))
+        if self.relative is not None:
+            return bool(half <= self.relative * abs(value))
+        return bool(half <= _known(self.half_width))
 
 
 def looks(most: int) -> list[int]:
@@ -455,11 +591,23 @@ def interval(statistic: str, values: NDArray[Any], at: float = 0.5) -> tuple[flo
 
 TABLE = "sudden_unbalance"
 OF_UNBALANCE = ("moment", "mass", "radius", "couple", "angle", "station")
-NEEDED = ("speed", "before", "after")
 HELD_SPEED = "drive.profile.speed"
 BALANCED_BEFORE = "balanced_before"
 NONE_YET = {"time": [0.0], "factor": [0.0]}  # a schedule
-EXAMPLE = '{ moment = "200 g*mm", speed = "1200 rpm", before = "20 s", after = "20 s" }'
+
+
+class SuddenUnbalance(Question):
+    """An unbalance that appears while the speed is held, with the keys of an unbalance of the machine."""
+
+    speed: Speed = key("at which the machine runs")
+    before: Duration = key("time that the balls have before it appears")
+    after: Duration = key("time that they have with it")
+    moment: UnbalanceMoment | None = key("mass times radius; instead of `mass` and `radius`", None)
+    mass: Mass | None = key("a part of the mass of the rotor", None)
+    radius: Length | None = key("distance of this mass from the shaft", None)
+    couple: CoupleMoment | None = key("product of inertia in place of a point unbalance", None)
+    angle: Angle | None = key("in the rotor, from the zero mark", None)
+    station: Place | None = key("where on the axis: a position, or the name of a station", None)
 
 
 @dataclass(frozen=True)
@@ -479,33 +627,19 @@ class Sudden:
         return with_value_at(machine, f"{self.place}.schedule", NONE_YET)
 
 
-def with_sudden(machine: Machine, given: Any) -> tuple[Machine, Sudden]:
-    """A machine that runs at one speed with one unbalance more, and when that appears, from the table of a study file.
+def with_sudden(machine: Machine, given: SuddenUnbalance) -> tuple[Machine, Sudden]:
+    """A machine that runs at one speed with one unbalance more, and when that appears.
 
     Raises
     ------
-    QuestionError
-        With the key at fault.
     MachineError
         If there can be no such unbalance.
     """
-    if not isinstance(given, Mapping):
-        raise QuestionError(f"{TABLE}: given {shortened(given)}; must be a table, such as {EXAMPLE}")
-    for key in given:
-        if key not in (*OF_UNBALANCE, *NEEDED):
-            raise QuestionError(f"{TABLE}.{key}: {unknown_key(key, [*OF_UNBALANCE, *NEEDED])}")
-    for key in NEEDED:
-        if key not in given:
-            raise QuestionError(f"{TABLE}.{key}: missing; write {TABLE} = {EXAMPLE}")
-    times = {key: argument(f"{TABLE}.{key}", given[key], "s") for key in ("before", "after")}
-    for key, value in times.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise QuestionError(f"{TABLE}.{key}: given {given[key]!r}; must be a time greater than zero")
-    profile = {"kind": "constant", "speed": argument(f"{TABLE}.speed", given["speed"], "rad/s")}
+    profile = {"kind": "constant", "speed": given.speed}
     machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
-    added = {key: given[key] for key in OF_UNBALANCE if key in given}
+    added = {name: value for name in OF_UNBALANCE if (value := getattr(given, name)) is not None}
     machine = with_value_at(machine, "unbalances", (*machine.unbalances, added))
-    return machine, Sudden(f"unbalances[{len(machine.unbalances)}]", **times)
+    return machine, Sudden(f"unbalances[{len(machine.unbalances)}]", float(given.before), float(given.after))
 
 
 def after_jump(
@@ -595,7 +729,7 @@ class Study:
         return {
             "machine": machine_text(self.machine),
             "grid": {name: [str(value) for value in values] for name, values in self.grid.items()},
-            "scatter": {name: [one.word, repr(one), str(one)] for name, one in self.scatter.items()},
+            "scatter": {name: [one.distribution, repr(one), str(one)] for name, one in self.scatter.items()},
             "correlation": [[*pair, value] for pair, value in self.correlation.items()],
             "plan": self.plan,
             "seed": self.seed,

@@ -41,6 +41,8 @@ from autobalancer.machine.part import Part
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.studies.design.spec import OBJECTIVES, Candidates, Limits, Operation, Search, Space, Specification
 from autobalancer.studies.study.chunk import BALANCED, OUTPUTS, RUN, STALLED, STANDING
+from autobalancer.studies.study.reading import StudyFile
+from autobalancer.studies.study.spec import KINDS, MIDDLES
 
 LARGEST = 1_000_000  # bytes of a file
 FIRST_DESIGN = "centrifuge_design"  # what a new user sees
@@ -183,23 +185,7 @@ members = 200              # draws, at most
 distribution = "normal"
 standard_deviation = "10 %"
 """
-PLANS = {
-    "random": "Monte Carlo",
-    "latin_hypercube": "Latin hypercube",
-    "sobol": "Sobol' points",
-    "sensitivity": "for Sobol' indices",
-}
-HINTS = {"mean": "of the machine", "median": "of the machine", "mode": "of the machine", "nominal": "of the machine"}
-HELP = {
-    "low": "no draw is below; in the unit of the number",
-    "high": "no draw is above; in the unit of the number",
-    VALUES: "a list such as 5, 10, 20 mm^2/s, or a range such as 5:50 mm^2/s:4; all are run with every draw",
-    "standard_deviation": "in the unit of the number, or in percent of the mean",
-    "factor": "68 % lie between the median over this factor and the median times it",
-    "plus_minus": "both limits, in the unit of the number or in percent; normal with the limits at three standard deviations",
-    "weights": "how often each value is taken; alike if empty",
-    "shape": "normal or uniform between the limits",
-}
+HELP = {VALUES: "a list such as 5, 10, 20 mm^2/s, or a range such as 5:50 mm^2/s:4; all are run with every draw"}
 
 
 class DefineStudy:
@@ -286,10 +272,13 @@ class DefineStudy:
                     self._part(row, key)
 
     def _part(self, row: Row, key: str) -> None:
-        box = ui.input(key.replace("_", " "), value=row.entries.get(key, ""), placeholder=HINTS.get(key, ""))
+        box = ui.input(
+            key.replace("_", " "), value=row.entries.get(key, ""), placeholder="of the machine" * (key in MIDDLES)
+        )
         marked(box.props(LOOK), at=f"{key} of {row.name}")
         box.classes("field wide" if key == VALUES else "field")
-        hinted(box, HELP.get(key, "in the unit of the number")).without_auto_validation()
+        known = {field.name: field.help for field in fields_of(KINDS[row.kind])} if row.kind in KINDS else HELP
+        hinted(box, known[key]).without_auto_validation()
         box.on_value_change(lambda event: self._edit(lambda text: with_entry(text, row, key, event.value or "")))
         if key != VALUES or row.kind != VALUES:
             self.entries.shown[f"vary.{row.name}.{key}"] = box
@@ -304,28 +293,7 @@ class DefineStudy:
         picker(known, "add what varies: a number of the machine", take, at="add varies").classes("w-full")
 
     def _plan(self) -> None:
-        put = self.entries
-        with ui.element("div").classes("fields"):
-            put.choice("plan", ("plan",), PLANS, "random", "how the draws are placed; see the page on studies")
-            put.line(
-                "members", ("members",), "draws at each point of the grid, at most; base samples for indices", "1000"
-            )
-            put.choice(
-                "starts of the balls",
-                ("starts",),
-                {"random": "random", "machine": "of the machine"},
-                "random",
-                "random: each draw has its own start positions",
-            )
-            put.line("seed", ("seed",), "equal seeds, equal numbers", "0")
-            put.line("duration", ("duration",), "of a run; empty for that of the machine", "of the machine")
-            put.choice(
-                "impossible draws",
-                ("impossible",),
-                {"refuse": "refuse", "truncate": "draw again", "record": "count them"},
-                "refuse",
-                "what happens where distributions make impossible machines",
-            )
+        self.entries.table("Draws and runs", StudyFile, but=("machine", "name", "vary", "results", "show"))
 
     def _stop(self) -> None:
         stop = value_at(data_of(self.draft.text), ("stop",))
@@ -442,7 +410,7 @@ class DefineDesign:
                 ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
                 return
             self._machine()
-            self.entries.table("Unbalance and temperature", Specification, ())
+            self.entries.table("Unbalance and temperature", Specification, but=("machine", "name", "scatter"))
             self.entries.table("Operation", Operation, ("operation",))
             self.entries.table("Space", Space, ("space",))
             self.entries.table("Limits", Limits, ("limits",))
@@ -536,14 +504,14 @@ class Entries:
         box.on_value_change(lambda event: self.put(path, made(event.value or "")))
         return self.known(box, path, help_)
 
-    def table(self, title: str, part: type[Part], path: DocumentPath, but: Sequence[str] = ()) -> None:
+    def table(self, title: str, part: type[Part], path: DocumentPath = (), but: Sequence[str] = ()) -> None:
         """An entry for each key of a table that has no tables of its own, as the class that checks it says."""
         ui.label(title).classes("box-title q-mt-xs")
         with ui.element("div").classes("fields"):
             for field in fields_of(part):
                 at, label = (*path, field.name), field.name.replace("_", " ")
                 held = value_at(data_of(self.draft.text), at)
-                if field.name in but or field.kind in ("table", "tables") or not (path or field.ends):
+                if field.name in but or field.kind in ("table", "tables"):
                     continue
                 if field.ends and not field.many:
                     self.ends(label, at, field.help)
