@@ -28,12 +28,12 @@ from autobalancer.app.pages.elements import Typed
 from autobalancer.app.server.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
 from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
 from autobalancer.app.store.kept_runs import (
+    LONGEST,
+    STARTED,
     UNREADABLE,
     Archive,
     differences,
     exported,
-    new_name,
-    run_folder,
     script,
     user_folder,
 )
@@ -115,11 +115,11 @@ def test_no_name_of_a_user_or_run_leaves_its_folder(name: str, tmp_path: Path) -
     with pytest.raises(QuestionError):
         user_folder(tmp_path, name)
     with pytest.raises(QuestionError):
-        run_folder(tmp_path, name)
+        Archive(tmp_path).folder(name)
 
 
 def test_a_new_name_is_one_that_is_accepted(tmp_path: Path) -> None:
-    assert run_folder(tmp_path, new_name()).parent == tmp_path / "runs"
+    assert Archive(tmp_path).folder(Archive(tmp_path).new().name).parent == tmp_path / "runs"
 
 
 def over(job: Job) -> None:
@@ -350,14 +350,14 @@ def test_a_run_that_cannot_be_shown_does_not_hide_the_others_and_half_a_run_goes
     notes = [about, {**about, "name": names[1], "machine": 5}, {**about, "name": names[2], "tags": [[]]}, "rubbish"]
     for name, note in zip(names, notes, strict=False):
         (tmp_path / "runs" / name).mkdir(parents=True)
-        (tmp_path / "runs" / name / "about.json").write_text(json.dumps(note))
+        (tmp_path / "runs" / name / "note.json").write_text(json.dumps(note))
     half = tmp_path / "runs" / names[4]
     half.mkdir()
-    assert [entry.machine for entry in archive.entries()] == [UNREADABLE] * 3 + ["D:\\unwucht\\test"]
-    archive.tidy()
+    assert [entry.machine for entry in archive.found()] == [UNREADABLE] * 3 + ["D:\\unwucht\\test"]
+    archive.tidy(STARTED - LONGEST)
     assert half.exists(), "somebody may be writing it"
     os.utime(half, (0, 0))
-    archive.tidy()
+    archive.tidy(STARTED - LONGEST)
     assert [path.name for path in sorted((tmp_path / "runs").iterdir())] == names[:4]
     for name in names[:4]:
         archive.delete(name)
@@ -383,12 +383,12 @@ def test_an_archive_keeps_finds_tags_and_deletes_runs(tmp_path: Path) -> None:
     job.begun = time.monotonic()
     name = archive.simulate(text, job, duration="0.5 s")
     again = Archive(tmp_path / "ada")  # after a restart
-    (entry,) = again.entries("stall")
+    (entry,) = again.found("stall")
     assert entry.name == name
-    assert again.entries("another machine") == []
+    assert again.found("another machine") == []
     assert again.run(name).attrs["end_time"] == pytest.approx(0.5)
     again.tag(name, ["first", " first ", "", "x" * 90])
-    (entry,) = again.entries("first")
+    (entry,) = again.found("first")
     assert entry.tags == ["first", "x" * 40]
     assert Archive(tmp_path / "bob").entries() == []
     assert exported(again, name, "measures.csv").startswith(b"measure,of,value,unit,meaning")  # type: ignore[union-attr]

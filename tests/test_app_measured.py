@@ -13,7 +13,7 @@ from tests.test_app import unpacked
 import autobalancer as ab
 from autobalancer.app.store.fits import Free, Question, fit, fit_file, fits
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.measured_files import TIME, Shelf, plain_name, samples
+from autobalancer.app.store.measured_files import TIME, Measurements, plain_name, samples
 from autobalancer.app.store.signal_pictures import BINS, WHOLE, Asked, drive_of, order_table, wave_block
 from autobalancer.app.text.fields import numbers_of, with_numbers
 from autobalancer.errors import AutobalancerError, QuestionError
@@ -47,7 +47,7 @@ def order_rows() -> bytes:
 
 
 def test_columns_are_guessed_and_what_the_heads_do_not_say_is_described(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+    shelf = Measurements(tmp_path)
     name = shelf.add("Messung 1.csv", logger_table())
     reading = shelf.entry(name).reading
     assert [(one.quantity, one.unit, one.direction) for one in reading.columns] == [
@@ -57,7 +57,7 @@ def test_columns_are_guessed_and_what_the_heads_do_not_say_is_described(tmp_path
     ]
     reading.columns[0].unit, reading.columns[2].quantity = "ms", "tacho"
     shelf.describe(name, reading)
-    signals = Shelf(tmp_path).data(name)  # after a restart
+    signals = Measurements(tmp_path).data(name)  # after a restart
     assert float(signals.attrs["sampling_rate"]) == pytest.approx(2000.0)
     assert float(abs(signals["Weg_X"]).max()) == pytest.approx(1e-4, rel=1e-3)
     channels = tomllib.loads(reading.toml())["channels"]
@@ -86,7 +86,7 @@ def test_a_bad_file_is_refused_in_the_words_of_its_reader_and_nothing_stays(
     file: str, content: bytes, words: str, tmp_path: Path
 ) -> None:
     with pytest.raises(AutobalancerError, match=words.replace(".", r"\.")) as said:
-        Shelf(tmp_path).add(file, content)
+        Measurements(tmp_path).add(file, content)
     assert str(tmp_path) not in str(said.value)
     assert not list((tmp_path / "measured").glob("*"))
 
@@ -95,13 +95,13 @@ def test_no_name_of_a_file_or_a_measurement_leaves_its_folder(tmp_path: Path) ->
     assert plain_name("../../etc/a b;c\0.CSV") == "a b_c_.csv"
     for name in ("..", "../x", "", "20261123-012345-zzzzzz", "a\0b"):
         with pytest.raises(QuestionError):
-            Shelf(tmp_path).path(name)
+            Measurements(tmp_path).path(name)
 
 
 def test_the_samples_are_those_that_can_be_looked_at(tmp_path: Path) -> None:
     assert {"run_up_signals", "decay_signals", "run_down_orders"} <= set(samples())
     assert "race_profile" not in samples()
-    shelf = Shelf(tmp_path)
+    shelf = Measurements(tmp_path)
     table = shelf.data(shelf.add_sample("run_down_orders"))
     assert len(order_table(table)().axes) == 2
 
@@ -133,14 +133,14 @@ def test_the_measured_turning_becomes_the_drive() -> None:
 
 
 def test_a_fit_finds_the_stiffness_and_puts_it_into_the_text(tmp_path: Path) -> None:
-    shelf, job = Shelf(tmp_path), Job(1, "ada", "fit", 60.0)
+    shelf, job = Measurements(tmp_path), Job(1, "ada", "fit", 60.0)
     job.begun = float("inf")
     name = shelf.add("orders.csv", order_rows())
     question = Question(
         [Free("rotor.stiffness", "50 kN/m", "200 kN/m"), Free("unbalances[1].moment", "1 g*mm", "1 kg*mm")]
     )
     found = fit(shelf, name, ROTOR, question, Asked(), job)
-    (entry,) = fits(Shelf(tmp_path), name)  # after a restart
+    (entry,) = fits(Measurements(tmp_path), name).entries()  # after a restart
     row = next(row for row in entry.rows if row["path"] == "rotor.stiffness")
     assert row["low"] <= STIFFNESS * (1.0 + 1e-5)
     assert row["high"] >= STIFFNESS * (1.0 - 1e-5)
@@ -163,11 +163,11 @@ class Ending(Job):
 
 
 def test_a_cancelled_fit_keeps_its_best_machine(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+    shelf = Measurements(tmp_path)
     name = shelf.add("orders.csv", order_rows())
     question = Question([Free("rotor.stiffness", "50 kN/m", "200 kN/m")])
     fit(shelf, name, ROTOR, question, Asked(), Ending(1, "ada", "fit", 60.0))
-    (entry,) = fits(shelf, name)
+    (entry,) = fits(shelf, name).entries()
     assert not entry.finished
     assert "cancelled after 5 trials" in entry.notes[0]
     assert abs(entry.rows[0]["value"] - STIFFNESS) <= abs(8e4 - STIFFNESS)

@@ -17,7 +17,7 @@ TIMES = 8
 
 def runs(server: Server) -> int:
     """Runs that the server has kept."""
-    return len(list((server.folder / "local" / "runs").glob("*/about.json")))
+    return len(list((server.folder / "local" / "runs").glob("*/note.json")))
 
 
 def kept(server: Server, wanted: int) -> None:

@@ -29,7 +29,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     run = folder / "bench" / "local" / "runs" / NAME
     run.mkdir(parents=True)
     (run / "machine.toml").write_text('name = "kept"\n')
-    (run / "about.json").write_text(
+    (run / "note.json").write_text(
         json.dumps({"name": NAME, "machine": "kept", "made": "", "seconds": 1, "outcome": ""})
     )
     running = Server(folder / "bench")
@@ -88,7 +88,7 @@ PATHS = [
     *(f"/run/{'..%5c' * k}secret/run.nc" for k in range(1, 4)),
     *(
         f"/run/{NAME}/{kind}"
-        for kind in ("..%2f..%2f..%2fsecret", "about.json", "secret", "%00", "film.gif", "run.nc%00")
+        for kind in ("..%2f..%2f..%2fsecret", "note.json", "secret", "%00", "film.gif", "run.nc%00")
     ),
     f"/run/{NAME}%00/machine.toml",
     f"/run/{NAME}%0a/machine.toml",

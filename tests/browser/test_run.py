@@ -48,7 +48,7 @@ def blue(picture: Any) -> Any:
 
 def test_a_duration_without_a_unit_is_told_where_it_is_written_and_starts_nothing(page: Any, server: Server) -> None:
     kept = server.folder / "local" / "runs"
-    before = len(list(kept.glob("*/about.json")))
+    before = len(list(kept.glob("*/note.json")))
     sample(page, "stall_and_release", "Stall and release")
     page.get_by_role("tab", name="Run").click()
     at(page, "duration").fill("20")
@@ -58,7 +58,7 @@ def test_a_duration_without_a_unit_is_told_where_it_is_written_and_starts_nothin
     expect(page.locator("label", has=at(page, "duration"))).not_to_contain_text("write it")
     at(page, "start run").click()
     expect(at(page, "state")).to_contain_text("done in", timeout=COMPILING)
-    assert len(list(kept.glob("*/about.json"))) == before + 1
+    assert len(list(kept.glob("*/note.json"))) == before + 1
 
 
 def test_a_run_is_drawn_and_its_balls_move_with_the_time(page: Any) -> None:
@@ -118,7 +118,7 @@ def test_the_archive_finds_tags_and_compares_runs_and_survives_a_restart(page: A
     first = at(page, "machine.toml").get_attribute("href")
     page.get_by_role("tab", name="Archive").click()
     boxes = page.get_by_role("checkbox")
-    before = len(list((server.folder / "local" / "runs").glob("*/about.json")))
+    before = len(list((server.folder / "local" / "runs").glob("*/note.json")))
     expect(boxes).to_have_count(before)
     page.get_by_role("tab", name="Describe").click()
     at(page, "rotor.damping").fill("200")
@@ -139,7 +139,7 @@ def test_the_archive_finds_tags_and_compares_runs_and_survives_a_restart(page: A
     page.get_by_role("tab", name="Archive").click()
     page.get_by_role("button", name="see").first.click()
     page.wait_for_selector(READY, timeout=COMPILING)
-    latest = sorted(path.parent.name for path in (server.folder / "local" / "runs").glob("*/about.json"))[-1]
+    latest = sorted(path.parent.name for path in (server.folder / "local" / "runs").glob("*/note.json"))[-1]
     expect(page).to_have_url(f"{server.address}#run/{latest}")
     page.reload()  # the address finds the run
     page.wait_for_selector(READY, timeout=COMPILING)

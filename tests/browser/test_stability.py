@@ -150,7 +150,7 @@ def test_a_question_that_is_asked_at_once_is_of_the_machine_as_it_is_now(page: A
     picture = at(page, "picture campbell").locator("svg")
     expect(picture).to_have_attribute("aria-label", re.compile("of Stall and release"), timeout=COMPILING)
     expect(speeds).not_to_have_value(before)
-    about = json.loads((server.folder / "local" / "stability" / "campbell.json").read_text(encoding="utf-8"))
+    about = json.loads((server.folder / "local" / "stability" / "campbell" / "note.json").read_text(encoding="utf-8"))
     assert about["given"]["speeds"] == speeds.input_value()
 
 

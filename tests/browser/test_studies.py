@@ -85,10 +85,10 @@ def test_names_of_files_are_shown_as_they_are_and_send_nothing(page: Any, server
     }
     for folder, note in kept.items():
         (user / folder / name).mkdir(parents=True)
-        (user / folder / name / "about.json").write_text(json.dumps(note))
+        (user / folder / name / "note.json").write_text(json.dumps(note))
     damaged = user / "runs" / "20260101-000001-abcdef"
     damaged.mkdir()
-    (damaged / "about.json").write_text("[]")
+    (damaged / "note.json").write_text("[]")
     page.goto(server.address)
     expect(at(page, "name")).to_have_value(EVIL)
     opened(page)

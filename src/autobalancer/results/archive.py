@@ -7,7 +7,6 @@ In the folder of a run are ``machine.toml``, its note (parameters, state, measur
 from __future__ import annotations
 
 import re
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -35,7 +34,7 @@ from autobalancer.results.folder_store import (
     write_note,
 )
 from autobalancer.results.provenance import provenance
-from autobalancer.results.store import save_run
+from autobalancer.results.store import NETCDF, save_run
 from autobalancer.safe_file import endless_heap, write_safely, write_text_safely
 
 Write = Callable[[xr.Dataset, Path], Any]
@@ -374,9 +373,6 @@ def _savez(path: Path, held: Mapping[str, NDArray[Any]]) -> None:
 
 
 # Samples of a long run in many files, read as one dataset: only what is asked for comes into memory.
-
-
-NETCDF = threading.RLock()  # the library must not be entered by two threads
 
 
 def open_parts(files: Sequence[Path], read: Sequence[str] = ()) -> xr.Dataset:

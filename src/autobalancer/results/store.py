@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,7 @@ KIND, LISTED = "answer", "lists"  # attributes of a file: which class it was, an
 # files of earlier versions do not say which of their attributes were lists
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
 
+NETCDF = threading.RLock()  # the library must not be entered by two threads
 LEAST_REFUSED = 100_000_000  # bytes; a smaller array that a damaged file claims does no harm
 
 
@@ -71,7 +73,8 @@ def _write(run: xr.Dataset, path: Path) -> Path:
     kind = path.suffix.lower()
     if kind == ".nc":
         whole = _with_kind(run)
-        return write_safely(path, lambda file: whole.to_netcdf(file, engine="netcdf4"))
+        with NETCDF:
+            return write_safely(path, lambda file: whole.to_netcdf(file, engine="netcdf4"))
     if kind in UNIVERSAL:
         return write_text_safely(path, universal_text(run))
     if kind not in WRITERS:
@@ -115,7 +118,7 @@ def load_run(path: str | Path) -> xr.Dataset:
     try:
         if endless := endless_heap(path):
             raise ValueError(endless)
-        with xr.open_dataset(path, engine="netcdf4") as stored:
+        with NETCDF, xr.open_dataset(path, engine="netcdf4") as stored:
             claimed = stored.nbytes
             if claimed > LEAST_REFUSED and claimed > 100 * path.stat().st_size:
                 raise ValueError(f"it claims {1e-9 * claimed:.3g} GB and has {1e-9 * path.stat().st_size:.3g} GB")

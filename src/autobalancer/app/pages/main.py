@@ -23,7 +23,7 @@ from autobalancer.app.pages.measured.page import MeasuredPage, serve_measured
 from autobalancer.app.pages.stability.page import StabilityPage
 from autobalancer.app.pages.studies.page import StudiesPage, serve_studies
 from autobalancer.app.store.jobs import Job, Jobs, keep_warnings
-from autobalancer.app.store.kept_runs import UNREADABLE, Archive, Entry, differences, user_folder
+from autobalancer.app.store.kept_runs import LONGEST, STARTED, UNREADABLE, Archive, Entry, differences, user_folder
 from autobalancer.app.store.kept_runs import film as film_of
 from autobalancer.app.text.document import with_value
 from autobalancer.app.text.fields import PLAIN, written
@@ -236,7 +236,7 @@ class ArchivePage:
                 self.count = ui.label().classes("quiet")
             self.list = ui.column().classes("w-full gap-0 q-mt-sm")
             self.none = ui.label("No runs yet; start one on the page Run.").classes("quiet")
-        self.archive.tidy()
+        self.archive.tidy(STARTED - LONGEST)
         self.lines: dict[str, tuple[Entry, Any]] = {}
         self.boxes: dict[str, Any] = {}
         self.side = ui.element("section").classes("card").props('data-at="compared"')
@@ -244,7 +244,7 @@ class ArchivePage:
 
     def refresh(self) -> None:
         """Read the folder again."""
-        found = self.archive.entries(self.search.value or "")
+        found = self.archive.found(self.search.value or "")
         there = {entry.name for entry in found}
         self.chosen = [name for name in self.chosen if name in there]
         self.count.set_text(f"{len(found)} run{'s' * (len(found) != 1)}")
@@ -317,7 +317,7 @@ class ArchivePage:
 
             def gone() -> None:
                 dialog.close()
-                self.archive.delete(entry.name)
+                self._try(self.archive.delete, entry.name)
                 self.refresh()
 
             with ui.row():

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
@@ -15,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.kept_runs import FILES
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, value_of
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.chamber import ChamberMachine
@@ -31,9 +29,9 @@ from autobalancer.plots.stability.border_curve import border_curve as draw_borde
 from autobalancer.plots.stability.branches import branches as draw_branches
 from autobalancer.plots.stability.stability_map import map as draw_map
 from autobalancer.progress import Progress
+from autobalancer.results.folder_store import read_note, write_note
 from autobalancer.results.number_text import length_text
 from autobalancer.results.store import load_run, save_run
-from autobalancer.safe_file import write_text_safely
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import argument, shortened
 from autobalancer.units.quantity import ends, range_values
@@ -563,18 +561,16 @@ class LatestAnswers:
         """Work out an answer and keep it; what a cancelled job measured is kept, too. Gives the name of the analysis."""
         found = ANALYSES[name].ask(machine, asked, job.progress)
         about = About(machine.name, text, dict(given), f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC", notes=job.notes)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with FILES:
-            save_run(found, self.path(name))
-        write_text_safely(self.folder / f"{name}.json", json.dumps(asdict(about), indent=1))
+        save_run(found, self.path(name))
+        write_note(self.folder / name, about)
         return name
 
     def about(self, name: str) -> About | None:
         """What is known of the latest answer; none if there is none."""
         try:
-            found = About(**json.loads((self.folder / f"{name}.json").read_text(encoding="utf-8")))
+            found = read_note(self.folder / name, About)
             return found if self.path(name).is_file() else None
-        except (OSError, ValueError, TypeError):
+        except ResultError:
             return None
 
     def answer(self, name: str) -> Any:
@@ -585,9 +581,8 @@ class LatestAnswers:
         ResultError
             If it cannot be read.
         """
-        with FILES:
-            return load_run(self.path(name))
+        return load_run(self.path(name))
 
     def path(self, name: str) -> Path:
         """The result file of an answer."""
-        return self.folder / f"{name}.nc"
+        return self.folder / name / "answer.nc"

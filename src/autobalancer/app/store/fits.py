@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import shutil
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -15,8 +13,7 @@ import xarray as xr
 from scipy.stats import norm
 
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.kept_runs import FILES, RUN, new_name
-from autobalancer.app.store.measured_files import Shelf
+from autobalancer.app.store.measured_files import Measurements
 from autobalancer.app.store.signal_pictures import Asked, tracked
 from autobalancer.assembly.author_units import in_author_units
 from autobalancer.assembly.quantities import parameter_of
@@ -27,6 +24,7 @@ from autobalancer.machine.path import unit_at
 from autobalancer.measurement.comparison.curves import MeasuredRunUp, is_orders
 from autobalancer.measurement.comparison.run_up_fit import MeasuredOrders
 from autobalancer.plots.measured.fits import identification
+from autobalancer.results.folder_store import Shelf
 from autobalancer.results.signals import Signals
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.identification.free import FreeParameter
@@ -110,7 +108,7 @@ class Watched:
         return found
 
 
-def fit(shelf: Shelf, name: str, text: str, question: Question, asked: Asked, job: Job) -> str:
+def fit(shelf: Measurements, name: str, text: str, question: Question, asked: Asked, job: Job) -> str:
     """Fit the machine of a text to a measurement; gives the name of the fit, also of one that was cancelled.
 
     Raises
@@ -133,31 +131,22 @@ def fit(shelf: Shelf, name: str, text: str, question: Question, asked: Asked, jo
         if not trials.text:
             raise
         return _keep_best(shelf, name, machine, question, trials)
-    entry = _entry(machine.name, question, _rows(found.data), [str(note) for note in found.data.attrs["notes"]])
+    entry = _entry(
+        shelf, name, machine.name, question, _rows(found.data), [str(note) for note in found.data.attrs["notes"]]
+    )
     entry.scatter = float(found.data.attrs["scatter_ratio"])
     plain = found.data.assign_attrs(notes="\n".join(entry.notes))
     plain["at_bound"] = plain["at_bound"].astype("int8")
-    folder = shelf.folder(name) / "fits" / entry.name
-    folder.mkdir(parents=True)
-    write_text_safely(folder / "fitted.toml", machine_text(found.machine))
-    with FILES:
-        save_run(plain, folder / "fit.nc")
-    _note(folder, entry)
-    return entry.name
+    save_run(plain, fits(shelf, name).folder(entry.name) / "fit.nc")
+    return _kept(shelf, name, entry, machine_text(found.machine))
 
 
-def fits(shelf: Shelf, name: str) -> list[FitEntry]:
-    """The fits to a measurement, the latest first."""
-    found = []
-    for path in sorted((shelf.folder(name) / "fits").glob("*/about.json"), reverse=True):
-        try:
-            found.append(FitEntry(**json.loads(path.read_text(encoding="utf-8"))))
-        except (OSError, ValueError, TypeError):
-            continue  # half deleted, or not ours
-    return found
+def fits(shelf: Measurements, name: str) -> Shelf[FitEntry]:
+    """The fits to a measurement."""
+    return Shelf(shelf.folder(name) / "fits", FitEntry, "fit")
 
 
-def fit_file(shelf: Shelf, name: str, fit_name: str, kind: str) -> Path:
+def fit_file(shelf: Measurements, name: str, fit_name: str, kind: str) -> Path:
     """A file of a fit.
 
     Raises
@@ -165,22 +154,15 @@ def fit_file(shelf: Shelf, name: str, fit_name: str, kind: str) -> Path:
     QuestionError
         If there is none.
     """
-    path = shelf.folder(name) / "fits" / fit_name / kind
-    if not RUN.fullmatch(fit_name) or kind not in FILES_OF or not path.is_file():
+    path = fits(shelf, name).folder(fit_name) / kind
+    if kind not in FILES_OF or not path.is_file():
         raise QuestionError(f"fit {fit_name[:40]!r}: has no {kind[:20]!r}")
     return path
 
 
-def delete_fit(shelf: Shelf, name: str, fit_name: str) -> None:
-    """Remove a fit for good."""
-    if RUN.fullmatch(fit_name):
-        shutil.rmtree(shelf.folder(name) / "fits" / fit_name, ignore_errors=True)
-
-
-def fit_picture(shelf: Shelf, name: str, fit_name: str) -> Callable[[], Any]:
+def fit_picture(shelf: Measurements, name: str, fit_name: str) -> Callable[[], Any]:
     """Measured and fitted, before and after."""
-    with FILES:
-        data = load_run(fit_file(shelf, name, fit_name, "fit.nc"))
+    data = load_run(fit_file(shelf, name, fit_name, "fit.nc"))
     return lambda: identification(data)
 
 
@@ -231,7 +213,7 @@ def _rows(data: xr.Dataset) -> list[dict[str, Any]]:
     return rows
 
 
-def _keep_best(shelf: Shelf, name: str, machine: Machine, question: Question, trials: Trials) -> str:
+def _keep_best(shelf: Measurements, name: str, machine: Machine, question: Question, trials: Trials) -> str:
     """What a cancelled fit leaves: the machine of its best trial."""
     best = parse_machine(trials.text)
     rows = [
@@ -247,19 +229,22 @@ def _keep_best(shelf: Shelf, name: str, machine: Machine, question: Question, tr
         for one in question.free
     ]
     note = f"cancelled after {trials.count} trials; this is the best of them, and nothing is known of its uncertainty"
-    entry = _entry(machine.name, question, rows, [note])
+    entry = _entry(shelf, name, machine.name, question, rows, [note])
     entry.finished, entry.scatter = False, trials.best
-    folder = shelf.folder(name) / "fits" / entry.name
-    folder.mkdir(parents=True)
-    write_text_safely(folder / "fitted.toml", machine_text(in_author_units(best, machine)))
-    _note(folder, entry)
-    return entry.name
+    return _kept(shelf, name, entry, machine_text(in_author_units(best, machine)))
 
 
-def _entry(machine: str, question: Question, rows: list[dict[str, Any]], notes: list[str]) -> FitEntry:
+def _entry(
+    shelf: Measurements, name: str, machine: str, question: Question, rows: list[dict[str, Any]], notes: list[str]
+) -> FitEntry:
+    """What is known of a new fit, which has its folder."""
     made = f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}"
-    return FitEntry(new_name(), machine, made, question.way, rows, notes)
+    return FitEntry(fits(shelf, name).new().name, machine, made, question.way, rows, notes)
 
 
-def _note(folder: Path, entry: FitEntry) -> None:
-    write_text_safely(folder / "about.json", json.dumps(asdict(entry), indent=1))
+def _kept(shelf: Measurements, name: str, entry: FitEntry, machine: str) -> str:
+    """Keep the machine of a fit and what is known of it; gives its name."""
+    kept = fits(shelf, name)
+    write_text_safely(kept.folder(entry.name) / "fitted.toml", machine)
+    kept.note(entry)
+    return entry.name

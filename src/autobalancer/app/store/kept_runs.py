@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import io
 import json
 import math
 import re
-import secrets
 import shutil
-import threading
 import time
 import tomllib
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -30,6 +27,7 @@ from autobalancer.plots.chamber.history import chamber_run
 from autobalancer.plots.drawing.style import DRAWING
 from autobalancer.plots.run.run_up import run_up
 from autobalancer.results.chamber_shape import is_chamber_run
+from autobalancer.results.folder_store import Shelf
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import write_safely, write_text_safely
 from autobalancer.simulation.record import Envelope, LastRevolutions
@@ -38,7 +36,6 @@ MOST = 2000  # runs of one user
 UNREADABLE = "cannot be shown"
 STARTED = time.time()
 LONGEST = 3600.0  # s, in which a run that has its folder has its note, too
-FILES = threading.Lock()  # the netCDF library is not made for several threads
 TAG = 40  # characters of a tag
 EACH = 16  # balls with a measure of their own
 
@@ -64,63 +61,36 @@ class Entry:
         return all(word in where for word in text.lower().split())
 
 
-class Archive:
-    """All runs below the folder of a user; what is on the disk is all there is, so a restart loses nothing."""
+class Archive(Shelf[Entry]):
+    """All runs below the folder of a user."""
 
     def __init__(self, home: Path) -> None:
-        self.home = home
+        super().__init__(home / "runs", Entry, "run")
 
-    def entries(self, text: str = "") -> list[Entry]:
+    def found(self, text: str = "") -> list[Entry]:
         """The runs that a search finds, the latest first; one that cannot be read says so in place of its machine."""
         found = []
-        for path in sorted((self.home / "runs").glob("*/about.json"), reverse=True):
-            if RUN.fullmatch(path.parent.name):
-                try:
-                    entry = self.entry(path.parent.name)
-                except QuestionError:
-                    entry = Entry(path.parent.name, UNREADABLE, "", 0.0, "")
-                if entry.has(text):
-                    found.append(entry)
+        for name in self.names():
+            try:
+                entry = self.entry(name)
+            except QuestionError:
+                entry = Entry(name, UNREADABLE, "", 0.0, "")
+            if entry.has(text):
+                found.append(entry)
         return found
 
-    def tidy(self) -> None:
-        """Remove what a server that was killed left half: a folder without a note that nobody is writing any more."""
-        for folder in (self.home / "runs").glob("*"):
-            with contextlib.suppress(OSError):
-                old = folder.stat().st_mtime < STARTED - LONGEST
-                if RUN.fullmatch(folder.name) and old and not (folder / "about.json").exists():
-                    self.delete(folder.name)
-
     def file(self, name: str, kind: str) -> Path:
-        """A file of a run: ``view.bin``, ``run.nc``, ``machine.toml`` or ``about.json``.
+        """A file of a run: ``view.bin``, ``run.nc`` or ``machine.toml``.
 
         Raises
         ------
         QuestionError
             If there is no such run or file.
         """
-        path = run_folder(self.home, name) / kind
-        if kind not in ("view.bin", "run.nc", "machine.toml", "about.json") or not path.is_file():
+        path = self.folder(name) / kind
+        if kind not in ("view.bin", "run.nc", "machine.toml") or not path.is_file():
             raise QuestionError(f"run {name}: has no {kind[:20]!r}")
         return path
-
-    def entry(self, name: str) -> Entry:
-        """What is known of a run.
-
-        Raises
-        ------
-        QuestionError
-            If there is no such run, or its note cannot be read.
-        """
-        try:
-            entry = Entry(**json.loads(self.file(name, "about.json").read_text(encoding="utf-8")))
-            words = (entry.name, entry.machine, entry.made, entry.outcome, entry.verdict, *entry.tags, *entry.notes)
-            if entry.name != name or not all(isinstance(word, str) for word in words):
-                raise TypeError("a text is wanted")
-            entry.seconds = float(entry.seconds)
-        except (OSError, ValueError, TypeError) as reason:
-            raise QuestionError(f"run {name}: its note cannot be read: {reason}") from None
-        return entry
 
     def text(self, name: str) -> str:
         """The machine of a run."""
@@ -128,20 +98,13 @@ class Archive:
 
     def run(self, name: str) -> xr.Dataset:
         """The result of a run."""
-        with FILES:
-            return load_run(self.file(name, "run.nc"))
+        return load_run(self.file(name, "run.nc"))
 
     def tag(self, name: str, tags: list[str]) -> None:
         """Give a run other tags."""
         entry = self.entry(name)
         entry.tags = sorted({tag.strip()[:TAG] for tag in tags if tag.strip()})
-        self._note(entry)
-
-    def delete(self, name: str) -> None:
-        """Remove a run for good."""
-        folder = run_folder(self.home, name)
-        if folder.is_dir() and not folder.is_symlink():
-            shutil.rmtree(folder)
+        self.note(entry)
 
     def simulate(self, text: str, job: Job, *, duration: str = "", seed: int = 0) -> str:
         """Run the machine of a text and keep the result; gives its name as soon as it can be drawn.
@@ -153,15 +116,14 @@ class Archive:
         MachineError
             If the machine is not possible.
         """
-        if len(list((self.home / "runs").glob("*"))) >= MOST:
+        if len(self) >= MOST:
             raise QuestionError(f"the archive has {MOST} runs; delete some of them first")
         machine = parse_machine(text, "machine")
         run = simulate(machine, duration=duration or None, seed=seed, progress=job.progress, keep_on_interrupt=True)
         if job.stop.is_set() and run.sizes.get("time", 0) < 2:
             raise QuestionError("cancelled before there was anything to show; nothing was kept")
-        name = new_name()
-        folder = run_folder(self.home, name)
-        folder.mkdir(parents=True)
+        folder = self.new()
+        name = folder.name
         entry = Entry(name, machine.name, f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}", 0.0, str(run.attrs["outcome_text"]))
         try:
             view = packed(run)
@@ -171,9 +133,8 @@ class Archive:
             entry.measures, entry.verdict = _measured(run), _judged(run, machine)
             entry.notes, entry.duration = list(job.notes), duration
             entry.seconds = float(run.attrs.get("end_time", run.attrs.get("duration", 0.0)))
-            with FILES:
-                save_run(run, folder / "run.nc")
-            self._note(entry)
+            save_run(run, folder / "run.nc")
+            self.note(entry)
         except BaseException as error:  # half a run is none
             job.result = None
             shutil.rmtree(folder, ignore_errors=True)
@@ -181,10 +142,6 @@ class Archive:
                 raise ResultError(f"the run was not kept: {str(error).removeprefix(f'{folder}/')}") from None
             raise
         return name
-
-    def _note(self, entry: Entry) -> None:
-        text = json.dumps(asdict(entry), indent=1)
-        write_text_safely(run_folder(self.home, entry.name) / "about.json", text)
 
 
 def differences(first: str, second: str) -> list[tuple[str, str, str]]:
@@ -257,12 +214,11 @@ def _judged(run: xr.Dataset, machine: Any) -> str:
         return ""
 
 
-# Names of users and runs: checked, so that no path leaves the folder of its user.
+# Names of users: checked, so that no path leaves the folder of its user.
 
 
 LOCAL = "local"  # the user of a server without tokens
 USER = re.compile(r"[a-z0-9][a-z0-9_-]{0,31}")
-RUN = re.compile(r"\d{8}-\d{6}-[0-9a-f]{6}")
 
 
 def user_folder(root: Path, user: str) -> Path:
@@ -278,24 +234,6 @@ def user_folder(root: Path, user: str) -> Path:
             f"user {user[:40]!r}: not possible; take up to 32 small letters, digits, '-' and '_', a letter or digit first"
         )
     return root / user
-
-
-def run_folder(home: Path, name: str) -> Path:
-    """The folder of a run in that of its user.
-
-    Raises
-    ------
-    QuestionError
-        If the name is not one that :func:`new_name` makes.
-    """
-    if not RUN.fullmatch(name):
-        raise QuestionError(f"run {name[:40]!r}: not the name of a run")
-    return home / "runs" / name
-
-
-def new_name() -> str:
-    """A new name of a run: date, time (UTC) and six random digits."""
-    return f"{datetime.now(UTC):%Y%m%d-%H%M%S}-{secrets.token_hex(3)}"
 
 
 # What a run is saved as: result, table, machine, a Python script that does the same, pictures, a film.
@@ -332,7 +270,7 @@ def exported(archive: Archive, name: str, kind: str) -> bytes | Path:
         draw = chamber_run if is_chamber_run(run) else run_up
         return file_of(lambda: draw(run), kind.rpartition(".")[2])
     if kind == "film.gif":
-        path = run_folder(archive.home, name) / kind
+        path = archive.folder(name) / kind
         if not path.is_file():
             raise QuestionError(f"run {name}: has no film yet")
         return path
@@ -342,7 +280,7 @@ def exported(archive: Archive, name: str, kind: str) -> bytes | Path:
 def film(archive: Archive, name: str, progress: Any) -> str:
     """Make the film of a run; gives the name of its file."""
     run = archive.run(name)
-    path = run_folder(archive.home, name) / "film.gif"
+    path = archive.folder(name) / "film.gif"
     with DRAWING:
         animate(run, path, width=640, fps=12, duration=8.0, progress=progress)
     return path.name
@@ -370,8 +308,7 @@ ab.save_run(run, "run.nc")
 
 def _table(archive: Archive, name: str) -> str:
     """The measures of a run."""
-    with FILES:
-        entry = archive.entry(name)
+    entry = archive.entry(name)
     out = io.StringIO()
     writer = csv.writer(out)
     writer.writerow(["measure", "of", "value", "unit", "meaning"])

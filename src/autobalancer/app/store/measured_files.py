@@ -19,14 +19,15 @@ import numpy as np
 import tomli_w
 import xarray as xr
 
-from autobalancer.app.store.kept_runs import FILES, RUN, new_name
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.files.text import TABLE, read_text
 from autobalancer.measurement.signals.form import DIRECTIONS, UNITS, factor_to, quantity_of
 from autobalancer.measurement.signals.formats import RawColumn, RawFile
+from autobalancer.results.folder_store import Shelf
 from autobalancer.results.signals import Signals
-from autobalancer.safe_file import write_safely, write_text_safely
+from autobalancer.results.store import NETCDF
+from autobalancer.safe_file import write_safely
 
 # What the columns of a file mean: guessed from their heads, changed on the page, kept with the file.
 
@@ -70,11 +71,6 @@ class Reading:
     start: str = ""
     end: str = ""
     implausible: bool = False
-
-    @staticmethod
-    def of(data: dict[str, Any]) -> Reading:
-        """From what was kept."""
-        return Reading(**{**data, "columns": [Column(**one) for one in data.get("columns", [])]})
 
     def channels(self) -> dict[str, dict[str, Any]]:
         """The channels by name; columns that are left out are not among them."""
@@ -157,46 +153,15 @@ class Measured:
     notes: list[str] = field(default_factory=list)
 
 
-class Shelf:
-    """All measured files below the folder of a user; what is on the disk is all there is."""
+class Measurements(Shelf[Measured]):
+    """All measured files below the folder of a user."""
 
     def __init__(self, home: Path) -> None:
-        self.home = home
-
-    def folder(self, name: str) -> Path:
-        """The folder of a file.
-
-        Raises
-        ------
-        QuestionError
-            If there is none of this name.
-        """
-        place = self.home / "measured" / name
-        if not RUN.fullmatch(name) or place.is_symlink() or not place.is_dir():
-            raise QuestionError(f"measurement {name[:40]!r}: there is none of this name; it may have been deleted")
-        return place
+        super().__init__(home / "measured", Measured, "measurement")
 
     def path(self, name: str) -> Path:
         """The file itself, as it was given."""
         return self.folder(name) / self.entry(name).file
-
-    def entry(self, name: str) -> Measured:
-        """What is known of a file."""
-        try:
-            data = json.loads((self.folder(name) / "about.json").read_text(encoding="utf-8"))
-            return Measured(**{**data, "reading": Reading.of(data["reading"])})
-        except (OSError, ValueError, TypeError, KeyError) as reason:
-            raise QuestionError(f"measurement {name}: cannot be read: {reason}") from None
-
-    def entries(self) -> list[Measured]:
-        """All files, the latest first; a damaged folder is left out."""
-        found = []
-        for folder in sorted((self.home / "measured").glob("*"), reverse=True):
-            try:
-                found.append(self.entry(folder.name))
-            except QuestionError:
-                continue
-        return found
 
     def add(self, file: str, content: bytes) -> str:
         """Keep a file that the readers of measurements can read; gives its name.
@@ -216,9 +181,7 @@ class Shelf:
         there = self.entries()
         if len(there) >= MOST or sum(one.bytes for one in there) + len(content) > ROOM:
             raise QuestionError(f"{len(there)} measurements are kept already; delete some of them first")
-        name = new_name()
-        folder = self.home / "measured" / name
-        folder.mkdir(parents=True)
+        folder = self.new()
         try:
             write_safely(folder / called, lambda path: path.write_bytes(content))
             kind, reading = _kind(folder / called)
@@ -229,8 +192,8 @@ class Shelf:
             shutil.rmtree(folder, ignore_errors=True)
             raise
         made = f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}"
-        self._note(Measured(name, called, made, len(content), kind, reading))
-        return name
+        self.note(Measured(folder.name, called, made, len(content), kind, reading))
+        return folder.name
 
     def add_sample(self, sample: str) -> str:
         """Keep a copy of a measurement that comes with the package.
@@ -249,11 +212,7 @@ class Shelf:
         """Keep what the columns mean."""
         entry = self.entry(name)
         entry.reading = reading
-        self._note(entry)
-
-    def delete(self, name: str) -> None:
-        """Remove a file, and the fits to it, for good."""
-        shutil.rmtree(self.folder(name))
+        self.note(entry)
 
     def data(self, name: str) -> xr.Dataset:
         """Its signals, orders or film, as its columns were described.
@@ -272,7 +231,7 @@ class Shelf:
             if key in _held:
                 return _held[key]
         path = self.path(name)
-        with FILES:
+        with NETCDF:
             if entry.kind == "signals" and path.suffix.lower() != ".nc":
                 if not entry.reading.channels():
                     raise QuestionError(f"{entry.file}: say of at least one column what it is")
@@ -294,16 +253,13 @@ class Shelf:
         if path.suffix.lower() in TABLES:
             lines = read_text(path, TABLE, ResultError, path.name, "cp1252").splitlines()
             return [line[:WIDE] + " ..." * (len(line) > WIDE) for line in lines[:LINES]]
-        with FILES:
+        with NETCDF:
             if path.suffix.lower() == ".nc":
                 return str(load_measured(path)).splitlines()
             raw = read_raw(path)
         count = max((one.values.size for one in raw.columns.values()), default=0)
         rate = "" if raw.rate is None else f", {raw.rate:g} Hz"
         return [f"{count} samples{rate}", *(f"{key} [{one.unit}]" for key, one in raw.columns.items())]
-
-    def _note(self, entry: Measured) -> None:
-        write_text_safely(self.home / "measured" / entry.name / "about.json", json.dumps(asdict(entry), indent=1))
 
 
 def plain_name(file: str) -> str:
@@ -331,7 +287,7 @@ def samples() -> tuple[str, ...]:
     for name in sample_names("measurements"):
         path = example_path(name)
         try:
-            with FILES:
+            with NETCDF:
                 known = path.suffix in TABLES and load_measured(path)
         except AutobalancerError:  # it is read by a function of its own
             continue
@@ -352,7 +308,7 @@ def _kind(path: Path) -> tuple[str, Reading]:
     from autobalancer.measurement.comparison.run_up_fit import load_measured
     from autobalancer.measurement.signals.formats import read_raw
 
-    with FILES:
+    with NETCDF:
         if path.suffix.lower() == ".nc":
             return _kind_of(load_measured(path), path.name), Reading()
         try:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import re
-import shutil
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
@@ -19,7 +17,6 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.kept_runs import FILES, RUN, new_name
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.machine_file import load_race_machine, machine_text
 from autobalancer.files.samples import example_path, sample_names
@@ -30,7 +27,7 @@ from autobalancer.plots.studies import sensitivity as sensitivity_picture
 from autobalancer.plots.studies import study as study_picture
 from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
-from autobalancer.results.folder_store import part_files, read_part
+from autobalancer.results.folder_store import Shelf, part_files, read_part
 from autobalancer.results.shares import wilson_interval
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import write_safely, write_text_safely
@@ -82,41 +79,11 @@ class Kept:
         return f"autobalancer {self.kind} {self.file}"
 
 
-class Studies:
-    """All studies and designs below the folder of a user; what is on the disk is all there is."""
+class Studies(Shelf[Kept]):
+    """All studies and designs below the folder of a user."""
 
     def __init__(self, home: Path) -> None:
-        self.home = home / "studies"
-
-    def folder(self, name: str) -> Path:
-        """The folder of one of them.
-
-        Raises
-        ------
-        QuestionError
-            If there is none of this name.
-        """
-        place = self.home / name
-        if not RUN.fullmatch(name) or place.is_symlink() or not place.is_dir():
-            raise QuestionError(f"study {name[:40]!r}: there is none of this name; it may have been deleted")
-        return place
-
-    def entry(self, name: str) -> Kept:
-        """What is known of one."""
-        try:
-            return Kept(**json.loads((self.folder(name) / "about.json").read_text(encoding="utf-8")))
-        except (OSError, ValueError, TypeError) as reason:
-            raise QuestionError(f"study {name}: cannot be read: {reason}") from None
-
-    def entries(self) -> list[Kept]:
-        """All of them, the latest first; a damaged folder is left out."""
-        found = []
-        for folder in sorted(self.home.glob("*"), reverse=True):
-            try:
-                found.append(self.entry(folder.name))
-            except QuestionError:
-                continue
-        return found
+        super().__init__(home / "studies", Kept, "study")
 
     def add(self, entry: Kept, text: str, machine: str, more: dict[str, bytes] | None = None) -> str:
         """Keep what is asked, with the text of its machine and other files that it names; gives its name.
@@ -127,11 +94,10 @@ class Studies:
             If there are too many, or they take too much room.
         """
         there = [path.stat().st_size for path in self.home.rglob("*") if path.is_file()]
-        if len(list(self.home.glob("*"))) >= MOST or sum(there) > ROOM:
+        if len(self) >= MOST or sum(there) > ROOM:
             raise QuestionError("too many studies are kept already; delete some of them first")
-        entry.name, entry.made = new_name(), f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}"
-        folder = self.home / entry.name
-        folder.mkdir(parents=True)
+        folder = self.new()
+        entry.name, entry.made = folder.name, f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}"
         write_text_safely(folder / entry.file, text)
         if machine:
             write_text_safely(folder / entry.machine_file, machine)
@@ -140,10 +106,6 @@ class Studies:
         entry.more = list(more or {})
         self.note(entry)
         return entry.name
-
-    def note(self, entry: Kept) -> None:
-        """Keep what is known of one."""
-        write_text_safely(self.folder(entry.name) / "about.json", json.dumps(asdict(entry), indent=1))
 
     def text(self, name: str) -> str:
         """The study or the specification as it was asked."""
@@ -163,10 +125,6 @@ class Studies:
         if not known or not path.is_file():
             raise QuestionError(f"study {name}: has no {kind[:20]!r}")
         return path
-
-    def delete(self, name: str) -> None:
-        """Remove one for good, with all its parts."""
-        shutil.rmtree(self.folder(name))
 
 
 def sample_text(name: str) -> str:
@@ -248,8 +206,7 @@ def run_study(shelf: Studies, name: str, job: Job) -> str:
 
     with stopped_is_noted(shelf, entry, job):
         found = study(shelf.file(name, entry.file), folder=shelf.folder(name) / PARTS, progress=progress)
-        with FILES:
-            save_run(found, shelf.folder(name) / RESULT)
+        save_run(found, shelf.folder(name) / RESULT)
         entry.finished = True
     return name
 
@@ -318,8 +275,7 @@ def result_of(shelf: Studies, name: str) -> xr.Dataset:
     path = shelf.folder(name) / RESULT
     if not path.is_file():
         raise QuestionError(f"study {name}: is not finished")
-    with FILES:
-        return load_run(path)
+    return load_run(path)
 
 
 def done_of(shelf: Studies, name: str) -> int:
@@ -406,15 +362,14 @@ def run_design(shelf: Studies, name: str, job: Job) -> str:
         job.progress(done, total)
 
     def seen(found: Designed) -> None:
-        with FILES, contextlib.suppress(ResultError):  # it is on the page in any case
+        with contextlib.suppress(ResultError):  # it is on the page in any case
             save_run(found, shelf.folder(name) / SO_FAR)
         told.found = found
 
     with stopped_is_noted(shelf, entry, job):
         asked = shelf.file(name, entry.file)
         found = design(asked, folder=shelf.folder(name) / PARTS, progress=progress, seen=seen)
-        with FILES:
-            save_run(found, shelf.folder(name) / RESULT)
+        save_run(found, shelf.folder(name) / RESULT)
         entry.finished = True
     return name
 
@@ -433,8 +388,7 @@ def design_of(shelf: Studies, name: str, job: Job | None) -> Designed | None:
         return told.found
     for path in files:
         if path.is_file():
-            with FILES:
-                found = load_run(path)
+            found = load_run(path)
             return found if isinstance(found, Designed) else None
     return None
 

@@ -19,7 +19,6 @@ from autobalancer.app.store.fits import (
     Free,
     Question,
     Trials,
-    delete_fit,
     fit,
     fit_file,
     fit_picture,
@@ -27,7 +26,7 @@ from autobalancer.app.store.fits import (
 )
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.kept_runs import Archive
-from autobalancer.app.store.measured_files import Shelf
+from autobalancer.app.store.measured_files import Measurements
 from autobalancer.app.store.pictures import svg_of
 from autobalancer.app.store.signal_pictures import (
     LOOKS,
@@ -53,7 +52,7 @@ from autobalancer.results.signals import Signals
 class Opened:
     """Three cards; they bring what computes, so they are made when the first measurement is opened."""
 
-    def __init__(self, bench: Bench, shelf: Shelf) -> None:
+    def __init__(self, bench: Bench, shelf: Measurements) -> None:
         with _card("look"):
             self.looks = Looks(bench, shelf)
         with _card("beside a run"):
@@ -170,7 +169,7 @@ TITLE = "fit to "
 class Fit:
     """The form of a fit, its progress, and the fits to one measurement."""
 
-    def __init__(self, bench: Bench, shelf: Shelf, asked: Callable[[], Asked]) -> None:
+    def __init__(self, bench: Bench, shelf: Measurements, asked: Callable[[], Asked]) -> None:
         self.bench, self.shelf, self.asked = bench, shelf, asked
         self.name = ""
         self.question = Question([])
@@ -286,7 +285,7 @@ class Fit:
         """Read the fits of the measurement again."""
         self.list.clear()
         try:
-            found = fits(self.shelf, self.name)
+            found = fits(self.shelf, self.name).entries()
         except AutobalancerError:
             return
         with self.list:
@@ -327,7 +326,7 @@ class Fit:
         ui.notify("the fitted machine is on the page Describe; undo brings the one before back", type="positive")
 
     def _delete(self, entry: FitEntry) -> None:
-        delete_fit(self.shelf, self.name, entry.name)
+        fits(self.shelf, self.name).delete(entry.name)
         self.refresh()
 
     def _draw(self, fit_name: str) -> None:
@@ -396,7 +395,7 @@ NEEDS_TURNING = ("orders", "map", "frequencies", "orbit")
 class Looks:
     """The waveforms, and one picture at a time."""
 
-    def __init__(self, bench: Bench, shelf: Shelf) -> None:
+    def __init__(self, bench: Bench, shelf: Measurements) -> None:
         self.shelf, self.asked = shelf, Asked()
         self.name = ""
         with ui.row().classes("items-center gap-2 w-full"):

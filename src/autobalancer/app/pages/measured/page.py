@@ -23,8 +23,8 @@ from autobalancer.app.store.measured_files import (
     SUFFIXES,
     Column,
     Measured,
+    Measurements,
     Reading,
-    Shelf,
     samples,
 )
 from autobalancer.errors import AutobalancerError
@@ -35,7 +35,7 @@ class MeasuredPage:
     """The list of files; the one that is open has its columns, looks, runs and fits."""
 
     def __init__(self, bench: Bench) -> None:
-        self.bench, self.shelf = bench, Shelf(bench.home)
+        self.bench, self.shelf = bench, Measurements(bench.home)
         self.name = ""
         with ui.element("section").classes("card"):
             self._sources()
@@ -250,8 +250,8 @@ def _named(element: Any, what: str, column: Column) -> None:
 def serve_measured(root: Path) -> None:
     """Answer with the measurements of whoever asks."""
 
-    def shelf_of(request: Request) -> Shelf:
-        return Shelf(user_folder(root, user_of(request)))
+    def shelf_of(request: Request) -> Measurements:
+        return Measurements(user_folder(root, user_of(request)))
 
     @app.get("/measured/{name}/wave.bin")
     async def waves(request: Request, name: str) -> Response:

@@ -12,7 +12,7 @@ from nicegui import events, ui
 
 from autobalancer.app.pages.elements import Bench, Typed, hinted, marked, picker, say_refused, toml_editor
 from autobalancer.app.pages.studies.results import KeptList, Results
-from autobalancer.app.store.measured_files import Shelf
+from autobalancer.app.store.measured_files import Measurements
 from autobalancer.app.store.studies import DESIGN, STUDY, Kept, Studies, run_design, run_study, sample_text
 from autobalancer.app.text.document import Path as DocumentPath
 from autobalancer.app.text.document import data_of, value_at, with_value, without
@@ -150,7 +150,7 @@ class Opened:
 
     def _measured(self, file: str) -> Path | None:
         """A measured file of the user."""
-        shelf = Shelf(self.bench.home)
+        shelf = Measurements(self.bench.home)
         return next((shelf.path(one.name) for one in shelf.entries() if one.file == file), None)
 
     def _resume(self, name: str) -> None:
