@@ -23,7 +23,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import app
-from autobalancer.cli.stability import _eigenvalues_usual as usual
+from autobalancer.cli.stability import usual_speeds as usual
 from autobalancer.cli.terminal import sheet
 from autobalancer.cli.terminal import sheet as words
 from autobalancer.cli.terminal.options import parameter_values, speed_range

@@ -124,7 +124,7 @@ def test_a_range_without_a_count_has_as_many_speeds_as_curves_need() -> None:
     )
     assert short == whole
     short, whole = (
-        json.loads(say("eigenvalues", str(MACHINES / "discoidal.toml"), "--speeds", text, "--json"))["rows"]
+        json.loads(say("eigenvalues", str(MACHINES / "discoidal.toml"), "--speeds", text, "--json"))["growth_rate"]
         for text in ("60:100 rad/s", "60:100 rad/s:401")
     )
     assert short == whole

@@ -1,4 +1,4 @@
-"""``autobalancer identify``: parameters of a machine from measurements."""
+"""Commands that find out about a machine from measurements: parameters, stability by a hammer test, rubber."""
 
 from __future__ import annotations
 
@@ -9,64 +9,58 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, SpeedUnit, Unit
-from autobalancer.cli.terminal.sheet import note, say, speed_number, speed_sign, speed_text
+from autobalancer.cli.measured_signals import rubber_found
+from autobalancer.cli.terminal.command import MACHINE, RESULT, Reply, command
+from autobalancer.cli.terminal.options import Ends, In, MachineFile
+from autobalancer.cli.terminal.sheet import speed_number, speed_sign, speed_text
+from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from autobalancer.machine import Machine
     from autobalancer.measurement.loop import RaceBalls
-    from autobalancer.results.answers.rubber import RubberFit
     from autobalancer.rotordynamics.identification.free import FreeParameter
     from autobalancer.tables import Column
 
 
+@command("rotor.identify", take="loss loss_scale starts", draw="", allowed=(*MACHINE, *RESULT))
 def identify(
     machine: MachineFile,
-    measurements: Annotated[Path, typer.Option(help="Measurement file: what is free and what was measured.")],
-    free: Annotated[
-        list[str] | None, typer.Option(help='More free parameters, "NAME=from:to", NAME a path. May be repeated.')
-    ] = None,
-    loss: Annotated[
-        str, typer.Option(help="linear, soft_l1, huber or cauchy; all except linear are robust against outliers.")
-    ] = "linear",
-    loss_scale: Annotated[float, typer.Option(help="Outliers begin at so many standard deviations.")] = 2.0,
-    starts: Annotated[int, typer.Option(help="Number of searches, spread over the bounds.")] = 1,
-    out: Annotated[
-        list[Path] | None,
-        typer.Option(help="The fitted machine as .toml, the numbers as .nc, .csv or .json. May be repeated."),
-    ] = None,
-    plot: Plot = None,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    measurements: Annotated[Path, "Measurement file: what is free and what was measured."],
+    free: Annotated[list[str] | None, 'More free parameters, "NAME=from:to", NAME a path. May be repeated.'] = None,
+    **options: Any,
+) -> Reply:
     """Fit parameters of a machine to measured modes, critical speeds, response curves and known values.
 
     Example: autobalancer identify rodrigues_rig.toml \\
       --measurements rodrigues_critical_speeds.toml \\
       --out fitted.toml --out fit.nc
     """
-    from autobalancer.cli.terminal.command import MACHINE, RESULT, Files, one_form, print_csv, print_json
     from autobalancer.files.machine_file import load_race_machine
-    from autobalancer.measurement.comparison.run_up_fit import load_measurements
-    from autobalancer.rotordynamics.identification.identify import identify as fit
 
-    one_form(as_json, as_csv)
-    files = Files(out, plot, (*MACHINE, *RESULT))
     described = load_race_machine(machine)
-    parameters, measured = load_measurements(measurements)
+    parameters, measured = ab.rotor.load_measurements(measurements)
     parameters += [_free(text, described) for text in free or []]
-    found = fit(described, parameters, measured, loss=loss, loss_scale=loss_scale, starts=starts)  # type: ignore[arg-type]
-    files.save(_storable(found.data), lambda: ab.plot.identification(found.data), machine=found.machine)
-    if as_json:
-        print_json(_numbers(found.data))
-        return
-    if as_csv:
-        print_csv(_parameters(found.data))
-        return
-    _show(found.data)
-    files.say()
+    found = ab.rotor.identify(described, parameters, measured, **options)
+    data, about = found.data, found.data.attrs
+    chosen = [name for name in data.variables if name != "other_parameter" and "point" not in data[name].dims]
+    keys = ("chi_square", "degrees_of_freedom", "scatter_ratio", "rank", "outcome", "loss", "notes", "machine")
+    chi = (
+        f"chi square {about['chi_square']:.4g}, {about['degrees_of_freedom']} degrees of freedom, rank {about['rank']}"
+    )
+    return Reply(
+        _storable(data),
+        {str(name): data[name].values for name in chosen} | {name: about[name] for name in keys},
+        about["title"],
+        (),
+        _parameters(data),
+        more=[("Measurements", _measurements(data))],
+        lines=[chi],
+        notes=about["notes"],
+        draw=lambda: ab.plot.identification(data),
+        machine=found.machine,
+    )
 
 
 def _free(text: str, machine: Machine) -> FreeParameter:
@@ -126,84 +120,43 @@ def _measurements(data: xr.Dataset) -> list[Column]:
     ]
 
 
-def _show(data: xr.Dataset) -> None:
-    from autobalancer.cli.terminal.sheet import print_sheet
-
-    print_sheet(_parameters(data), data.attrs["title"])
-    print_sheet(_measurements(data), "Measurements")
-    a = data.attrs
-    say(f"chi square {a['chi_square']:.4g}, {a['degrees_of_freedom']} degrees of freedom, rank {a['rank']}")
-    for text in a["notes"]:
-        note(text)
-
-
-def _numbers(data: xr.Dataset) -> dict[str, Any]:
-    names = [name for name in data.variables if name != "other_parameter" and "point" not in data[name].dims]
-    attrs = ("chi_square", "degrees_of_freedom", "scatter_ratio", "rank", "outcome", "loss", "notes", "machine")
-    return {str(name): data[name].values for name in names} | {name: data.attrs[name] for name in attrs}
-
-
 # ``autobalancer receptance``: stability from a hammer test.
 
 
+@command("measure.receptance", take="noise", draw="", allowed=(*RESULT, *MACHINE), unit="speed", bar="fit")
 def receptance(
     file: Annotated[Path, typer.Argument(help="Table with units in its column names, or universal file (type 58).")],
-    machine: Annotated[
-        Path | None, typer.Option(help="Machine file: takes its balls and its largest unbalance.")
-    ] = None,
-    balls: Annotated[int, typer.Option(help="Without a machine: number of equal balls.")] = 0,
-    ball_mass: Annotated[str, typer.Option(help='Mass of one, such as "7.6 g".')] = "",
-    orbit_radius: Annotated[str, typer.Option(help='Of the ball centers, such as "77 mm".')] = "",
-    drag: Annotated[str, typer.Option(help='beta of one ball, such as "5.5e-6 N*m*s".')] = "",
+    machine: Annotated[Path | None, "Machine file: takes its balls and its largest unbalance."] = None,
+    balls: Annotated[int, "Without a machine: number of equal balls."] = 0,
+    ball_mass: Annotated[float | None, In("kg"), 'Mass of one, such as "7.6 g".'] = None,
+    orbit_radius: Annotated[float | None, In("m"), 'Of the ball centers, such as "77 mm".'] = None,
+    drag: Annotated[float | None, In("N*m*s"), 'beta of one ball, such as "5.5e-6 N*m*s".'] = None,
     with_balls: Annotated[bool, typer.Option("--with-balls", help="The balls were on the rotor in the test.")] = False,
-    unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; or "any": worst case.')] = "",
+    unbalance: Annotated[str, 'Such as "594 g*mm"; or "any": worst case.'] = "",
     speed: Annotated[
-        list[str] | None, typer.Option(help='Margins at this speed, such as "1200 rpm". May be repeated.')
+        list[float] | None, In("rad/s"), 'Margins at this speed, such as "1200 rpm". May be repeated.'
     ] = None,
     search: Annotated[
-        str, typer.Option(help='Speeds in which to look for the border, "from:to": "500 rpm:3000 rpm".')
-    ] = "",
-    modes: Annotated[int, typer.Option(help="Number of modes to fit; by default chosen by the noise.")] = 0,
-    band: Annotated[str, typer.Option(help='Frequencies used in the fit, "from:to": "5 Hz:200 Hz".')] = "",
-    noise: Annotated[
-        str, typer.Option(help="estimated from the data; relative (to each value); or absolute.")
-    ] = "estimated",
-    function: Annotated[int, typer.Option(help="Which function of a universal file.")] = 0,
-    resamples: Annotated[int, typer.Option(help="Repeated fits for the uncertainty of the border.")] = 20,
+        Any, Ends("rad/s"), 'Speeds in which to look for the border, "from:to": "500 rpm:3000 rpm".'
+    ] = None,
+    modes: Annotated[int | None, "Number of modes to fit; by default chosen by the noise."] = None,
+    band: Annotated[Any, Ends("rad/s"), 'Frequencies used in the fit, "from:to": "5 Hz:200 Hz".'] = None,
+    function: Annotated[int | None, "Which function of a universal file."] = None,
+    resamples: Annotated[int, "Repeated fits for the uncertainty of the border."] = 20,
     mass_added: Annotated[
-        str, typer.Option(help='Fixed to the rotor in the test and no part of it, such as "20 g": is taken off.')
-    ] = "",
-    out: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Result file, .nc, .csv or .json; or .toml, the file of --machine with a rotor of the fitted modes. May be "
-            "repeated."
-        ),
+        str | None, 'Fixed to the rotor in the test and no part of it, such as "20 g": is taken off.'
     ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Picture, .png, .svg or .pdf: the loop at the first speed, else the fit.")
-    ] = None,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    files: Any = None,
+    **options: Any,
+) -> Reply:
     """Exact border, least drag and margins from a measured receptance, without a model of the rotor.
+
+    With --machine it is also written as .toml, with a rotor of the fitted modes. The picture is the loop at the first
+    speed, else the fit.
 
     Example: autobalancer receptance discoidal_hammer.csv \\
       --machine discoidal.toml --speed "1200 rpm"
     """
-    from autobalancer.cli.terminal.command import MACHINE, RESULT, Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.progress_bar import progress_bar
-    from autobalancer.errors import QuestionError
-    from autobalancer.measurement.loop import receptance_border, receptance_loop, receptance_stability
-    from autobalancer.rotordynamics.receptance.measured import load_receptance
-    from autobalancer.units.quantity import ends
-
-    one_form(as_json, as_csv)
-    files = Files(out, plot, allowed=(*RESULT, *MACHINE))
-    speeds = [quantity("--speed", text, "rad/s") for text in speed or []]
-    searched = ends("--search", search, "rad/s") if search else None
     chosen = _balls(machine, balls, ball_mass, orbit_radius, drag)
     written = any(path.suffix.lower() in MACHINE for path in files.out)
     if written and (machine is None or with_balls):
@@ -211,28 +164,26 @@ def receptance(
             "--out: a machine file wants --machine, which is written with this rotor, and the rotor without balls: give the mass "
             "of those that were on it as --mass-added, not --with-balls"
         )
-    measured = load_receptance(file, function=function or None, mass_added=mass_added or None)
-    used = ends("--band", band, "rad/s") if band else None
+    measured = ab.measure.load_receptance(file, function=function, mass_added=mass_added)
     how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
-    with progress_bar("fit") as update:
-        fit = ab.measure.receptance(measured, modes=modes or None, noise=noise, band=used, progress=update)  # type: ignore[arg-type]
-    with progress_bar("border") as update:
-        border = receptance_border(fit, chosen, searched=searched, resamples=resamples, progress=update, **how)
-    at_speeds = receptance_stability(fit, chosen, speeds, **how) if speeds else None
-    loops = [receptance_loop(fit, chosen, speed, balls_on_rotor=with_balls) for speed in speeds]
-    files.save(
+    fit = ab.measure.receptance(measured, modes=modes, band=band, **options)
+    update = options["progress"]
+    border = ab.measure.receptance_border(fit, chosen, searched=search, resamples=resamples, progress=update, **how)
+    at_speeds = ab.measure.receptance_stability(fit, chosen, speed, **how) if speed else None
+    loops = [ab.measure.receptance_loop(fit, chosen, one, balls_on_rotor=with_balls) for one in speed or ()]
+    doubts = {*border.attrs["warnings"].split("\n")}
+    doubts |= {*at_speeds.attrs["warnings"].split("\n")} if at_speeds is not None else set()
+    return Reply(
         fit if at_speeds is None else at_speeds,
-        lambda: ab.plot.nyquist(loops[0]) if loops else ab.plot.receptance(fit),
+        _receptance_numbers(fit, border, at_speeds, loops) | {"ignores": _ignored(machine)},
+        str(fit.attrs["title"]),
+        _receptance_facts(fit, border, at_speeds, loops, machine),
+        fit.columns() if at_speeds is None else _margins(at_speeds),
+        brief=True,
+        notes=sorted(filter(None, doubts)),
+        draw=lambda: ab.plot.nyquist(loops[0]) if loops else ab.plot.receptance(fit),
         machine=_with_rotor(machine, fit) if machine is not None and written else None,
     )
-    if as_json:
-        print_json(_receptance_numbers(fit, border, at_speeds, loops) | {"ignores": _ignored(machine)})
-        return
-    if as_csv:
-        print_csv(_modes(fit) if at_speeds is None else _margins(at_speeds))
-        return
-    _receptance_show(fit, border, at_speeds, loops, machine)
-    files.say()
 
 
 def _with_rotor(machine: Path, fit: xr.Dataset) -> Machine:
@@ -242,18 +193,14 @@ def _with_rotor(machine: Path, fit: xr.Dataset) -> Machine:
     return with_measured_rotor(load_race_machine(machine), measured_rotor(fit))
 
 
-def _balls(machine: Path | None, count: int, mass: str, radius: str, drag: str) -> RaceBalls:
-    from autobalancer.cli.terminal.options import quantity
-    from autobalancer.errors import QuestionError
+def _balls(machine: Path | None, count: int, mass: float | None, radius: float | None, drag: float | None) -> RaceBalls:
     from autobalancer.measurement.loop import balls_of, equal_balls
 
     if machine is not None:
         return balls_of(machine)
-    if count < 1 or not (mass and radius and drag):
+    if count < 1 or mass is None or radius is None or drag is None:
         raise QuestionError("give --machine, or --balls, --ball-mass, --orbit-radius and --drag")
-    given = (("--ball-mass", mass, "kg"), ("--orbit-radius", radius, "m"), ("--drag", drag, "N*m*s"))
-    numbers = (quantity(*option) for option in given)
-    return equal_balls(count, *numbers, spin_ratio=0.4)
+    return equal_balls(count, mass, radius, drag, spin_ratio=0.4)
 
 
 def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
@@ -298,16 +245,6 @@ def _receptance_numbers(
     return numbers
 
 
-def _modes(fit: xr.Dataset) -> list[Column]:
-    from autobalancer.tables import Column
-
-    columns = []
-    for name, factor, unit in (("frequency", 0.5 / math.pi, "Hz"), ("damping_ratio", 100.0, "%"), ("mass", 1.0, "kg")):
-        for end, more in (("", ""), ("_deviation", ", standard deviation")):
-            columns.append(Column(name.replace("_", " ") + more, factor * fit[f"mode_{name}{end}"].values, unit))
-    return columns
-
-
 def _margins(at_speeds: xr.Dataset) -> list[Column]:
     from autobalancer.tables import Column
 
@@ -321,14 +258,14 @@ def _margins(at_speeds: xr.Dataset) -> list[Column]:
     ]
 
 
-def _receptance_show(
+def _receptance_facts(
     fit: xr.Dataset, border: xr.Dataset, at_speeds: xr.Dataset | None, loops: list[xr.Dataset], machine: Path | None
-) -> None:
-    from autobalancer.cli.terminal.sheet import print_facts
+) -> list[tuple[str, str]]:
+    """Fit, modes, border, stable ranges and margins as names and texts."""
     from autobalancer.measurement.loop import viscosity_of
 
-    a = fit.attrs
-    rows = [("fit", f"error {100.0 * a['fit_error']:.2g} %, mass {a['effective_mass']:.4g} kg")]
+    about = fit.attrs
+    rows = [("fit", f"error {100.0 * about['fit_error']:.2g} %, mass {about['effective_mass']:.4g} kg")]
     rows += [("mode", _mode_text(fit.isel(mode=i))) for i in range(fit.sizes["mode"])]
     name = "exact border" + (", worst case" if border.attrs["state"].startswith("worst") else "")
     ignored = _ignored(machine)
@@ -336,14 +273,10 @@ def _receptance_show(
     for low, high in zip(border["stable_from"].values, border["stable_to"].values, strict=True):
         rows.append(("stable", f"{speed_text(low)} to {speed_text(high)}"))
     viscosity = viscosity_of(machine) if machine is not None else None
-    doubts = {*border.attrs["warnings"].split("\n")}
-    if at_speeds is not None:
-        told = [_row(at_speeds.isel(speed=i), loops[i], viscosity) for i in range(at_speeds.sizes["speed"])]
-        rows += [(label, "; ".join(filter(None, (text, ignored)))) for label, text in told]
-        doubts |= {*at_speeds.attrs["warnings"].split("\n")}
-    print_facts(rows, str(a["title"]))
-    for text in sorted(filter(None, doubts)):
-        note(text)
+    for i, loop in enumerate(loops if at_speeds is not None else ()):
+        label, text = _row(at_speeds.isel(speed=i), loop, viscosity)  # type: ignore[union-attr]
+        rows.append((label, "; ".join(filter(None, (text, ignored)))))
+    return rows
 
 
 def _mode_text(mode: xr.Dataset) -> str:
@@ -402,6 +335,7 @@ def _margin_text(value: dict[str, Any]) -> str:
 # ``autobalancer rubber``: rubber that softens with the amplitude, from measured loops and resonances.
 
 
+@command("measure.rubber", take="law spacing viscous", draw="rubber", allowed=MACHINE)
 def rubber(
     tables: Annotated[
         list[Path],
@@ -410,76 +344,13 @@ def rubber(
             "decay rate [1/s] in place of the last two. Perhaps motion, line or circle."
         ),
     ],
-    law: Annotated[str, typer.Option(help="Of the friction elements: elastoplastic or endochronic.")] = "elastoplastic",
-    spacing: Annotated[float, typer.Option(help="Ratio of neighboring breakaway amplitudes.")] = 2.0,
     relaxation_time: Annotated[
-        list[str] | None, typer.Option(help='Of a Maxwell element, such as "5 ms". May be repeated.')
+        list[float] | None, In("s"), 'Of a Maxwell element, such as "5 ms". May be repeated.'
     ] = None,
-    viscous: Annotated[bool, typer.Option("--viscous/--no-viscous", help="With a viscous part.")] = True,
-    out: Annotated[Path | None, typer.Option(help="The lines of a machine file, as .toml.")] = None,
-    plot: Plot = None,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    **options: Any,
+) -> Reply:
     """Fit rubber that softens with the amplitude to hysteresis loops and to resonances at several amplitudes.
 
     Example: autobalancer rubber rubber_loops.csv --out rubber.toml
     """
-    from autobalancer.cli.terminal.command import MACHINE, Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.sheet import print_sheet
-    from autobalancer.measurement.rubber import rubber as fit
-    from autobalancer.plots.drawing.style import save_picture
-    from autobalancer.plots.measured.rubber import rubber as picture
-    from autobalancer.safe_file import write_text_safely
-
-    one_form(as_json, as_csv)
-    files = Files(out, plot, MACHINE)
-    times = [float(quantity("--relaxation-time", text, "s")) for text in relaxation_time or []]
-    found = fit(
-        tables,
-        law=law,  # type: ignore[arg-type]
-        spacing=spacing,
-        relaxation_times=times,
-        viscous=viscous,
-    )
-    if out is not None:
-        write_text_safely(out, found.toml())
-    if plot is not None:
-        save_picture(picture(found), plot)
-    if as_json:
-        print_json(_rubber_numbers(found))
-        return
-    if as_csv:
-        print_csv(found.columns())
-        return
-    print_sheet(found.columns(), f"rubber, {found.law.law}, from {len(found.points)} points")
-    deviation = abs(found.fitted.real / found.points.stiffness - 1.0).max()
-    say(f"stiffness of the points within {100.0 * deviation:.2g} %")
-    for text in found.remarks:
-        note(text)
-    files.say()
-
-
-def _rubber_numbers(found: RubberFit) -> dict[str, Any]:
-    points, fitted = found.points, found.fitted
-    return {
-        "elastic": found.law.elastic,
-        "viscous": found.law.viscous,
-        "law": found.law.law,
-        "friction": [{"stiffness": k, "breakaway_amplitude": a} for k, a in found.law.friction],
-        "maxwell": [{"stiffness": k, "relaxation_time": t} for k, t in found.law.maxwell],
-        "points": [
-            {
-                "name": name,
-                "frequency": float(points.frequency[i]),
-                "amplitude": float(points.amplitude[i]),
-                "stiffness": float(points.stiffness[i]),
-                "loss": float(points.loss[i]),
-                "fitted_stiffness": float(fitted[i].real),
-                "fitted_loss": float(fitted[i].imag),
-            }
-            for i, name in enumerate(points.names)
-        ],
-        "remarks": list(found.remarks),
-    }
+    return rubber_found(ab.measure.rubber(tables, relaxation_times=relaxation_time or [], **options))

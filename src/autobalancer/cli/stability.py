@@ -9,79 +9,60 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Outs, Plot, SpeedUnit, Unit
-from autobalancer.cli.terminal.sheet import note, say, speed_number, speed_sign, speed_text
+from autobalancer.cli.terminal.command import Reply, command
+from autobalancer.cli.terminal.options import COUNT, In, MachineFile, Speeds
+from autobalancer.cli.terminal.sheet import speed_number, speed_sign, speed_text
+from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from autobalancer.stability.diagrams.explorer import Branches
     from autobalancer.stability.maps.curve import BorderCurve
     from autobalancer.tables import Column
+
+
+Unbalance = Annotated[float | None, In("kg*m"), 'Such as "594 g*mm"; by default that of the machine.']
+Speed = Annotated[float | None, In("rad/s"), 'Rotor speed where it is not varied, such as "1200 rpm".']
 
 
 # ``autobalancer check``: what can be said of a machine before it runs.
 
 
-def check(
-    machine: MachineFile,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+@command(out=None, unit="speed")
+def check(machine: MachineFile) -> Reply:
     """Check a machine file and print its masses, critical speeds, capability, drag and border speeds.
 
     Of a machine with deep chambers: filling, contact time and step in place of drag and borders.
 
     Example: autobalancer check discoidal.toml
     """
-    from autobalancer.api import check as known
-    from autobalancer.cli.terminal.command import one_form, print_csv, print_json
-    from autobalancer.cli.terminal.sheet import Facts
     from autobalancer.progress import looking_for
 
-    one_form(as_json, as_csv)
-    found = known(machine, looking_for)
-    if as_json:
-        print_json(found.as_dict())
-        return
-    table = Facts(found.name)
-    for row in found.rows(speed_text):
-        table.add_row(*row)
-    if as_csv:
-        print_csv(table.columns())
-        return
-    table.print()
-    for warning in found.warnings:
-        note(warning)
+    found = ab.check(machine, looking_for)
+    return Reply(found, found.as_dict(), heading=found.name, facts=found.rows(speed_text), notes=found.warnings)
 
 
 # ``autobalancer borders``: the border speeds of a machine, over a parameter, and the least viscosity for a speed.
 
 
+@command(draw="", unit="speed")
 def borders(
     machine: MachineFile,
-    unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default the largest of the machine.')] = "",
+    unbalance: Annotated[float | None, In("kg*m"), 'Such as "594 g*mm"; by default the largest of the machine.'] = None,
     windows: Annotated[
         bool, typer.Option("--windows", help="Also list all stable speed ranges up to --up-to.")
     ] = False,
-    over: Annotated[
-        str, typer.Option(help='Borders over a parameter, "NAME=from:to:count[:log]"; unbalance and viscosity alone.')
-    ] = "",
-    only: Annotated[
-        str, typer.Option(help='Only these, with commas between: "release speed, capture speed" are found fast.')
-    ] = "",
+    over: Annotated[str, 'Borders over a parameter, "NAME=from:to:count[:log]"; unbalance and viscosity alone.'] = "",
+    only: Annotated[str, 'Only these, with commas between: "release speed, capture speed" are found fast.'] = "",
     up_to: Annotated[
-        str, typer.Option(help="Highest speed, for release, capture and --windows; by default that of the drive.")
-    ] = "",
-    minimum_viscosity_at: Annotated[str, typer.Option(help='Least viscosity for this speed, "1200 rpm".')] = "",
-    minimum_drag_at: Annotated[str, typer.Option(help="Least drag for this speed.")] = "",
-    out: Outs = None,
-    plot: Plot = None,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+        float | None,
+        In("rad/s"),
+        "Highest speed, for release, capture and --windows; by default that of the drive.",
+    ] = None,
+    minimum_viscosity_at: Annotated[float | None, In("rad/s"), 'Least viscosity for this speed, "1200 rpm".'] = None,
+    minimum_drag_at: Annotated[float | None, In("rad/s"), "Least drag for this speed."] = None,
+    files: Any = None,
+) -> Reply:
     """Print the averaged border, the exact border, the release speed and the capture speed, each with its notes.
 
     With --over also as a table over a parameter, which --out and --plot write.
@@ -90,53 +71,44 @@ def borders(
       --over unbalance --plot borders.png --minimum-viscosity-at "1200 rpm"
     """
     from autobalancer.assembly.terms import unknown
-    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.options import optional
-    from autobalancer.cli.terminal.sheet import print_sheet
-    from autobalancer.errors import QuestionError, RangeWarning, unwarned
+    from autobalancer.errors import RangeWarning, unwarned
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.friction import held_by_friction
     from autobalancer.stability.maps.speeds import NAMES, theory_of
     from autobalancer.stability.summary import friction_rows
 
-    one_form(as_json, as_csv)
-    if (out or plot is not None) and not over:
+    if (files.out or files.plot is not None) and not over:
         raise QuestionError("borders: --out and --plot show the borders over a parameter; name it with --over")
-    files = Files(out, plot)
-    size, top = optional("--unbalance", unbalance, "kg*m"), optional("--up-to", up_to, "rad/s")
-    described = load_race_machine(machine)
-    names = _names(only)
+    described, names = load_race_machine(machine), _names(only)
     answer: dict[str, Any] = {
-        "borders": [vars(border) for border in ab.stability.borders(described, size, only=names, up_to=top)],
+        "machine": str(machine),
+        "borders": [vars(border) for border in ab.stability.borders(described, unbalance, only=names, up_to=up_to)],
     }
-    held = held_by_friction(described, unbalance=size)
+    held = held_by_friction(described, unbalance=unbalance)
     answer["friction"] = held.as_dict()
     if windows:
-        answer["stable_windows"] = _windows(described, top, size)
+        answer["stable_windows"] = _windows(described, up_to, unbalance)
     answer["ignores"] = {name: unknown(described, theory_of(name)) for name in names or NAMES}
     with unwarned(RangeWarning):  # which says what is ignored, as the lines of these numbers do
-        answer |= _minima(described, minimum_viscosity_at, minimum_drag_at, size, names)
-    curve = _curve(described, over, names, top) if over else None
-    if curve is not None:
-        files.save(curve, lambda: ab.plot.border_curve(curve, speed_unit=speed_unit))
-        answer["over"] = {str(key): curve[key].values for key in (*curve.dims, *curve.data_vars)}
-    if as_json:
-        print_json({"machine": str(machine), **answer})
-        return
-    table = _columns(answer["borders"]) if curve is None else curve.columns(speed_sign())
-    if as_csv:
-        print_csv(table)
-        return
-    _print(described.name, answer)
-    for name, text in friction_rows(held, speed_text, brief=True):
-        say(f"{name}: {text}", indent="  ")
-    if curve is not None:
-        print_sheet(table, f"over {curve[str(next(iter(curve.dims)))].attrs['long_name']}")
-    files.say()
+        for key, speed in (("viscosity", minimum_viscosity_at), ("drag", minimum_drag_at)):
+            if speed is not None:
+                answer[f"minimum_{key}"] = _minimum(key, described, speed, unbalance, names)
+    lines = [*_lines(answer), *(f"{name}: {text}" for name, text in friction_rows(held, speed_text, brief=True))]
+    if not over:
+        return Reply(None, answer, described.name, (), _columns(answer["borders"]), lines=lines, brief=True)
+    curve = _curve(described, over, names, up_to)
+    answer["over"] = {str(key): curve[key].values for key in (*curve.dims, *curve.data_vars)}
+    return Reply(
+        curve,
+        answer,
+        described.name,
+        lines=lines,
+        notes=(),
+        draw=lambda: ab.plot.border_curve(curve, speed_unit=speed_sign()),
+    )
 
 
 def _windows(machine: Any, top: float | None, unbalance: float | None) -> dict[str, Any]:
-    from autobalancer.errors import QuestionError
     from autobalancer.stability.maps.exact import stable_windows
     from autobalancer.stability.summary import summary
 
@@ -159,28 +131,13 @@ def _names(only: str) -> tuple[str, ...]:
     return tuple(found) if not left.strip(" ,") else (left.strip(" ,"),)
 
 
-def _minima(
-    machine: Any, viscosity_at: str, drag_at: str, unbalance: float | None, names: tuple[str, ...]
-) -> dict[str, Any]:
-    from autobalancer.cli.terminal.options import quantity
-    from autobalancer.stability.maps.curve import minimum_drag, minimum_viscosity
-
-    found: dict[str, Any] = {}
-    for key, text, ask in (("viscosity", viscosity_at, minimum_viscosity), ("drag", drag_at, minimum_drag)):
-        if text:
-            speed = quantity(f"--minimum-{key}-at", text, "rad/s")
-            found[f"minimum_{key}"] = {
-                "speed": float(speed),
-                **{name: ask(machine, speed, name, unbalance=unbalance) for name in _asked(machine, names)},
-            }
-    return found
-
-
-def _asked(machine: Any, names: tuple[str, ...]) -> list[str]:
-
+def _minimum(key: str, machine: Any, speed: float, unbalance: float | None, names: tuple[str, ...]) -> dict[str, float]:
+    """Least viscosity or drag for a speed, by each kind of border that the machine has."""
+    ask = ab.stability.minimum_viscosity if key == "viscosity" else ab.stability.minimum_drag
     kinds = ("exact border", "exact border, worst case", "averaged border", "release speed", "capture speed")
     there = {border.name for border in ab.stability.borders(machine, only=names) if not math.isnan(border.speed)}
-    return [name for name in kinds if name in there]
+    found = {name: ask(machine, speed, name, unbalance=unbalance) for name in kinds if name in there}
+    return {"speed": float(speed), **found}
 
 
 def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> BorderCurve:
@@ -218,28 +175,27 @@ def _number(speed: float) -> float | str | None:
     return "never" if math.isinf(speed) else float(speed_number(speed, ".10g"))
 
 
-def _print(name: str, answer: dict[str, Any]) -> None:
-    typer.secho(name, bold=True)
+def _lines(answer: dict[str, Any]) -> list[str]:
+    """Borders with their notes, stable ranges and minima as sentences."""
     width = max((len(border["name"]) for border in answer["borders"]), default=0)
+    lines: list[str] = []
     for border in answer["borders"]:
-        typer.echo(f"{border['name']:<{width}}   {speed_text(border['speed']) if border['known'] else 'not known'}")
-        if border["note"]:
-            say(border["note"], indent="  ", first="  ")
+        lines.append(f"{border['name']:<{width}}   {speed_text(border['speed']) if border['known'] else 'not known'}")
+        lines += [f"  {border['note']}"] if border["note"] else []
     if "stable_windows" in answer:
         windows = answer["stable_windows"]
-        typer.echo(f"stable up to {speed_text(windows['up_to'])}:{'' if windows['windows'] else ' nowhere'}")
-        for low, high in windows["windows"]:
-            typer.echo(f"  {speed_text(low)} to {speed_text(high)}")
-        if windows["note"]:
-            say(windows["note"], indent="  ", first="  ")
+        lines.append(f"stable up to {speed_text(windows['up_to'])}:{'' if windows['windows'] else ' nowhere'}")
+        lines += [f"  {speed_text(low)} to {speed_text(high)}" for low, high in windows["windows"]]
+        lines += [f"  {windows['note']}"] if windows["note"] else []
     for key, factor, unit in (("viscosity", 1e6, "mm^2/s"), ("drag", 1.0, "N m s")):
         if f"minimum_{key}" in answer:
             found = dict(answer[f"minimum_{key}"])
-            typer.echo(f"least {key} for {speed_text(found.pop('speed'))} and above:")
+            lines.append(f"least {key} for {speed_text(found.pop('speed'))} and above:")
             for which, value in found.items():
                 ignored = ", ".join(answer["ignores"][which])
                 says = f"   (ignores {ignored})" if ignored else ""
-                say(f"  {which}: {_amount(value * factor, unit)}{says}", indent="    ")
+                lines.append(f"  {which}: {_amount(value * factor, unit)}{says}")
+    return lines
 
 
 def _amount(value: float, unit: str) -> str:
@@ -253,27 +209,19 @@ DOUBLING = "period doubling"
 FEW = 3  # period doublings of a branch that are listed unasked
 
 
+@command("stability.branches", take="switch orbits", draw="branches", unit="speed")
 def branches(
     machine: MachineFile,
-    over: Annotated[str, typer.Option(help='"NAME=from:to", such as "speed=55 rad/s:110 rad/s"; also downwards.')],
-    speed: Annotated[str, typer.Option(help='Rotor speed where it is not the parameter, such as "1200 rpm".')] = "",
+    over: Annotated[str, '"NAME=from:to", such as "speed=55 rad/s:110 rad/s"; also downwards.'],
+    speed: Speed = None,
     state: Annotated[
-        str,
-        typer.Option(
-            help="Where to begin: balanced, mixed, coincident, 'in line', spread, stalled, 'partly stalled' or all."
-        ),
+        str, "Where to begin: balanced, mixed, coincident, 'in line', spread, stalled, 'partly stalled' or all."
     ] = "balanced",
-    switch: Annotated[bool, typer.Option(help="Go on along what branches off.")] = True,
-    orbits: Annotated[bool, typer.Option(help="Follow periodic motions born at Hopf points.")] = True,
     every: Annotated[
         bool, typer.Option("--all", help=f"List all period doublings of a branch, not only {FEW}.")
     ] = False,
-    out: Outs = None,
-    plot: Plot = None,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    **options: Any,
+) -> Reply:
     """Follow the states in which the balls rest, and their periodic motions, and list where they begin or lose stability.
 
     A NAME is speed, unbalance, drag, viscosity, ball_mass, damping, stiffness, or a path such as rotor.damping. Names
@@ -282,56 +230,34 @@ def branches(
     Example: autobalancer branches discoidal.toml \\
       --over "speed=40 rad/s:110 rad/s" --state all --plot branches.png
     """
-    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.options import named, optional, unit_of
-    from autobalancer.cli.terminal.progress_bar import progress_bar
+    from autobalancer.cli.terminal.options import named, unit_of
     from autobalancer.files.machine_file import load_race_machine
-    from autobalancer.stability.diagrams.branches import branches as ask
     from autobalancer.units.quantity import ends
 
-    one_form(as_json, as_csv)
-    files = Files(out, plot)
-    described = load_race_machine(machine)
+    described, update = load_race_machine(machine), options.pop("progress")
     parameter, span = named("--over", over, "from:to")
     start, end = ends("--over", span, unit_of("--over", parameter, described))
-    with progress_bar("branch") as update:
-        found = ask(
-            described,
-            parameter,
-            start,
-            end,
-            speed=optional("--speed", speed, "rad/s"),
-            from_state=state,  # type: ignore[arg-type]
-            switch=switch,
-            orbits=orbits,
-            progress=lambda number, share: update(share, 1.0, description=f"branch {number}"),
-        )
-    files.save(found, lambda: ab.plot.branches(found, speed_unit=speed_unit))
-    if as_json:
-        rows = {"branches": found.branch_rows(), "special": found.special_rows()}
-        about = {"machine": str(machine), "parameter": parameter, "ignores": found.attrs["ignores"]}
-        missing = {"not_followed": said} if (said := found.not_followed()) else {}
-        print_json({**about, **missing, **rows})
-        return
-    if as_csv:
-        print_csv(found.columns(speed_unit))
-        return
-    _branches_print(found, speed_unit, every)
-    files.say()
-
-
-def _branches_print(found: Branches, speed_unit: str, every: bool) -> None:
-    from autobalancer.cli.terminal.sheet import print_sheet, say
-
-    print_sheet(found.columns(speed_unit), found.heading())
-    rows = found.special_rows()
-    shown = rows if every else _without_cascades(rows)
-    if shown:
-        print_sheet(found.special_columns(shown, speed_unit), "special points")
-    if len(shown) < len(rows):
-        say(f"{len(rows) - len(shown)} more {DOUBLING}s are not shown; --all lists them")
-    for line in found.not_followed():
-        say(line)
+    found = ab.stability.branches(
+        described,
+        parameter,
+        start,
+        end,
+        speed=speed,
+        from_state=state,  # type: ignore[arg-type]
+        progress=lambda number, share: update(share, 1.0, description=f"branch {number}"),
+        **options,
+    )
+    special, why = found.special_rows(), found.not_followed()
+    shown = special if every else _without_cascades(special)
+    more = f"{len(special) - len(shown)} more {DOUBLING}s are not shown; --all lists them"
+    numbers = {"parameter": parameter, "ignores": found.attrs["ignores"], **({"not_followed": why} if why else {})}
+    return Reply(
+        found,
+        {**numbers, "branches": found.branch_rows(), "special": special},
+        more=[("special points", found.special_columns(shown, speed_sign()))] if shown else [],
+        lines=[*([more] if len(shown) < len(special) else []), *why],
+        notes=(),
+    )
 
 
 def _without_cascades(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -348,94 +274,52 @@ def _without_cascades(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 # ``autobalancer eigenvalues``: eigenvalues of a steady state over the speed.
 
 
-COUNT = 401  # speeds in a range that gives no count
-
-
-def stability(
+@command("stability.eigenvalues", draw="", unit="speed", bar="speeds")
+def eigenvalues(
     machine: MachineFile,
     speeds: Annotated[
-        str,
-        typer.Option(
-            help='"from:to" or "from:to:count", or one speed; by default from half to three times the critical speeds that the '
-            "machine reaches, and at least up to its highest speed."
-        ),
-    ] = "",
+        Any,
+        Speeds(COUNT),
+        '"from:to" or "from:to:count", or one speed; by default from half to three times the critical speeds that the '
+        "machine reaches, and at least up to its highest speed.",
+    ] = None,
     state: Annotated[
-        str,
-        typer.Option(help="balanced, coincident, 'in line', mixed: at some stations at rest, or spread: by forces."),
+        str, "balanced, coincident, 'in line', mixed: at some stations at rest, or spread: by forces."
     ] = "balanced",
-    unbalance: Annotated[str, typer.Option(help='Such as "594 g*mm"; by default that of the machine.')] = "",
-    out: Outs = None,
-    plot: Plot = None,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    unbalance: Unbalance = None,
+    **options: Any,
+) -> Reply:
     """Say in which speed ranges a steady state is stable, exactly: eigenvalues, or multipliers on anisotropic supports.
 
     Example: autobalancer eigenvalues discoidal.toml \\
       --speeds "500 rpm:1500 rpm:200" --plot s.png
     """
-    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.options import optional, speed_range
-    from autobalancer.cli.terminal.progress_bar import progress_bar
-    from autobalancer.cli.terminal.sheet import print_sheet
-    from autobalancer.errors import QuestionError
     from autobalancer.files.machine_file import load_race_machine
-    from autobalancer.stability.states.questions import Kind, eigenvalues, ranges
+    from autobalancer.stability.states.questions import Kind, ranges
 
-    one_form(as_json, as_csv)
-    files = Files(out, plot)
     if state not in get_args(Kind):
         raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident, 'in line' or spread")
     described = load_race_machine(machine)
-    chosen = speed_range("--speeds", speeds, COUNT) if speeds else _eigenvalues_usual(machine)
-    size = optional("--unbalance", unbalance, "kg*m")
-    with progress_bar("speeds") as update:
-        found = eigenvalues(
-            described,
-            [float(speed) for speed in chosen],
-            state=state,  # type: ignore[arg-type]
-            unbalance=size,
-            progress=update,
-        )
-    located = cache(lambda: ranges(described, found, size))
-    files.save(found, lambda: ab.plot.eigenvalues(found, speed_unit=speed_unit, ranges=located()))
-    missing = [float(w) for w in found.attrs["speeds_without_state"]]
-    if as_json:
-        names = ("speed", "growth_rate", "verdict", "leading_motion")
-        rows = [
-            dict(zip(names, row, strict=True))
-            for row in zip(*(found[name].values.tolist() for name in names), strict=True)
-        ]
-        print_json(
-            {
-                "machine": str(machine),
-                "state": state,
-                "ignores": found.attrs["ignores"],
-                "rows": rows,
-                "speeds_without_state": missing,
-            }
-        )
-        return
-    table = located().columns(speed_unit)
-    if as_csv:
-        print_csv(table)
-        return
-    ignores = f"; ignores {found.attrs['ignores']}" if found.attrs["ignores"] else ""
-    print_sheet(table, f"{described.name}: {state} state{ignores}")
-    if missing:
-        typer.echo(f"no such state at {len(missing)} of the speeds")
-    files.say()
+    chosen = [float(speed) for speed in (speeds if speeds is not None else usual_speeds(described))]
+    found = ab.stability.eigenvalues(described, chosen, state=state, unbalance=unbalance, **options)  # type: ignore[arg-type]
+    located = cache(lambda: ranges(described, found, unbalance))
+    ignores = [text for text in found.remarks() if text.startswith("ignores ")]
+    return Reply(
+        found,
+        heading=f"{described.name}: {state} state" + (f"; {ignores[0]}" if ignores else ""),
+        notes=[text for text in found.remarks() if text not in ignores],
+        columns=located().columns(speed_sign()),
+        draw=lambda: ab.plot.eigenvalues(found, speed_unit=speed_sign(), ranges=located()),
+    )
 
 
-def _eigenvalues_usual(machine: object) -> np.ndarray:
+def usual_speeds(machine: Any) -> np.ndarray:
+    """Speeds around the critical ones that the machine reaches."""
     import numpy as np
 
-    from autobalancer.errors import QuestionError
     from autobalancer.stability.summary import summary
 
-    about = summary(machine)  # type: ignore[arg-type]
+    about = summary(machine)
     critical = about.critical_speeds
     if not critical:
         raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
@@ -447,21 +331,15 @@ def _eigenvalues_usual(machine: object) -> np.ndarray:
 # ``autobalancer map``: the growth rate of the balanced state over two parameters.
 
 
+@command("stability.map", take="positions", draw="map", unit="speed", bar="map")
 def map_(
     machine: MachineFile,
-    x: Annotated[str, typer.Option(help='Along x: "NAME=from:to:count", with ":log" for equal ratios.')],
-    y: Annotated[str, typer.Option(help="Along y, in the same form.")],
-    speed: Annotated[str, typer.Option(help='Rotor speed where it is not an axis, such as "1200 rpm".')] = "",
-    positions: Annotated[str, typer.Option(help="Of more than two balls: worst or best.")] = "worst",
-    point: Annotated[
-        list[str] | None, typer.Option(help='Operating point "NAME=x value, y value". May be repeated.')
-    ] = None,
-    out: Outs = None,
-    plot: Plot = None,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    x: Annotated[str, 'Along x: "NAME=from:to:count", with ":log" for equal ratios.'],
+    y: Annotated[str, "Along y, in the same form."],
+    speed: Speed = None,
+    point: Annotated[list[str] | None, 'Operating point "NAME=x value, y value". May be repeated.'] = None,
+    **options: Any,
+) -> Reply:
     """Find where the balanced state is stable, with averaged border, exact border, release and capture speed.
 
     A NAME is speed, viscosity, drag, ball_mass, ball_diameter, count, unbalance, damping, stiffness, temperature,
@@ -471,47 +349,23 @@ def map_(
       --x "speed=50 rad/s:130 rad/s:400" \\
       --y "viscosity=0.2 mm^2/s:100 mm^2/s:400:log" --plot map.png
     """
-    from autobalancer.cli.terminal.command import Files, one_form, print_json
-    from autobalancer.cli.terminal.options import optional, parameter_values
-    from autobalancer.cli.terminal.progress_bar import progress_bar
-    from autobalancer.errors import QuestionError
+    from autobalancer.cli.terminal.options import parameter_values
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.results.export import result_csv
 
-    one_form(as_json, as_csv)
-    files = Files(out, plot)
-    fixed = optional("--speed", speed, "rad/s")
     described = load_race_machine(machine)
     (across, x_values), (up, y_values) = (parameter_values(*axis, described) for axis in (("--x", x), ("--y", y)))
     if across == up:
         raise QuestionError(f"--y: given {up!r}, which is along --x already; take two different parameters")
-    with progress_bar("map") as update:
-        found = ab.stability.map(
-            described,
-            {across: x_values, up: y_values},
-            speed=fixed,
-            positions=positions,  # type: ignore[arg-type]
-            operating_points=dict(_point(text) for text in point or []),
-            progress=update,
-        )
-    files.save(found, lambda: ab.plot.map(found, speed_unit=speed_unit))
-    if as_json:
-        rates = found["growth_rate"].values
-        names = {str(name): found[name].values for name in (*found.dims, *found.data_vars)}
-        print_json({"machine": str(machine), "points": rates.size, "stable": int((rates < 0.0).sum()), **names})
-        return
-    if as_csv:
-        typer.echo(result_csv(found), nl=False)
-        return
-    say("; ".join((found.stable_text(), *found.remarks())))
-    if held := found.held_text():
-        say(f"friction: {held}")
-    files.say()
+    points = dict(_point(text) for text in point or [])
+    axes = {across: x_values, up: y_values}
+    found = ab.stability.map(described, axes, speed=speed, operating_points=points, **options)
+    rates = found["growth_rate"].values
+    numbers = {str(name): found[name].values for name in (*found.dims, *found.data_vars)}
+    return Reply(found, {"points": rates.size, "stable": int((rates < 0.0).sum()), **numbers}, csv=result_csv(found))
 
 
 def _point(text: str) -> tuple[str, tuple[str, str]]:
-    from autobalancer.errors import QuestionError
-
     name, _, values = text.partition("=")
     pair = [value.strip() for value in values.split(",")]
     if not name.strip() or len(pair) != 2 or not all(pair):

@@ -82,6 +82,8 @@ def annulus_flow(
         Intervals in radial and axial direction for the full equations.
     error
         Of the angular velocity at the orbit over the greatest speed of the rotor.
+    balancer, race
+        Counted from 1.
     progress
         Called with time and end.
 

@@ -109,6 +109,8 @@ def ball_drag(
         films.
     fineness
         2 halves all elements. The dataset says how much the drag differs with a coarser mesh.
+    balancer, race
+        Counted from 1.
     progress
         Called with the number of flows solved and their count.
 

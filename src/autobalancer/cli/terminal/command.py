@@ -260,7 +260,10 @@ class Reply:
     columns: Sequence[Column] | None = None
     more: Sequence[tuple[str, Sequence[Column]]] = ()  # further tables with their headings
     lines: Sequence[str] = ()  # sentences below the tables
+    brief: bool = False  # whether the sentences say what the first table does
+    code: str = ""  # lines that are to be copied, which are not broken
     notes: Sequence[str] | None = None
+    csv: str | None = None  # in place of the first table
     draw: Callable[[], Figure] | None = None
     machine: Machine | str | None = None  # what is written as .toml: a machine, or lines of its file
     outcome: str = ""  # of a run or a study, which the exit code says
@@ -360,7 +363,10 @@ def answered(
         plain = reply.json if reply.json is not None else as_plain(answer)
         print_json({**about, **plain} if isinstance(plain, dict) else plain)
     elif as_csv:
-        print_csv(reply.columns if reply.columns is not None else _columns(answer, unit))
+        if reply.csv is not None:
+            typer.echo(reply.csv, nl=False)
+        else:
+            print_csv((reply.columns if reply.columns is not None else _columns(answer, unit)) or _facts(reply))
     else:
         _show(reply, unit)
         files.say()
@@ -378,14 +384,26 @@ def _show(reply: Reply, unit: str) -> None:
     if facts:
         print_facts(facts, heading)
     columns = reply.columns if reply.columns is not None else _columns(answer, unit)
-    if columns:
+    if columns and not reply.brief:
         print_sheet(columns, "" if facts else heading)
+    elif heading and not facts:
+        typer.secho(heading, bold=True)
     for title, table in reply.more:
         print_sheet(table, title)
     for text in reply.lines:
         say(text, indent="  ")
+    if reply.code:
+        typer.echo(reply.code)
     for text in reply.notes if reply.notes is not None else _asked(answer, "remarks", ()):
         note(text)
+
+
+def _facts(reply: Reply) -> list[Column]:
+    """The facts as a table."""
+    from autobalancer.tables import Column
+
+    facts = reply.facts if reply.facts is not None else _asked(reply.answer, "facts", ())
+    return [Column("quantity", [name for name, _ in facts]), Column("value", [text for _, text in facts])]
 
 
 def _asked(answer: Any, name: str, otherwise: Any) -> Any:

@@ -130,6 +130,19 @@ class Ranged(Reader):
 
 
 @dataclass(frozen=True)
+class Ends(Reader):
+    """Both ends of a range, in an SI unit."""
+
+    unit: str
+
+    def read(self, option: str, text: str) -> Any:
+        """The values; a fault names the option."""
+        from autobalancer.units.quantity import ends
+
+        return ends(option, text, self.unit)
+
+
+@dataclass(frozen=True)
 class Listed(Reader):
     """Quantities with commas between, or a range of them, in an SI unit."""
 
