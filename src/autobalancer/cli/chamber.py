@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
-from autobalancer.cli.terminal.options import Csv, Json, Outs, Plot, Seed, optional, quantity
-from autobalancer.units.quantity import listed, whole
+from autobalancer.cli.terminal.command import MACHINE, Also, Files, Reply, as_plain, command, said_when_stopped
+from autobalancer.cli.terminal.options import In, Listed, Seed
+from autobalancer.cli.terminal.sheet import speed_text
+from autobalancer.errors import QuestionError
+from autobalancer.units.quantity import whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,44 +27,40 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-Step = Annotated[str, typer.Option(help='Of the integration, such as "1e-6 s"; by default from the contact time.')]
-Last = Annotated[str, typer.Option(help="Time at the end that is the steady state; by default a tenth.")]
+Chambers = Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")]
+Step = Annotated[float | None, In("s"), 'Of the integration, such as "1e-6 s"; by default from the contact time.']
+Last = Annotated[float | None, In("s"), "Time at the end that is the steady state; by default a tenth."]
+Kept = Annotated[Path | None, "Folder that keeps all runs; what was stopped goes on."]
+Workers = Annotated[int | None, "Threads; by default one for each core."]
+GOES_ON = "the archive keeps what was computed, and the same command goes on"
+LOST = "nothing is kept without --archive"
 
 
 @app.command()
+@command("chamber.amplitudes", draw="chamber_amplitudes", out="_amplitudes.nc", bar="runs")
 def amplitudes(
-    machine: Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")],
-    balls: Annotated[
-        str, typer.Option(help='Numbers of balls in the deep chamber, such as "3,5,8,20"; none for none.')
-    ],
-    friction: Annotated[str, typer.Option(help='Coefficients, such as "0.3,0.5,0.7".')],
-    duration: Annotated[str, typer.Option(help='Of each run, such as "20 s".')],
-    single: Annotated[
-        str, typer.Option(help="Numbers of balls in the single layer; by default the same, none for none.")
-    ] = "",
-    archive: Annotated[Path | None, typer.Option(help="Folder that keeps all runs; a stopped study goes on.")] = None,
-    step: Step = "",
-    last: Last = "",
+    machine: Chambers,
+    balls: Annotated[str, 'Numbers of balls in the deep chamber, such as "3,5,8,20"; none for none.'],
+    friction: Annotated[Any, Listed(""), 'Coefficients, such as "0.3,0.5,0.7".'],
+    duration: Annotated[float, In("s"), 'Of each run, such as "20 s".'],
+    single: Annotated[str, "Numbers of balls in the single layer; by default the same, none for none."] = "",
+    archive: Kept = None,
+    step: Step = None,
+    last: Last = None,
     seeds: Annotated[int, typer.Option(min=1, help="Fillings for each point; pictures show mean and range.")] = 1,
-    workers: Annotated[int, typer.Option(min=0, help="Threads; 0 for one each core.")] = 0,
-    out: Outs = None,
-    plot: Plot = None,
-    means: Annotated[Path | None, typer.Option(help="Picture of the means over the optimal ranges.")] = None,
-    carried: Annotated[
-        Path | None, typer.Option(help="Picture of the share of balls carried over friction, for each number.")
-    ] = None,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    workers: Workers = None,
+    means: Annotated[Path | None, "Picture of the means over the optimal ranges."] = None,
+    carried: Annotated[Path | None, "Picture of the share of balls carried over friction, for each number."] = None,
+    **options: Any,
+) -> Reply:
     """Vibration over number of balls and friction at equal total mass, deep chamber against single layer.
-
-    Without --out the result is written here, under the machine's name with _amplitudes.nc.
 
     Example: autobalancer chamber amplitudes deep_chamber.toml \\
       --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7 \\
       --duration "20 s" --archive runs --plot amplitudes.png
     """
-    from autobalancer.errors import QuestionError
+    from autobalancer.files.machine_file import load_chamber_machine
+    from autobalancer.results.export import result_csv
     from autobalancer.studies.chamber_study import optimal_means
 
     deep = [] if balls == "none" else whole("--balls", balls)
@@ -72,179 +68,116 @@ def amplitudes(
     if not deep and not other:
         raise QuestionError("--balls, --single: given none for both; give numbers of balls for one of them")
     counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
-    one_form(as_json, as_csv)
-    files = Files(out or Path(f"{machine.stem}_amplitudes.nc"), plot)
-    others = [Files(plot=path) for path in (means, carried)]
-    with asked_of(machine), bar("runs") as update, said_when_stopped(archive is not None):
+    of_means, of_shares = (Files(plot=path) for path in (means, carried))
+    with said_when_stopped(GOES_ON if archive is not None else LOST):
         found = ab.chamber.amplitudes(
-            chamber_machine(machine),
+            load_chamber_machine(machine),
             counts,
-            listed("--friction", friction, ""),
-            duration=quantity("--duration", duration, "s"),
+            friction,
+            duration=duration,
             layers=list(counts),
             archive=archive,
-            step=optional("--step", step, "s"),
+            step=step,
             seeds=range(seeds),
-            last=optional("--last", last, "s"),
-            workers=workers or None,
-            progress=update,
+            last=last,
+            workers=workers,
+            **options,
         )
-    files.save(found, lambda: ab.plot.chamber_amplitudes(found))
-    others[0].save(found, lambda: ab.plot.chamber_optimal_means(optimal_means(found)))
-    others[1].save(found, lambda: ab.plot.chamber_carried(found))
     _say_what_failed(found)
-    if as_json:
-        print_json({str(name): found[name].values for name in found.variables})
-    elif as_csv:
-        from autobalancer.results.export import result_csv
-
-        typer.echo(result_csv(found), nl=False)
-    else:
-        for one in (files, *others):
-            one.say()
+    pictures = (
+        Also(of_means, draw=lambda: ab.plot.chamber_optimal_means(optimal_means(found))),
+        Also(of_shares, draw=lambda: ab.plot.chamber_carried(found)),
+    )
+    return Reply(found, columns=[], facts=(), heading="", notes=(), csv=result_csv(found), also=pictures)
 
 
 @app.command()
+@command("chamber.archived_run", out=None, csv=False, bar="run")
 def reactions(
     machine: Annotated[Path, typer.Argument(help="Machine file with chambers.")],
-    duration: Annotated[str, typer.Option(help='Such as "20 s".')],
-    archive: Annotated[Path, typer.Option(help="Folder that keeps the run; the same command goes on after a stop.")],
-    name: Annotated[str, typer.Option(help="Name of the run; by default that of the file.")] = "",
-    step: Step = "",
+    duration: Annotated[float, In("s"), 'Such as "20 s".'],
+    archive: Annotated[Path, "Folder that keeps the run; the same command goes on after a stop."],
+    name: Annotated[str, "Name of the run; by default that of the file."] = "",
+    step: Step = None,
     seed: Seed = 0,
-    last: Last = "",
+    last: Last = None,
     height: Annotated[
-        str, typer.Option(help="Height of the axis over the supports: draws the body of the source let go.")
-    ] = "",
-    until: Annotated[str, typer.Option(help="Time after which reactions do not drive the body that is let go.")] = "",
-    out: Annotated[Path, typer.Option(help="Folder of the pictures.")] = Path("."),
-    as_json: Json = False,
-) -> None:
+        float | None, In("m"), "Height of the axis over the supports: draws the body of the source let go."
+    ] = None,
+    until: Annotated[float | None, In("s"), "Time after which reactions do not drive the body that is let go."] = None,
+    out: Annotated[Path, "Folder of the pictures."] = Path("."),
+    **options: Any,
+) -> Reply:
     """One run into an archive, with pictures: history, energy, collisions, reactions, arrangement of the balls.
 
     Example: autobalancer chamber reactions deep_chamber.toml \\
       --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
+    from autobalancer.files.machine_file import load_chamber_machine
     from autobalancer.plots.drawing.style import save_picture
-    from autobalancer.results.archive import Archive
     from autobalancer.results.unconstrained_body import pakula_body
-    from autobalancer.studies.chamber_study import archived_run
 
-    with bar("thousandths of the run") as update, said_when_stopped():
-        run = archived_run(
-            Archive(archive),
+    update = options["progress"]
+    with said_when_stopped(GOES_ON):
+        run = ab.chamber.archived_run(
+            ab.chamber.Archive(archive),
             name or machine.stem,
-            chamber_machine(machine),
-            duration=quantity("--duration", duration, "s"),
-            step=optional("--step", step, "s"),
+            load_chamber_machine(machine),
+            duration=duration,
+            step=step,
             seed=seed,
-            last=optional("--last", last, "s"),
+            last=last,
             progress=lambda now, end: update(round(1000.0 * now / end), 1000),
         )
     samples = run.samples().load()
-    body = pakula_body(quantity("--height", height, "m")) if height else None
+    body = pakula_body(height) if height else None
     pictures = {
         "history": ab.plot.chamber_run(samples),
         "energy": ab.plot.chamber_energy(samples),
         "collisions": ab.plot.chamber_collisions(samples),
         "bearings": ab.plot.chamber_bearing_forces(samples),
-        "reactions": ab.plot.chamber_reactions(samples, body, until=optional("--until", until, "s")),
+        "reactions": ab.plot.chamber_reactions(samples, body, until=until),
         "arrangement": ab.plot.chamber_arrangement(samples),
     }
     made = [save_picture(figure, out / f"{run.name}_{kind}.png") for kind, figure in pictures.items()]
-    if as_json:
-        outcome, measured = run.note.outcome, run.note.measures
-        print_json({"run": str(run.path), **outcome, "seed": seed, "measures": measured, "pictures": made})
-        return
-    typer.echo(f"run {run.name}: {run.note.outcome['outcome_text']}, seed {seed}, in {run.path}")
-    for path in made:
-        typer.echo(f"written: {path}")
+    outcome, measured = run.note.outcome, run.note.measures
+    return Reply(
+        None,
+        {"run": str(run.path), **outcome, "seed": seed, "measures": measured, "pictures": made},
+        lines=[f"run {run.name}: {outcome['outcome_text']}, seed {seed}, in {run.path}"],
+        code="\n".join(f"written: {path}" for path in made),
+    )
 
 
 @app.command("step-size")
+@command("chamber.step_size", take="restitution phases scheme", draw="chamber_step_size", bar="collisions")
 def step_size(
-    stiffness_over_mass: Annotated[float, typer.Option(help="k/m of a ball in m^-0.5 s^-2.")] = 1e10,
-    speeds: Annotated[str, typer.Option(help="Relative speeds.")] = "4,6,8,10 m/s",
-    steps: Annotated[str, typer.Option(help="Steps of the integration.")] = "1e-4,1e-5,1e-6,1e-7 s",
-    restitution: Annotated[float, typer.Option(help="1 for elastic balls.")] = 1.0,
-    phases: Annotated[int, typer.Option(min=1, help="Collisions for each speed and step.")] = 200,
-    scheme: Annotated[str, typer.Option(help="runge_kutta or velocity_verlet.")] = "runge_kutta",
-    out: Outs = None,
-    plot: Plot = None,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    stiffness_over_mass: Annotated[float, "k/m of a ball in m^-0.5 s^-2."] = 1e10,
+    speeds: Annotated[Any, Listed("m/s"), "Relative speeds."] = "4,6,8,10 m/s",
+    steps: Annotated[Any, Listed("s"), "Steps of the integration."] = "1e-4,1e-5,1e-6,1e-7 s",
+    **options: Any,
+) -> Reply:
     """Energy error of a fixed step in a central collision, for contacts that begin anywhere in a step.
 
     Example: autobalancer chamber step-size --stiffness-over-mass 3e9 --plot steps.png
     """
-    from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.tables import Column
 
-    one_form(as_json, as_csv)
-    files = Files(out, plot)
-    with bar("collisions") as update:
-        found = ab.chamber.step_size(
-            listed("--speeds", speeds, "m/s"),
-            listed("--steps", steps, "s"),
-            stiffness_over_mass=stiffness_over_mass,
-            restitution=restitution,
-            phases=phases,
-            scheme=scheme,
-            progress=update,
-        )
-    files.save(found, lambda: ab.plot.chamber_step_size(found))
-    if as_json:
-        print_json({str(name): found[name].values for name in found.variables})
-        return
-    cells = [(float(speed), float(step)) for speed in found["relative_speed"] for step in found["step"]]
+    found = ab.chamber.step_size(speeds, steps, stiffness_over_mass=stiffness_over_mass, **options)
+    table = found[["least", "greatest", "root_mean_square"]].stack(cell=("relative_speed", "step"))
     columns = [
-        Column("relative speed", [speed for speed, _ in cells], "m/s", "g"),
-        Column("step", [step for _, step in cells], "s", "g"),
+        Column("relative speed", table["relative_speed"].values, "m/s", "g"),
+        Column("step", table["step"].values, "s", "g"),
+        *(
+            Column(str(name).replace("_", " "), 100.0 * part.values, "%", ".3g")
+            for name, part in table.data_vars.items()
+        ),
     ]
-    for name in ("least", "greatest", "root_mean_square"):
-        sizes = [100.0 * float(found[name].sel(relative_speed=speed, step=step)) for speed, step in cells]
-        columns.append(Column(name.replace("_", " "), sizes, "%", ".3g"))
-    if as_csv:
-        print_csv(columns)
-        return
-    print_sheet(columns, "energy error of a collision")
-    files.say()
-
-
-def chamber_machine(path: Path) -> Any:
-    """The machine of a file with deep chambers."""
-    from autobalancer.files.machine_file import load_chamber_machine
-
-    return load_chamber_machine(path)
-
-
-@contextmanager
-def asked_of(path: Path) -> Iterator[None]:
-    """While it lasts, an error of the machine names the file in place of the word "machine"."""
-    from autobalancer.errors import QuestionError
-
-    try:
-        yield
-    except QuestionError as refused:
-        of_machine, mark, reason = str(refused).partition("machine: ")
-        if of_machine or not mark:
-            raise
-        raise QuestionError(f"{path}: {reason}") from None
-
-
-def bar(text: str) -> Any:
-    """A progress bar that is told (done, in all)."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-
-    from autobalancer.cli.terminal.progress_bar import progress_bar
-
-    return progress_bar(text, BarColumn(), MofNCompleteColumn(), TextColumn(text), TimeRemainingColumn())
+    return Reply(found, columns=columns, facts=())
 
 
 def _say_what_failed(found: Any) -> None:
     """The points without a result, with the reason; an error where no point has one."""
-    from autobalancer.errors import QuestionError
     from autobalancer.studies.chamber_study import NOT_ASKED
 
     table = found["outcome"].to_series()
@@ -257,75 +190,50 @@ def _say_what_failed(found: Any) -> None:
         typer.secho(f"no result at {where}: {reason}", fg="yellow", err=True)
 
 
-@contextmanager
-def said_when_stopped(kept: bool = True) -> Iterator[None]:
-    """Says what an interruption leaves."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        goes_on = "the archive keeps what was computed, and the same command goes on"
-        typer.secho(f"interrupted; {goes_on if kept else 'nothing is kept without --archive'}", fg="yellow", err=True)
-        raise
-
-
 @app.command()
+@command("chamber.design", draw="chamber_designs", out="_designs.nc", bar="runs")
 def design(
-    machine: Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")],
-    duration: Annotated[str, typer.Option(help='Of each full run, such as "16 s".')],
-    balls: Annotated[str, typer.Option(help='Numbers of balls, such as "5,8,12,20".')] = "",
-    diameter: Annotated[str, typer.Option(help='Of a ball, such as "20,25,30 mm".')] = "",
-    total_mass: Annotated[
-        str, typer.Option(help='Of all balls, such as "0.8,1,1.5 kg"; instead of the diameter.')
-    ] = "",
-    density: Annotated[str, typer.Option(help='Of the balls, such as "7800,14900 kg/m^3".')] = "",
-    friction: Annotated[str, typer.Option(help='Coefficients, such as "0.3,0.5,0.7".')] = "",
-    ball_friction: Annotated[
-        str, typer.Option(help="The same of balls on balls; by default that of the machine.")
-    ] = "",
-    viscosity: Annotated[
-        str, typer.Option(help='Dynamic, of a fluid, such as "0,10,100 mPa*s"; 0 is a dry chamber.')
-    ] = "",
-    fluid_density: Annotated[str, typer.Option(help='Of the fluid, such as "900 kg/m^3".')] = "",
-    fill: Annotated[str, typer.Option(help='Share of the chamber that the fluid fills, such as "0.6".')] = "",
+    machine: Chambers,
+    duration: Annotated[float, In("s"), 'Of each full run, such as "16 s".'],
+    balls: Annotated[str, 'Numbers of balls, such as "5,8,12,20".'] = "",
+    diameter: Annotated[str, 'Of a ball, such as "20,25,30 mm".'] = "",
+    total_mass: Annotated[str, 'Of all balls, such as "0.8,1,1.5 kg"; instead of the diameter.'] = "",
+    density: Annotated[str, 'Of the balls, such as "7800,14900 kg/m^3".'] = "",
+    friction: Annotated[str, 'Coefficients, such as "0.3,0.5,0.7".'] = "",
+    ball_friction: Annotated[str, "The same of balls on balls; by default that of the machine."] = "",
+    viscosity: Annotated[str, 'Dynamic, of a fluid, such as "0,10,100 mPa*s"; 0 is a dry chamber.'] = "",
+    fluid_density: Annotated[str, 'Of the fluid, such as "900 kg/m^3".'] = "",
+    fill: Annotated[str, 'Share of the chamber that the fluid fills, such as "0.6".'] = "",
     unbalance: Annotated[
-        str, typer.Option(help='For which a design must work, such as "30,60 kg*mm"; by default that of the machine.')
+        str, 'For which a design must work, such as "30,60 kg*mm"; by default that of the machine.'
     ] = "",
     limit: Annotated[
-        list[str] | None,
-        typer.Option(help='Such as "vibration=20 um", "settling_time=10 s" or "pick_up=0.9". May be repeated.'),
+        list[str] | None, 'Such as "vibration=20 um", "settling_time=10 s" or "pick_up=0.9". May be repeated.'
     ] = None,
-    short: Annotated[str, typer.Option(help="Of a short run; by default half as long as a full one.")] = "",
-    last: Annotated[str, typer.Option(help="Time at the end that is the steady state; by default a tenth.")] = "",
+    short: Annotated[float | None, In("s"), "Of a short run; by default half as long as a full one."] = None,
+    last: Last = None,
     fillings: Annotated[int, typer.Option(min=1, help="Of each design that gets full runs.")] = 5,
     finalists: Annotated[int, typer.Option(min=1, help="Designs that get full runs.")] = 4,
     around: Annotated[
         list[str] | None,
-        typer.Option(
-            help='Also run the best design with a quantity changed, such as "unbalance=0.2". May be repeated.'
-        ),
+        'Also run the best design with a quantity changed, such as "unbalance=0.2". May be repeated.',
     ] = None,
-    archive: Annotated[Path | None, typer.Option(help="Folder that keeps all runs; a stopped search goes on.")] = None,
-    workers: Annotated[int, typer.Option(min=0, help="Threads; 0 for one each core.")] = 0,
-    best: Annotated[Path | None, typer.Option(help="Machine file of the best design, .toml.")] = None,
-    out: Outs = None,
-    plot: Plot = None,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    archive: Kept = None,
+    workers: Workers = None,
+    best: Annotated[Path | None, "Machine file of the best design, .toml."] = None,
+    **options: Any,
+) -> Reply:
     """The designs that balance best within limits: closed forms first, then short runs, then full runs of the few best.
-
-    Without --out the result is written here, under the machine's name with _designs.nc.
 
     Example: autobalancer chamber design deep_chamber.toml --duration "16 s" \\
       --balls 5,8,12,20 --total-mass "0.8,1,1.5 kg" --friction 0.5,0.7 \\
       --limit "vibration=30 um" --archive runs --best best.toml --plot designs.png
     """
-    from autobalancer.files.machine_file import save_machine
+    from autobalancer.cli.terminal.options import quantity
+    from autobalancer.files.machine_file import load_chamber_machine
 
-    one_form(as_json, as_csv)
-    files = Files(out or Path(f"{machine.stem}_designs.nc"), plot)
-    made = Files(best, allowed=(".toml",))
-    shelf = {
+    made = Files(best, allowed=MACHINE)
+    candidates = {
         "balls": balls,
         "diameter": diameter,
         "total_mass": total_mass,
@@ -337,152 +245,99 @@ def design(
         "fill": fill,
     }
     limits = dict(_pair("--limit", text, "vibration=20 um") for text in limit or ())
-    changes = {
-        name: quantity("--around", text, "")
-        for name, text in (_pair("--around", text, "unbalance=0.2") for text in around or ())
-    }
-    described = chamber_machine(machine)
-    with asked_of(machine), bar("runs") as update, said_when_stopped(archive is not None):
+    pairs = [_pair("--around", text, "unbalance=0.2") for text in around or ()]
+    changes = {name: quantity("--around", text, "") for name, text in pairs}
+    how: dict[str, Any] = {"archive": archive, "workers": workers, **options}
+    with said_when_stopped(GOES_ON if archive is not None else LOST):
         found = ab.chamber.design(
-            described,
-            {name: text for name, text in shelf.items() if text},
+            load_chamber_machine(machine),
+            {name: text for name, text in candidates.items() if text},
             limits,
-            duration=quantity("--duration", duration, "s"),
-            short=optional("--short", short, "s"),
-            last=optional("--last", last, "s"),
+            duration=duration,
+            short=short,
+            last=last,
             unbalances=unbalance or None,
             fillings=fillings,
             finalists=finalists,
-            archive=archive,
-            workers=workers or None,
-            progress=update,
+            **how,
         )
-    files.save(found, lambda: ab.plot.chamber_designs(found))
-    if best is not None:
-        save_machine(ab.chamber.designed_machine(found), best)
-    changed = None
-    if changes:
-        with bar("runs around the best one") as update, said_when_stopped(archive is not None):
-            changed = ab.chamber.design_sensitivity(
-                found, changes, archive=archive, workers=workers or None, progress=update
-            )
-    if as_json:
-        answer = {str(name): found[name].values for name in found.variables}
-        print_json(
-            answer if changed is None else {**answer, "around": {str(n): changed[n].values for n in changed.variables}}
-        )
-    elif as_csv:
-        print_csv(found.columns())
-    else:
-        _show(found, changed)
-        files.say()
-        made.say()
+        changed = ab.chamber.design_sensitivity(found, changes, **how) if changes else None
+    numbers = as_plain(found)
+    also = Also(made, found, machine=ab.chamber.designed_machine(found) if best is not None else None)
+    if changed is None:
+        return Reply(found, numbers, also=[also])
+    around_best = [(changed.heading(), changed.columns())]
+    return Reply(found, numbers | {"around": as_plain(changed)}, more=around_best, also=[also])
 
 
 @app.command()
-def bounds(
-    machine: Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")],
-    as_json: Json = False,
-) -> None:
+@command(out=None, csv=False)
+def bounds(machine: Chambers) -> Reply:
     """What the balls of a deep chamber can do at best, from closed forms, without a run.
 
     Example: autobalancer chamber bounds deep_chamber.toml
     """
-    from autobalancer.cli.terminal.sheet import print_facts, speed_text
+    from autobalancer.files.machine_file import load_chamber_machine
 
-    with asked_of(machine):
-        found = ab.chamber.bounds(chamber_machine(machine))
-    if as_json:
-        print_json(found.as_dict())
-        return
-    print_facts(found.rows(speed_text), found.name)
+    found = ab.chamber.bounds(load_chamber_machine(machine))
+    return Reply(found, found.as_dict(), heading=found.name, facts=found.rows(speed_text))
 
 
 def _pair(option: str, text: str, sample: str) -> tuple[str, str]:
-    from autobalancer.errors import QuestionError
-
     name, mark, value = (part.strip() for part in text.partition("="))
     if not (name and mark and value):
         raise QuestionError(f'{option}: given {text!r}; write it as NAME=VALUE, such as "{sample}"')
     return name, value
 
 
-def _show(found: xr.Dataset, changed: xr.Dataset | None) -> None:
-    from rich.text import Text
-
-    from autobalancer.cli.terminal.progress_bar import Console
-    from autobalancer.cli.terminal.sheet import print_facts, print_sheet
-
-    answer: Sequence[xr.Dataset] = (found,) if changed is None else (found, changed)
-    for one in answer:
-        print_facts(one.facts(), one.heading())
-        print_sheet(one.columns())
-        for text in one.remarks():
-            Console(highlight=False).print(Text(text))
-
-
 @app.command()
+@command(out=None, draw="")
 def archive(
     folder: Annotated[Path, typer.Argument(help="Folder of the archive.")],
-    where: Annotated[str, typer.Option(help='Condition, such as "friction >= 0.5 and balls in [8, 9]".')] = "",
+    where: Annotated[str, 'Condition, such as "friction >= 0.5 and balls in [8, 9]".'] = "",
     show: Annotated[
-        list[str] | None,
-        typer.Option(help="Column of the table. May be repeated. By default parameters and the main measures."),
+        list[str] | None, "Column of the table. May be repeated. By default parameters and the main measures."
     ] = None,
-    export: Annotated[str, typer.Option(help="Name of a run to write as one result file.")] = "",
-    out: Annotated[
-        Path | None, typer.Option(help="With --export: the file, .nc; by default the name of the run here.")
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Picture of --y over --x: .png, .svg or .pdf.")] = None,
-    x: Annotated[str, typer.Option(help="Value along the axis of the picture.")] = "balls",
-    y: Annotated[str, typer.Option(help="Value of the picture.")] = "vertical_amplitude",
-    by: Annotated[str, typer.Option(help="Value that tells the curves apart.")] = "",
-    log: Annotated[bool, typer.Option(help="Logarithmic scale of y.")] = False,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    export: Annotated[str, "Name of a run to write as one result file."] = "",
+    out: Annotated[Path | None, "With --export: the file, .nc; by default the name of the run here."] = None,
+    x: Annotated[str, "Value along the axis of the picture of --plot."] = "balls",
+    y: Annotated[str, "Value of the picture."] = "vertical_amplitude",
+    by: Annotated[str, "Value that tells the curves apart."] = "",
+    log: Annotated[bool, "Logarithmic scale of y."] = False,
+) -> Reply:
     """List the runs of an archive, choose among them, draw their measures, or take one out.
 
     Example: autobalancer chamber archive runs --where "friction >= 0.5" \\
       --plot a.png --x balls --y vertical_amplitude --by friction
     """
-    from autobalancer.cli.terminal.command import RESULT, Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.sheet import print_sheet
-    from autobalancer.errors import QuestionError
-    from autobalancer.results.archive import Archive
     from autobalancer.results.folder_store import has_note
 
-    one_form(as_json, as_csv)
     if out is not None and not export:
         raise QuestionError("--out: is the file of --export; name the run to write")
-    files = Files(out, plot, RESULT)
+    Files(out)
     if not folder.is_dir():
         raise QuestionError(f"{folder}: no such folder; archives are made by autobalancer chamber with --archive")
     if has_note(folder):
         raise QuestionError(f"{folder}: is one run; its archive is {folder.parent}, and autobalancer plot draws it")
-    held = Archive(folder)
+    held = ab.chamber.Archive(folder)
     if not held.names():
         raise QuestionError(f"{folder}: holds no runs; archives are made by autobalancer chamber with --archive")
     if export:
-        typer.echo(f"written: {held.export(export, out if out is not None else Path(f'{export}.nc'))}")
-        return
+        path = held.export(export, out if out is not None else Path(f"{export}.nc"))
+        return Reply(None, {"written": str(path)}, code=f"written: {path}")
     table = held.runs(where)
-    if plot is not None:
-        from autobalancer.plots.drawing.style import save_picture
-
-        save_picture(ab.plot.chamber_archive(table, x, y, by or None, log=log), plot)
-    if as_json:
-        names = [str(key) for key in table.data_vars]
-        rows = zip(table["run"].values, *(table[key].values for key in names), strict=True)
-        print_json([dict(zip(("run", *names), row, strict=True)) for row in rows])
-        return
-    columns = _columns(table, show)
-    if as_csv:
-        print_csv(columns)
-        return
-    print_sheet(columns)
-    typer.echo(f"{table.sizes['run']} runs")
-    files.say()
+    names = [str(key) for key in table.data_vars]
+    rows = zip(table["run"].values, *(table[key].values for key in names), strict=True)
+    return Reply(
+        table,
+        [dict(zip(("run", *names), row, strict=True)) for row in rows],
+        "",
+        (),
+        _columns(table, show),
+        lines=[f"{table.sizes['run']} runs"],
+        notes=(),
+        draw=lambda: ab.plot.chamber_archive(table, x, y, by or None, log=log),
+    )
 
 
 MAIN = ["state", "balls", "friction", "layers", "vertical_amplitude", "vertical_peak", "settling_time", "share_carried"]
@@ -490,7 +345,6 @@ SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("deg", 180.0 / math.p
 
 
 def _columns(table: xr.Dataset, asked: list[str] | None) -> list[Column]:
-    from autobalancer.errors import QuestionError
     from autobalancer.tables import Column
 
     known = [str(key) for key in table.data_vars]

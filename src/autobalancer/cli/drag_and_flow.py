@@ -42,7 +42,8 @@ def ball_drag(
     """
     from autobalancer.tables import Column
 
-    found = ab.flow.ball_drag(machine, **({"reynolds": reynolds} if reynolds else {}), **options)
+    options |= {"reynolds": reynolds} if reynolds else {}
+    found = ab.flow.ball_drag(machine, **options)
     about = found.attrs
     heads = {"cd_re": "c_d Re", "drag_coefficient": "c_d", "lift": "lift/(mu r U)", "through_flow": "mean flow/U"}
     columns = [

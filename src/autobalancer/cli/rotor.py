@@ -80,17 +80,19 @@ def response(
     Example: autobalancer response two_plane_rotor.toml \\
       --speeds "600 rpm:5500 rpm:400" --plot bode.png
     """
+    from autobalancer.files.machine_file import load_race_machine
+
     many = speeds.size > 1
     allowed = ("bode", "polar") if many else ("orbits", "axis")
     if kind not in ("", *allowed):
         what = "a range of speeds" if many else "one speed"
         raise QuestionError(f"--kind: given {kind!r}; for {what} it must be {' or '.join(allowed)}")
-    described = ab.load_machine(machine)
+    described = load_race_machine(machine)
     about: Any = ([_place(described, text) for text in station] if station else None, unbalance)
     found = ab.rotor.response(described, speeds, *about, **options)
 
     def draw() -> Any:
-        look = {"speed_unit": speed_sign()}
+        look: Any = {"speed_unit": speed_sign()}
         if many:
             smooth = ab.rotor.response(described, speeds, *about, smooth=True, **options)
             return (ab.plot.polar_response if kind == "polar" else ab.plot.response)(smooth, **look)
@@ -193,7 +195,9 @@ def equivalent_planar(
     Example: autobalancer equivalent-planar rigid_rotor.toml \\
       --out planar.toml
     """
-    described = ab.load_machine(machine)
+    from autobalancer.files.machine_file import load_race_machine
+
+    described = load_race_machine(machine)
     place = None if station is None else _place(described, station)
     found = ab.rotor.equivalent_planar(described, place, **options)
     numbers = as_plain(found.data) | {"description": found.machine.description}

@@ -40,7 +40,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from autobalancer.machine import Machine
+    from autobalancer.machine.chamber import ChamberMachine
     from autobalancer.tables import Column
+
+    AnyMachine = Machine | ChamberMachine | str
 
 RESULT = (".nc", ".csv", ".json")
 SIGNALS = (*RESULT, ".uff")
@@ -265,8 +268,24 @@ class Reply:
     notes: Sequence[str] | None = None
     csv: str | None = None  # in place of the first table
     draw: Callable[[], Figure] | None = None
-    machine: Machine | str | None = None  # what is written as .toml: a machine, or lines of its file
+    machine: AnyMachine | None = None  # what is written as .toml: a machine, or lines of its file
+    also: Sequence[Also] = ()
     outcome: str = ""  # of a run or a study, which the exit code says
+    stopped: str = ""  # what is said where it was interrupted
+
+
+@dataclass
+class Also:
+    """Further files of an answer, which were asked for by options of their own."""
+
+    files: Files
+    answer: Any = None
+    draw: Callable[[], Figure] | None = None
+    machine: AnyMachine | None = None
+
+    def save(self) -> None:
+        """Write them."""
+        self.files.save(self.answer, self.draw, self.machine)
 
 
 def command(
@@ -359,6 +378,8 @@ def answered(
     """Write files, print the answer in the form that was asked for, and leave with the code of its outcome."""
     answer = reply.answer
     files.save(answer, reply.draw, reply.machine)
+    for more in reply.also:
+        more.save()
     if as_json:
         plain = reply.json if reply.json is not None else as_plain(answer)
         print_json({**about, **plain} if isinstance(plain, dict) else plain)
@@ -369,7 +390,10 @@ def answered(
             print_csv((reply.columns if reply.columns is not None else _columns(answer, unit)) or _facts(reply))
     else:
         _show(reply, unit)
-        files.say()
+        for each in (files, *(more.files for more in reply.also)):
+            each.say()
+    if reply.outcome == "interrupted" and reply.stopped:
+        typer.echo(f"interrupted; {reply.stopped}", err=True)
     if reply.outcome:
         leave_with(reply.outcome)
 
@@ -488,7 +512,7 @@ def _reader(one: Parameter) -> Reader | None:
 def _read(name: str, value: Any, readers: Mapping[str, Reader]) -> Any:
     if name not in readers or value is None:
         return value
-    option = f"--{name.replace('_', '-')}"
+    option = _option(name)
     return (
         [readers[name].read(option, one) for one in value]
         if isinstance(value, list)
@@ -525,12 +549,27 @@ def _shared(draw: str | None, out: str | None, allowed: Sequence[str], unit: str
 
 @contextmanager
 def _named_options(options: Mapping[str, Any]) -> Iterator[None]:
-    """While it lasts, an error that begins with the name of an argument begins with that of its option."""
+    """While it lasts, an error that begins with the name of an argument begins with that of its option, or with its file."""
     try:
         yield
     except AutobalancerError as error:
         name, colon, reason = str(error).partition(":")
         plain = name.partition("[")[0]
-        if not colon or plain not in options or plain == "machine":
+        if not colon or plain not in options:
             raise
-        raise type(error)(f"--{name.replace('_', '-')}:{reason}") from error
+        raise type(error)(f"{options[plain] if plain == 'machine' else _option(name)}:{reason}") from error
+
+
+@contextmanager
+def said_when_stopped(text: str) -> Iterator[None]:
+    """Says what an interruption leaves."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if text:
+            typer.secho(f"interrupted; {text}", fg="yellow", err=True)
+        raise
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
