@@ -561,7 +561,7 @@ LOADS = """
 import sys
 from pathlib import Path
 import autobalancer.app.pages.main
-from autobalancer.app.server.loading import load_packages
+from autobalancer.app.server.serve import load_packages
 from autobalancer.app.server.serve import limit_memory
 load_packages()
 limit_memory()

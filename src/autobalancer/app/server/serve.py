@@ -8,8 +8,10 @@ import secrets
 import socket
 import threading
 from collections.abc import Awaitable, Callable, MutableMapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -66,8 +68,6 @@ def serve(
     except ImportError as reason:
         raise QuestionError(f"app: {reason}; install what it needs with: pip install 'autobalancer[app]'") from None
     from nicegui import ui
-
-    from autobalancer.app.server.loading import load_packages
 
     home = writable(folder)
     refuse_taken(host, port)
@@ -334,3 +334,48 @@ async def _refuse(scope: Scope, send: Send, status: int, text: str) -> None:
     headers = [(b"content-type", b"text/plain; charset=utf-8")]
     await send({"type": "http.response.start", "status": status, "headers": headers})
     await send({"type": "http.response.body", "body": text.encode()})
+
+
+# What is loaded before the first thread of the server starts.
+
+
+PACKAGES = (
+    "PIL.Image",
+    "autobalancer.api",
+    "autobalancer.assembly.chamber",
+    "autobalancer.assembly.rotors",
+    "autobalancer.flow",
+    "autobalancer.simulation.chamber",
+    "autobalancer.stability",
+    "contourpy",
+    "dask.array",  # Pint and xarray ask for it where it is installed
+    "distributed",  # xarray asks for it before it writes a file
+    "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_svg",
+    "netCDF4",
+    "pint",
+    "scipy.integrate",
+    "scipy.interpolate",
+    "scipy.io",
+    "scipy.linalg",
+    "scipy.optimize",
+    "scipy.signal",
+    "scipy.special",
+    "scipy.stats",
+    "xarray.namedarray._array_api",
+)
+
+
+def load_packages() -> None:
+    """Load the packages that threads would else load at need, perhaps two threads at the same time.
+
+    Python 3.11 can give both of them a package of which half is missing, and it may stay so: files could not be written any
+    more where Pint and xarray met in Dask. That happens to packages that load their own modules, of which the modules are
+    asked for, too.
+    """
+    from numba import njit
+
+    for name in PACKAGES:
+        with suppress(ImportError):  # not all of them need to be there
+            import_module(name)
+    njit(lambda number: number)(1.0)  # Numba loads most of itself with its first function
