@@ -202,7 +202,6 @@ WIDE = (
     'stepped-response discoidal.toml --speeds "400:500 rpm:2" --dwell "0.2 s" --window "0.1 s"',
     "equivalent-planar rigid_rotor.toml",
     'ball-drag discoidal.toml --gap "10 um" --reynolds 0 --mesh-gap 0.1 --fineness 0.5',
-    'sheared-drag thinning_fluid.toml --velocity "0.01 m/s" --velocity "0.1 m/s" --mesh-gap 0.1 --fineness 0.5',
     'annulus-flow discoidal.toml --speed "60 rad/s" --initial-speed "0 rpm" --duration "0.04 s" --points 12x14',
     'equilibrium-angle equilibrium_angle.toml --speeds "5:60 rpm:12"',
     'receptance discoidal_hammer.csv --machine discoidal.toml --speed "1200 rpm" --resamples 0',

@@ -13,7 +13,7 @@ from autobalancer.errors import MachineError
 from autobalancer.flow.annulus import annulus_of
 from autobalancer.flow.choice import relaxation_modes
 from autobalancer.machine import Machine
-from autobalancer.simulation import passes
+from autobalancer.simulation import fluid_lag
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.simulation.record import Envelope, Event, Samples, SampleTimes, Sampling
 from autobalancer.studies.basin import basin
@@ -146,8 +146,8 @@ def test_the_lag_of_a_light_rotor_belongs_to_the_speed_that_its_balls_leave_it()
 
 
 def test_passes_that_do_not_agree_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(passes, "SAME", -1.0)
-    monkeypatch.setattr(passes, "MOST", 2)
+    monkeypatch.setattr(fluid_lag, "SAME_SPEED", -1.0)
+    monkeypatch.setattr(fluid_lag, "MOST_PASSES", 2)
     run = simulate(ramp("full", drive={"kind": "torque", "torque": 1e3 * RATE}), duration=0.1, save=Samples(5))
     assert run.attrs["flow_converged"] == 0
     assert run.attrs["flow_passes"] == 2

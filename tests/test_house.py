@@ -20,11 +20,11 @@ SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, BODY = 800, 12, 80
 CEILINGS = {
-    "files": 555,
-    "modules with one importer, beside them": 0.059,
-    "public functions named once elsewhere": 0.179,
+    "files": 553,
+    "modules with one importer, beside them": 0.058,
+    "public functions named once elsewhere": 0.17,
     "import lines": 0.067,
-    "import cycles": 1,
+    "import cycles": 0,
     "bodies over 80 lines": 8,
     "doubled file names": 73,
 }

@@ -34,7 +34,8 @@ ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^( *)```(?:python|ipython|py)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
 PUBLIC_MODULES = {"machine", "errors", "units", "plot.style", *ABOUT}
 PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONVENTIONS.md"]
-SCRIPTS = sorted((ROOT / "examples").glob("**/*.py"))
+INSIDE = {"plot_sheared_drag.py"}  # solves equations of its own on the meshes of the package
+SCRIPTS = sorted(path for path in (ROOT / "examples").glob("**/*.py") if path.name not in INSIDE)
 
 
 def snippets(path: Path) -> list[str]:

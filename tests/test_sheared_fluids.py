@@ -164,7 +164,7 @@ def test_a_law_of_ones_own_is_the_same_as_the_one_from_within() -> None:
         ({"law": "table", "rates": [1, 10], "shares": [0.9, 0.5], "at_ball": 1}, "the first is 0.9; must be 1"),
         ({"law": "table", "rates": [1, 10], "shares": [1], "at_ball": 1}, "given an empty|at least|shares"),
         ({"law": "cross", "time": 1, "power": 1.5, "high": 0, "at_ball": 1}, "the stress falls"),
-        ({"law": "carreau", "time": 1, "exponent": 0.5}, "fluid.shear.at_ball: missing; .* sheared-drag"),
+        ({"law": "carreau", "time": 1, "exponent": 0.5}, "fluid.shear.at_ball: missing; .* plot_sheared_drag"),
         (SMOOTH | {"measured_at": "25 degC"}, "measured_at: has no effect"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,12 @@ from autobalancer.flow.annulus import Annulus, Walls
 from autobalancer.flow.annulus_problem import ShearFlow
 from autobalancer.flow.ball_problem import ball_forces
 from autobalancer.flow.finite_elements import Fineness, Shape, slow_flow, spaces
-from autobalancer.flow.sheared_ball_problem import Gradients, sheared_flow
 from autobalancer.laws.drag_coefficient import Sheared
 from autobalancer.shear.power_law import PowerLaw
 from reproductions import Found, compared_all
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "examples" / "races"))
+from plot_sheared_drag import Gradients, sheared_flow
 
 LEAST = {0.5: 1.476}  # by least dissipation, tests/test_sheared_drag.py
 REST = 1e-6  # rate of shear U/r below which the viscosity is constant

@@ -20,7 +20,6 @@ from autobalancer.plots.measured.drag import ball_drag as ball_drag
 from autobalancer.plots.measured.drag import drag_laws as drag_laws
 from autobalancer.plots.measured.drag import equilibrium_angle as equilibrium_angle
 from autobalancer.plots.measured.drag import measured_drag as measured_drag
-from autobalancer.plots.measured.drag import sheared_drag as sheared_drag
 from autobalancer.plots.measured.fits import identification as identification
 from autobalancer.plots.measured.fits import overlay as overlay
 from autobalancer.plots.measured.flow import flow as flow
@@ -136,7 +135,6 @@ __all__ = [
     "run_up",
     "secondary_flow",
     "sensitivity",
-    "sheared_drag",
     "spectrum",
     "spin_up",
     "stepped_response",

@@ -223,12 +223,6 @@ def is_rigid(race: Race) -> bool:
     return race.contact is None or (race.contact.stiffness is None and race.contact.friction < JAMMING)
 
 
-def has_rigid_friction(machine: Machine) -> bool:
-    """Whether balls rub on each other in rigid contacts."""
-    races = [race for balancer in machine.balancers for race in balancer.races]
-    return any(race.contact is not None and race.contact.friction > 0.0 and is_rigid(race) for race in races)
-
-
 def meeting_table(tables: Tables, race: Race, one: Ball, other: Ball | None = None, *, rigid: bool = False) -> int:
     """Where the table of a ball that meets another one, or a partition, begins."""
     rebound = race.contact.rebound if race.contact is not None else None

@@ -18,7 +18,7 @@ from autobalancer.kernels.called import ENERGY, FORCE, PAIR_ENERGY, PAIR_FORCE, 
 from autobalancer.kernels.records.fluid import NONE
 from autobalancer.kernels.records.forces import FORCE as FORCES_FORCE
 from autobalancer.kernels.records.forces import PLACE
-from autobalancer.kernels.system import Floats, System
+from autobalancer.kernels.system import Floats
 from autobalancer.machine import Force, Machine
 from autobalancer.progress import returned
 
@@ -67,23 +67,6 @@ def forces_in(machine: Machine, balls: tuple[Ball, ...]) -> Iterator[tuple[str, 
             members = [i for i, ball in enumerate(balls) if (ball.balancer, ball.race) == (b, r)]
             for f, force in enumerate(race.forces):
                 yield f"balancers[{b + 1}].races[{r + 1}].forces[{f + 1}]", force, members
-
-
-def force_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -> str:
-    """Which force was not a number during a run, and where; empty if none was."""
-    wrong = system.forces[system.forces.wrong != 0]
-    if not len(wrong):
-        return ""
-    row, first = wrong[0], 0
-    for path, force, _ in forces_in(machine, balls):
-        if row.first == first:
-            return (
-                f"the force {force.word()!r} ({path}) was not a number on ball {row.ball + 1} at "
-                f"x = {row.wrong_x:.6g} m, y = {row.wrong_y:.6g} m in the race, at a velocity of {row.wrong_vx:.4g} and "
-                f"{row.wrong_vy:.4g} m/s and a rotor speed of {row.wrong_speed:.6g} rad/s"
-            )
-        first += len(force.numbers()) or 1
-    return ""
 
 
 def _acting(force: Force, members: list[int], angles: Floats) -> list[tuple[int, int, float]]:

@@ -22,7 +22,7 @@ from autobalancer.assembly.rotors import (
     with_ball_mass,
 )
 from autobalancer.assembly.rotors.equivalent_stiffness import mounts
-from autobalancer.assembly.rotors.grounds import carried, grounds, large_motions, sag, weights
+from autobalancer.assembly.rotors.grounds import Ground, carried, grounds, large_motions, sag
 from autobalancer.assembly.rotors.hardening import hard_places
 from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Matrix
 from autobalancer.assembly.rotors.planes import Planes, planes_of
@@ -142,7 +142,7 @@ def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _See
         rows=np.array([row @ basis for row in rows.values()]),
         supports=tuple(ground.name for ground in found),
         sag=np.array([row @ rest @ (1.0, 1j) for row in rows.values()]),
-        weight=weights(bare, found, pull),
+        weight=_weights(bare, found, pull),
         stiffness=over_speeds(ground.stiffness for ground in found),
         damping=over_speeds(ground.damping for ground in found),
         run_stiffness=over_speeds(one[0] for one in runs),
@@ -150,6 +150,12 @@ def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _See
         rubber_rows=np.array([one[2] for one in runs]).reshape(len(found), 2, 2 * len(rubber)),
         hard_rows=carried(bare, found, hard_places(machine, bare)),
     )
+
+
+def _weights(model: LateralModel, found: tuple[Ground, ...], gravity: float) -> Matrix:
+    """Force of the rotor's weight without balls on each support, (S, 2) N; ``gravity`` acts along -y."""
+    rest = sag(model, gravity)
+    return np.array([ground.stiffness[0] @ rest for ground in found]).reshape(len(found), 2)
 
 
 def turning_mass(places: Places) -> float:

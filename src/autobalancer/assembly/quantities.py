@@ -11,22 +11,15 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from autobalancer.assembly.profile import profile_pieces
-from autobalancer.catalog.resolve import fluid_numbers, is_spring, resolve, roller_face, settled, with_spring
+from autobalancer.catalog.resolve import WORDS, fluid_numbers, resolve, roller_face, settled
 from autobalancer.drag.beta import DragTorque
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Balls, Fluid, Friction, Machine, PlanarRotor, PrescribedSpeed, Race, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.machine.path import (
-    QUANTITIES,
-    did_you_mean,
-    entry_at,
-    named_unit,
-    number_at,
-    parts_of,
-    unit_at,
-    with_entry,
-)
-from autobalancer.units import to_si
+from autobalancer.machine.part import Part
+from autobalancer.machine.path import QUANTITIES, did_you_mean, entry_at, named_unit, parts_of, unit_at, with_entry
+from autobalancer.machine.rotors.planar import DAMPERS, SPRINGS
+from autobalancer.units import shortened, to_si
 from autobalancer.units.quantity import range_values
 
 
@@ -357,14 +350,35 @@ def with_value_at(machine: EitherMachine, path: str, value: Any) -> EitherMachin
         If the value is impossible there.
     """
     try:
-        if isinstance(machine, Machine) and is_spring(machine, path):
-            changed: Any = with_spring(machine, path, value)
+        if isinstance(machine, Machine) and _is_spring(machine, path):
+            changed: Any = _with_spring(machine, path, value)
         else:
             known = settled(machine, path) if isinstance(machine, Machine) else machine
             changed = with_entry(known, path, value)
     except MachineError as error:
         raise MachineError(f"parameter {path!r} = {value!r}: {error}") from None
     return cast(EitherMachine, changed)
+
+
+def _is_spring(machine: Machine, path: str) -> bool:
+    """Whether a path names one of these entries of a planar rotor."""
+    return isinstance(machine.rotor, PlanarRotor) and path in (
+        *WORDS,
+        *(f"rotor.{keys[0]}" for keys in (SPRINGS, DAMPERS)),
+    )
+
+
+def _with_spring(machine: Machine, path: str, value: Any) -> Machine:
+    """A machine with another entry of those that give springs and dampers; the others of its group are dropped.
+
+    So a machine with a stiffness can be given a critical speed, and the other way round.
+    """
+    machine, key = settled(machine, path), path.removeprefix("rotor.")
+    rotor = machine.rotor
+    dropped = {*(SPRINGS if key in SPRINGS else DAMPERS)}
+    kept = {name: getattr(rotor, name) for name in rotor.model_fields_set - dropped}
+    changed = PlanarRotor(**{**kept, key: value})
+    return Machine(**{**{name: getattr(machine, name) for name in machine.model_fields_set}, "rotor": changed})
 
 
 def parameter_of(machine: Machine, path: str) -> float:
@@ -375,4 +389,20 @@ def parameter_of(machine: Machine, path: str) -> float:
     QuestionError
         If there is no single number.
     """
-    return number_at(settled(machine, path), path)
+    return _number_at(settled(machine, path), path)
+
+
+def _number_at(machine: Part, path: str) -> float:
+    """The number at a path, SI.
+
+    Raises
+    ------
+    QuestionError
+        If there is nothing, or no single number.
+    """
+    entry = entry_at(machine, path)
+    if isinstance(entry, tuple) and entry and all(isinstance(part, float) for part in entry):
+        raise QuestionError(f"parameter {path!r}: it is {len(entry)} numbers; choose one, such as '{path}[1]'")
+    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
+        raise QuestionError(f"parameter {path!r}: is {shortened(entry)} in this machine, not a number")
+    return float(entry)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.contact import Tables, dampers, least_rebound, meeting_table, restitution, sector
-from autobalancer.assembly.guided import FluidRows, Lags, WaveRows, mode_count, race_harmonics
+from autobalancer.assembly.guided import FluidRows, WaveRows, race_harmonics
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError, Problem
@@ -50,11 +50,6 @@ def is_resolved(machine: Machine) -> bool:
     if machine.tilting_races == "full":
         raise MachineError("tilting_races: resolved balls do not follow the tilt of their race; use 'deflection'")
     return True
-
-
-def resolved_size(balls: tuple[Ball, ...], lags: Lags) -> int:
-    """Further states of the balls and of their fluids."""
-    return len(balls) * at.BALL_STATES + mode_count(lags)
 
 
 def free_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, fluids: FluidRows) -> dict[str, Rows]:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.contact import contact_rows, has_rigid_friction, rigid_room, set_contacts
+from autobalancer.assembly.contact import contact_rows, is_rigid, rigid_room, set_contacts
 from autobalancer.assembly.forces import force_rows
 from autobalancer.assembly.guided import (
     FluidRows,
@@ -46,15 +46,28 @@ from autobalancer.assembly.reduced_rotor import (
     top_speed,
     turned,
 )
-from autobalancer.assembly.resolved import free_rows, is_resolved, resolved_scales, resolved_size, start_states
+from autobalancer.assembly.resolved import free_rows, is_resolved, resolved_scales, start_states
 from autobalancer.assembly.rotors import rows_at
 from autobalancer.assembly.rotors.equivalent_stiffness import Mount
 from autobalancer.assembly.rotors.hardening import HardPlace
 from autobalancer.assembly.rotors.reduction import Reduction
-from autobalancer.assembly.torsion import is_linked, link_rows, ripple_rows, scale_of_links, start_of_links
+from autobalancer.assembly.torsion import is_linked, links_of, scale_of_links, start_of_links
 from autobalancer.catalog.resolve import Ball, occupied_angle, planar_rotor, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.records.drive import HILL, LINEAR, PRESCRIBED, RECORDED, SEGMENT, SHAKE, TORQUE
+from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels.records.drive import (
+    COUPLING,
+    HILL,
+    LINEAR,
+    LINK,
+    MOUNT,
+    PRESCRIBED,
+    RECORDED,
+    RIPPLE,
+    SEGMENT,
+    SHAKE,
+    TORQUE,
+)
 from autobalancer.kernels.records.resolved import BALL_STATES
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, Planar, Rows, System, X, Y
 from autobalancer.machine import (
@@ -70,6 +83,7 @@ from autobalancer.machine import (
     TargetTorque,
     TorqueTable,
 )
+from autobalancer.machine.drive import Coupling
 from autobalancer.random_numbers import generator
 
 
@@ -159,7 +173,7 @@ def assemble(
     balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
     general = general or is_linked(machine) or has_rubber(machine) or has_hardening(machine)
-    general = general or (contact and has_rigid_friction(machine))
+    general = general or (contact and _has_rigid_friction(machine))
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
     pull = _pull(machine)
@@ -189,6 +203,12 @@ def assemble(
     return Assembly(system, state, scale, growing, balls, critical)
 
 
+def _has_rigid_friction(machine: Machine) -> bool:
+    """Whether balls rub on each other in rigid contacts."""
+    races = [race for balancer in machine.balancers for race in balancer.races]
+    return any(race.contact is not None and race.contact.friction > 0.0 and is_rigid(race) for race in races)
+
+
 def _pull(machine: Machine) -> float:
     """Gravity across the axis, m/s^2."""
     return float(machine.gravity) if machine.axis == "horizontal" else 0.0
@@ -216,7 +236,7 @@ def assemble_general(
     turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic
     n, size = len(balls), parts.size
     rest, own = BALLS + 2 * n, 2 + 2 * size + 2 * n  # where coordinates and where states of balls begin
-    further = resolved_size(balls, lags) if model is Model.RESOLVED else mode_count(lags)
+    further = _resolved_size(balls, lags) if model is Model.RESOLVED else mode_count(lags)
     elastic = own + further  # where states of rubber begin, and where they end
     end = elastic + 2 * element_count(parts)
     drive = drive_of(machine, end)
@@ -280,6 +300,11 @@ def assemble_general(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
         parts.reduction, parts.places, parts.mounts, parts.hard,
     )  # fmt: skip
+
+
+def _resolved_size(balls: tuple[Ball, ...], lags: Lags) -> int:
+    """Further states of the balls and of their fluids."""
+    return len(balls) * at.BALL_STATES + mode_count(lags)
 
 
 def _model(machine: Machine, balls: tuple[Ball, ...], lags: Lags) -> Model:
@@ -370,7 +395,7 @@ def drive_of(machine: Machine, first_state: int = 0) -> Drive:
     """What turns the rotor of a machine; the states of its links begin at ``first_state``."""
     drive = machine.drive
     prescribed = isinstance(drive, PrescribedSpeed)
-    links, ripples = link_rows(drive, first_state), ripple_rows(drive)
+    links, ripples = _link_rows(drive, first_state), _ripple_rows(drive)
     breakdown, synchronous, slip = 0.0, 0.0, 0.0
     if isinstance(drive, AsynchronousDrive):
         synchronous = float(drive.synchronous_speed)
@@ -392,6 +417,33 @@ def drive_of(machine: Machine, first_state: int = 0) -> Drive:
         links=links,
         ripples=ripples,
     )
+
+
+def _ripple_rows(drive: Any) -> Rows:
+    """Records of all ripples of the torque."""
+    found = getattr(drive, "ripples", ())
+    rows = RIPPLE.rows(len(found))
+    for row, part in zip(rows, found, strict=True):
+        row.torque, row.order, row.phase = part.torque, part.order, part.phase
+    return rows
+
+
+LINK_STATES = 2  # twist and speed
+
+
+def _link_rows(drive: Any, first_state: int) -> Rows:
+    """Records of all links, their states from ``first_state`` on."""
+    found = links_of(drive)
+    rows = LINK.rows(len(found))
+    for number, (row, part) in enumerate(zip(rows, found, strict=True)):
+        row.kind = COUPLING if isinstance(part, Coupling) else MOUNT
+        row.state = first_state + LINK_STATES * number
+        row.inertia, row.stiffness, row.damping = float(part.inertia or 0.0), part.stiffness, part.damping
+        if isinstance(part, Coupling):
+            row.error, row.order, row.phase = part.error, part.order, part.phase
+    if drive.kind == "speed" and len(rows):
+        rows[-1].inertia = 0.0  # nothing asks for it
+    return rows
 
 
 def steady(speed: float, unbalance: complex) -> Drive:

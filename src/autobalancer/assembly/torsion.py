@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from autobalancer.assembly.profile import unbalance_vector
 from autobalancer.errors import MachineError
-from autobalancer.kernels.records.drive import COUPLING, LINK, MOUNT, RIPPLE
-from autobalancer.kernels.system import Rows
 from autobalancer.machine import AsynchronousDrive, Machine, PrescribedSpeed, TorqueTable
 from autobalancer.machine.drive import Coupling, MotorMount, twists
 
@@ -126,37 +124,10 @@ def shakes_of(machine: Machine, model: Torsion) -> Iterator[Shake]:
 # The links between rotor and motor: as rows of the kernels, and what is the same machine without them.
 
 
-LINK_STATES = 2  # twist and speed
-
-
 def links_of(drive: Any) -> list[Coupling | MotorMount]:
     """Couplings from the rotor to the motor, then the mount of its stator if there is one."""
     mount = getattr(drive, "mount", None)
     return [*drive.couplings, *([] if mount is None else [mount])]
-
-
-def link_rows(drive: Any, first_state: int) -> Rows:
-    """Records of all links, their states from ``first_state`` on."""
-    found = links_of(drive)
-    rows = LINK.rows(len(found))
-    for number, (row, part) in enumerate(zip(rows, found, strict=True)):
-        row.kind = COUPLING if isinstance(part, Coupling) else MOUNT
-        row.state = first_state + LINK_STATES * number
-        row.inertia, row.stiffness, row.damping = float(part.inertia or 0.0), part.stiffness, part.damping
-        if isinstance(part, Coupling):
-            row.error, row.order, row.phase = part.error, part.order, part.phase
-    if drive.kind == "speed" and len(rows):
-        rows[-1].inertia = 0.0  # nothing asks for it
-    return rows
-
-
-def ripple_rows(drive: Any) -> Rows:
-    """Records of all ripples of the torque."""
-    found = getattr(drive, "ripples", ())
-    rows = RIPPLE.rows(len(found))
-    for row, part in zip(rows, found, strict=True):
-        row.torque, row.order, row.phase = part.torque, part.order, part.phase
-    return rows
 
 
 def link_names(machine: Machine) -> tuple[str, ...]:

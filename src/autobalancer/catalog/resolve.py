@@ -7,7 +7,6 @@ import math
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -529,27 +528,6 @@ def settled(machine: Machine, path: str = "") -> Machine:
         return machine
     return Machine(
         **{**{key: getattr(machine, key) for key in machine.model_fields_set}, "rotor": planar_rotor(machine)}
-    )
-
-
-def with_spring(machine: Machine, path: str, value: Any) -> Machine:
-    """A machine with another entry of those that give springs and dampers; the others of its group are dropped.
-
-    So a machine with a stiffness can be given a critical speed, and the other way round.
-    """
-    machine, key = settled(machine, path), path.removeprefix("rotor.")
-    rotor = machine.rotor
-    dropped = {*(SPRINGS if key in SPRINGS else DAMPERS)}
-    kept = {name: getattr(rotor, name) for name in rotor.model_fields_set - dropped}
-    changed = PlanarRotor(**{**kept, key: value})
-    return Machine(**{**{name: getattr(machine, name) for name in machine.model_fields_set}, "rotor": changed})
-
-
-def is_spring(machine: Machine, path: str) -> bool:
-    """Whether a path names one of these entries of a planar rotor."""
-    return isinstance(machine.rotor, PlanarRotor) and path in (
-        *WORDS,
-        *(f"rotor.{keys[0]}" for keys in (SPRINGS, DAMPERS)),
     )
 
 

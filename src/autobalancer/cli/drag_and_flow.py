@@ -59,28 +59,6 @@ def ball_drag(
     return Reply(found, facts=facts, columns=columns, code=f"in the machine file:\n{about['drag']}")
 
 
-# ``autobalancer sheared-drag``: the drag of a ball in a fluid that thins or thickens.
-
-
-@command("flow.sheared_drag", take="motion fineness balancer race", draw="sheared_drag", bar="flow")
-def sheared_drag(
-    machine: MachineFile,
-    velocity: Annotated[
-        list[float], In("m/s"), 'Of the ball along its walls, such as "0.5 m/s"; may be repeated, ascending.'
-    ],
-    mesh_gap: Annotated[float, "Between ball and outer wall, ball radii."] = 0.02,
-    **options: Any,
-) -> Any:
-    """Compute the slow drag of a ball in a sheared fluid, and the effective rate of shear at_ball for the machine file.
-
-    Needs pip install "autobalancer\\[drag]". Some seconds for each velocity.
-
-    Example: autobalancer sheared-drag thinning_fluid.toml \\
-      --velocity "0.1 m/s" --velocity "1 m/s" --plot drag.png
-    """
-    return ab.flow.sheared_drag(machine, velocity, mesh_gap=mesh_gap, **options)
-
-
 # ``autobalancer annulus-flow``: how the fluid in a race follows the rotor.
 
 

@@ -42,7 +42,6 @@ class Commands(Group):
         "liquid-response": "rotor.liquid_response",
         "annulus-flow": "drag_and_flow.annulus_flow",
         "ball-drag": "drag_and_flow.ball_drag",
-        "sheared-drag": "drag_and_flow.sheared_drag",
         "equilibrium-angle": "drag_and_flow.equilibrium_angle",
         "identify": "identify.identify",
         "rubber": "identify.rubber",

@@ -10,7 +10,6 @@ from autobalancer.flow.choice import RelaxationModes as RelaxationModes
 from autobalancer.flow.choice import relaxation_modes as relaxation_modes
 from autobalancer.flow.result import SpinUp as SpinUp
 from autobalancer.flow.result import spin_up as spin_up
-from autobalancer.flow.sheared_ball_problem import sheared_drag as sheared_drag
 from autobalancer.flow.speed import recorded_speed as recorded_speed
 
 __all__ = [
@@ -24,6 +23,5 @@ __all__ = [
     "ball_drag",
     "recorded_speed",
     "relaxation_modes",
-    "sheared_drag",
     "spin_up",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -22,10 +22,13 @@ from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls, annulus_of
 from autobalancer.flow.choice import Expected, all_modes, diffusive_swirl, expected
-from autobalancer.flow.result import Solved, flow_dataset, percent
-from autobalancer.flow.speed import WallSpeed, machine_speed, wall_speed
+from autobalancer.flow.result import Solved, percent
+from autobalancer.flow.speed import WallSpeed, wall_speed
 from autobalancer.machine import Machine
+from autobalancer.machine.drive import PrescribedSpeed
 from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.provenance import provenance
 from autobalancer.units import argument, list_argument, optional_argument
 
 Model = Literal["auto", "modes", "chebyshev", "azimuthal"]
@@ -149,9 +152,82 @@ def annulus_flow(
         else "a secondary flow carries the fluid along; without it the speed of the fluid would be wrong by up to "
         f"{percent(min(seen.error, 1.0))} of the greatest speed"
     )
-    return flow_dataset(
+    return _flow_dataset(
         annulus, solved, diffusion, name, _reason(model, annulus, reason, seen.error), seen, walls.settled
     )
+
+
+LABELS = {
+    "time": ("time", "s"),
+    "speed": ("rotor speed", "rad/s"),
+    "fluid_speed": ("angular velocity of the fluid at the orbit", "rad/s"),
+    "diffusion_speed": ("angular velocity of the fluid at the orbit by diffusion alone", "rad/s"),
+    "relative_velocity": ("azimuthal velocity of the fluid at the orbit relative to the rotor", "m/s"),
+    "moment": ("time of a field", "s"),
+    "moment_speed": ("rotor speed at the time of a field", "rad/s"),
+    "radius": ("distance from the axis", "m"),
+    "height": ("distance from the lower lid", "m"),
+    "fluid_angular_velocity": ("angular velocity of the fluid", "rad/s"),
+    "stream_function": ("stream function of the secondary flow", "m^3/s"),
+    "vorticity": ("azimuthal vorticity", "1/s"),
+    "wall_torque": ("torque of the walls on the fluid", "N m"),
+    "angular_momentum": ("angular momentum of the fluid", "kg m^2/s"),
+}
+
+
+def _flow_dataset(
+    annulus: Annulus, solved: Solved, diffusion: Floats, name: str, reason: str, seen: Expected, settled: float
+) -> xr.Dataset:
+    """Label what was solved; ``settled`` is the time from which the rotor keeps its speed, s."""
+    field = ("moment", "radius", "height")
+    lag = solved.orbit - solved.speed
+    data = {
+        "speed": ("time", solved.speed),
+        "fluid_speed": ("time", solved.orbit),
+        "relative_velocity": ("time", annulus.orbit_radius * lag),
+        "diffusion_speed": ("time", diffusion),
+        "fluid_angular_velocity": (field, solved.swirl + solved.moment_speed[:, None, None]),
+        "stream_function": (field, solved.stream),
+        "vorticity": (field, solved.vorticity),
+        "moment_speed": ("moment", solved.moment_speed),
+    }
+    if np.isfinite(solved.torque).all():
+        data |= {"wall_torque": ("moment", solved.torque), "angular_momentum": ("moment", solved.momentum)}
+    coordinates = {"time": solved.times, "moment": solved.moments, "radius": solved.radius, "height": solved.height}
+    dataset = xr.Dataset(data, coordinates)
+    for key in dataset.variables:
+        text, unit = LABELS[str(key)]
+        dataset[key].attrs = {"long_name": text, "units": unit}
+    dataset.attrs = {
+        "title": f"Flow in the annulus of {name}",
+        **provenance(),
+        "machine_name": name,
+        "model": solved.model,
+        "model_reason": reason,
+        "error_of_diffusion": seen.error,
+        "ekman_number": annulus.ekman_number(seen.fastest),
+        "spin_up_time": decay_time(solved.times, lag, settled),
+        "greatest_lag": float(np.abs(lag).max()),
+        "points": [solved.radius.size - 1, solved.height.size - 1],
+        "steps": solved.steps,
+        "uncertainty": solved.uncertainty,
+        **{key: value for key, value in asdict(replace(annulus, sheared=None)).items() if key != "sheared"},
+    }
+    return Labeled.of(dataset)
+
+
+def decay_time(times: Floats, lag: Floats, start: float) -> float:
+    """Time from ``start`` until the lag has fallen to 1/e of what it was then for good, s; nan if it has not by the end."""
+    if not start < times[-1]:
+        return float("nan")
+    size = np.abs(lag)
+    goal = float(np.interp(start, times, size)) / math.e
+    above = np.flatnonzero((size > goal) & (times >= start))
+    if goal == 0.0 or above.size == 0 or above[-1] + 1 == size.size:
+        return float("nan")
+    i = int(above[-1])
+    part = (size[i] - goal) / (size[i] - size[i + 1])
+    return float(times[i] + part * (times[i + 1] - times[i]) - start)
 
 
 def _reason(model: str, annulus: Annulus, reason: str, error: float) -> str:
@@ -176,13 +252,29 @@ def _chamber(
     if speed is None:
         if machine is None:
             raise QuestionError("speed: missing; an annulus alone has no wall speed")
-        speed = machine_speed(machine)
+        speed = _machine_speed(machine)
     if duration is None and machine is not None and machine.run is not None:
         duration = float(machine.run.duration)
     if duration is None or not duration > 0.0:
         given = "missing" if duration is None else f"given {duration:g} s"
         raise QuestionError(f"duration: {given}; must be a time greater than 0 s")
     return annulus, speed, duration, name
+
+
+def _machine_speed(machine: Machine) -> SpeedProfile:
+    """The profile of a machine whose speed is prescribed.
+
+    Raises
+    ------
+    QuestionError
+        If a torque drives, because then the speed is known only after a run.
+    """
+    if not isinstance(machine.drive, PrescribedSpeed):
+        raise QuestionError(
+            f"drive: of kind {machine.drive.kind!r}, so the speed is not known before a run; give 'speed', a profile "
+            "or a number in rad/s"
+        )
+    return machine.drive.profile
 
 
 def _with_corners(grid: Floats, walls: WallSpeed, end: float) -> Floats:

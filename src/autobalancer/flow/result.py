@@ -2,35 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from autobalancer.flow.annulus import Annulus, Floats, Matrix
-from autobalancer.flow.choice import Expected
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.provenance import provenance
-
-LABELS = {
-    "time": ("time", "s"),
-    "speed": ("rotor speed", "rad/s"),
-    "fluid_speed": ("angular velocity of the fluid at the orbit", "rad/s"),
-    "diffusion_speed": ("angular velocity of the fluid at the orbit by diffusion alone", "rad/s"),
-    "relative_velocity": ("azimuthal velocity of the fluid at the orbit relative to the rotor", "m/s"),
-    "moment": ("time of a field", "s"),
-    "moment_speed": ("rotor speed at the time of a field", "rad/s"),
-    "radius": ("distance from the axis", "m"),
-    "height": ("distance from the lower lid", "m"),
-    "fluid_angular_velocity": ("angular velocity of the fluid", "rad/s"),
-    "stream_function": ("stream function of the secondary flow", "m^3/s"),
-    "vorticity": ("azimuthal vorticity", "1/s"),
-    "wall_torque": ("torque of the walls on the fluid", "N m"),
-    "angular_momentum": ("angular momentum of the fluid", "kg m^2/s"),
-}
+from autobalancer.flow.annulus import Floats, Matrix
 
 
 @dataclass(frozen=True)
@@ -52,47 +31,6 @@ class Solved:
     moment_speed: Floats
     steps: int
     uncertainty: float = 0.0  # of an unsteady flow, over the greatest speed
-
-
-def flow_dataset(
-    annulus: Annulus, solved: Solved, diffusion: Floats, name: str, reason: str, seen: Expected, settled: float
-) -> xr.Dataset:
-    """Label what was solved; ``settled`` is the time from which the rotor keeps its speed, s."""
-    field = ("moment", "radius", "height")
-    lag = solved.orbit - solved.speed
-    data = {
-        "speed": ("time", solved.speed),
-        "fluid_speed": ("time", solved.orbit),
-        "relative_velocity": ("time", annulus.orbit_radius * lag),
-        "diffusion_speed": ("time", diffusion),
-        "fluid_angular_velocity": (field, solved.swirl + solved.moment_speed[:, None, None]),
-        "stream_function": (field, solved.stream),
-        "vorticity": (field, solved.vorticity),
-        "moment_speed": ("moment", solved.moment_speed),
-    }
-    if np.isfinite(solved.torque).all():
-        data |= {"wall_torque": ("moment", solved.torque), "angular_momentum": ("moment", solved.momentum)}
-    coordinates = {"time": solved.times, "moment": solved.moments, "radius": solved.radius, "height": solved.height}
-    dataset = xr.Dataset(data, coordinates)
-    for key in dataset.variables:
-        text, unit = LABELS[str(key)]
-        dataset[key].attrs = {"long_name": text, "units": unit}
-    dataset.attrs = {
-        "title": f"Flow in the annulus of {name}",
-        **provenance(),
-        "machine_name": name,
-        "model": solved.model,
-        "model_reason": reason,
-        "error_of_diffusion": seen.error,
-        "ekman_number": annulus.ekman_number(seen.fastest),
-        "spin_up_time": decay_time(solved.times, lag, settled),
-        "greatest_lag": float(np.abs(lag).max()),
-        "points": [solved.radius.size - 1, solved.height.size - 1],
-        "steps": solved.steps,
-        "uncertainty": solved.uncertainty,
-        **{key: value for key, value in asdict(replace(annulus, sheared=None)).items() if key != "sheared"},
-    }
-    return Labeled.of(dataset)
 
 
 def percent(share: float) -> str:
@@ -147,20 +85,6 @@ class SpinUp:
 def spin_up(flow: xr.Dataset) -> SpinUp:
     """The table of ``flow``, a result of :func:`annulus_flow`."""
     return SpinUp(flow["time"].values.copy(), flow["fluid_speed"].values.copy())
-
-
-def decay_time(times: Floats, lag: Floats, start: float) -> float:
-    """Time from ``start`` until the lag has fallen to 1/e of what it was then for good, s; nan if it has not by the end."""
-    if not start < times[-1]:
-        return float("nan")
-    size = np.abs(lag)
-    goal = float(np.interp(start, times, size)) / math.e
-    above = np.flatnonzero((size > goal) & (times >= start))
-    if goal == 0.0 or above.size == 0 or above[-1] + 1 == size.size:
-        return float("nan")
-    i = int(above[-1])
-    part = (size[i] - goal) / (size[i] - size[i + 1])
-    return float(times[i] + part * (times[i + 1] - times[i]) - start)
 
 
 # What a solver records at every step.

@@ -13,12 +13,10 @@ from scipy.interpolate import CubicHermiteSpline
 
 from autobalancer.assembly.guided import uniform_table
 from autobalancer.assembly.profile import Piece, SpeedProfile, profile_pieces
-from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Floats
 from autobalancer.kernels.flow.speed import RECORD
 from autobalancer.kernels.records.drive import HILL
-from autobalancer.machine import Constant, Machine
-from autobalancer.machine.drive import PrescribedSpeed
+from autobalancer.machine import Constant
 from autobalancer.units import texts_argument
 
 
@@ -122,19 +120,3 @@ def wall_speed(profile: SpeedProfile | WallSpeed | float, initial: float | None 
     pieces = tuple(profile_pieces(part))
     first = WallSpeed(pieces, 0.0).at(0.0, pieces[0])[0]
     return WallSpeed(pieces, first if initial is None else initial)
-
-
-def machine_speed(machine: Machine) -> SpeedProfile:
-    """The profile of a machine whose speed is prescribed.
-
-    Raises
-    ------
-    QuestionError
-        If a torque drives, because then the speed is known only after a run.
-    """
-    if not isinstance(machine.drive, PrescribedSpeed):
-        raise QuestionError(
-            f"drive: of kind {machine.drive.kind!r}, so the speed is not known before a run; give 'speed', a profile "
-            "or a number in rad/s"
-        )
-    return machine.drive.profile

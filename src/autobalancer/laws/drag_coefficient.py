@@ -499,8 +499,8 @@ def range_record(reynolds: float) -> dict[str, Any]:
 # constant viscosity times an effective share of it; for weak thinning the share is the mean of s over the rates of
 # shear of the flow of constant viscosity, each counted with its dissipation, because to first order a change of the
 # flow does not change the dissipation. One rate k U/d stands for this mean here; k depends on geometry and law, and
-# finite elements find it (`sheared_drag`). With inertia of the fluid the Reynolds number is formed with the viscosity
-# at this rate, which is an assumption.
+# finite elements find it (the example plot_sheared_drag). With inertia of the fluid the Reynolds number is formed with
+# the viscosity at this rate, which is an assumption.
 
 
 RATES = np.geomspace(1e-9, 1e9, 1801)  # 1/s, at which a law is tried

@@ -88,11 +88,6 @@ class Ring:
         return beyond + self.radius**2 * (math.pi - math.acos(line / self.radius)) + line * half
 
 
-def shares_of_mass(rings: tuple[Ring, ...]) -> tuple[float, float]:
-    """Masses of the liquid and of the full rings together, kg."""
-    return sum(ring.mass for ring in rings), sum(ring.full_mass for ring in rings)
-
-
 def whirl_speeds(rings: tuple[Ring, ...], mass: float, stiffness: float, speed: float, damping: float = 0.0) -> Any:
     """Whirl speeds W of small motions e^(i W t), rad/s, complex; growing where the imaginary part is negative.
 

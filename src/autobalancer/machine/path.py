@@ -15,7 +15,6 @@ from autobalancer.machine.keys import parts_at
 from autobalancer.machine.machine import Machine, Unbalance
 from autobalancer.machine.part import Part, quantity_of, symbol_of
 from autobalancer.machine.rotors.planar import PlanarRotor
-from autobalancer.units import shortened
 
 _STEP = re.compile(r"([a-z_]+)((?:\[\d+\])*)")
 
@@ -53,22 +52,6 @@ def entry_at(machine: Part, path: str) -> Any:
         _refuse(machine, owner, step, path)
         owner = getattr(owner, step) if isinstance(step, str) else owner[step]
     return owner
-
-
-def number_at(machine: Part, path: str) -> float:
-    """The number at a path, SI.
-
-    Raises
-    ------
-    QuestionError
-        If there is nothing, or no single number.
-    """
-    entry = entry_at(machine, path)
-    if isinstance(entry, tuple) and entry and all(isinstance(part, float) for part in entry):
-        raise QuestionError(f"parameter {path!r}: it is {len(entry)} numbers; choose one, such as '{path}[1]'")
-    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
-        raise QuestionError(f"parameter {path!r}: is {shortened(entry)} in this machine, not a number")
-    return float(entry)
 
 
 def with_entry(machine: Part, path: str, value: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -19,13 +19,14 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
+from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.number_text import moment_text
 from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
 from autobalancer.rotordynamics.receptance.answer import PoleModel
 from autobalancer.rotordynamics.receptance.measured import hertz
-from autobalancer.rotordynamics.receptance.rational_fit import pole_model, resampled
+from autobalancer.rotordynamics.receptance.rational_fit import Fitting, pole_model
 from autobalancer.stability.states.planar import directions
 from autobalancer.units import argument, ends_argument, list_argument, optional_argument
 
@@ -352,7 +353,7 @@ def receptance_border(
     deviation = math.nan
     if resamples and math.isfinite(border):
         borders = []
-        for number, again in enumerate(resampled(fit, resamples, seed, added), 1):
+        for number, again in enumerate(_resampled(fit, resamples, seed, added), 1):
             borders.append(_border_near(partial(worst_growth, again, balls, states), border, high))
             if callable(progress):
                 progress(number, resamples)
@@ -372,6 +373,23 @@ def receptance_border(
         "warnings": there.attrs["warnings"],
     }
     return Labeled.of(found)
+
+
+def _resampled(fit: xr.Dataset, count: int, seed: int, added_mass: float = 0.0) -> Iterator[PoleModel]:
+    """Fits of the fitted receptance with new noise of the same size; the number of modes stays."""
+    random = generator(seed)
+    part = fit.isel(frequency=np.flatnonzero(fit["used"].values))
+    frequency = np.asarray(part["frequency"].values, np.float64)
+    fitted = np.asarray(part["fitted_real"].values + 1j * part["fitted_imag"].values, np.complex128)
+    deviation = np.asarray(part["noise_deviation"].values, np.float64)
+    unit, size = math.sqrt(frequency[0] * frequency[-1]), float(np.abs(fitted).max())
+    start = pole_model(fit).poles[: fit.attrs["modes"]] / unit
+    for _ in range(count):
+        noise = random.normal(size=(2, fitted.size)) * deviation / math.sqrt(2.0)
+        values = fitted + noise[0] + 1j * noise[1]
+        weights = size / (deviation * math.sqrt(fitted.size))
+        poles, residues = Fitting(frequency / unit, values / size, weights).search([start]).poles_and_residues()
+        yield PoleModel(unit * poles, unit * size * residues, added_mass)
 
 
 def _search_range(fit: xr.Dataset, model: PoleModel) -> tuple[float, float]:

@@ -12,12 +12,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import offset_copy
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axes import plain_log_ticks, wrapped
-from autobalancer.plots.drawing.labels import SAME, End, end_labels, label_point
+from autobalancer.plots.drawing.labels import SAME, End, joint_name, label_point, moved_apart
 from autobalancer.plots.drawing.style import (
     BALLS,
     CRITICAL,
@@ -242,7 +243,7 @@ def campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz
             _branch(axes, found.isel(branch=number), speed, up)
         _coincident(axes, found, speed, up, top)
         ends = _ends(found, up) + _torsion(axes, found, speed, up, top)
-        end_labels(axes, float(speed[-1]), ends, top)
+        _end_labels(axes, float(speed[-1]), ends, top)
         axes.set_xlim(speed[0], speed[-1])
         axes.set_ylim(0.0, top)
         _crossings(axes, found, across, up)
@@ -250,6 +251,62 @@ def campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz
         axes.set_ylabel(f"natural frequency ({up.sign})")
         _explain(axes, found)
     return figure
+
+
+NEED, SIZE = 0.045, 8.0  # of the axis, what a label needs; and its size in points
+
+WIDEST = 48  # letters of a line; longer names have several lines, so that the axes keep their room
+
+BESIDE, APART = 5.0, 26.0  # points from the end to its label, and where labels had to be moved
+
+
+def _end_labels(axes: Axes, x: float, ends: Sequence[End], top: float) -> None:
+    """Write names to the right of the ends at ``x`` on an axis from 0 to ``top``; thin lines lead to those that were moved."""
+    groups = together(sorted(ends), SAME * top)
+    heights = np.array([np.mean([end.height for end in group]) for group in groups])
+    texts = [in_lines(joint_name(group)) for group in groups]
+    lines = np.array([text.count("\n") + 1 for text in texts])
+    places = moved_apart(np.repeat(heights, lines), NEED * top)
+    levels = np.array([part.mean() for part in np.split(places, np.cumsum(lines)[:-1])])
+    moved = bool((np.abs(levels - heights) > 0.2 * NEED * top).any())
+    for text, height, level in zip(texts, heights, levels, strict=True):
+        axes.annotate(
+            text,
+            (x, float(height)),
+            xytext=(1.0, float(level) / top),
+            textcoords=offset_copy(axes.transAxes, axes.get_figure(root=True), x=APART if moved else BESIDE, units="points"),
+            va="center",
+            fontsize=SIZE,
+            color=INK,
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.6, "shrinkA": 1.0, "shrinkB": 2.0, "relpos": (0.0, 0.5)}
+            if moved
+            else None,
+        )  # fmt: skip
+
+
+def together(ends: Sequence[End], near: float) -> list[list[End]]:
+    """Ascending ends in groups of those that are ``near`` to the one before."""
+    groups: list[list[End]] = []
+    for end in ends:
+        if groups and end.height - groups[-1][-1].height <= near:
+            groups[-1].append(end)
+        else:
+            groups.append([end])
+    return groups
+
+
+def in_lines(text: str) -> str:
+    """A long text in lines that end at its commas."""
+    first, *rest = text.split(", ")
+    lines = [first]
+    for part in rest:
+        if len(lines[-1]) + len(part) + 2 > WIDEST:
+            lines[-1] += ","
+            lines.append(part)
+        else:
+            lines[-1] += f", {part}"
+    return "\n".join(lines)
 
 
 def _branch(axes: Axes, branch: xr.Dataset, speed: np.ndarray, unit: AxisUnit) -> None:

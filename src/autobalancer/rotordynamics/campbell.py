@@ -16,6 +16,7 @@ from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.critical import Critical, critical_whirls
 from autobalancer.assembly.rotors.equivalent_stiffness import Softened
 from autobalancer.assembly.rotors.lateral_model import Floats
+from autobalancer.assembly.torsion import torsion_of
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists
@@ -43,7 +44,7 @@ from autobalancer.rotordynamics.question import (
     rotor_of,
 )
 from autobalancer.rotordynamics.rubber import ModeMotion, at_amplitude, rubber_of
-from autobalancer.rotordynamics.torsion import torsional_lines
+from autobalancer.rotordynamics.torsion import shape_name, undamped_torsion
 from autobalancer.units import argument, list_argument, optional_argument
 
 
@@ -136,12 +137,27 @@ def campbell(
     for key, (dims, numbers, text, unit) in data.items():
         result[key] = (dims, numbers, {"long_name": text, "units": unit})
     if twists(machine.drive):
-        result = result.assign(torsional_lines(machine, lines, float(omega[0]), float(omega[-1])))
+        result = result.assign(_torsional_lines(machine, lines, float(omega[0]), float(omega[-1])))
     result.attrs = attributes(machine, f"Campbell diagram of {machine.name}", balls=balls) | {
         "theory": "damped natural frequencies" if damped else "natural frequencies without damping",
         "harmonics": [float(h) for h in lines],
     }
     return Campbell.of(result)
+
+
+def _torsional_lines(machine: Machine, harmonics: Sequence[float], first: float, last: float) -> dict[str, Any]:
+    """Variables of a diagram: frequencies without damping, the same at all speeds, and where they meet multiples of the speed."""
+    model = torsion_of(machine)
+    rates, shapes = undamped_torsion(model)
+    names = [shape_name(model.names, shape) for shape in shapes]
+    met = sorted((rate / h, h) for rate in rates for h in harmonics if first <= rate / h <= last)
+    at = "torsional_intersection"
+    return {
+        "torsional_frequency": ("torsion", rates, {"long_name": "torsional natural frequency", "units": "rad/s"}),
+        "torsional_name": ("torsion", np.array(names, dtype=object), {"long_name": "name of the torsional mode"}),
+        f"{at}_speed": (at, np.array([w for w, _ in met]), {"long_name": "where torsion meets it", "units": "rad/s"}),
+        f"{at}_harmonic": (at, np.array([h for _, h in met]), {"long_name": "frequency over speed"}),
+    }
 
 
 def checked_harmonics(harmonics: Sequence[float], owner: str) -> list[float]:

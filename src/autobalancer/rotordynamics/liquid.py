@@ -15,7 +15,7 @@ from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import planar_rotor, rings_of
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.laws.ring_of_liquid import Floats, Ring, growth_rate, shares_of_mass
+from autobalancer.laws.ring_of_liquid import Floats, Ring, growth_rate
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import speed_axis
@@ -121,7 +121,7 @@ class _Balance:
     ) -> None:
         self.rings, self.mass, self.stiffness, self.damping = rings, mass, stiffness, damping
         self.unbalance, self.slowest = unbalance, slowest
-        self.liquid, self.full = shares_of_mass(rings)
+        self.liquid, self.full = _shares_of_mass(rings)
         thin, far = min(one.layer for one in rings), FARTHEST * min(one.radius for one in rings)
         self.looked = np.concatenate([[0.0], np.geomspace(1e-3 * thin, far, LOOKS)])
 
@@ -156,6 +156,11 @@ class _Balance:
         if any(math.isnan(ring.moment(deflection)) for ring in self.rings):
             return WALLS[2]
         return WALLS[any(deflection > ring.layer for ring in self.rings)]
+
+
+def _shares_of_mass(rings: tuple[Ring, ...]) -> tuple[float, float]:
+    """Masses of the liquid and of the full rings together, kg."""
+    return sum(ring.mass for ring in rings), sum(ring.full_mass for ring in rings)
 
 
 def _labelled(machine: Machine, omega: Floats, balance: _Balance) -> LiquidResponse:

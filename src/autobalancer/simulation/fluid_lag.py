@@ -17,7 +17,7 @@ from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PrescribedSpeed
 
 if TYPE_CHECKING:
-    from autobalancer.flow.annulus import Annulus
+    from autobalancer.flow.annulus import Annulus, Floats
     from autobalancer.flow.speed import WallSpeed
 
 
@@ -62,9 +62,9 @@ def fluid_lags(machine: Machine, end: float | None, *, seed: int = 0, max_steps:
 
     chambers = {place: annulus_of(machine, place[0] + 1, place[1] + 1) for place in models}
     diffusing = {place: _diffusing(annulus) for place, annulus in chambers.items()}
-    asked = {place: model for place, model in models.items() if model != "modes"}
-    if end is None and "full" in asked.values():
-        b, r = next(place for place, model in asked.items() if model == "full")
+    requested = {place: model for place, model in models.items() if model != "modes"}
+    if end is None and "full" in requested.values():
+        b, r = next(place for place, model in requested.items() if model == "full")
         raise MachineError(
             f"balancers[{b + 1}].races[{r + 1}].fluid.lag: given 'full', but this analysis has its own speeds, not known "
             "in advance; use 'auto' or 'modes'"
@@ -76,20 +76,18 @@ def fluid_lags(machine: Machine, end: float | None, *, seed: int = 0, max_steps:
             f"balancers[{b + 1}].races[{r + 1}].fluid: this analysis has its own speeds, not known in advance, and a fluid with "
             "'shear' lags by no fixed modes; leave 'lag' or 'shear' out"
         )
-    if end is None or not asked:
+    if end is None or not requested:
         return KnownLags(diffusing, {"flow_model": "modes"})
     if not isinstance(machine.drive, PrescribedSpeed) or machine.drive.couplings:
-        from autobalancer.simulation.passes import lags_by_passes
-
-        return lags_by_passes(machine, end, chambers, diffusing, asked, seed, max_steps)
-    profile, found = machine.drive.profile, dict(diffusing)
+        return _lags_by_passes(machine, end, chambers, diffusing, requested, seed, max_steps)
+    profile, lags = machine.drive.profile, dict(diffusing)
     models_used, uncertain = dict.fromkeys(models, "modes"), 0.0
-    for place, model in asked.items():
+    for place, model in requested.items():
         solved = _solved_once(chambers[place], profile, end, model)
         models_used[place], uncertain = solved.model, float(np.maximum(uncertain, solved.uncertainty))
         if solved.lag is not None:
-            found[place] = solved.lag
-    return KnownLags(found, flow_record(models_used, uncertain))
+            lags[place] = solved.lag
+    return KnownLags(lags, _flow_record(models_used, uncertain))
 
 
 def diffusing_lags(machine: Machine) -> dict[Place, Lag]:
@@ -115,7 +113,7 @@ def _diffusing(annulus: Annulus) -> Lag:
     return Lag(rates=modes.rates, gains=modes.gains)
 
 
-def flow_record(models: Mapping[Place, str], uncertainty: float) -> dict[str, Any]:
+def _flow_record(models: Mapping[Place, str], uncertainty: float) -> dict[str, Any]:
     """Attributes of a result: models that were taken, and how far the speed of an unsteady flow is certain."""
     found: dict[str, Any] = {"flow_model": ", ".join(dict.fromkeys(models.values()))}
     if uncertainty != 0.0:
@@ -128,7 +126,7 @@ def flow_record(models: Mapping[Place, str], uncertainty: float) -> dict[str, An
 
 
 @dataclass(frozen=True)
-class SolvedLag:
+class _SolvedLag:
     """Model that was taken, table (None for modes), uncertainty over the greatest speed."""
 
     model: str
@@ -136,22 +134,103 @@ class SolvedLag:
     uncertainty: float
 
 
-def solved_lag(annulus: Annulus, speed: SpeedProfile | WallSpeed, end: float, model: str) -> SolvedLag:
+def _solved_lag(annulus: Annulus, speed: SpeedProfile | WallSpeed, end: float, model: str) -> _SolvedLag:
     """The lag by the flow in a chamber; ``model`` is that of the fluid, "full" or "auto"."""
     from autobalancer.flow.annulus_problem import annulus_flow
 
     flow = annulus_flow(annulus, speed, duration=end, model="chebyshev" if model == "full" else "auto", samples=SAMPLES)
     if flow.attrs["model"] == "modes":
-        return SolvedLag("modes", None, 0.0)
+        return _SolvedLag("modes", None, 0.0)
     lag = flow["speed"].values - flow["fluid_speed"].values
     table = Lag(times=np.asarray(flow["time"].values, np.float64), values=np.asarray(lag, np.float64))
-    return SolvedLag(str(flow.attrs["model"]), table, float(flow.attrs["uncertainty"]))
+    return _SolvedLag(str(flow.attrs["model"]), table, float(flow.attrs["uncertainty"]))
 
 
 @lru_cache(maxsize=64)
-def _solved_once(annulus: Annulus, profile: SpeedProfile, end: float, model: str) -> SolvedLag:
+def _solved_once(annulus: Annulus, profile: SpeedProfile, end: float, model: str) -> _SolvedLag:
     """The balls do not disturb the flow, so one solution serves all runs with this profile."""
-    return solved_lag(annulus, profile, end, model)
+    return _solved_lag(annulus, profile, end, model)
+
+
+# The lag where the speed of the rotor is a coordinate: run, solve the flow for its speed, run again.
+#
+# The balls brake the rotor through their drag, so the speed depends on the lag, and the lag on the speed. Each pass takes
+# the lag from the speed of the pass before; the first takes modes. This is a waveform iteration (Lelarasmee, Ruehli and
+# Sangiovanni-Vincentelli 1982); the flow at an instant depends on the speeds before only, so it converges on any finite
+# interval.
+
+SAME_SPEED = 5e-4  # greatest change of the speed from pass to pass over the greatest speed; the lag changes by twice that at most
+UNSTEADY_SHARE = (
+    0.1  # of the uncertainty of an unsteady flow, whose eddies differ from pass to pass; where this is more
+)
+MOST_PASSES = 8
+PASS_PRECISION = 1e-8  # of the runs that give the speed
+
+
+def _lags_by_passes(
+    machine: Machine,
+    end: float,
+    chambers: Mapping[Place, Annulus],
+    diffusing: Mapping[Place, Lag],
+    requested: Mapping[Place, str],
+    seed: int,
+    max_steps: int,
+) -> KnownLags:
+    """The lags with which the speed of a run is that for which the flow was solved.
+
+    Every pass goes to ``end``, whatever events would stop the run itself. Where a pass breaks off, its last speed is kept. The
+    record says how many passes there were, how much the last one changed the speed, and whether that was little enough.
+    """
+    from autobalancer.flow.speed import recorded_speed
+
+    times = np.linspace(0.0, end, SAMPLES)
+    lags, models = dict(diffusing), dict.fromkeys(chambers, "modes")
+    passes, change, tolerance, uncertain = 0, np.inf, SAME_SPEED, 0.0
+    speeds = _rotor_speeds(assemble(machine, seed=seed, lags=lags), end, max_steps)
+    while change > tolerance and passes < MOST_PASSES:
+        walls, passes, uncertain = recorded_speed(times, speeds), passes + 1, 0.0
+        for place, model in requested.items():
+            solved = _solved_lag(chambers[place], walls, end, model)
+            lags[place] = solved.lag or diffusing[place]
+            models[place], uncertain = solved.model, float(np.maximum(uncertain, solved.uncertainty))
+        if set(models.values()) == {"modes"}:
+            return KnownLags(diffusing, _flow_record(models, 0.0))
+        before, speeds = speeds, _rotor_speeds(assemble(machine, seed=seed, lags=lags), end, max_steps)
+        change = float(np.abs(speeds - before).max()) / max(float(np.abs(speeds).max()), 1e-300)
+        tolerance = max(SAME_SPEED, UNSTEADY_SHARE * uncertain) if uncertain > 0.0 else SAME_SPEED
+    record = _flow_record(models, uncertain) | {
+        "flow_passes": passes,
+        "flow_change": change,
+        "flow_tolerance": tolerance,
+        "flow_converged": int(change <= tolerance),
+    }
+    if change > tolerance:
+        disagreement = (
+            f"the flow in the race and the speed of the rotor did not agree after {passes} passes: the last one changed the "
+            f"speed by {change:.1e} of its greatest value, {tolerance:.0e} is wanted; take fluid.lag = 'modes', or prescribe "
+            "the speed"
+        )
+        record["flow_text"] = "; ".join([str(record[key]) for key in ("flow_text",) if key in record] + [disagreement])
+    return KnownLags(lags, record)
+
+
+def _rotor_speeds(assembly: Assembly, end: float, max_steps: int) -> Floats:
+    """Speed of the rotor at equally spaced instants; after a run that breaks off, its last one."""
+    from autobalancer.kernels.integrators import tableau as tableaus
+    from autobalancer.kernels.integrators.runge_kutta import advance
+    from autobalancer.kernels.system import SPEED
+    from autobalancer.simulation.record import Samples, record_for
+    from autobalancer.simulation.steppers import equations, memory_for
+
+    pair = tableaus.dormand_prince_8()
+    record = record_for([Samples(SAMPLES)], (), assembly, end)
+    advance(
+        *equations(assembly), assembly.system, pair, record, memory_for(assembly, end, PASS_PRECISION, pair), max_steps
+    )
+    speeds = record.samples[:, SPEED].copy()
+    known = np.flatnonzero(np.isfinite(speeds))
+    speeds[known[-1] + 1 :] = speeds[known[-1]]
+    return np.asarray(speeds, np.float64)
 
 
 # A machine made ready to run: assembled, with the lag of its fluids worked out before.

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.forces import force_at_fault
+from autobalancer.assembly.forces import forces_in
 from autobalancer.assembly.measure_inputs import MOST, meetings_of
 from autobalancer.assembly.places import assemble_held, places_of
 from autobalancer.assembly.profile import unbalance_jumps
@@ -20,7 +20,7 @@ from autobalancer.assembly.reduced_rotor import top_speed
 from autobalancer.assembly.resolved import friction_at_fault
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble, equal_groups
 from autobalancer.assembly.touches import Touch, with_touches
-from autobalancer.catalog.resolve import planar_rotor, resolve
+from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.integrators.memory import ACCEPTED, EVENTS_SEEN, NEXT_SAMPLE, TIME
@@ -186,7 +186,7 @@ def simulate_races(
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
     last = names[int(record.event_states[seen - 1, 0])] if seen else ""
     asked = machine, assembly.balls, assembly.system
-    fault = force_at_fault(*asked) or friction_at_fault(*asked)
+    fault = _force_at_fault(*asked) or friction_at_fault(*asked)
     ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last, fault=fault)
     run = run_dataset(
         assembly,
@@ -233,6 +233,23 @@ def simulate_races(
         machine, assembly, np.vstack([record.samples[: int(state.counts[NEXT_SAMPLE])], state.state])
     )
     return run.assign_attrs(coincidence_text=text) if text else run
+
+
+def _force_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -> str:
+    """Which force was not a number during a run, and where; empty if none was."""
+    wrong = system.forces[system.forces.wrong != 0]
+    if not len(wrong):
+        return ""
+    row, first = wrong[0], 0
+    for path, force, _ in forces_in(machine, balls):
+        if row.first == first:
+            return (
+                f"the force {force.word()!r} ({path}) was not a number on ball {row.ball + 1} at "
+                f"x = {row.wrong_x:.6g} m, y = {row.wrong_y:.6g} m in the race, at a velocity of {row.wrong_vx:.4g} and "
+                f"{row.wrong_vy:.4g} m/s and a rotor speed of {row.wrong_speed:.6g} rad/s"
+            )
+        first += len(force.numbers()) or 1
+    return ""
 
 
 def _wishes(save: Sampling | Sequence[Sampling]) -> list[Sampling]:

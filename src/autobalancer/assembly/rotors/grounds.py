@@ -58,12 +58,6 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
     return tuple(one for one in found if one.stiffness.any() or one.damping.any() or one.number in hard)
 
 
-def weights(model: LateralModel, found: tuple[Ground, ...], gravity: float) -> Matrix:
-    """Force of the rotor's weight without balls on each support, (S, 2) N; ``gravity`` acts along -y."""
-    rest = sag(model, gravity)
-    return np.array([ground.stiffness[0] @ rest for ground in found]).reshape(len(found), 2)
-
-
 def sag(model: LateralModel, gravity: float) -> Floats:
     """Coordinates of the rotor without balls under its own weight, (N,); ``gravity`` acts along -y."""
     down = -gravity * model.mass @ _translation(model)[:, 1]

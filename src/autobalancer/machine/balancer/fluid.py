@@ -32,7 +32,7 @@ class ShearLaw(Leaf):
     tag: ClassVar[str] = "law"
     current: ClassVar[int] = 1
     at_ball: Positive | None = key(
-        "effective rate of shear at a ball, over its velocity divided by its diameter; `sheared-drag` finds it. "
+        "effective rate of shear at a ball, over its velocity divided by its diameter; `plot_sheared_drag` computes it. "
         "Needed where the drag follows from the fluid",
         None,
     )

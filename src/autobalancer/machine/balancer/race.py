@@ -331,7 +331,7 @@ class Race(Part):
         if shear.at_ball is None:
             raise ValueError(
                 "fluid.shear.at_ball: missing; the drag needs the effective rate of shear at a ball over its velocity divided "
-                "by its diameter; give a guess, such as 0.5, and the command sheared-drag finds a better value"
+                "by its diameter; give a guess, such as 0.5; the example plot_sheared_drag computes it for a race"
             )
         if self.slipstream:
             raise ValueError("slipstream: known for fluids of constant viscosity only; leave it or 'fluid.shear' out")

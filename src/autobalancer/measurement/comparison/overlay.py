@@ -12,7 +12,6 @@ from autobalancer.errors import QuestionError, RangeWarning, unwarned
 from autobalancer.measurement.comparison.curves import is_orders, order_curves
 from autobalancer.measurement.comparison.pairs import (
     Pair,
-    at_the_end,
     is_film,
     measure_rows,
     measure_table,
@@ -20,7 +19,6 @@ from autobalancer.measurement.comparison.pairs import (
     place_doubt,
     scale_doubt,
     sensor_of,
-    together,
 )
 from autobalancer.measurement.orders.angle import rotor_angle
 from autobalancer.measurement.orders.tracking import orders
@@ -75,7 +73,7 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
         if tacho:
             raise QuestionError(f"compare: orders have their speed already; leave out {', '.join(tacho)}")
         return _titled(run, *order_curves(run, measured, seed))
-    part = together(run, at_the_end(run, measured))
+    part = _together(run, _at_the_end(run, measured))
     found = pairs(run, part)
     rows, notes = measure_rows(run, part, found, seed, _turned(part, tacho))
     sensors = [] if is_film(part) else [sensor_of(part[pair.measured.name]) for pair in found]
@@ -84,6 +82,32 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
     ordered, more = _orders(run, part, found, tacho)
     data = _curves(run, part, found).merge(ordered).merge(measure_table(rows))
     return _titled(run, data, [*notes, *more])
+
+
+def _together(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
+    """The part of a measurement within the time of a run.
+
+    Raises
+    ------
+    QuestionError
+        If there are fewer than two samples of it, of a film or a photograph none.
+    """
+    t, known = measured["time"].values, run["time"].values
+    inside = (t >= known[0] - 1e-9) & (t <= known[-1] + 1e-9)
+    if inside.sum() < (1 if is_film(measured) else 2):
+        raise QuestionError(
+            f"the measurement is from {t[0]:.6g} s to {t[-1]:.6g} s, the run from {known[0]:.6g} s to {known[-1]:.6g} s; "
+            "they have no time in common"
+        )
+    return measured.isel(time=inside)
+
+
+def _at_the_end(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
+    """A photograph, whose ball angles have no time, as a film of one picture at the end of the run; else as it is."""
+    if "ball_angle" not in measured or set(measured["ball_angle"].dims) != {"ball"}:
+        return measured
+    kept = measured[[name for name in ("ball_angle", "ball_angle_deviation") if name in measured]]
+    return kept.expand_dims(time=run["time"].values[-1:])
 
 
 def _titled(run: xr.Dataset, data: xr.Dataset, notes: list[str]) -> Overlay:

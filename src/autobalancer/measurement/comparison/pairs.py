@@ -83,32 +83,6 @@ def sensor_of(entry: xr.DataArray) -> Sensor:
     return Sensor(entry.attrs["quantity"], place, "x" if direction == "" else direction, str(entry.name))
 
 
-def at_the_end(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
-    """A photograph, whose ball angles have no time, as a film of one picture at the end of the run; else as it is."""
-    if "ball_angle" not in measured or set(measured["ball_angle"].dims) != {"ball"}:
-        return measured
-    kept = measured[[name for name in ("ball_angle", "ball_angle_deviation") if name in measured]]
-    return kept.expand_dims(time=run["time"].values[-1:])
-
-
-def together(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
-    """The part of a measurement within the time of a run.
-
-    Raises
-    ------
-    QuestionError
-        If there are fewer than two samples of it, of a film or a photograph none.
-    """
-    t, known = measured["time"].values, run["time"].values
-    inside = (t >= known[0] - 1e-9) & (t <= known[-1] + 1e-9)
-    if inside.sum() < (1 if is_film(measured) else 2):
-        raise QuestionError(
-            f"the measurement is from {t[0]:.6g} s to {t[-1]:.6g} s, the run from {known[0]:.6g} s to {known[-1]:.6g} s; "
-            "they have no time in common"
-        )
-    return measured.isel(time=inside)
-
-
 def scale_doubt(pair: Pair) -> str:
     """What is said where measured and simulated differ by a factor that is probably one of units; else empty."""
     if pair.measured.unit == "rad":

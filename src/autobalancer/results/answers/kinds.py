@@ -42,7 +42,6 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "ResponsePeaks": "rotordynamics.question",
     "Run": "results.answers.run",
     "Sensitivity": "results.answers.studied",
-    "ShearedDrag": "flow.sheared_ball_problem",
     "Signals": "results.signals",
     "Spectrum": "results.signals",
     "StabilityMap": "stability.maps.curve",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -18,7 +18,6 @@ from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
 from autobalancer.progress import shows_progress
-from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 from autobalancer.rotordynamics.receptance.answer import FittedReceptance, PoleModel
 from autobalancer.rotordynamics.receptance.measured import hertz
@@ -245,23 +244,6 @@ def modes_of(fit: xr.Dataset) -> list[tuple[float, float]]:
     """Frequency (rad/s, undamped) and damping ratio of each pair of poles of ``fit``, ascending."""
     pairs = zip(fit["mode_frequency"].values, fit["mode_damping_ratio"].values, strict=True)
     return [(float(frequency), float(ratio)) for frequency, ratio in pairs]
-
-
-def resampled(fit: xr.Dataset, count: int, seed: int, added_mass: float = 0.0) -> Iterator[PoleModel]:
-    """Fits of the fitted receptance with new noise of the same size; the number of modes stays."""
-    random = generator(seed)
-    part = fit.isel(frequency=np.flatnonzero(fit["used"].values))
-    frequency = np.asarray(part["frequency"].values, np.float64)
-    fitted = np.asarray(part["fitted_real"].values + 1j * part["fitted_imag"].values, np.complex128)
-    deviation = np.asarray(part["noise_deviation"].values, np.float64)
-    unit, size = math.sqrt(frequency[0] * frequency[-1]), float(np.abs(fitted).max())
-    start = pole_model(fit).poles[: fit.attrs["modes"]] / unit
-    for _ in range(count):
-        noise = random.normal(size=(2, fitted.size)) * deviation / math.sqrt(2.0)
-        values = fitted + noise[0] + 1j * noise[1]
-        weights = size / (deviation * math.sqrt(fitted.size))
-        poles, residues = Fitting(frequency / unit, values / size, weights).search([start]).poles_and_residues()
-        yield PoleModel(unit * poles, unit * size * residues, added_mass)
 
 
 def _used(frequency: Floats, band: tuple[float | str, float | str] | None) -> NDArray[np.bool_]:
