@@ -121,6 +121,6 @@ def _joint(model: LateralModel, number: int, joint: PointJoint, across: Floats) 
 def _name(machine: Machine, model: LateralModel, place: Rows, otherwise: str) -> str:
     """The name of a station at this place."""
     for name, row in station_rows(machine, model).items():
-        if np.allclose(row.deflection, place.deflection, rtol=0.0, atol=1e-12):
+        if np.abs(row.deflection - place.deflection).max() <= 1e-12:
             return name
     return otherwise

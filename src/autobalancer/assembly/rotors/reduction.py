@@ -248,15 +248,11 @@ class _Linear(NamedTuple):
 
     def dynamic(self, speeds: Floats, way: float) -> Complexes:
         """K + i w (C + W G) - w^2 M at frequencies w = ``way`` W, (S, N, N)."""
-        damping, stiffness = self.damping, self.stiffness
-        if self.speeds.size > 1:
-            shares = np.array([np.interp(speeds, self.speeds, row) for row in np.eye(self.speeds.size)]).T
-            damping, stiffness = (np.tensordot(shares, part, 1) for part in (damping, stiffness))
-        w = speeds[:, None, None]
-        found = 1j * way * w * damping
-        found += stiffness
-        found += w**2 * (1j * way * self.gyroscopic - self.mass)
-        return np.asarray(found)
+        shares = np.array([np.interp(speeds, self.speeds, row) for row in np.eye(self.speeds.size)]).T
+        w, turn = speeds[:, None], 1j * way
+        factors = np.hstack([shares, turn * w * shares, turn * w**2, -(w**2)])
+        parts = np.concatenate([self.stiffness, self.damping, self.gyroscopic[None], self.mass[None]])
+        return np.asarray((factors @ parts.reshape(factors.shape[1], -1)).reshape(-1, *self.mass.shape))
 
 
 def _inverse_rows(linear: _Linear, speeds: Floats, seen: Matrix, whirls: bool) -> tuple[Complexes, NDArray[np.bool_]]:

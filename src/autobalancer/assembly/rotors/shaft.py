@@ -321,13 +321,7 @@ class ShaftAxis:
 
     def on_shaft(self, position: float) -> Rows:
         """Rows of a position on the shaft, between nodes by the shapes of the element."""
-        nodes = self.mesh.nodes
-        i = min(max(int(np.searchsorted(nodes, position)) - 1, 0), nodes.size - 2)
-        share = np.clip((position - nodes[i]) / (nodes[i + 1] - nodes[i]), 0.0, 1.0)
-        w, psi = self.mesh.elements[i].shapes(share)
-        deflection, slope = np.zeros((2, 2 * nodes.size))
-        deflection[2 * i : 2 * i + 4], slope[2 * i : 2 * i + 4] = w, psi
-        return Rows(deflection, slope)
+        return _rows_of(self.mesh, float(position))
 
     def on_disk(self, disk: Disk, position: float | None = None) -> Rows:
         """Rows of a position on the rigid arm of a disk, by default of its mass center."""
@@ -357,6 +351,16 @@ class ShaftAxis:
             low, high = found[0].reach
             raise ValueError(f"position {position:g} m: disk {body!r} reaches from {low:g} to {high:g} m only")
         return self.on_disk(found[0], position)
+
+
+@remembered(256)
+def _rows_of(mesh: Mesh, position: float) -> Rows:
+    nodes = mesh.nodes
+    i = min(max(int(np.searchsorted(nodes, position)) - 1, 0), nodes.size - 2)
+    share = np.clip((position - nodes[i]) / (nodes[i + 1] - nodes[i]), 0.0, 1.0)
+    deflection, slope = np.zeros((2, 2 * nodes.size))
+    deflection[2 * i : 2 * i + 4], slope[2 * i : 2 * i + 4] = mesh.elements[i].shapes(share)
+    return Rows(deflection, slope)
 
 
 def _reaches(disk: Disk, position: float) -> bool:
