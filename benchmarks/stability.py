@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from tests.references.planar_linear import matrices
+from tests.references.planar_states import equilibria_of
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity, with_value_at
@@ -16,7 +17,6 @@ from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.host.stations import of_plane, plane
 from autobalancer.stability.maps.balanced import StationBalls, balanced_states
-from autobalancer.stability.states.planar import equilibria_of
 from benchmarks import compared, measured, processor_seconds, seconds
 
 MACHINE = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"

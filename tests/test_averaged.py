@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.references import averaged as references
 from tests.references import averaged_two_balls
 from tests.references.averaged import averaged_residuals, unbalance_whirl
+from tests.references.planar_states import Equilibrium, equilibria_of
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
@@ -21,7 +23,7 @@ from autobalancer.stability.host.stations import Plane, of_plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, worst_case_border
 from autobalancer.stability.maps.speeds import averaged_border_of
 from autobalancer.stability.stall.borders import release_border
-from autobalancer.stability.states.planar import Equilibrium, directions, equilibria_of
+from autobalancer.stability.states.ball_positions import directions
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 SPEEDS = (85.0, 112.0, 127.0, 150.0, 310.0)
@@ -68,7 +70,7 @@ def as_printed(p: Plane, speed: float, state: Equilibrium) -> list[np.ndarray]:
     order = [0, 2, 1, 3, *range(4, 4 + n)]
     by = np.kron([[0.0, -1.0], [1.0, 0.0]], np.eye(2)) / (2.0 * p.mass * speed)  # -1/(2iWM) on real and imaginary parts
     rows = np.block([[by.T * -1.0, np.zeros((4, n))], [np.zeros((n, 4)), np.diag(1.0 / p.moment)]])
-    found = averaged_station_matrices(of_plane(p), speed, averaged.at_station(state))
+    found = averaged_station_matrices(of_plane(p), speed, references.at_station(state))
     return [(rows @ matrix)[np.ix_(order, order)] for matrix in found]
 
 
@@ -76,7 +78,7 @@ def as_printed(p: Plane, speed: float, state: Equilibrium) -> list[np.ndarray]:
 def test_every_state_of_rest_in_the_rotor_is_a_steady_state_of_the_averaged_equations(speed: float) -> None:
     p = lopsided()
     for state in equilibria_of(p, speed):
-        a_x, a_y = averaged.amplitudes(p, speed, state.angles)
+        a_x, a_y = references.amplitudes(p, speed, state.angles)
         rate_x, rate_y, torque = averaged_residuals(p, speed, state.angles, a_x, a_y)
         assert abs(rate_x) + abs(rate_y) < 1e-12 * speed * abs(a_x)
         assert np.abs(torque).max() < 1e-10 * p.moment[0] * speed**2 * abs(a_x)
@@ -95,7 +97,7 @@ def test_closed_forms_of_two_balls_are_the_balanced_states(speed: float) -> None
     for other in both:
         assert np.sort_complex(np.round(np.exp(1j * other.angles), 12)) == pytest.approx(ours, abs=1e-9)
     assert 0.5 * (state.a_x + state.a_y) == pytest.approx(-p.offset[0], rel=1e-9)
-    assert (state.a_x, state.a_y) == pytest.approx(averaged.amplitudes(p, speed, state.angles), rel=1e-9)
+    assert (state.a_x, state.a_y) == pytest.approx(references.amplitudes(p, speed, state.angles), rel=1e-9)
     assert state.chi == pytest.approx(np.exp(1j * state.angles).sum(), abs=1e-9)
 
 
@@ -148,7 +150,7 @@ def test_the_matrices_are_the_printed_ones_but_for_the_sine_in_row_four() -> Non
 def test_matrix_b_is_the_slope_of_the_steady_residuals_also_off_the_balanced_state() -> None:
     p, w = lopsided(), 150.0
     for state in equilibria_of(p, w):
-        a_x, a_y = averaged.amplitudes(p, w, state.angles)
+        a_x, a_y = references.amplitudes(p, w, state.angles)
         start = np.array([a_x.real, a_x.imag, a_y.real, a_y.imag, *state.angles])
 
         def residuals(q: np.ndarray) -> np.ndarray:
@@ -173,10 +175,10 @@ def test_eigenvalues_are_the_roots_of_the_factorized_polynomial_of_the_appendix(
     a0 = 4 * c**2 * w**8 * spin
     pair = [-b / (2 * m) + sign * 1j * (square - w**2) / (2 * w) for sign in (1, -1)]  # A.1 with its sign corrected
     own = np.roots([a4, a3, a2, a1, a0])
-    found = averaged.averaged_eigenvalues(p, w, balanced(phi, -phi))  # without the pair, which no ball feels
+    found = references.averaged_eigenvalues(p, w, balanced(phi, -phi))  # without the pair, which no ball feels
     assert np.sort_complex(found) == pytest.approx(np.sort_complex(own), rel=1e-9)
     hardly_uneven = replace(p, stiffness=(p.stiffness[0], p.stiffness[1] * (1.0 + 1e-8)))
-    found = averaged.averaged_eigenvalues(hardly_uneven, w, balanced(phi, -phi))
+    found = references.averaged_eigenvalues(hardly_uneven, w, balanced(phi, -phi))
     assert found.size == 6
     for value in (*own, *pair):
         assert np.abs(found - value).min() < 1e-6 * w
@@ -221,10 +223,10 @@ def test_no_ball_positions_have_a_higher_averaged_border_than_the_worst_case(see
     border = averaged_formulas.explicit_averaged_border(p).speed
     for _ in range(40):
         state = balanced(*random.uniform(-math.pi, math.pi, 4))
-        assert averaged.averaged_growth_rate(p, 1.0001 * border, state) < 0.0
+        assert references.averaged_growth_rate(p, 1.0001 * border, state) < 0.0
     weight = p.moment**2 / p.drag
     least = max(0.0, 2.0 * float(weight.max() / weight.sum()) - 1.0)  # |g2|/g that these balls can make
-    assert averaged.growth_rates(p, np.array([0.9999 * border]), least)[0] > 0.0
+    assert references.growth_rates(p, np.array([0.9999 * border]), least)[0] > 0.0
 
 
 def test_one_ball_meets_its_sufficient_criterion_as_the_rotor_damping_vanishes() -> None:
@@ -283,7 +285,7 @@ def test_balls_without_inertia_have_a_finite_exact_border_where_the_averaged_one
     for count, s in ((2, 0.3), (2, 2.5), (5, 1.0)):
         p = a_plane(count, s=s)
         p = replace(p, inertia=p.drag / (1000.0 * 100.0))
-        limit = averaged_formulas.heavily_damped_border(p)
+        limit = references.heavily_damped_border(p)
         assert limit.name == "exact border, worst case"
         assert limit.speed == pytest.approx(exact_worst(p), rel=1e-4)
     assert math.isinf(averaged_formulas.explicit_averaged_border(p).speed)
@@ -337,7 +339,7 @@ def test_on_orthotropic_supports_the_balanced_state_is_stable_in_both_windows_on
     p = a_plane(s=0.002, stiffness=(1e5, 1.7e5), damping=(20.0, 20.0))
     (low, high), (upper, _) = speed_windows.speed_windows(p, damped=True)
     verdicts = {
-        speed: averaged.balanced_growth_rate(p, speed) < 0.0
+        speed: references.balanced_growth_rate(p, speed) < 0.0
         for speed in (0.97 * low, 0.5 * (low + high), 0.5 * (high + upper), 1.1 * upper)
     }
     assert list(verdicts.values()) == [False, True, False, True]
@@ -383,9 +385,9 @@ def test_three_equal_balls_can_balance_nothing_at_all() -> None:
 def test_what_the_averaged_theory_cannot_answer_is_refused_in_words() -> None:
     p = a_plane()
     with pytest.raises(QuestionError, match="a ball without drag"):
-        averaged.averaged_eigenvalues(replace(p, drag=np.zeros(2)), 150.0, balanced(2.0, -2.0))
+        references.averaged_eigenvalues(replace(p, drag=np.zeros(2)), 150.0, balanced(2.0, -2.0))
     with pytest.raises(QuestionError, match="supports are not isotropic"):
-        averaged_formulas.heavily_damped_border(a_plane(stiffness=(1e5, 1.7e5)))
+        references.heavily_damped_border(a_plane(stiffness=(1e5, 1.7e5)))
     with pytest.raises(QuestionError, match="a race is off the axis"):
         averaged_formulas.explicit_averaged_border(MACHINES / "eccentric_race.toml")
     with pytest.raises(QuestionError, match="needs races on the axis"):
@@ -403,4 +405,4 @@ def test_an_eccentric_race_has_an_averaged_border_too() -> None:
     border = averaged_border_of(p, False).speed
     critical = math.sqrt(p.stiffness[0] / p.mass)
     assert critical < border < 40.0 * critical
-    assert averaged.balanced_growth_rate(p, 1.001 * border) < 0.0 < averaged.balanced_growth_rate(p, 0.999 * border)
+    assert references.balanced_growth_rate(p, 1.001 * border) < 0.0 < references.balanced_growth_rate(p, 0.999 * border)

@@ -7,17 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.references.averaged import averaged_growth_rate, balanced_growth_rate, balanced_growth_rates, growth_rates
 from tests.test_averaged import a_plane, balanced, lopsided, unequal
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.stability.averaged import (
-    averaged_growth_rate,
-    balanced_growth_rate,
-    balanced_growth_rates,
     explicit_averaged_border,
     greatest_g,
-    growth_rates,
     minimum_drag,
     speed_windows,
     stable_ranges,

@@ -13,6 +13,7 @@ from matplotlib.patches import Circle
 from tests.references import lagrange
 from tests.references.motion import motion
 from tests.references.planar_linear import matrices
+from tests.references.planar_states import equilibria_of
 from tests.references.resolved import contact
 from tests.references.resolved_run_ups import GRIP, apart, run_up
 from tests.references.runs import states_at
@@ -36,7 +37,6 @@ from autobalancer.stability.friction import held_by_friction
 from autobalancer.stability.host.stations import plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linear import eigensystem
-from autobalancer.stability.states.planar import equilibria_of
 
 SPEED = 300.0  # rad/s, above the critical speed of about 240
 RING = {"body": "roller", "diameter": 0.012, "inner_diameter": 0.007, "length": 0.015, "density": 7800.0}

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.references.planar_linear import matrices
+from tests.references.planar_states import Equilibrium, equilibria_of
 
 import autobalancer as ab
 from autobalancer import progress as patience
@@ -25,8 +26,8 @@ from autobalancer.stability.maps.balanced import (
     worst_case_border,
 )
 from autobalancer.stability.maps.speeds import borders_of
+from autobalancer.stability.states.ball_positions import spread_range
 from autobalancer.stability.states.linear import eigensystem, kept
-from autobalancer.stability.states.planar import Equilibrium, equilibria_of, spread_range
 from autobalancer.stability.summary import summary
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

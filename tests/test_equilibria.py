@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.references.planar_linear import matrices
+from tests.references.planar_states import equilibria_of
 from tests.references.rates import rates_at
 from tests.references.shooting import derivative, periodic_state
 
@@ -32,8 +33,8 @@ from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.basins import Turn
 from autobalancer.stability.host.stations import of_plane, plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, planar_eigenvalues
+from autobalancer.stability.states.ball_positions import close_polygon
 from autobalancer.stability.states.linear import eigensystem, motion_name
-from autobalancer.stability.states.planar import close_polygon, equilibria_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.references.planar_linear import matrices
+from tests.references.planar_states import equilibria_of
 from typer.testing import CliRunner
 
 import autobalancer as ab
@@ -29,7 +30,6 @@ from autobalancer.stability.maps.balanced import (
     scaled_growth_rates,
 )
 from autobalancer.stability.states.linear import eigensystem, kept
-from autobalancer.stability.states.planar import equilibria_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"

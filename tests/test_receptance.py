@@ -12,6 +12,7 @@ import pytest
 import typer
 from tests.references.pictures import size_of
 from tests.references.planar_linear import matrices
+from tests.references.planar_states import Equilibrium
 from tests.references.receptances import Host, chain, measured, planar_model, tilting, universal_text
 from typer.testing import CliRunner
 
@@ -37,7 +38,6 @@ from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.host.stations import Plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, growth_rate, worst_case_border
 from autobalancer.stability.states.linear import eigensystem, kept
-from autobalancer.stability.states.planar import Equilibrium
 
 FREQUENCY = 2.0 * math.pi * np.linspace(2.0, 40.0, 381)
 ROTOR = (12.27, 68.37, 44654.0)  # kg, N s/m, N/m: Spannan (2021), table 6.4

@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 from tests.references.planar_linear import matrices
+from tests.references.planar_states import equilibria_of
 from tests.references.tilting import Tilting
 from typer.testing import CliRunner
 
@@ -38,7 +39,6 @@ from autobalancer.stability.maps.balanced import EqualAtOneStation, StationBalls
 from autobalancer.stability.states.floquet import exponents_of, swing_of
 from autobalancer.stability.states.linear import eigensystem
 from autobalancer.stability.states.linear import matrices as station_matrices
-from autobalancer.stability.states.planar import equilibria_of
 from autobalancer.stability.states.stations import StationState, balanced_of, states_of, without_exchanges
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

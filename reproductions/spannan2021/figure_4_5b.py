@@ -10,6 +10,7 @@ drag at each speed, drawn as a line and compared with (4.70) for balls at 135 de
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,20 +22,20 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
-from autobalancer.stability.averaged import (
-    averaged_plane,
-    balanced_growth_rate,
-    balanced_growth_rates,
-    greatest_g,
-    growth_rates,
-)
+from autobalancer.stability.averaged import averaged_plane, averaged_station_growth, greatest_g
+from autobalancer.stability.host.stations import of_plane, station_form
+from autobalancer.stability.maps.balanced import members_of
 from autobalancer.stability.states.questions import eigenvalues
+from autobalancer.stability.states.stations import StationState
 from reproductions import Found, compared_all
 from reproductions.spannan2021.figure_4_3 import MACHINE, SUPPORTS
 
 HEAVY = 1e-2  # N m s
 SPEEDS, DRAGS = np.linspace(200.0, 700.0, 201), np.geomspace(2e-4, 1e-1, 41)
 NEAR = 3.0  # rad/s
+AT_135 = StationState(
+    "balanced", np.radians([135.0, -135.0]), np.zeros(1, np.complex128), 0, 0
+)  # in a race that runs true
 BRACKETS = {1e-3: [(280.0, 360.0)], 3e-3: [(235.0, 245.0), (249.0, 252.0), (295.0, 310.0)]}  # N m s: rad/s
 
 
@@ -69,14 +70,20 @@ def with_drag(machine: Machine, drag: float) -> Machine:
 
 def averaged_rates(machine: Machine, drag: float) -> np.ndarray:
     """Growth rate of (4.70) over the speed."""
-    return balanced_growth_rates(averaged_plane(with_drag(machine, drag)), SPEEDS)
+    return balanced_rates(with_drag(machine, drag))(SPEEDS)
+
+
+def balanced_rates(machine: Machine) -> Callable[[np.ndarray], np.ndarray]:
+    """Averaged growth rates of the balanced state at speeds."""
+    (state,) = members_of(station_form(machine), averaged_station_growth)
+    return state.rates
 
 
 def averaged_edges(machine: Machine, drag: float) -> list[float]:
     """Speeds at which (4.70) becomes stable or unstable."""
-    plane = averaged_plane(with_drag(machine, drag))
+    rates = balanced_rates(with_drag(machine, drag))
     changes = np.flatnonzero(np.diff(np.sign(averaged_rates(machine, drag))))
-    return [float(brentq(lambda w: balanced_growth_rate(plane, w), SPEEDS[i], SPEEDS[i + 1])) for i in changes]
+    return [float(brentq(lambda w: rates(np.array([w]))[0], SPEEDS[i], SPEEDS[i + 1])) for i in changes]
 
 
 def least_drags(machine: Machine, speeds: np.ndarray) -> np.ndarray:
@@ -96,8 +103,8 @@ def explicit_error(machine: Machine) -> float:
         if np.isfinite(drag):
 
             def rate(factor: float, speed: float = speed, drag: float = drag) -> float:
-                there = replace(plane, drag=np.full(plane.drag.size, factor * drag))
-                return float(growth_rates(there, np.array([speed]), 0.0)[0])
+                there = replace(plane, drag=np.full(2, factor * drag), offset=np.zeros(2, np.complex128))
+                return averaged_station_growth(of_plane(there), speed, AT_135)
 
             errors.append(100.0 * (brentq(rate, 0.9, 1.1, xtol=1e-13) - 1.0))
     return float(max(errors, key=abs))

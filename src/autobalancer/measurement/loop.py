@@ -27,7 +27,7 @@ from autobalancer.roots import root
 from autobalancer.rotordynamics.receptance.answer import PoleModel
 from autobalancer.rotordynamics.receptance.measured import hertz
 from autobalancer.rotordynamics.receptance.rational_fit import Fitting, pole_model
-from autobalancer.stability.states.planar import directions
+from autobalancer.stability.states.ball_positions import directions
 from autobalancer.units import argument, ends_argument, list_argument, optional_argument
 
 # Stability of the balanced state from a fitted receptance and the balls: growth rates, margins, exact borders.

@@ -36,7 +36,7 @@ from autobalancer.stability.host.stations import (
     station_form,
 )
 from autobalancer.stability.host.vector_field import Cycle, Equations, Field
-from autobalancer.stability.states.planar import close_polygon
+from autobalancer.stability.states.ball_positions import close_polygon
 from autobalancer.stability.states.stations import StationState, state_vector
 from autobalancer.units import to_si
 from autobalancer.units.quantity import ends, example, is_range

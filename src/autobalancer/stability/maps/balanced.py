@@ -30,11 +30,11 @@ from autobalancer.progress import still_time
 from autobalancer.results.number_text import length_text
 from autobalancer.roots import root
 from autobalancer.stability.host.stations import Complexes, Plane, Stations, as_station
+from autobalancer.stability.states.ball_positions import close_polygon, spread_of_two, spread_range
+from autobalancer.stability.states.ball_positions import growth_rates as right_angle_rates
 from autobalancer.stability.states.floquet import exponents_of
 from autobalancer.stability.states.floquet import growth_rates as half_turn_rates
 from autobalancer.stability.states.linear import kept, modes
-from autobalancer.stability.states.planar import close_polygon, spread_of_two, spread_range
-from autobalancer.stability.states.planar import growth_rates as right_angle_rates
 from autobalancer.stability.states.stations import (
     Described,
     StationState,

@@ -49,7 +49,7 @@ from autobalancer.stability.host.stations import (
     stations,
 )
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.states.planar import PATTERNS, close_polygon
+from autobalancer.stability.states.ball_positions import PATTERNS, close_polygon
 
 
 def states_of(st: Stations, speed: float) -> list[StationState]:
