@@ -9,7 +9,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.system import Assembly, assemble
-from autobalancer.kernels.integrators.memory import EVALUATIONS
+from autobalancer.kernels.integrators.integrator_state import EVALUATIONS
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.simulation.record import Envelope, record_for
 from autobalancer.simulation.steppers import stepper_for

@@ -10,8 +10,8 @@ import pytest
 from tests.references.chamber_machines import free_machine
 
 from autobalancer.assembly.chamber import assemble_chamber, contact_time
-from autobalancer.kernels.chamber.chamber import Chamber
-from autobalancer.kernels.chamber.verlet import start
+from autobalancer.kernels.chamber.chamber_records import Chamber
+from autobalancer.kernels.chamber.time_steps import start
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.run import March, begin, total_energy

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from autobalancer.kernels.chamber.records import BLOCK
+from autobalancer.kernels.chamber.chamber_records import BLOCK
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 

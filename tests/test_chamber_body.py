@@ -11,7 +11,7 @@ from tests.references.chamber_machines import free_machine
 
 import autobalancer as ab
 from autobalancer.assembly.chamber import assemble_chamber
-from autobalancer.kernels.chamber.verlet import start
+from autobalancer.kernels.chamber.time_steps import start
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.rotordynamics.campbell import modes

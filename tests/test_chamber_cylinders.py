@@ -10,7 +10,7 @@ import pytest
 from tests.references.chamber_machines import cylinder_machine
 
 from autobalancer.assembly.chamber import assemble_chamber, contact_time
-from autobalancer.kernels.chamber.verlet import start
+from autobalancer.kernels.chamber.time_steps import start
 from autobalancer.laws.impacts import end_stiffness, line_stiffness
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber

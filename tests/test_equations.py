@@ -14,7 +14,7 @@ from tests.references.rates import rates_at
 
 from autobalancer.assembly.system import assemble
 from autobalancer.kernels.balls.planar import planar
-from autobalancer.kernels.host.drive import enter_segment
+from autobalancer.kernels.host.shaft_train import enter_segment
 from autobalancer.kernels.system import SPEED, THETA, System, own
 from autobalancer.kernels.trigonometry import sine_cosine
 from autobalancer.machine import Machine

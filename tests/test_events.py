@@ -14,7 +14,7 @@ from tests.references.runs import states_at
 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.integrators.memory import NEXT_SAMPLE, TIME
+from autobalancer.kernels.integrators.integrator_state import NEXT_SAMPLE, TIME
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, RUNNING, advance
 from autobalancer.simulation.record import Envelope, Event, Samples, SampleTimes
 from autobalancer.simulation.steppers import PLANAR

@@ -29,9 +29,9 @@ CEILINGS = {
     "doubled file names": 73,
 }
 MANY = {
-    "kernels/dwell/hold.py hold": "a compiled loop gets all that it needs and all that it writes",
-    "kernels/ensemble/long_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
-    "kernels/ensemble/members.py run_members": "a compiled loop gets all that it needs and all that it writes",
+    "kernels/dwell.py hold": "a compiled loop gets all that it needs and all that it writes",
+    "kernels/many_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
+    "kernels/many_members.py run_members": "a compiled loop gets all that it needs and all that it writes",
     "plots/chamber/view.py animate_chamber": "everything one may wish of a film",
     "simulation/chamber/run.py simulate_chamber": "everything one may ask of a run",
     "simulation/run.py simulate_races": "everything one may ask of a run",
@@ -40,12 +40,12 @@ MANY = {
     "studies/stepped_response.py stepped_response": "everything one may ask of a stepped measurement",
 }
 INNER = {
-    "kernels/cache.py Missing": "ends a look for a kernel on disk; it is compiled then",
+    "kernels/compiler/cache.py Missing": "ends a look for a kernel on disk; it is compiled then",
     "progress.py OutOfTime": "ends a search of a check, which names what it did not find",
     "studies/ensemble/members.py Differs": "ends an attempt to follow; all members are assembled then",
     "stability/continuation/follow.py NoConvergence": "ends a step of a continuation, which goes back and tries again",
 }
-TALKERS = {"__main__.py", "progress.py", "kernels/announce.py"}  # progress and faults, on standard error
+TALKERS = {"__main__.py", "progress.py", "kernels/compiler/announce.py"}  # progress and faults, on standard error
 
 
 def tree(path: Path) -> ast.Module:

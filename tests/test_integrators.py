@@ -12,7 +12,7 @@ from tests.references.runs import states_at
 from tests.references.trees import order_of, trees
 
 import autobalancer as ab
-from autobalancer.kernels.integrators.memory import ACCEPTED, END, LONGEST, REJECTED, STEP, TIME
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, END, LONGEST, REJECTED, STEP, TIME
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, RUNNING, advance
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8
 from autobalancer.machine import Machine

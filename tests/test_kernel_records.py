@@ -11,7 +11,9 @@ import pytest
 from autobalancer import kernels
 from autobalancer.kernels.fields import Field, Record
 
-MODULES = [found.name for found in walk_packages(kernels.__path__, "autobalancer.kernels.") if ".records" in found.name]
+MODULES = [
+    found.name for found in walk_packages(kernels.__path__, "autobalancer.kernels.") if found.name.endswith("records")
+]
 
 
 @pytest.mark.parametrize("module", MODULES)

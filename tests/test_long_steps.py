@@ -11,10 +11,9 @@ from tests.references.cases import CORNERED, run_up
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.integrators.collocation.amplitudes import HANDED, LONG_STEPS, SWEEPS
-from autobalancer.kernels.integrators.collocation.radau import radau
-from autobalancer.kernels.integrators.memory import ACCEPTED, END, REJECTED, TIME
-from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.integrators.collocation import HANDED, LONG_STEPS, SWEEPS, radau
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, END, REJECTED, TIME
+from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, RUNNING
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine

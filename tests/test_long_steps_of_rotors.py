@@ -15,7 +15,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.examples import rig
-from autobalancer.kernels.integrators.memory import ACCEPTED
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, THETA
 from autobalancer.machine import Machine

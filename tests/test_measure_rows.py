@@ -12,7 +12,7 @@ from tests.test_places import DRUM, SHAFT, laid_down_rig
 import autobalancer as ab
 from autobalancer.files.machine_file import load_machine, parse_machine
 from autobalancer.kernels.integrators.runge_kutta import RUNNING
-from autobalancer.kernels.measures.columns import COLUMNS, STATUS
+from autobalancer.kernels.measures.columns_of_measures import COLUMNS, STATUS
 from autobalancer.machine import Machine
 from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.run_arrays import recorded_of

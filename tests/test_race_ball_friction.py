@@ -16,7 +16,7 @@ from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, GRAVITY, 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.kernels.balls.touching import touch
+from autobalancer.kernels.balls.guided import touch
 from autobalancer.kernels.system import BALLS
 from autobalancer.laws.impacts import touching_balls
 from autobalancer.machine import Contact, Machine, Race

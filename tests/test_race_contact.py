@@ -17,7 +17,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.files.examples import rig
-from autobalancer.kernels.balls.rough_races import guided_rough
+from autobalancer.kernels.balls.on_stations import guided_rough
 from autobalancer.laws.impacts import damping_ratio, rebound
 from autobalancer.machine import Contact, Friction, Machine, Race, Roundness
 from autobalancer.studies.stepped_response import stepped_response
@@ -239,7 +239,7 @@ def test_a_first_harmonic_is_an_eccentric_race_to_first_order() -> None:
     def pull(one: Machine, angle: float, rate: float) -> np.ndarray:
         assembly = assemble(one, rotating=False, general=True)
         if not one.balancers[0].races[0].harmonics:
-            from autobalancer.kernels.balls.smooth_races import guided as equations
+            from autobalancer.kernels.balls.on_stations import guided as equations
         else:
             equations = guided_rough
         state = assembly.state

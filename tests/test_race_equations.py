@@ -12,7 +12,7 @@ from tests.references.races import races
 from tests.references.rates import rates_at
 
 from autobalancer.assembly.system import Assembly, assemble
-from autobalancer.kernels.balls.rough_races import guided_rough
+from autobalancer.kernels.balls.on_stations import guided_rough
 from autobalancer.machine import Machine
 
 

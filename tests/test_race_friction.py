@@ -15,7 +15,7 @@ from tests.references.standing_races import DENSITY, DIAMETER, GRAVITY, ORBIT, R
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.balls.rough_races import guided_rough
+from autobalancer.kernels.balls.on_stations import guided_rough
 from autobalancer.laws.adherence import rest_interval
 from autobalancer.machine import Machine
 

@@ -18,8 +18,8 @@ import autobalancer as ab
 from autobalancer.assembly.guided import Lag
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError, RangeWarning
+from autobalancer.kernels.balls.on_stations import guided_rough
 from autobalancer.kernels.balls.planar import planar
-from autobalancer.kernels.balls.rough_races import guided_rough
 from autobalancer.kernels.system import BALLS
 from autobalancer.laws.drag_coefficient import slipstream_factor, slipstream_factors
 from autobalancer.machine import Machine

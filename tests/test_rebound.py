@@ -13,7 +13,7 @@ from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, st
 
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.kernels.records.resolved import BALL_STATES, BALL_VX, BALL_VY, BALL_X, BALL_Y
+from autobalancer.kernels.records import BALL_STATES, BALL_VX, BALL_VY, BALL_X, BALL_Y
 from autobalancer.laws.impacts import first_yield, stokes_number, wet_factor, yielding_factor
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
@@ -24,6 +24,7 @@ OIL = {"density": 900.0, "viscosity": 1e-4, "virtual_mass": 0.0}  # m^2/s
 VISCOSITY = OIL["density"] * OIL["viscosity"]
 DRY = {"yield_speed": YIELDS}
 WET = {**DRY, "critical_stokes": CRITICAL}
+MEASURED = {"speeds": [0.02, 0.07, 0.3], "factors": [1.0, 0.8, 0.5]}
 SPEEDS = np.geomspace(1e-3, 1.0, 7)  # m/s
 NEAR = 0.01  # of the speed of the impact; what the tables leave open
 
@@ -67,6 +68,21 @@ def test_just_above_the_critical_stokes_number_the_rebound_is_right_within_3_per
     for speed in (0.9 * least, 1.05 * least, 1.1 * least):
         after = _guided(speed, {"critical_stokes": CRITICAL})
         assert after[1] - after[0] == pytest.approx(max(SLOW * (1.0 - least / speed), 0.01), abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("speed", "rebound"), [(1.01 * YIELDS, DRY), (2.0 * YIELDS, WET), (0.07, MEASURED), (0.5, MEASURED)]
+)
+def test_a_rigid_impact_has_the_restitution_of_its_law_also_at_the_corners(
+    speed: float, rebound: dict[str, Any]
+) -> None:
+    """Exactly, as nothing is tabled."""
+    if rebound is MEASURED:
+        share = SLOW * float(np.interp(speed, MEASURED["speeds"], MEASURED["factors"]))
+    else:
+        share = left(speed, rebound, PAIR)
+    after = _guided(speed, rebound)
+    assert after[1] - after[0] == pytest.approx(share, rel=1e-6)
 
 
 def test_guided_balls_leave_partitions_with_the_restitution_of_their_speed() -> None:

@@ -16,7 +16,7 @@ import autobalancer as ab
 from autobalancer.assembly.guided import Lag
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels import records as at
 from autobalancer.kernels.system import BALLS, X, Y
 from autobalancer.machine import Machine
 from autobalancer.simulation.saved import forces_on_walls as wall_forces

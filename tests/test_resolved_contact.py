@@ -12,8 +12,8 @@ from tests.references.resolved import chamber, run
 
 from autobalancer.friction.coulomb import Coulomb
 from autobalancer.friction.stribeck import Stribeck
-from autobalancer.kernels.laws.contact import adherence, normal_force
-from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels import records as at
+from autobalancer.kernels.laws.contact_law import adherence, normal_force
 from autobalancer.laws.impacts import collision_time, hertz_stiffness, pair_stiffness
 from autobalancer.simulation.saved import forces_on_walls as wall_forces
 

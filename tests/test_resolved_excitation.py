@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from tests.references.resolved import BALL, chamber, contact, run
 from tests.references.resolved_run_ups import GRIP, PLANAR, RIGID, apart, run_up
 
-from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels import records as at
 from autobalancer.machine import Machine
 
 RECORD = np.linspace(0.0, 0.3, 61)

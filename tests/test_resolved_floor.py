@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from tests.references.resolved import chamber, run
 
 import autobalancer as ab
-from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels import records as at
 from autobalancer.machine import Machine
 
 GRAVITY, ORBIT, RADIUS, MASS = 9.80665, 0.1, 0.005, 5e-3

@@ -14,7 +14,7 @@ from tests.references.rubber import CHAIN, described
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.files.examples import rig
-from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels import records as at
 from autobalancer.kernels.system import X, Y
 from autobalancer.machine import Machine
 

@@ -14,7 +14,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
-from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels import records as at
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
 

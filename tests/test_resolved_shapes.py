@@ -13,10 +13,9 @@ from tests.references.resolved_run_ups import GRIP, PLANAR, RIG, RIGID, apart, r
 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
+from autobalancer.kernels import records as at
 from autobalancer.kernels.balls.path import closest
-from autobalancer.kernels.records import resolved as at
-from autobalancer.kernels.records.guided import WAVE
-from autobalancer.kernels.records.resolved import FREE_BALL
+from autobalancer.kernels.records import FREE_BALL, WAVE
 from autobalancer.machine import Machine, Race
 
 WAVES: list[dict[str, float]] = [

@@ -242,9 +242,9 @@ def test_the_one_row_of_balls_that_touch_is_that_of_each_ball_under_the_torque_o
 CHANGES = """
 from tests.references.standing_races import standing
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.balls.rigid.events import rigid_contact
-from autobalancer.kernels.balls.rigid.torques import OWN_PULL, PULL
-from autobalancer.kernels.integrators.switching import PASS
+from autobalancer.kernels.balls.race_events import rigid_contact
+from autobalancer.kernels.balls.rigid_torques import OWN_PULL, PULL
+from autobalancer.kernels.integrators.integrator_state import PASS
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
 from autobalancer.simulation.steppers import equations
 from autobalancer.simulation.steppers import memory_for

@@ -16,7 +16,7 @@ from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
-from autobalancer.kernels.balls.smooth_races import guided_tilting
+from autobalancer.kernels.balls.on_stations import guided_tilting
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
 from autobalancer.simulation.record import Samples

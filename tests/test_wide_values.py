@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from autobalancer.kernels.flags import NUMBERS
-from autobalancer.kernels.pointers import data
-from autobalancer.kernels.trigonometry import exponential_of_lanes, sine_cosine, sine_cosine_of_lanes
-from autobalancer.kernels.wide import (
+from autobalancer.kernels.compiler.flags import NUMBERS
+from autobalancer.kernels.compiler.numba_struct import data
+from autobalancer.kernels.compiler.simd import (
     amount,
     greater,
     greatest,
@@ -27,6 +26,7 @@ from autobalancer.kernels.wide import (
     store,
     total,
 )
+from autobalancer.kernels.trigonometry import exponential_of_lanes, sine_cosine, sine_cosine_of_lanes
 
 load_2, all_2 = reading(2)
 load_4, _ = reading(4)

@@ -185,7 +185,7 @@ def compile_share(share: int, notes: Path) -> None:
 
 def ship(kernels: Path) -> None:
     """In a build process: put the kernels that fit the sources into the package."""
-    from autobalancer.kernels import cache
+    from autobalancer.kernels.compiler import cache
 
     stamps = {cache.stamp_of(path) for path in cache.HERE.parent.rglob("*.py")}
     print(f"{gather(kernels, cache.SHIPPED, stamps)} files with kernels for {LEVEL}", flush=True)
@@ -196,7 +196,7 @@ def gather(kernels: Path, folder: Path, stamps: set[str]) -> int:
     import numba
     from numba.core.registry import cpu_target
 
-    from autobalancer.kernels import cache
+    from autobalancer.kernels.compiler import cache
 
     folder.mkdir()
     hashes: dict[str, str] = {}

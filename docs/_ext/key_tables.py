@@ -42,7 +42,7 @@ def units() -> str:
 
 def place_of_a_ball() -> str:
     """What a force on a ball is given."""
-    from autobalancer.kernels.records.forces import PLACE
+    from autobalancer.kernels.records import PLACE
 
     rows = "".join(f"| `{field.name}` | {field.unit} | {field.meaning} |\n" for field in PLACE.fields)
     return f"| field | unit | meaning |\n|---|---|---|\n{rows}"

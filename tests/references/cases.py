@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.integrators.memory import Memory
-from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.integrators.integrator_state import Memory
+from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8, tsitouras
 from autobalancer.machine import Machine
 from autobalancer.simulation.record import Event, Sampling, record_for

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import autobalancer
-from autobalancer.kernels.cache import declared_in
+from autobalancer.kernels.compiler.cache import declared_in
 
 ROOT = Path(autobalancer.__file__).parents[1]
 KERNELS = ROOT / "autobalancer/kernels"
@@ -51,8 +51,8 @@ def _all_below(name: str) -> frozenset[str]:
 @cache
 def called_by_address(module: str) -> dict[str, Any]:
     """The functions of a module that the integrators get as an argument, known by the names of theirs, and their types."""
-    from autobalancer.kernels.integrators.collocation.amplitudes import nodes_type, watch_type
-    from autobalancer.kernels.integrators.switching import switch_type
+    from autobalancer.kernels.integrators.collocation import nodes_type, watch_type
+    from autobalancer.kernels.integrators.integrator_state import switch_type
     from autobalancer.kernels.system import rhs_type
 
     kinds = {

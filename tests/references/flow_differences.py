@@ -20,9 +20,9 @@ from numba.core.types import NamedUniTuple
 from autobalancer.flow.annulus import Annulus, Walls
 from autobalancer.flow.result import Track
 from autobalancer.flow.speed import WallSpeed
-from autobalancer.kernels.flags import COMPILED, njit
-from autobalancer.kernels.flow.dense import product
-from autobalancer.kernels.flow.speed import wall_speed
+from autobalancer.kernels.annulus_flow import product, wall_speed
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import COMPILED
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 REACH = 0.6  # step times (2 w + convection rate)

@@ -9,7 +9,7 @@ from autobalancer.assembly.system import Assembly, steady
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.integrators import tableau as tableaus
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
-from autobalancer.kernels.records.guided import BALL, GUIDED
+from autobalancer.kernels.records import BALL, GUIDED
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Planar, System, X, Y
 from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import PLANAR, memory_for

@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 from numba import float64, void
 
-from autobalancer.kernels.flags import COMPILED, njit
-from autobalancer.kernels.pointers import address, data, plain
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import COMPILED
+from autobalancer.kernels.compiler.numba_struct import address, as_void, data
 from autobalancer.kernels.system import System, rhs_type, system_type, vector_type
 
 
 @njit(void(rhs_type, float64, vector_type, vector_type, system_type), **COMPILED)
 def _call(rhs: Callable[..., None], time: float, state: Any, out: Any, system: System) -> None:
-    rhs(time, data(state), data(out), plain(address(system)))
+    rhs(time, data(state), data(out), as_void(address(system)))
 
 
 def rates_at(equations: Any, time: float, state: np.ndarray, system: System) -> np.ndarray:

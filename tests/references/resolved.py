@@ -11,9 +11,9 @@ from scipy.optimize import minimize_scalar
 
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.system import Assembly, assemble
+from autobalancer.kernels import records as at
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
-from autobalancer.kernels.records import resolved as at
 from autobalancer.kernels.system import SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine, Race
 from autobalancer.simulation.record import SampleTimes, record_for

@@ -14,7 +14,7 @@ from tests.references.rates import rates_at
 
 from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.records import resolved as at
+from autobalancer.kernels import records as at
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y
 from autobalancer.machine import Machine
 from autobalancer.simulation.steppers import equations

@@ -8,7 +8,7 @@ import numpy as np
 from tests.references.lagrange import to_space
 
 from autobalancer.assembly.system import assemble
-from autobalancer.kernels.integrators.memory import Memory
+from autobalancer.kernels.integrators.integrator_state import Memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import Tableau, dormand_prince_8
 from autobalancer.machine import Machine

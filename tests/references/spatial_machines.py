@@ -9,7 +9,7 @@ import numpy as np
 from tests.references.rates import rates_at
 
 from autobalancer.assembly.system import Assembly, assemble
-from autobalancer.kernels.host.drive import enter_segment
+from autobalancer.kernels.host.shaft_train import enter_segment
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.integrators.tableau import dormand_prince_8
 from autobalancer.kernels.system import BALLS, THETA

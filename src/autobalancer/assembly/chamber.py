@@ -11,11 +11,21 @@ import numpy as np
 from autobalancer.assembly.contact import Tables, dampers, shares
 from autobalancer.assembly.profile import corners, profile_pieces
 from autobalancer.errors import MachineError
-from autobalancer.kernels.chamber import records as of
-from autobalancer.kernels.chamber.chamber import Chamber, Pairs, Scratch, Search
-from autobalancer.kernels.chamber.records import BODY, CONTACT, COORDINATES, MACHINE, PROFILE, THETA
+from autobalancer.kernels.chamber import chamber_records
+from autobalancer.kernels.chamber.chamber_records import (
+    BODY,
+    CONTACT,
+    COORDINATES,
+    MACHINE,
+    PROFILE,
+    THETA,
+    Chamber,
+    Pairs,
+    Scratch,
+    Search,
+)
 from autobalancer.kernels.fields import Row, Rows
-from autobalancer.kernels.laws.rebound import NONE
+from autobalancer.kernels.laws.contact_law import NONE
 from autobalancer.kernels.system import Floats, Integers
 from autobalancer.laws import impacts
 from autobalancer.laws.impacts import end_stiffness, hertz_damping_ratio, line_stiffness, slowest_rebound
@@ -39,7 +49,7 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
     room = NEIGHBORS * n + 64
     rebounds, pair_rebounds = rebound_tables(machine)
     return Chamber(
-        run=of.RUN.row(step=step, margin=MARGIN * least),
+        run=chamber_records.RUN.row(step=step, margin=MARGIN * least),
         contact=_contact(machine),
         machine=machine_row(machine),
         rooms=_rooms(machine),
@@ -48,14 +58,14 @@ def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> 
         pair_rebounds=pair_rebounds,
         profile=profile_rows(machine),
         balls=_balls(machine, positions),
-        wall_stretch=np.zeros((n, of.WALLS, 3)),
+        wall_stretch=np.zeros((n, chamber_records.WALLS, 3)),
         pairs=_pairs(n, room),
         body=body_row(machine),
-        power=of.POWER.row(),
-        before=of.POWER.row(),
-        account=of.ACCOUNT.row(),
-        since=of.SINCE.row(),
-        progress=of.PROGRESS.row(),
+        power=chamber_records.POWER.row(),
+        before=chamber_records.POWER.row(),
+        account=chamber_records.ACCOUNT.row(),
+        since=chamber_records.SINCE.row(),
+        progress=chamber_records.PROGRESS.row(),
         scratch=_scratch(n, room),
     )
 
@@ -90,19 +100,19 @@ def _scratch(n: int, room: int) -> Scratch:
             places=np.zeros(n, np.int32),
         ),
         # places that are not in use are computed too
-        contacts=of.CONTACTS.row(line=1.0, stiffness=1.0, lightness=1.0, roll_radius=1.0),
+        contacts=chamber_records.CONTACTS.row(line=1.0, stiffness=1.0, lightness=1.0, roll_radius=1.0),
         equations=np.zeros((7, 8)),
         reduced=np.zeros((7, 8)),
-        begun=of.MOTION.rows(n),
-        gone=of.MOTION.rows(n),
-        body_begun=of.BODY_MOTION.row(),
-        body_gone=of.BODY_MOTION.row(),
+        begun=chamber_records.MOTION.rows(n),
+        gone=chamber_records.MOTION.rows(n),
+        body_begun=chamber_records.BODY_MOTION.row(),
+        body_gone=chamber_records.BODY_MOTION.row(),
     )
 
 
 def _balls(machine: ChamberMachine, positions: Array) -> Rows:
     groups = ball_groups(machine)
-    rows = of.BALL.rows(sum(balls.count for _, balls in groups))
+    rows = chamber_records.BALL.rows(sum(balls.count for _, balls in groups))
     i = 0
     for kind, (number, group) in enumerate(groups):
         chamber = machine.chambers[number]
@@ -137,7 +147,7 @@ def _walls(machine: ChamberMachine, own: Rows, group: FreeBalls, chamber: RoundC
 
 
 def _rooms(machine: ChamberMachine) -> Rows:
-    rows = of.ROOM.rows(len(machine.chambers))
+    rows = chamber_records.ROOM.rows(len(machine.chambers))
     for room, chamber in zip(rows, machine.chambers, strict=True):
         room.center, room.wall_radius, room.half_depth = chamber.position, chamber.radius, 0.5 * chamber.inner_depth
         room.drag, room.square_drag = chamber.drag, chamber.square_drag

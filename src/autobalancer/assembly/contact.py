@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
-from autobalancer.kernels.laws.rebound import DECADES, LEVELS, LOWEST, NONE, PER_DECADE, TURNS
-from autobalancer.kernels.records.guided import CONTACT, TIE
+from autobalancer.kernels.laws.contact_law import DECADES, LEVELS, LOWEST, NONE, PER_DECADE, TURNS
+from autobalancer.kernels.records import CONTACT, TIE
 from autobalancer.kernels.system import Rigid, Rows
 from autobalancer.laws.impacts import (
     LEAST,
@@ -27,7 +27,7 @@ from autobalancer.laws.impacts import (
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.rebound import Rebound
 
-# Tables from which contacts take what depends on the speed of an impact, see kernels/laws/rebound.py.
+# Tables from which contacts take what depends on the speed of an impact, see kernels/laws/contact_law.py.
 #
 # With a spring and a damper of ratio z, v' = -q - 2 z v and q' = v in a time of its own, with Hertz and the damper of
 # Tsuji et al. (1992) too (Antypov and Elliott 2011). With A^2 = v^2 + 2 z q v + q^2 and the phase s, tan(w s) = w q/(v
@@ -71,7 +71,7 @@ def least_rebound(rebound: Rebound | None, one: Ball, other: Ball | None = None)
 class Tables:
     """The tables of a machine one behind the other; equal contacts share one.
 
-    ``kind`` is ``dampers``, ``shares`` or, of rigid contacts, ``remainders``.
+    ``kind`` is ``dampers``, ``shares`` or, of rigid contacts, ``law_numbers``.
     """
 
     def __init__(self, kind: Callable[[Law], Floats]) -> None:
@@ -130,10 +130,12 @@ def shares(law: Law) -> Floats:
     return _over_the_plane(1.0 / np.sqrt(np.sin(REBOUND_TURN) ** 2 + np.cos(REBOUND_TURN) ** 2 * loss), left[:, 0] ** 2)
 
 
-@lru_cache(maxsize=64)
-def remainders(law: Law) -> Floats:
-    """Restitution over the logarithm of the speed, (LEVELS,)."""
-    return restitution_at(law, 10.0**LEVEL, 0.0)
+def law_numbers(law: Law) -> Floats:
+    """The law by its numbers, as kernels/laws/contact_law.py evaluates it."""
+    rebound, slow, least = law
+    yields = rebound.yield_speed is not None
+    head = slow, least, rebound.yield_speed if yields else math.inf, rebound.exponent, len(rebound.speeds)
+    return np.array([*head, *np.ravel(np.column_stack([rebound.speeds, rebound.factors]))], np.float64)
 
 
 def _over_the_plane(kept: Floats, values: Floats) -> Floats:
@@ -226,7 +228,7 @@ def is_rigid(race: Race) -> bool:
 def meeting_table(tables: Tables, race: Race, one: Ball, other: Ball | None = None, *, rigid: bool = False) -> int:
     """Where the table of a ball that meets another one, or a partition, begins."""
     rebound = race.contact.rebound if race.contact is not None else None
-    kind = remainders if rigid else None
+    kind = law_numbers if rigid else None
     return tables.first(rebound, restitution(race), least_rebound(rebound, one, other), kind)
 
 

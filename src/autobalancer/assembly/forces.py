@@ -14,15 +14,23 @@ import numpy as np
 from autobalancer.assembly.contact import ring
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.kernels.called import ENERGY, FORCE, PAIR_ENERGY, PAIR_FORCE, Called, compiled, in_words, numbers_row
-from autobalancer.kernels.records.fluid import NONE
-from autobalancer.kernels.records.forces import FORCE as FORCES_FORCE
-from autobalancer.kernels.records.forces import PLACE
+from autobalancer.kernels.compiler.callbacks import (
+    ENERGY,
+    FORCE,
+    PAIR_ENERGY,
+    PAIR_FORCE,
+    CompiledFunction,
+    compile_function,
+    in_words,
+    numbers_row,
+)
+from autobalancer.kernels.records import FORCE as FORCES_FORCE
+from autobalancer.kernels.records import NONE, PLACE
 from autobalancer.kernels.system import Floats
 from autobalancer.machine import Force, Machine
 from autobalancer.progress import returned
 
-# Forces on balls as rows of kernels/records/forces.py.
+# Forces on balls as rows of kernels/records.py.
 
 
 def has_forces(machine: Machine) -> bool:
@@ -106,8 +114,8 @@ RETURNS = {  # what each method must do, for one ball and for two
 class Made(NamedTuple):
     """The compiled functions of a force."""
 
-    force: Called
-    energy: Called | None
+    force: CompiledFunction
+    energy: CompiledFunction | None
 
 
 class Where(NamedTuple):
@@ -184,13 +192,13 @@ def made_of(force: Force) -> Made:
     return Made(_made(force, "force"), _made(force, "energy") if force.conservative() else None)
 
 
-def _made(force: Force, method: str) -> Called:
+def _made(force: Force, method: str) -> CompiledFunction:
     function, pair = getattr(type(force), method, None), bool(force.pairs)
     if function is None:
         raise MachineError(f"has no '{method}'; it is a static method that must {RETURNS[method][pair]}")
     asked = function, tuple(force.numbers()), CALLS[method][pair]
     try:
-        return compiled(*asked)
+        return compile_function(*asked)
     except Exception as reason:
         said = in_words(reason, *asked)
         raise MachineError(f"does not compile: in {method!r}, {said}; it must {RETURNS[method][pair]}") from None

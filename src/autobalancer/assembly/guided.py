@@ -1,4 +1,4 @@
-"""Guided balls as rows of kernels/records/guided.py."""
+"""Guided balls as rows of kernels/records.py."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import numpy as np
 
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.kernels.records.fluid import LINE, NONE, POINT, RELAXATION, TABLE
-from autobalancer.kernels.records.guided import BALL, GUIDED, WAVE
+from autobalancer.kernels.records import BALL, GUIDED, LINE, NONE, POINT, RELAXATION, TABLE, WAVE
 from autobalancer.kernels.system import Floats, Fluid, Matrix, Rows
 from autobalancer.laws.drag_coefficient import DISTANCE, FIT, REYNOLDS
 from autobalancer.machine import Machine, Race

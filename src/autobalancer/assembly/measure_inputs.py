@@ -1,4 +1,4 @@
-"""The numbers that measures need of a machine, and room for them, as kernels/measures/gauges.py names them."""
+"""The numbers that measures need of a machine, and room for them, as kernels/measures/workspace.py names them."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.assembly.contact import Tables, law_numbers
 from autobalancer.assembly.places import Places
 from autobalancer.assembly.reduced_rotor import has_hardening
 from autobalancer.assembly.system import Assembly
 from autobalancer.assembly.touches import Touch
-from autobalancer.kernels.measures.gauges import SCALARS, Desk, Gauges, Seen
-from autobalancer.kernels.measures.limits import ITERATED, LINEAR, OF_IMPACTS, UNKNOWN
-from autobalancer.kernels.records.impacts import MEETING
-from autobalancer.kernels.system import Matrix, Rows
+from autobalancer.kernels.measures.columns_of_measures import ITERATED, LINEAR, OF_IMPACTS, UNKNOWN
+from autobalancer.kernels.measures.workspace import SCALARS, MeasureInputs, Observables, Workspace
+from autobalancer.kernels.records import MEETING
+from autobalancer.kernels.system import Floats, Matrix, Rows
 from autobalancer.machine import Machine, PlanarRotor
 
 MOST = 200_000  # impacts that are kept
@@ -23,7 +24,7 @@ MOST = 200_000  # impacts that are kept
 
 def gauges_of(
     assembly: Assembly, places: Places, jumps: Sequence[float] = (), touches: Sequence[Touch] = (), *, centered: bool
-) -> Gauges:
+) -> MeasureInputs:
     """The numbers of an assembled machine; ``centered`` says that nothing can deflect its rotor for good."""
     basis, model, balls = places.basis, places.model, assembly.balls
     meetings, rebounds = meetings_of(touches)
@@ -35,7 +36,7 @@ def gauges_of(
         _held(places.machine, places, bool(balls)),
         isinstance(places.machine.rotor, PlanarRotor),
     )
-    return Gauges(
+    return MeasureInputs(
         scalars=scalars,
         rows=_flat(places.rows),
         speeds=np.array(places.speeds, np.float64),
@@ -63,7 +64,7 @@ def gauges_of(
     )
 
 
-def desk_for(gauges: Gauges, states: int, bins: int = 0, hits: int = 0) -> Desk:
+def desk_for(gauges: MeasureInputs, states: int, bins: int = 0, hits: int = 0) -> Workspace:
     """Room for runs of machines with arrays of the same size: states of places, bins of an envelope, impacts."""
     size, balls, planes = gauges.rows.shape[0], gauges.ball_mass.size, gauges.capability.size
     places, supports = gauges.rows.shape[1] // 2, gauges.weight.size // 2
@@ -75,8 +76,8 @@ def desk_for(gauges: Gauges, states: int, bins: int = 0, hits: int = 0) -> Desk:
     def seen(count: int) -> Any:
         return complexes(states, count)
 
-    return Desk(
-        Seen(
+    return Workspace(
+        Observables(
             seen(places), seen(places), seen(supports), seen(planes), seen(planes), seen(1), seen(1),
             np.zeros((states, balls)),
         ),
@@ -93,23 +94,13 @@ def desk_for(gauges: Gauges, states: int, bins: int = 0, hits: int = 0) -> Desk:
     )  # fmt: skip
 
 
-def meetings_of(touches: Sequence[Touch]) -> tuple[Rows, Matrix]:
-    """What an impact means in each contact, and the points of measured restitutions."""
-    rows = MEETING.rows(len(touches))
-    points: list[tuple[float, float]] = []
+def meetings_of(touches: Sequence[Touch]) -> tuple[Rows, Floats]:
+    """What an impact means in each contact, and the laws of restitution of those where that depends on the speed."""
+    rows, laws = MEETING.rows(len(touches)), Tables(law_numbers)
     for row, touch in zip(rows, touches, strict=True):
-        law = touch.rebound
-        row.mass, row.restitution, row.yield_speed = touch.mass, touch.restitution, math.inf
-        row.first, row.falls = len(points), int(law is not None)
-        if law is None:
-            continue
-        row.slowest, row.least = touch.slowest, touch.least
-        if law.yield_speed is not None:
-            row.yield_speed, row.exponent = float(law.yield_speed), float(law.exponent)
-        elif law.speeds:
-            row.points = len(law.speeds)
-            points += [(float(v), float(factor)) for v, factor in zip(law.speeds, law.factors, strict=True)]
-    return rows, np.array(points, np.float64).reshape(-1, 2)
+        row.mass, row.restitution, row.least = touch.mass, touch.restitution, touch.least
+        row.law = laws.first(touch.rebound, touch.restitution, touch.slowest)
+    return rows, laws.numbers
 
 
 def _held(machine: Machine, places: Places, balls: bool) -> int:

@@ -17,20 +17,20 @@ from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import Ball
 from autobalancer.catalog.small_tables import RING, TURNED, TURNED_ECCENTRICITY, ring_eccentricity
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.gauges import Gauges
+from autobalancer.kernels.measures.workspace import MeasureInputs
 from autobalancer.results.number_text import length_text, moment_text
 
 
-def plane_unbalances(assembly: Assembly, gauges: Gauges, time: float, speed: float) -> Complexes:
+def plane_unbalances(assembly: Assembly, gauges: MeasureInputs, time: float, speed: float) -> Complexes:
     """The unbalance that the balls of each plane have to balance so that all planes rest, kg m in the rotor, (P,).
 
     It is what the unbalances do at the planes at this speed, put into these planes; on a planar rotor their sum. nan at
     a critical speed of an undamped rotor.
     """
-    from autobalancer.kernels.measures import response
+    from autobalancer.kernels.measures import observables
 
     found = np.zeros(gauges.capability.size, np.complex128)
-    response.plane_unbalances(assembly.system, gauges, time, speed, desk_for(gauges, 0), found)
+    observables.plane_unbalances(assembly.system, gauges, time, speed, desk_for(gauges, 0), found)
     return found
 
 
@@ -59,7 +59,7 @@ def off_center_unbalances(places: Places, speed: float) -> Complexes:
 
 
 def without_balancing(
-    assembly: Assembly, places: Places, gauges: Gauges, time: float, speed: float
+    assembly: Assembly, places: Places, gauges: MeasureInputs, time: float, speed: float
 ) -> tuple[Floats, Floats]:
     """Greatest vibration of each place, (L,) m, and greatest vibrating force on each support, (S,) N, without balancing.
 
@@ -68,10 +68,10 @@ def without_balancing(
     """
     if places.rubber_rows.size:
         return _on_rubber(places, time, speed)
-    from autobalancer.kernels.measures import response
+    from autobalancer.kernels.measures import observables
 
     vibration, force = np.zeros(len(places.names)), np.zeros(len(places.supports))
-    response.with_balls_held(assembly.system, gauges, time, speed, desk_for(gauges, 0), vibration, force)
+    observables.with_balls_held(assembly.system, gauges, time, speed, desk_for(gauges, 0), vibration, force)
     return vibration, force
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from autobalancer.errors import MachineError
-from autobalancer.kernels.records.drive import HILL, LINEAR
+from autobalancer.kernels.records import HILL, LINEAR
 from autobalancer.machine import Constant, Dwell, Hill, Machine, PrescribedSpeed, Ramp, Reduction, Table
 from autobalancer.machine.machine import Unbalance
 

@@ -31,9 +31,8 @@ from autobalancer.assembly.rotors.reduction import Reducer, Reduction, circular
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError
-from autobalancer.kernels.lanes import LANES
-from autobalancer.kernels.records.hardening import HARDENING
-from autobalancer.kernels.records.rubber import ELASTOPLASTIC, ELEMENT, ENDOCHRONIC, MAXWELL, MOUNT
+from autobalancer.kernels.compiler.simd import LANES
+from autobalancer.kernels.records import ELASTOPLASTIC, ELEMENT, ENDOCHRONIC, HARDENING, MAXWELL, RUBBER_MOUNT
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Bearings, Host, Work, X, Y
 from autobalancer.kernels.system import Rubber as RubberRows
 from autobalancer.machine import (
@@ -357,7 +356,7 @@ def padded_size(size: int) -> int:
     return size + (-size % LANES)
 
 
-# Rubber that softens with the amplitude as the numbers of kernels/host/rubber.py, and its forces at the start.
+# Rubber that softens with the amplitude as the numbers of kernels/host/external_forces.py, and its forces at the start.
 
 
 LAWS = {"elastoplastic": ELASTOPLASTIC, "endochronic": ENDOCHRONIC}
@@ -392,7 +391,7 @@ def element_count(parts: Parts) -> int:
 def rubber_rows(parts: Parts, first_state: int) -> RubberRows:
     """All rubber of a rotor; the forces of its elements begin at ``first_state``."""
     width, count = padded_size(parts.size), len(parts.mounts)
-    found, elements = MOUNT.rows(count), ELEMENT.rows(element_count(parts))
+    found, elements = RUBBER_MOUNT.rows(count), ELEMENT.rows(element_count(parts))
     rows, number = np.zeros((2 * count, width)), 0
     for i, mount in enumerate(parts.mounts):
         rows[2 * i : 2 * i + 2, : parts.size] = mount.rows @ parts.reduction.basis
@@ -441,7 +440,7 @@ def slipping_force(law: int, stiffness: float, give: float) -> float:
 
 
 def _elements(rubber: Rubber) -> list[tuple[int, float, float]]:
-    """Law, stiffness and give of each element, as in :data:`autobalancer.kernels.records.rubber.ELEMENT`."""
+    """Law, stiffness and give of each element, as in :data:`autobalancer.kernels.records.ELEMENT`."""
     found = []
     if rubber.friction is not None:
         law = LAWS[rubber.friction.law]
@@ -453,7 +452,7 @@ def _elements(rubber: Rubber) -> list[tuple[int, float, float]]:
     return found
 
 
-# Bearings that become stiffer as they deflect, as the numbers of kernels/host/hardening.py, and their forces in a run.
+# Bearings that become stiffer as they deflect, as the numbers of kernels/host/external_forces.py, and their forces in a run.
 
 
 def bearings_of(parts: Parts) -> Bearings:

@@ -14,11 +14,9 @@ from autobalancer.assembly.guided import FluidRows, WaveRows, race_harmonics
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError, Problem
-from autobalancer.kernels.called import FRICTION, Called, compiled, in_words, numbers_row
-from autobalancer.kernels.records import resolved as at
-from autobalancer.kernels.records.fluid import NONE
-from autobalancer.kernels.records.friction import SLIP
-from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
+from autobalancer.kernels import records
+from autobalancer.kernels.compiler.callbacks import FRICTION, CompiledFunction, compile_function, in_words, numbers_row
+from autobalancer.kernels.records import FREE, FREE_BALL, NONE, PARTITION, SLIP
 from autobalancer.kernels.system import Floats, Integers, Matrix, Rows, System
 from autobalancer.laws.impacts import damping_ratio, hertz_damping_ratio, hertz_stiffness
 from autobalancer.machine import FrictionLaw, Machine, Race, ResolvedContact
@@ -26,7 +24,7 @@ from autobalancer.machine.plugins import find
 from autobalancer.machine.rebound import Rebound
 from autobalancer.progress import returned
 
-# Contact-resolved balls as rows and states of kernels/records/resolved.py.
+# Contact-resolved balls as rows and states of kernels/records.py.
 
 
 def is_resolved(machine: Machine) -> bool:
@@ -146,7 +144,7 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
 
 def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows: Rows, speed: float) -> Matrix:
     """Balls that roll at their start angles and speeds, pressed on their wall by the ``speed`` of the rotor (rad/s)."""
-    states = np.zeros((len(balls), at.BALL_STATES))
+    states = np.zeros((len(balls), records.BALL_STATES))
     for row, numbers, ball, angle in zip(states, rows, balls, angles, strict=True):
         race = machine.balancers[ball.balancer].races[ball.race]
         assert race.resolved is not None
@@ -159,30 +157,31 @@ def start_states(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows
             beyond = _depth(numbers, force)
         place = (radius + beyond * steep) * cmath.rect(1.0, angle)
         velocity = (slope * cmath.rect(1.0, angle) + 1j * place) * ball.start_speed
-        row[[at.BALL_X, at.BALL_Y]] = place.real, place.imag
-        row[[at.BALL_VX, at.BALL_VY]] = velocity.real, velocity.imag
+        row[[records.BALL_X, records.BALL_Y]] = place.real, place.imag
+        row[[records.BALL_VX, records.BALL_VY]] = velocity.real, velocity.imag
         if race.resolved.start_gap == 0.0:
             along = (velocity * (1j * radius + slope).conjugate() * cmath.rect(1.0, -angle)).real / abs(
                 radius + 1j * slope
             )
-            row[at.BALL_SPIN] = -along / ball.radius
+            row[records.BALL_SPIN] = -along / ball.radius
             if numbers.floor_arm > 0.0:  # on floor and wall at once it turns about their diagonal
                 normal = (radius - 1j * slope) * cmath.rect(1.0, angle) / abs(radius + 1j * slope)
-                row[[at.TUMBLE_X, at.TUMBLE_Y]] = row[at.BALL_SPIN] * normal.real, row[at.BALL_SPIN] * normal.imag
+                spin = row[records.BALL_SPIN]
+                row[[records.TUMBLE_X, records.TUMBLE_Y]] = spin * normal.real, spin * normal.imag
     return states
 
 
 def resolved_scales(balls: tuple[Ball, ...], rows: Rows, speed: float) -> Matrix:
     """Sizes of the states for tolerances, (n, BALL_STATES): depth of contact and its frequency at this speed of the rotor."""
-    scales = np.ones((len(balls), at.BALL_STATES))
+    scales = np.ones((len(balls), records.BALL_STATES))
     for scale, row, ball in zip(scales, rows, balls, strict=True):
         force = max(ball.moment * speed**2, 10.0 * ball.effective_mass)
         power = 1.5 if row.hertz else 1.0
         depth = _depth(row, force)
         frequency = math.sqrt(power * force / depth / relative_mass(ball))
-        scale[[at.BALL_X, at.BALL_Y, at.HOLD]] = depth
-        scale[[at.BALL_VX, at.BALL_VY]] = depth * frequency
-        scale[[at.BALL_SPIN, at.TUMBLE_X, at.TUMBLE_Y]] = depth * frequency / ball.radius
+        scale[[records.BALL_X, records.BALL_Y, records.HOLD]] = depth
+        scale[[records.BALL_VX, records.BALL_VY]] = depth * frequency
+        scale[[records.BALL_SPIN, records.TUMBLE_X, records.TUMBLE_Y]] = depth * frequency / ball.radius
     return scales
 
 
@@ -195,7 +194,7 @@ def ball_states(states: Matrix, system: System, rotor_size: int) -> Any:
     """The states of the balls alone, (times, n, BALL_STATES)."""
     count = system.ball_count
     first = 2 + 2 * rotor_size + 2 * count
-    return states[:, first : first + count * at.BALL_STATES].reshape(-1, count, at.BALL_STATES)
+    return states[:, first : first + count * records.BALL_STATES].reshape(-1, count, records.BALL_STATES)
 
 
 # Walls and partitions of races with contact-resolved balls: room, stiffness, shape.
@@ -382,21 +381,21 @@ def _law(machine: Machine, ball: Ball) -> tuple[ResolvedContact, FrictionLaw]:
 
 
 @lru_cache(maxsize=256)
-def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -> Called:
+def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -> CompiledFunction:
     """The compiled law of a ball: a number everywhere, against the slip, and nothing without it."""
     function = getattr(type(law), "coefficient", None)
     if function is None:
         raise MachineError("has no 'coefficient'; write it as a static method: coefficient(at, own) -> float")
     asked = function, tuple(law.numbers()), FRICTION
     try:
-        made = compiled(*asked)
+        made = compile_function(*asked)
     except Exception as reason:
         raise MachineError(f"does not compile: {in_words(reason, *asked)}") from None
     returned(lambda: _refuse_driving(law, made, sliding, slip_speed, radius), f"the friction law {law.word()!r}")
     return made
 
 
-def _refuse_driving(law: FrictionLaw, made: Called, sliding: float, slip_speed: float, radius: float) -> None:
+def _refuse_driving(law: FrictionLaw, made: CompiledFunction, sliding: float, slip_speed: float, radius: float) -> None:
     """Refuse a law that is not a number somewhere, or drives a ball."""
     own, greatest = numbers_row(law.numbers()), 0.0
     for pressed in PRESSED:

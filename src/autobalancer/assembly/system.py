@@ -54,8 +54,9 @@ from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.assembly.torsion import is_linked, links_of, scale_of_links, start_of_links
 from autobalancer.catalog.resolve import Ball, occupied_angle, planar_rotor, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.records import resolved as at
-from autobalancer.kernels.records.drive import (
+from autobalancer.kernels import records as at
+from autobalancer.kernels.records import (
+    BALL_STATES,
     COUPLING,
     HILL,
     LINEAR,
@@ -68,7 +69,6 @@ from autobalancer.kernels.records.drive import (
     SHAKE,
     TORQUE,
 )
-from autobalancer.kernels.records.resolved import BALL_STATES
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, Planar, Rows, System, X, Y
 from autobalancer.machine import (
     AsynchronousDrive,
@@ -328,7 +328,7 @@ def critical_speeds(rotor: Planar) -> list[float]:
     return sorted({math.sqrt(k / rotor.mass) for k in (rotor.stiffness_x, rotor.stiffness_y)})
 
 
-# What shakes the machine, as rows of kernels/records/drive.py.
+# What shakes the machine, as rows of kernels/records.py.
 
 
 def excitations(machine: Machine, parts: Parts, width: int, tables: FluidRows) -> tuple[Rows, Matrix]:
@@ -388,7 +388,7 @@ def _with_silence(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     return times, values
 
 
-# Drive and unbalance of a machine over time, as the segments of kernels/records/drive.py.
+# Drive and unbalance of a machine over time, as the segments of kernels/records.py.
 
 
 def drive_of(machine: Machine, first_state: int = 0) -> Drive:

@@ -10,7 +10,7 @@ import numpy as np
 from autobalancer.assembly.contact import is_rigid, least_rebound, parallel, restitution
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import Ball
-from autobalancer.kernels.records import impacts as of
+from autobalancer.kernels import records
 from autobalancer.laws.impacts import LEAST, rebound
 from autobalancer.machine import Machine, Race
 from autobalancer.machine.rebound import Rebound
@@ -37,10 +37,10 @@ def with_touches(machine: Machine, assembly: Assembly) -> tuple[Assembly, tuple[
     touches = touches_of(machine, assembly)
     if not touches:
         return assembly, ()
-    rows = of.TOUCH.rows(len(touches))
+    rows = records.TOUCH.rows(len(touches))
     for row, touch in zip(rows, touches, strict=True):
         row.kind, row.one, row.other, row.known = touch.kind, touch.one, touch.other, -1
-    room = {"touches": rows, "impacts": of.IMPACT.rows(ROOM), "impact_count": np.zeros(1, np.int64)}
+    room = {"touches": rows, "impacts": records.IMPACT.rows(ROOM), "impact_count": np.zeros(1, np.int64)}
     return replace(assembly, system=assembly.system._replace(**room)), touches
 
 
@@ -58,10 +58,12 @@ def _guided(machine: Machine, assembly: Assembly) -> list[Touch]:
             j = int(contact.next)
             other = assembly.balls[j]
             mass = parallel(one.inertia, other.inertia) / contact.pace**2
-            found.append(Touch(of.NEXT, i, j, mass, *_meeting(race, one, other), least=least))
+            found.append(Touch(records.NEXT, i, j, mass, *_meeting(race, one, other), least=least))
         if contact.wall_hard > 0.0 or contact.wall_rigid > 0:
             mass = one.inertia / contact.wall_pace**2
-            found += [Touch(kind, i, -1, mass, *_meeting(race, one), least=least) for kind in (of.BEHIND, of.AHEAD)]
+            found += [
+                Touch(kind, i, -1, mass, *_meeting(race, one), least=least) for kind in (records.BEHIND, records.AHEAD)
+            ]
     return found
 
 
@@ -73,16 +75,16 @@ def _resolved(machine: Machine, assembly: Assembly) -> list[Touch]:
         assert law is not None
         damped = free.wall_damping / (2.0 * math.sqrt(free.wall_stiffness * mass))  # with 'damping', of a linear spring
         told = float(law.restitution) if law.restitution is not None else rebound(damped)
-        found.append(Touch(of.WALL, i, -2, mass, told, law.rebound, least_rebound(law.rebound, one)))
+        found.append(Touch(records.WALL, i, -2, mass, told, law.rebound, least_rebound(law.rebound, one)))
         if np.isfinite(free.gap):
-            found.append(replace(found[-1], kind=of.INNER))
+            found.append(replace(found[-1], kind=records.INNER))
         if race.partitions is not None:
-            found.append(Touch(of.SIDES, i, -1, mass, *_meeting(race, one)))
+            found.append(Touch(records.SIDES, i, -1, mass, *_meeting(race, one)))
         for j in range(i + 1, len(assembly.balls)):
             other, its = assembly.balls[j], assembly.system.free_balls[j]
             if free.race >= 0 and free.race == its.race:
                 reduced = parallel(mass, float(its.mass + its.extra))
-                found.append(Touch(of.BALL, i, j, reduced, *_meeting(race, one, other)))
+                found.append(Touch(records.OTHER_BALL, i, j, reduced, *_meeting(race, one, other)))
     return found
 
 

@@ -16,9 +16,8 @@ from autobalancer.flow.choice import Expected
 from autobalancer.flow.result import Progress as TrackProgress
 from autobalancer.flow.result import Solved, Track
 from autobalancer.flow.speed import WallSpeed
-from autobalancer.kernels.flow import spectral_arrays as kernel
-from autobalancer.kernels.flow.spectral import march as march_steps
-from autobalancer.kernels.flow.spectral_terms import remember
+from autobalancer.kernels import annulus_flow
+from autobalancer.kernels.annulus_flow import integrate_flow, remember
 
 Progress = Callable[[float, float], None]
 Fields = tuple[Floats, Floats, Floats, float, float]
@@ -217,7 +216,7 @@ def seconds(seen: Expected, points: tuple[int, int]) -> float:
     return float(steps / 0.56 * (STEP[0] + STEP[1] * (points[0] * points[1]) ** 1.5))
 
 
-# The full equations by Chebyshev collocation: state, and the time integration in ``kernels/flow/spectral.py``.
+# The full equations by Chebyshev collocation: state, and the time integration in ``kernels/annulus_flow.py``.
 
 
 FIRST = 0.05  # first step over the diffusion time of the narrowest cell
@@ -252,7 +251,7 @@ class SpectralFlow:
         self._families = grid.r.family(smooth=smooth), *(grid.z.family(part, smooth=smooth) for part in self._parities)
         self._plan = self._make_plan()
         self._state = _state(self._plan)
-        self._clock = np.zeros(kernel.CLOCK)
+        self._clock = np.zeros(annulus_flow.CLOCK)
         self.swirl = self.walls.copy()  # g = r^2 (W - w), m^2/s; (radius, height)
         self.vorticity = np.zeros_like(self.swirl)  # q = r eta, m/s
         self.stream = np.zeros_like(self.swirl)  # psi, m^3/s
@@ -317,36 +316,36 @@ class SpectralFlow:
         self._begin(first, speed.before)
         narrow = min(float(np.diff(self.radius).min()), float(np.diff(self.height).min()))
         step = min(fixed or FIRST * narrow**2 / self.annulus.viscosity, end)
-        clock[kernel.LENGTH] = step
-        clock[kernel.LEAST] = LEAST * min(step, 1.0 / max(speed.fastest(end), 1e-300))
+        clock[annulus_flow.LENGTH] = step
+        clock[annulus_flow.LEAST] = LEAST * min(step, 1.0 / max(speed.fastest(end), 1e-300))
         track = Track()
         track.note(0.0, first, speed.before - first)
         if 0.0 in stops:
             at_stop(0.0)
         record, corners = np.empty((CHUNK, 3)), set(speed.corners(end))
         for mark in sorted({*(t for t in stops if 0.0 < t < end), *corners, end}):
-            piece = speed.piece(float(clock[kernel.TIME]))
+            piece = speed.piece(float(clock[annulus_flow.TIME]))
             numbers = np.array(piece.numbers, np.float64)
-            while clock[kernel.TIME] < mark:
-                done = march_steps(
+            while clock[annulus_flow.TIME] < mark:
+                done = integrate_flow(
                     self._plan, self._state, clock, piece.start, float(piece.kind), numbers, mark, fixed, goal, self.order, record
                 )  # fmt: skip
                 for time, w, lag in record[:done].tolist():
                     track.note(time, w, lag)
-                if clock[kernel.LOST]:
+                if clock[annulus_flow.LOST]:
                     raise QuestionError(
-                        f"the flow solver cannot continue past {clock[kernel.TIME]:.4g} s with steps of "
-                        f"{clock[kernel.LENGTH]:.2g} s: the flow is not resolved; take more 'points'"
+                        f"the flow solver cannot continue past {clock[annulus_flow.TIME]:.4g} s with steps of "
+                        f"{clock[annulus_flow.LENGTH]:.2g} s: the flow is not resolved; take more 'points'"
                     )
                 if progress is not None:
-                    progress(float(clock[kernel.TIME]), end)
+                    progress(float(clock[annulus_flow.TIME]), end)
             if mark in stops or mark == end:
                 self._gather()
             if mark in stops:
                 at_stop(mark)
             if mark in corners:  # the rate of the speed jumps, so the past is of no use
-                clock[kernel.KNOWN], clock[kernel.LENGTH] = 1.0, step
-        track.steps, track.rejected = int(clock[kernel.ACCEPTED]), int(clock[kernel.REJECTED])
+                clock[annulus_flow.KNOWN], clock[annulus_flow.LENGTH] = 1.0, step
+        track.steps, track.rejected = int(clock[annulus_flow.ACCEPTED]), int(clock[annulus_flow.REJECTED])
         return track
 
     def _begin(self, speed: float, fluid_speed: float) -> None:
@@ -356,7 +355,7 @@ class SpectralFlow:
         for part in state:
             part[...] = 0.0
         clock[:] = 0.0
-        clock[kernel.KNOWN], clock[kernel.WAVES] = 1.0, float(self.waves)
+        clock[annulus_flow.KNOWN], clock[annulus_flow.WAVES] = 1.0, float(self.waves)
         state.g[0] = self.radius[1:-1, None] ** 2 * (fluid_speed - speed)
         state.g_share[0] = r.forward @ state.g[0] @ even.forward.T
         state.a[:] = state.g_share[0] @ plan.even_backward
@@ -366,7 +365,7 @@ class SpectralFlow:
     def _gather(self) -> None:
         """The fields with their walls, from the present level."""
         r, _, odd = self._families
-        state, level, parities = self._state, int(self._clock[kernel.HEAD]), self._parities
+        state, level, parities = self._state, int(self._clock[annulus_flow.HEAD]), self._parities
         stream = r.backward @ state.psi_share @ odd.backward.T
         vorticity = r.backward @ state.q_share[level] @ odd.backward.T
         self.swirl, self.vorticity, self.stream = (
@@ -389,7 +388,7 @@ class SpectralFlow:
         edge = np.zeros((inner.shape[0], 1))
         return inner if parity == 0 else self.grid.z.unfold(np.concatenate([edge, inner], axis=1), parity)[:, 1:-1]
 
-    def _make_plan(self) -> kernel.Plan:
+    def _make_plan(self) -> annulus_flow.Plan:
         grid, annulus = self.grid, self.annulus
         r, even, odd = self._families
         parity = self._parities[0]
@@ -435,7 +434,7 @@ class SpectralFlow:
             "right": right,
             "left": left,
         }
-        return kernel.Plan(
+        return annulus_flow.Plan(
             **{key: np.ascontiguousarray(value, np.float64) for key, value in arrays.items()},
             viscosity=annulus.viscosity,
             orbit_wall=float(at_r @ edge @ at_z),
@@ -454,16 +453,16 @@ def _corners(c: Matrix, d: Matrix, p: Matrix, s: Matrix) -> tuple[Matrix, Matrix
     return right, left
 
 
-def _state(plan: kernel.Plan) -> kernel.State:
+def _state(plan: annulus_flow.Plan) -> annulus_flow.State:
     (m, n), lids = plan.odd_rates.shape, plan.d.shape[0]
     size = 2 * n + lids * m
     shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
-        ("g", "g_share", "q_share", "g_rate", "q_rate", "g_wave", "q_wave"), (kernel.LEVELS, m, n)
+        ("g", "g_share", "q_share", "g_rate", "q_rate", "g_wave", "q_wave"), (annulus_flow.LEVELS, m, n)
     )
     shapes |= {"green": (m, n, n), "block": (n, n), "influence": (size, size), "weights": (3, 5)}
-    shapes |= {"q_side": (2, n), "q_lid": (lids, m), "speeds": (kernel.LEVELS,), "pivots": (max(size, n),)}
+    shapes |= {"q_side": (2, n), "q_lid": (lids, m), "speeds": (annulus_flow.LEVELS,), "pivots": (max(size, n),)}
     shapes |= dict.fromkeys(("rows", "columns", "unknown"), (size,))
-    return kernel.State(**{name: np.zeros(shapes.get(name, (m, n))) for name in kernel.State._fields})
+    return annulus_flow.State(**{name: np.zeros(shapes.get(name, (m, n))) for name in annulus_flow.State._fields})
 
 
 # Chebyshev collocation on one coordinate, whole or folded at its middle, with D2 of that direction diagonalized.

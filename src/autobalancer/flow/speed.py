@@ -14,15 +14,15 @@ from scipy.interpolate import CubicHermiteSpline
 from autobalancer.assembly.guided import uniform_table
 from autobalancer.assembly.profile import Piece, SpeedProfile, profile_pieces
 from autobalancer.flow.annulus import Floats
-from autobalancer.kernels.flow.speed import RECORD
-from autobalancer.kernels.records.drive import HILL
+from autobalancer.kernels.annulus_flow import RECORD
+from autobalancer.kernels.records import HILL
 from autobalancer.machine import Constant
 from autobalancer.units import texts_argument
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A speed known at instants, as one piece; ``numbers`` as ``kernels/flow/speed.py`` has them."""
+    """A speed known at instants, as one piece; ``numbers`` as ``kernels/annulus_flow.py`` has them."""
 
     start: float
     kind: int

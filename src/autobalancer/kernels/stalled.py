@@ -16,8 +16,9 @@ import math
 
 from numba import float64, int64, types
 
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import COMPILED, MERGED
 from autobalancer.kernels.fields import Field, Record
-from autobalancer.kernels.flags import COMPILED, MERGED, njit
 from autobalancer.kernels.system import matrix_type, vector_type
 
 GROUP = Record(
@@ -70,6 +71,7 @@ def _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes) 
     speed = math.exp(x[count] / scale)
     v = speed / (1.0 + math.exp(x[0]))
     slip = v * math.exp(x[0])
+    # dynamic stiffness at the whirl, and its slope
     for i in range(n):
         for j in range(n):
             turning = rotor[DAMPING, i, j] + speed * rotor[GYROSCOPIC, i, j]
@@ -77,6 +79,7 @@ def _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes) 
             rotor[SLOPE, i, j] = 1j * turning - 2.0 * v * rotor[MASS, i, j]
     inverse = rotor[INVERSE]
     _invert(rotor[DYNAMIC], inverse, n)
+    # motion by the push of each group, and how each group feels it
     for g in range(count):
         for i in range(n):
             load, read = 0.0j, 0.0j
@@ -84,6 +87,7 @@ def _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes) 
                 load += inverse[i, j] * push[j, g]
                 read += seen[g, j] * inverse[j, i]
             after[i, g], before[g, i] = load, read
+    # power that the whirl takes from each group, against what its drag gives
     for p in range(count):
         group, phase = groups[p], 0.0 if p == 0 else x[p]
         factor = -(1.0 + 1j * group.rolling) * group.moment * v**4 * complex(math.cos(phase), -math.sin(phase))

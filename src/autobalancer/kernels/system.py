@@ -24,16 +24,35 @@ import numpy as np
 from numba import typeof, types
 from numpy.typing import NDArray
 
-from autobalancer.kernels.pointers import pointer_to
-from autobalancer.kernels.records.drive import LINK, PRESCRIBED, RIPPLE, SEGMENT, SHAKE, TORQUE
-from autobalancer.kernels.records.fluid import LINE, POINT, RELAXATION, TABLE
-from autobalancer.kernels.records.forces import FORCE, PLACE
-from autobalancer.kernels.records.friction import SLIP
-from autobalancer.kernels.records.guided import BALL, CONTACT, GUIDED, TIE, WAVE
-from autobalancer.kernels.records.hardening import HARDENING
-from autobalancer.kernels.records.impacts import IMPACT, TOUCH
-from autobalancer.kernels.records.resolved import FREE, FREE_BALL, PARTITION
-from autobalancer.kernels.records.rubber import ELEMENT, MOUNT
+from autobalancer.kernels.compiler.numba_struct import passed_by_address, pointer_to, value_type
+from autobalancer.kernels.records import (
+    BALL,
+    CONTACT,
+    ELEMENT,
+    FORCE,
+    FREE,
+    FREE_BALL,
+    GUIDED,
+    HARDENING,
+    IMPACT,
+    LINE,
+    LINK,
+    PARTITION,
+    PLACE,
+    POINT,
+    PRESCRIBED,
+    RELAXATION,
+    RIPPLE,
+    RUBBER_MOUNT,
+    SEGMENT,
+    SHAKE,
+    SLIP,
+    TABLE,
+    TIE,
+    TORQUE,
+    TOUCH,
+    WAVE,
+)
 
 X, Y, VX, VY, THETA, SPEED, BALLS = 0, 1, 2, 3, 4, 5, 6
 
@@ -122,7 +141,7 @@ class Fluid(NamedTuple):
 class Rubber(NamedTuple):
     """Rubber that slides and relaxes, beside the springs of a linear rotor."""
 
-    mounts: Rows = MOUNT.rows(0)
+    mounts: Rows = RUBBER_MOUNT.rows(0)
     elements: Rows = ELEMENT.rows(0)
     rows: Matrix = np.zeros((0, 0))  # (2 mounts, W) B: the stretch of each along x and y
     reach: Matrix = np.zeros((0, 0))  # (2 mounts, W) B M^-1
@@ -143,8 +162,8 @@ class Rigid(NamedTuple):
     """Rigid contacts of guided balls, and work space for c of them at one instant; empty where contacts are soft."""
 
     bound: Integers = np.zeros(2, np.int64)  # (2,) how many balls are held by contacts now; changes at one instant
-    margin: Floats = np.zeros(5)  # (5,) of contact torques: balls/rigid/torques.py
-    kinds: Integers = np.zeros(0, np.int64)  # (c,) of the contacts that are closed: records/impacts.py
+    margin: Floats = np.zeros(5)  # (5,) of contact torques: balls/rigid_torques.py
+    kinds: Integers = np.zeros(0, np.int64)  # (c,) of the contacts that are closed: records.py
     balls: Integers = np.zeros(0, np.int64)  # (c,) number of the ball
     chosen: Integers = np.zeros(0, np.int64)  # (c,) 1: takes part
     active: Integers = np.zeros(0, np.int64)  # (c,) 1: presses
@@ -159,6 +178,7 @@ class Rigid(NamedTuple):
     missed: Floats = np.zeros(0)  # (w,) by how much a guess of it was wrong
 
 
+@passed_by_address
 class System(NamedTuple):
     """Parameters of the equations of motion, SI, and their work space. What a machine does not have is empty."""
 
@@ -210,4 +230,4 @@ integers_type = types.Array(types.int64, 1, "C")
 system_type = typeof(System(0, 0.0, 0.0, 0.0, 0, Drive()))
 numbers_type = types.CPointer(types.float64)
 rhs_type = types.FunctionType(types.void(types.float64, numbers_type, numbers_type, types.voidptr))
-system_at = pointer_to(system_type)
+system_at = pointer_to(value_type(system_type))

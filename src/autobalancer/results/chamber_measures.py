@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.limits import RUN_UP
+from autobalancer.kernels.measures.columns_of_measures import RUN_UP
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.chamber_shape import bodies_of, chambers_of, unbalance_of

@@ -11,8 +11,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.kernels.measures.columns import COLUMNS, SINCE_RELEASE, WIDTH
-from autobalancer.kernels.measures.limits import COUNT, IMPULSE, LATE_POWER, LATE_RATE, POWER, SPEED
+from autobalancer.kernels.measures.columns_of_measures import (
+    COLUMNS,
+    OF_COUNT,
+    OF_IMPULSE,
+    OF_LATE_POWER,
+    OF_LATE_RATE,
+    OF_POWER,
+    OF_SPEED,
+    SINCE_RELEASE,
+    WIDTH,
+)
 from autobalancer.results.places import sizes
 from autobalancer.results.recorded import SETTLING_FROM, Recorded
 from autobalancer.results.series import (
@@ -252,20 +261,20 @@ MEASURES = (
         "",
         "",
         "impacts of balls on each other, partitions and walls",
-        lambda r: r.noise[COUNT],
+        lambda r: r.noise[OF_COUNT],
         needs="impacts",
     ),
-    Measure("impact_speed", "m/s", "", "mean speed of the impacts", lambda r: r.noise[SPEED], needs="impacts"),
+    Measure("impact_speed", "m/s", "", "mean speed of the impacts", lambda r: r.noise[OF_SPEED], needs="impacts"),
     Measure(
         "impact_power",
         *("W", "", "mean power that impacts dissipate over the run"),
-        lambda r: r.noise[POWER],
+        lambda r: r.noise[OF_POWER],
         needs="impacts",
     ),
     Measure(
         "greatest_impulse",
         *("N s", "", "impulse of the hardest impact"),
-        lambda r: r.noise[IMPULSE],
+        lambda r: r.noise[OF_IMPULSE],
         needs="impacts",
     ),
     Measure(
@@ -273,13 +282,13 @@ MEASURES = (
         "1/s",
         "",
         "impacts a second at the end of the run",
-        lambda r: r.noise[LATE_RATE],
+        lambda r: r.noise[OF_LATE_RATE],
         needs="impacts",
     ),
     Measure(
         "late_impact_power",
         *("W", "", "power that impacts dissipate at the end of the run"),
-        lambda r: r.noise[LATE_POWER],
+        lambda r: r.noise[OF_LATE_POWER],
         needs="impacts",
     ),
     Measure(

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.limits import LAST, SETTLED
+from autobalancer.kernels.measures.columns_of_measures import LAST, SETTLED
 from autobalancer.results.answers.answer import SOURCE, Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.measure_table import HERE, label_of, measured

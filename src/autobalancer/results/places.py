@@ -250,7 +250,7 @@ def whole_turns(run: xr.Dataset) -> slice:
 
 def turns_of(angle: Floats) -> slice:
     """The part of rotor angles at equal steps that makes whole revolutions up to the end; empty if there is none."""
-    from autobalancer.kernels.measures.seen import turns_of as counted
+    from autobalancer.kernels.measures.observables import turns_of as counted
 
     return slice(angle.size - counted(plain(angle)), angle.size)
 
@@ -260,30 +260,30 @@ def moved(z: Complexes, v: Complexes, mean: Complexes) -> tuple[Floats, Floats, 
 
     The rms are those along the direction in which they are greatest.
     """
-    from autobalancer.kernels.measures import motion
+    from autobalancer.kernels.measures import record_series
 
     found = np.empty((3, z.shape[1]))
-    motion.moved(complexes(z), complexes(v), z.shape[0], complexes(mean), found)
+    record_series.moved(complexes(z), complexes(v), z.shape[0], complexes(mean), found)
     return found[0], found[1], found[2]
 
 
 def sizes(z: Complexes) -> Floats:
     """Size of x + i y."""
-    from autobalancer.kernels.measures import motion
+    from autobalancer.kernels.measures import record_series
 
     given = complexes(z)
     found = np.empty(given.shape)
-    motion.sizes(given.ravel(), found.ravel())
+    record_series.sizes(given.ravel(), found.ravel())
     return found
 
 
 def directions(z: Complexes) -> Floats:
     """Angle of x + i y, rad."""
-    from autobalancer.kernels.measures import motion
+    from autobalancer.kernels.measures import record_series
 
     given = complexes(z)
     found = np.empty(given.shape)
-    motion.directions(given.ravel(), found.ravel())
+    record_series.directions(given.ravel(), found.ravel())
     return found
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.limits import LAST, OF_IMPACTS, RELEASE, RUN_UP, SETTLED
+from autobalancer.kernels.measures.columns_of_measures import LAST, OF_IMPACTS, RELEASE, RUN_UP, SETTLED
 from autobalancer.results.places import Complexes, moved, sizes
 from autobalancer.results.series import (
     creeps,
@@ -65,9 +65,9 @@ def impacts_of(run: xr.Dataset) -> Impacts | None:
 def noise_of(found: Impacts, end: float) -> Floats:
     """Number, mean speed (m/s), power (W), greatest impulse (N s); rate (1/s) and power at the end of a run of ``end`` seconds.
 
-    They are in the order of kernels/measures/limits.py, from COUNT to LATE_POWER.
+    They are in the order of kernels/measures/columns_of_measures.py, from COUNT to LATE_POWER.
     """
-    from autobalancer.kernels.measures.impacts import impact_measures
+    from autobalancer.kernels.measures.record_series import impact_measures
 
     measured = np.empty(OF_IMPACTS)
     time, speed, lost, impulse = map(plain, (found.time, found.speed, found.lost, found.impulse))

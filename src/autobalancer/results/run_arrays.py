@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.limits import LAST
+from autobalancer.kernels.measures.columns_of_measures import LAST
 from autobalancer.results.places import Floats, plane_sizes, turns_of
 from autobalancer.results.recorded import SETTLING_FROM, Balls, Bins, Links, Recorded, impacts_of
 from autobalancer.results.series import NONE, lifted_from, load_of, standing_in, wrapped

@@ -1,4 +1,4 @@
-"""The numbers behind the measures of one run, asked of the compiled functions of kernels/measures/series.py that sweeps use, too.
+"""The numbers behind the measures of one run, asked of compiled functions that sweeps use, too.
 
 They are loaded when something is measured, not when measures are named.
 """
@@ -17,15 +17,21 @@ from autobalancer.machine import Machine
 
 Floats = NDArray[np.float64]
 
-ORIGINS = ("", "start", "jump", "end of the run-up", "release")  # in the order of kernels/measures/limits.py
+ORIGINS = (
+    "",
+    "start",
+    "jump",
+    "end of the run-up",
+    "release",
+)  # in the order of kernels/measures/columns_of_measures.py
 
 
 @cache
 def compiled() -> Any:
     """The compiled functions."""
-    from autobalancer.kernels.measures import series
+    from autobalancer.kernels.measures import record_series
 
-    return series
+    return record_series
 
 
 def plain(values: ArrayLike) -> Floats:
@@ -99,8 +105,7 @@ def end_of_run_up(time: Floats, rotor_speed: Floats, start: float) -> float:
 def origin_of(after: float, cause: int, start: float, end: float, jumps: Sequence[float] = ()) -> tuple[float, str]:
     """From when (s) settling counts in a run from ``start`` to ``end``, and what happened then.
 
-    That is ``after`` (nan if there is none; ``cause`` is of kernels/measures/limits.py) or a jump of the unbalance, if that is
-    later.
+    That is ``after`` (nan if there is none; ``cause`` is one of those of sweeps) or a jump of the unbalance, if that is later.
     """
     begin, code = compiled().origin_of(after, cause, start, end, plain(list(jumps)))
     return float(begin), ORIGINS[code]
@@ -217,12 +222,12 @@ def standing(z: Complexes, rotor: Floats, balls: Floats, load: str) -> Complexes
     found = np.zeros(z.shape[1], np.complex128)
     if load == NONE:
         return found
-    from autobalancer.kernels.measures import motion
+    from autobalancer.kernels.measures import record_series
 
     count, columns = z.shape[0], 1 + 2 * (1 + balls.shape[1])
     work = np.zeros((max(count, columns), columns + z.shape[1] + 1), np.complex128)
     small = np.zeros((columns, columns + z.shape[1]), np.complex128)
-    motion.standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, found)
+    record_series.standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, found)
     return found
 
 

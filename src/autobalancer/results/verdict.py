@@ -13,8 +13,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.limits import LAST, SETTLED, SPEED_CHANGES, VIBRATION_CHANGES
-from autobalancer.kernels.measures.limits import LIMITS as MEASURES_LIMITS
+from autobalancer.kernels.measures.columns_of_measures import LAST, SETTLED, SPEED_CHANGES, VIBRATION_CHANGES
+from autobalancer.kernels.measures.columns_of_measures import LIMITS as MEASURES_LIMITS
 from autobalancer.laws.capabilities import balance_grade, grade_name
 from autobalancer.results.measures import peak_deflection, settling_time
 from autobalancer.results.number_text import (
@@ -503,13 +503,20 @@ Floats = NDArray[np.float64]
 
 BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
 NO_VERDICT, NOT_SETTLED = "no verdict", "not settled yet"
-WORDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, NOT_SETTLED)  # in the order of kernels/measures/limits.py
+WORDS = (
+    BALANCED,
+    PARTLY,
+    NOT,
+    WORSE,
+    NO_VERDICT,
+    NOT_SETTLED,
+)  # in the order of kernels/measures/columns_of_measures.py
 LIMITS = tuple(zip(MEASURES_LIMITS, WORDS[:3], strict=True))
 
 
 def verdict_word(ratio: float) -> str:
     """The word for the vibration with balls over that without; ``"no verdict"`` for nan."""
-    from autobalancer.kernels.measures.verdict import class_of
+    from autobalancer.kernels.measures.record_series import class_of
 
     return WORDS[class_of(ratio)]
 
@@ -535,7 +542,7 @@ def unsteady(course: Course, vibration: float, without_balls: float) -> tuple[st
     ``vibration`` is the greatest of all places, ``without_balls`` that without balls (m): below a tenth of it a vibration may
     change.
     """
-    from autobalancer.kernels.measures.verdict import REVOLUTIONS, changing, too_short, twentieth
+    from autobalancer.kernels.measures.record_series import REVOLUTIONS, changing, too_short, twentieth
 
     envelope = plain(course.envelope_time), plain(course.low), plain(course.high)
     before, after = (twentieth(*envelope, course.end, begin, course.centered) for begin in (0.9, 0.95))

@@ -11,9 +11,9 @@ import numpy as np
 
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.integrators.memory import NEXT_TURN, Memory
-from autobalancer.kernels.integrators.passages import GREATEST, LENGTH, SUM
-from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.integrators.dense_output import GREATEST, LENGTH, SUM
+from autobalancer.kernels.integrators.integrator_state import NEXT_TURN, Memory
+from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.system import BALLS, SPEED, THETA, X, Y
 from autobalancer.units import to_si
 
@@ -216,7 +216,7 @@ class Event:
         return f"{self.quantity}{ball}{way} through {float(self.level):g}"
 
     def quantity_of(self, balls: int) -> tuple[int, int, int]:
-        """The quantity of a machine with so many balls, and its components of the state: kernels/integrators/passages.py."""
+        """The quantity of a machine with so many balls, and its components of the state: kernels/integrators/dense_output.py."""
         own = BALLS + balls + (self.ball or 1) - 1
         return {
             "deflection": (LENGTH, X, Y),

@@ -15,9 +15,9 @@ from autobalancer.assembly.rotors.hardening import central_force
 from autobalancer.assembly.system import Assembly, equal_groups
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.catalog.small_tables import NONE_GIVEN
-from autobalancer.kernels.integrators.memory import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
-from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.measures.limits import FASTEST
+from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
+from autobalancer.kernels.integrators.recording import Record
+from autobalancer.kernels.measures.columns_of_measures import FASTEST
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.laws.adherence import held_whirl
 from autobalancer.laws.drag_coefficient import range_record, stokes_record

@@ -23,10 +23,10 @@ from autobalancer.assembly.touches import Touch, with_touches
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.kernels.integrators.memory import ACCEPTED, EVENTS_SEEN, NEXT_SAMPLE, TIME
-from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, NEXT_SAMPLE, TIME
+from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, NOT_FINITE, RUNNING, STEP_TOO_SMALL
-from autobalancer.kernels.records.impacts import IMPACT
+from autobalancer.kernels.records import IMPACT
 from autobalancer.kernels.system import SPEED, System
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
@@ -414,10 +414,10 @@ class Noted:
         if not self._touches:
             return None
         rows = np.concatenate([IMPACT.rows(0), *self._kept])
-        from autobalancer.kernels.measures.impacts import all_meant
+        from autobalancer.kernels.measures.record_series import losses_and_impulses
 
         touch, meant = np.array(rows["touch"], np.int64), np.zeros((2, rows.size))
-        all_meant(rows, *meetings_of(self._touches), meant)
+        losses_and_impulses(rows, *meetings_of(self._touches), meant)
         partners = np.array([(touch.one + 1, touch.other + 1) for touch in self._touches])  # 0: partition, -1: wall
         return Impacts(
             time=np.array(rows["time"], np.float64),

@@ -15,15 +15,19 @@ from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.rotors import couple_vector
 from autobalancer.assembly.system import Assembly
 from autobalancer.assembly.torsion import link_names
-from autobalancer.kernels.balls.normal_forces import normal_forces
-from autobalancer.kernels.derivatives import derivatives
-from autobalancer.kernels.integrators.memory import EVENTS_SEEN, NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
-from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.measures.gauges import HELD, Gauges, Seen
-from autobalancer.kernels.measures.limits import FASTEST, UNKNOWN
-from autobalancer.kernels.records.drive import COUPLING
-from autobalancer.kernels.records.fluid import NONE
-from autobalancer.kernels.records.resolved import BALL_SPIN, BALL_X, BALL_Y
+from autobalancer.kernels.derivatives import derivatives, normal_forces
+from autobalancer.kernels.integrators.integrator_state import (
+    EVENTS_SEEN,
+    NEXT_BIN,
+    NEXT_SAMPLE,
+    NEXT_TURN,
+    TIME,
+    Memory,
+)
+from autobalancer.kernels.integrators.recording import Record
+from autobalancer.kernels.measures.columns_of_measures import FASTEST, UNKNOWN
+from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, Observables
+from autobalancer.kernels.records import BALL_SPIN, BALL_X, BALL_Y, COUPLING, NONE
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matrix, System, X, Y
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.run import Run
@@ -117,7 +121,7 @@ def whole_bins(record: Record, state: Memory) -> tuple[Floats, Floats, Floats, M
     return edges, record.bin_low[:bins], record.bin_high[:bins], states
 
 
-def _states(states: Matrix, seen: Seen, assembly: Assembly) -> dict[str, Any]:
+def _states(states: Matrix, seen: Observables, assembly: Assembly) -> dict[str, Any]:
     z = deflection(states, assembly)
     angle, speed = ball_motion(states, assembly)
     unbalance, residual = seen.unbalance[:, 0], seen.left[:, 0]
@@ -144,7 +148,7 @@ def ball_motion(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     angle, speed = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
     if not assembly.resolved:
         return angle, speed
-    from autobalancer.kernels.measures.seen import ball_motion as resolved_motion
+    from autobalancer.kernels.measures.observables import ball_motion as resolved_motion
 
     angle, speed = np.empty((len(states), n)), np.empty((len(states), n))
     resolved_motion(np.ascontiguousarray(states), n, assembly.places.shape[2], 1, angle, speed)
@@ -220,7 +224,7 @@ def place_names(places: Places) -> dict[str, Any]:
     return found
 
 
-def over_time(seen: Seen, places: Places) -> dict[str, Any]:
+def over_time(seen: Observables, places: Places) -> dict[str, Any]:
     """Deflection, unbalance and balls of each plane, and force on each support, over time."""
     found = _forces("", "time", seen)
     if places.planes:
@@ -230,7 +234,7 @@ def over_time(seen: Seen, places: Places) -> dict[str, Any]:
     return found
 
 
-def over_turns(seen: Seen, places: Places) -> dict[str, Any]:
+def over_turns(seen: Observables, places: Places) -> dict[str, Any]:
     """The same over the last revolutions, with deflection and velocity of all places."""
     both = ("turn", "place")
     found = {
@@ -251,16 +255,16 @@ def over_turns(seen: Seen, places: Places) -> dict[str, Any]:
     return found
 
 
-def seen_at(states: Matrix, assembly: Assembly, gauges: Gauges) -> Seen:
+def seen_at(states: Matrix, assembly: Assembly, gauges: MeasureInputs) -> Observables:
     """What states say of places, planes and supports; the time stands first in each row."""
-    from autobalancer.kernels.measures.seen import see
+    from autobalancer.kernels.measures.observables import observe
 
     desk = desk_for(gauges, states.shape[0])
-    see(assembly.system, gauges, np.ascontiguousarray(states), 0, states.shape[0], 1, desk)
+    observe(assembly.system, gauges, np.ascontiguousarray(states), 0, states.shape[0], 1, desk)
     return desk.seen
 
 
-def at_the_end(time: float, speed: float, assembly: Assembly, places: Places, gauges: Gauges) -> dict[str, Any]:
+def at_the_end(time: float, speed: float, assembly: Assembly, places: Places, gauges: MeasureInputs) -> dict[str, Any]:
     """What the machine would do at its last speed with its balls held, unless it is shaken; and how it sags at rest."""
     sag = {"rotor_sag": ("place", np.abs(places.sag))} if places.sag.any() else {}
     if gauges.scalars[HELD] == UNKNOWN or not abs(speed) < FASTEST:
@@ -281,7 +285,7 @@ def ball_states_of(states: Matrix, assembly: Assembly) -> Any:
     return ball_states(states, assembly.system, assembly.places.shape[2])
 
 
-def _unbalances(prefix: str, dimension: str, seen: Seen) -> dict[str, Any]:
+def _unbalances(prefix: str, dimension: str, seen: Observables) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, vector in (("unbalance", seen.wanted), ("balls", seen.held)):
         found[f"{prefix}plane_{name}"] = ((dimension, "plane"), sizes(vector))
@@ -289,7 +293,7 @@ def _unbalances(prefix: str, dimension: str, seen: Seen) -> dict[str, Any]:
     return found
 
 
-def _forces(prefix: str, dimension: str, seen: Seen) -> dict[str, Any]:
+def _forces(prefix: str, dimension: str, seen: Observables) -> dict[str, Any]:
     return {
         f"{prefix}support_force_x": ((dimension, "support"), seen.force.real),
         f"{prefix}support_force_y": ((dimension, "support"), seen.force.imag),
@@ -350,7 +354,7 @@ def stored_in_forces(states: Matrix, assembly: Assembly) -> dict[str, Any]:
     """Potential energy of the forces on balls, J; a variable over time where any has one."""
     if not assembly.system.forces.energy.any():
         return {}
-    from autobalancer.kernels.balls.force_energy import force_energies
+    from autobalancer.kernels.balls.ball_forces import force_energies
 
     energy = np.zeros(len(states))
     force_energies(assembly.system, np.ascontiguousarray(states), energy)
@@ -476,7 +480,7 @@ def wall_contacts(own: Any, system: System) -> tuple[Matrix, Matrix, Matrix]:
 
     ``own`` are the states of the balls, (times, n, BALL_STATES).
     """
-    from autobalancer.kernels.balls.wall_contacts import contacts
+    from autobalancer.kernels.balls.resolved_balls import contacts
 
     states = np.ascontiguousarray(own, np.float64)
     gap, force, floor = (np.zeros(states.shape[:2]) for _ in range(3))

@@ -11,23 +11,29 @@ from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Matrix
 from autobalancer.assembly.system import Assembly, Model
 from autobalancer.cache import remembered
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.balls.at_nodes.planar_contacts import contacts_in_steps
+from autobalancer.kernels.balls.contact_nodes import contacts_in_steps
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
-from autobalancer.kernels.cache import Work, compile_together
-from autobalancer.kernels.given import given
+from autobalancer.kernels.compiler.cache import Work, compile_together
+from autobalancer.kernels.compiler.callbacks import callback
+from autobalancer.kernels.compiler.simd import NODES
 from autobalancer.kernels.host.linear_nodes import room
-from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.collocation.amplitudes import Amplitudes, amplitudes
-from autobalancer.kernels.integrators.collocation.bases import room_of_change
-from autobalancer.kernels.integrators.collocation.inside import by_powers
-from autobalancer.kernels.integrators.memory import ACCEPTED, EVALUATIONS, REJECTED, Memory, memory
-from autobalancer.kernels.integrators.record import Record
+from autobalancer.kernels.integrators import tableau
+from autobalancer.kernels.integrators.collocation import Amplitudes, amplitudes, room_of_change
+from autobalancer.kernels.integrators.collocation_sweep import by_powers
+from autobalancer.kernels.integrators.integrator_state import (
+    ACCEPTED,
+    EVALUATIONS,
+    REJECTED,
+    Memory,
+    memory,
+    no_switch,
+    switch_type,
+)
+from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import advance
-from autobalancer.kernels.integrators.switching import no_switch, switch_type
-from autobalancer.kernels.records.drive import HILL, PRESCRIBED, RECORDED
+from autobalancer.kernels.records import HILL, PRESCRIBED, RECORDED
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Drive, System, X, Y, rhs_type
-from autobalancer.kernels.wide import NODES
 
 # Which compiled equations of motion belong to an assembled machine.
 
@@ -40,7 +46,7 @@ class Equations(NamedTuple):
 
     def ready(self) -> tuple[Any, Any]:
         """The same, where they are called often."""
-        return given(self.rates, rhs_type), given(self.switch, switch_type)
+        return callback(self.rates, rhs_type), callback(self.switch, switch_type)
 
 
 PLANAR = Equations(planar)
@@ -50,16 +56,16 @@ def equations(assembly: Assembly) -> Equations:
     """The equations of a machine; only those that it needs are loaded. Impacts are noted where there is room for them."""
     chosen = _equations(assembly)
     if assembly.system.ties.size:
-        from autobalancer.kernels.balls.rigid.events import rigid_contact
+        from autobalancer.kernels.balls.race_events import rigid_contact
 
         return chosen._replace(switch=rigid_contact)
     if not assembly.system.touches.size:
         return chosen
-    from autobalancer.kernels.balls import impacts
+    from autobalancer.kernels.balls import race_events
 
     if assembly.model is Model.RESOLVED:
-        return chosen._replace(switch=impacts.impacts_of_resolved)
-    noting = impacts.impacts_of_guided if chosen.switch is no_switch else impacts.impacts_and_adherence
+        return chosen._replace(switch=race_events.impacts_of_resolved)
+    noting = race_events.impacts_of_guided if chosen.switch is no_switch else race_events.impacts_and_adherence
     return chosen._replace(switch=noting)
 
 
@@ -67,21 +73,21 @@ def _equations(assembly: Assembly) -> Equations:
     if assembly.model is Model.PLANAR:
         return PLANAR
     if assembly.model is Model.RESOLVED:
-        from autobalancer.kernels.balls.resolved import resolved
+        from autobalancer.kernels.balls.resolved_balls import resolved
 
         return Equations(resolved)
     if assembly.rough:
-        from autobalancer.kernels.balls.rough_races import guided_rough, guided_rough_tilting
+        from autobalancer.kernels.balls.on_stations import guided_rough, guided_rough_tilting
 
         chosen = guided_rough_tilting if assembly.model is Model.ROUGH_TILTING else guided_rough
     else:
-        from autobalancer.kernels.balls.smooth_races import guided, guided_tilting
+        from autobalancer.kernels.balls.on_stations import guided, guided_tilting
 
         chosen = guided_tilting if assembly.model is Model.TILTING else guided
     balls = assembly.system.balls
     if not (balls.rolling.any() or balls.adherence.any()):
         return Equations(chosen)
-    from autobalancer.kernels.balls.switches import adherence
+    from autobalancer.kernels.balls.race_events import adherence
 
     return Equations(chosen, adherence)
 
@@ -94,7 +100,7 @@ class LongSteps(NamedTuple):
 
     nodes: Any  # forces at the nodes of a step
     watch: Any  # how far they hold
-    powers: tableaus.Tableau
+    powers: tableau.Tableau
     memory: Memory  # shares time, state and counts with that of the pair
     amplitudes: Any
 
@@ -104,25 +110,24 @@ class Stepper(NamedTuple):
 
     method: str
     moving: Equations
-    pair: tableaus.Tableau
+    pair: tableau.Tableau
     memory: Memory
     long: LongSteps | None = None
 
     def make_ready(self) -> None:
         """Load or compile the kernels of a run, those of its result too."""
-        from autobalancer.kernels.measures.response import with_balls_held
-        from autobalancer.kernels.measures.seen import see
+        from autobalancer.kernels.measures.observables import observe, with_balls_held
 
         rates, switch = self.moving
         works: list[Work] = [(switch, switch_type.signature), (rates, rhs_type.signature)]
         if self.long is None:
-            works += [(with_balls_held, None), (see, None), (advance, None)]
+            works += [(with_balls_held, None), (observe, None), (advance, None)]
         else:
-            from autobalancer.kernels.integrators.collocation.amplitudes import nodes_type, watch_type
-            from autobalancer.kernels.integrators.collocation.march import march
+            from autobalancer.kernels.integrators.collocation import nodes_type, watch_type
+            from autobalancer.kernels.integrators.collocation_stepper import integrate
 
             works += [(self.long.nodes, nodes_type.signature), (self.long.watch, watch_type.signature)]
-            works += [(with_balls_held, None), (see, None), (march, None)]
+            works += [(with_balls_held, None), (observe, None), (integrate, None)]
         compile_together(works, then=OF_RESULTS)
 
     def advance(self, system: System, record: Record, budget: int) -> int:
@@ -130,18 +135,20 @@ class Stepper(NamedTuple):
         moving = self.moving.ready()
         if self.long is None:
             return int(advance(*moving, system, self.pair, record, self.memory, budget))
-        from autobalancer.kernels.integrators.collocation.amplitudes import nodes_type, watch_type
-        from autobalancer.kernels.integrators.collocation.march import march
+        from autobalancer.kernels.integrators.collocation import nodes_type, watch_type
+        from autobalancer.kernels.integrators.collocation_stepper import integrate
 
         nodes, watch, powers, memory, amplitudes = self.long
-        ways = given(nodes, nodes_type), given(watch, watch_type)
-        return int(march(*moving, *ways, system, self.pair, powers, record, self.memory, memory, amplitudes, budget))
+        ways = callback(nodes, nodes_type), callback(watch, watch_type)
+        return int(
+            integrate(*moving, *ways, system, self.pair, powers, record, self.memory, memory, amplitudes, budget)
+        )
 
     def attributes(self) -> dict[str, str | int]:
         """For a result: the method and its work."""
         counts, work = self.memory.counts, {}
         if self.long is not None:
-            from autobalancer.kernels.integrators.collocation.amplitudes import LONG_STEPS, SWEEPS
+            from autobalancer.kernels.integrators.collocation import LONG_STEPS, SWEEPS
 
             tallies = self.long.amplitudes.tallies
             work = {"long_steps": int(tallies[LONG_STEPS]), "sweeps": int(tallies[SWEEPS]), "lanes": NODES}
@@ -154,7 +161,7 @@ class Stepper(NamedTuple):
         }
 
 
-OF_RESULTS = tuple(f"autobalancer.kernels.measures.{name}" for name in ("series", "impacts", "motion", "verdict"))
+OF_RESULTS = ("autobalancer.kernels.measures.record_series",)
 FINEST = 1e-11  # tolerance below which "auto" takes the pair: long steps were compared with it down to 1e-9
 
 
@@ -170,7 +177,7 @@ def stepper_for(assembly: Assembly, end: float, tolerance: float, method: str = 
         raise QuestionError(
             f"method: given {method!r}; must be 'auto', 'dormand_prince_8', 'tsitouras' or 'exponential_collocation'"
         )
-    pair = tableaus.tsitouras() if method == "tsitouras" else tableaus.dormand_prince_8()
+    pair = tableau.tsitouras() if method == "tsitouras" else tableau.dormand_prince_8()
     memory, moving = memory_for(assembly, end, tolerance, pair), equations(assembly)
     if method == "exponential_collocation" or (method == "auto" and tolerance >= FINEST):
         obstacle, long = why_no_long_steps(assembly), None
@@ -186,7 +193,7 @@ def stepper_for(assembly: Assembly, end: float, tolerance: float, method: str = 
 # A fresh integration.
 
 
-def memory_for(assembly: Assembly, end: float, tolerance: float, pair: tableaus.Tableau) -> Memory:
+def memory_for(assembly: Assembly, end: float, tolerance: float, pair: tableau.Tableau) -> Memory:
     """A fresh integration of an assembled machine up to ``end``."""
     return memory(
         assembly.state,
@@ -258,11 +265,11 @@ def long_steps(assembly: Assembly, memory: Memory, near: float | None = None) ->
 def _long_steps_equations(assembly: Assembly) -> tuple[Any, Any]:
     """The forces at the nodes of a rotor with stations, and how far they hold."""
     if assembly.model is Model.ROUGH:
-        from autobalancer.kernels.balls.at_nodes.real_races import open_and_rolling, rough_station_nodes
+        from autobalancer.kernels.balls.station_nodes import open_and_rolling, rough_station_nodes
 
         return rough_station_nodes, open_and_rolling
-    from autobalancer.kernels.balls.at_nodes.contacts import contacts_at_nodes
-    from autobalancer.kernels.balls.at_nodes.stations import station_nodes, tilting_station_nodes
+    from autobalancer.kernels.balls.contact_nodes import contacts_at_nodes
+    from autobalancer.kernels.balls.station_nodes import station_nodes, tilting_station_nodes
 
     return (tilting_station_nodes if assembly.model is Model.TILTING else station_nodes), contacts_at_nodes
 

@@ -22,8 +22,8 @@ from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.integrators import tableau as tableaus
-from autobalancer.kernels.integrators.memory import memory
+from autobalancer.kernels.integrators import tableau
+from autobalancer.kernels.integrators.integrator_state import memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, System, X, Y
 from autobalancer.machine import Machine
@@ -440,7 +440,7 @@ class Turn:
         self.system = steadily(self.assembly.system, steady(speed, p.unbalance))
         self.speed, self.count, self.angle = speed, p.moment.size, angle
         self.period = 2.0 * math.pi / speed
-        self.pair = tableaus.dormand_prince_8()
+        self.pair = tableau.dormand_prince_8()
         self.kept = np.array([i for i in range(self.assembly.state.size) if i not in (THETA, SPEED)])
         self.scale = self.assembly.scale[self.kept]
         self.equations = equations(self.assembly).ready()

@@ -30,7 +30,7 @@ from autobalancer.catalog.resolve import (
 )
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.kernels.measures.gauges import Gauges
+from autobalancer.kernels.measures.workspace import MeasureInputs
 from autobalancer.laws.capabilities import balance_grade, grade_name
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.progress import OutOfTime, question
@@ -187,7 +187,7 @@ def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> S
     )
 
 
-def _service_unbalance(machine: Machine, assembly: Assembly, gauges: Gauges, speed: float) -> float:
+def _service_unbalance(machine: Machine, assembly: Assembly, gauges: MeasureInputs, speed: float) -> float:
     if gauges.capability.size > 1:
         return float(np.abs(plane_unbalances(assembly, gauges, LATE, speed)).sum())
     return abs(unbalance_vector(machine, np.inf))

@@ -21,14 +21,13 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import MASS_SPREAD, Assembly
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.kernels.balls.at_nodes.planar_contacts import contacts_in_steps
+from autobalancer.kernels.balls.contact_nodes import contacts_in_steps
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
-from autobalancer.kernels.dwell.hold import hold
-from autobalancer.kernels.dwell.window import Window
-from autobalancer.kernels.integrators.collocation.amplitudes import LONG_STEPS, amplitudes
-from autobalancer.kernels.integrators.collocation.inside import by_powers
-from autobalancer.kernels.integrators.memory import ACCEPTED, TIME, Memory
-from autobalancer.kernels.integrators.passages import SUM
+from autobalancer.kernels.dwell import Window, hold
+from autobalancer.kernels.integrators.collocation import LONG_STEPS, amplitudes
+from autobalancer.kernels.integrators.collocation_sweep import by_powers
+from autobalancer.kernels.integrators.dense_output import SUM
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, TIME, Memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
 from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start

@@ -15,12 +15,21 @@ from autobalancer.assembly.quantities import parameter_range, parameter_unit, si
 from autobalancer.assembly.system import Assembly
 from autobalancer.assembly.touches import Touch
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.kernels.integrators.memory import ACCEPTED, Memory
-from autobalancer.kernels.integrators.record import Record
-from autobalancer.kernels.measures.columns import END, END_SPEED, STATUS, VERDICT, VIBRATION, WIDTH, WITHOUT
-from autobalancer.kernels.measures.gauges import HELD, Gauges
-from autobalancer.kernels.measures.limits import FASTEST, ITERATED
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, Memory
+from autobalancer.kernels.integrators.recording import Record
+from autobalancer.kernels.measures.columns_of_measures import (
+    END,
+    END_SPEED,
+    FASTEST,
+    ITERATED,
+    STATUS,
+    VERDICT,
+    VIBRATION,
+    WIDTH,
+    WITHOUT,
+)
 from autobalancer.kernels.measures.row import judged, measure_row
+from autobalancer.kernels.measures.workspace import HELD, MeasureInputs
 from autobalancer.kernels.system import Floats
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
@@ -153,13 +162,13 @@ def sweep_row(
     return named(completed(row, assembly, places, gauges), end, int(memory.counts[ACCEPTED]))
 
 
-def gauges_for(assembly: Assembly, places: Places, end: float, touches: tuple[Touch, ...] = ()) -> Gauges:
+def gauges_for(assembly: Assembly, places: Places, end: float, touches: tuple[Touch, ...] = ()) -> MeasureInputs:
     """What the measures of runs of a machine up to ``end`` (s) need; of its ``touches`` those that note impacts."""
     centered = static_load(places.machine) == NONE
     return gauges_of(assembly, places, unbalance_jumps(places.machine, end), touches, centered=centered)
 
 
-def completed(row: Floats, assembly: Assembly, places: Places, gauges: Gauges) -> Floats:
+def completed(row: Floats, assembly: Assembly, places: Places, gauges: MeasureInputs) -> Floats:
     """The same row with the vibration without balls of a rotor on softening rubber, which no compiled code finds."""
     known = not np.isnan(row[VIBRATION])
     if gauges.scalars[HELD] == ITERATED and known and abs(row[END_SPEED]) < FASTEST:

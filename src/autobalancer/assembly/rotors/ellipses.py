@@ -293,7 +293,7 @@ class _Problem:
 #     F_f = e^(i arg f) Phi_f(|f|, |b|),    F_b = e^(i arg b) Phi_b(|f|, |b|),
 #
 # and four slopes of two complex functions give all. Phi is found by the method of alternating frequency and time
-# domain: one period of every element, see :mod:`autobalancer.kernels.laws.sliding`.
+# domain: one period of every element, see :mod:`autobalancer.kernels.laws.rubber_elements`.
 
 
 ROUND = 1e-7  # of an ellipse: a circle so small against the other counts as none
@@ -332,7 +332,7 @@ class Elements:
 
     def on(self, which: np.ndarray, motion: Complexes, speed: Floats, sloped: bool = True) -> Forces:
         """On ellipses u (n, 2), m, at the speeds (n,) whose numbers are ``which``."""
-        from autobalancer.kernels.laws.sliding import (
+        from autobalancer.kernels.laws.rubber_elements import (
             COLUMNS,
             FORCE,
             MISS,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from autobalancer.kernels.balls.forces import push_guided
+from autobalancer.kernels.balls.ball_forces import push_guided
 from autobalancer.kernels.balls.guided import (
     Path,
     Row,
@@ -24,20 +24,19 @@ from autobalancer.kernels.balls.guided import (
     tilting_normal,
     tilting_row,
     tilting_share,
+    touch,
     wavy,
 )
 from autobalancer.kernels.balls.path import orbit
-from autobalancer.kernels.balls.rigid.clusters import keep
-from autobalancer.kernels.balls.touching import touch
-from autobalancer.kernels.choice import where
-from autobalancer.kernels.flags import INLINE, njit
+from autobalancer.kernels.balls.rates import rates_of
+from autobalancer.kernels.balls.rigid_torques import keep
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import EQUATIONS, EQUATIONS_PART, INLINE
+from autobalancer.kernels.compiler.numba_struct import data
+from autobalancer.kernels.compiler.simd import where
 from autobalancer.kernels.host.linear import Motion, dot
-from autobalancer.kernels.laws.curves import drag_force
-from autobalancer.kernels.laws.lag import fluid_lag
-from autobalancer.kernels.laws.slipstream import slipstream
-from autobalancer.kernels.pointers import data
-from autobalancer.kernels.records.drive import PRESCRIBED
-from autobalancer.kernels.records.fluid import NONE
+from autobalancer.kernels.laws.curves import drag_force, fluid_lag, slipstream
+from autobalancer.kernels.records import NONE, PRESCRIBED
 from autobalancer.kernels.system import BALLS, System
 from autobalancer.kernels.trigonometry import sine_cosine
 
@@ -53,6 +52,7 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
     """Put ball b into its station; ``kind``: rows of a station, whether its race is rough, whether ``normal`` is known."""
     each, rough, pressed = kind
     ball, moving, rate = p.balls[b], p.guided[b], y[BALLS + p.ball_count + b]
+    # the path at the ball, and its drag there
     s, c = sine_cosine(y[BALLS + b])
     nx, ny = motion.cosine * c - motion.sine * s, motion.sine * c + motion.cosine * s
     ex = motion.cosine * ball.center_x - motion.sine * ball.center_y
@@ -64,6 +64,7 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
     else:
         path = circle(ball.orbit, ex, ey, nx, ny)
         drag = ball.viscous * path.length * rate
+    # its row and its share in the rows of rotor and station
     known = known_acceleration(path, motion.speed, rate)
     its = row(ball, path, motion, rate, drag, moving.contact)
     part = share(ball, path, motion, known, rate)
@@ -71,6 +72,7 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
     if each == 4:
         its = tilting_row(its, ball.mass, path, motion, slope)
         part = tilting_share(part, ball.mass, path, motion, slope, rate)
+    # on a real race the normal force rubs, and a ball at rest keeps what would hold it
     felt, inverse, arm, weight = its, 1.0 / ball.inertia, 0.0, ball.inertia
     if rough:
         force = normal(ball.mass, path, motion, known, moving.outward)
@@ -89,6 +91,7 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
         _hold(moving, its)
         keep(p.ties[b], felt, weight, arm)
         inverse = 0.0
+    # the row solved for phi'' goes into the station
     found = solved(felt, inverse, motion.acceleration)
     moving.push, moving.twist = found.push, found.spin
     moving.lean_x, moving.lean_y, moving.lean_u, moving.lean_v = found.x, found.y, found.u, found.v
@@ -204,3 +207,48 @@ def recover(y, dy, p, motion, b, acceleration, kind) -> bool:  # type: ignore[no
     return (
         ball.rolling > 0.0 and moving.mode != 0.0 and moving.bound == 0 and (force > 0.0) != (moving.normal_push > 0.0)
     )
+
+
+# Equations of motion of a linear rotor with guided balls on smooth circles with linear drag.
+
+
+@njit(**EQUATIONS)
+def guided(time: float, y: Any, dy: Any, system: Any) -> None:
+    """Guided balls on smooth circles with linear drag; they feel the deflection of their station."""
+    rates_of(time, y, dy, system, touching, gather, recover, (2, False, False))
+
+
+@njit(**EQUATIONS)
+def guided_tilting(time: float, y: Any, dy: Any, system: Any) -> None:
+    """The same where balls feel the tilt of their race too."""
+    rates_of(time, y, dy, system, touching, gather, recover, (4, False, False))
+
+
+# Equations of motion of a linear rotor with guided balls on real races: any path, friction, any drag, excitation.
+
+
+@njit(**EQUATIONS)
+def guided_rough(time: float, y: Any, dy: Any, system: Any) -> None:
+    """Guided balls on real races: paths of any shape, friction, any drag, fluid that lags, excitation."""
+    for pressed in range(2):  # a number that changes: a constant would be compiled for each of its values
+        if not _rough(time, y, dy, system, pressed):
+            return
+
+
+@njit(**EQUATIONS)
+def guided_rough_tilting(time: float, y: Any, dy: Any, system: Any) -> None:
+    """The same where balls feel the tilt of their race too."""
+    for pressed in range(2):  # a number that changes: a constant would be compiled for each of its values
+        if not _rough_tilting(time, y, dy, system, pressed):
+            return
+
+
+@njit(**EQUATIONS_PART)
+def _rough(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def]
+    """Balls rub where the known part of the normal force, or (``pressed``) that found before, is positive."""
+    return rates_of(time, y, dy, system, touching, gather, recover, (2, True, pressed))
+
+
+@njit(**EQUATIONS_PART)
+def _rough_tilting(time, y, dy, system, pressed) -> bool:  # type: ignore[no-untyped-def]
+    return rates_of(time, y, dy, system, touching, gather, recover, (4, True, pressed))

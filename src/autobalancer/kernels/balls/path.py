@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from autobalancer.kernels.flags import INLINE, njit
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import INLINE
 from autobalancer.kernels.trigonometry import sine_cosine
 
 CLOSE = 1e-6  # rad; Newton's next step would be shorter than the square of the last one times the order of the waves

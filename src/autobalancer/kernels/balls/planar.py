@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from autobalancer.kernels.balls.forces import push_planar
-from autobalancer.kernels.balls.rigid.clusters import bind_planar
-from autobalancer.kernels.balls.rigid.torques import press_planar
-from autobalancer.kernels.balls.touching import touch
-from autobalancer.kernels.flags import EQUATIONS, njit
-from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
-from autobalancer.kernels.pointers import behind
-from autobalancer.kernels.records.drive import PRESCRIBED
+from autobalancer.kernels.balls.ball_forces import push_planar
+from autobalancer.kernels.balls.guided import touch
+from autobalancer.kernels.balls.rigid_torques import bind_planar, press_planar
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import EQUATIONS
+from autobalancer.kernels.compiler.numba_struct import deref
+from autobalancer.kernels.host.shaft_train import drive_value, motor_torque, unbalance_value
+from autobalancer.kernels.records import PRESCRIBED
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y, system_at
 from autobalancer.kernels.trigonometry import sine_cosine
 
@@ -25,7 +25,7 @@ from autobalancer.kernels.trigonometry import sine_cosine
 @njit(**EQUATIONS)
 def planar(time: float, y: Any, dy: Any, system: Any) -> None:
     """Time derivative ``dy`` of the state ``y`` of :mod:`autobalancer.kernels.system`."""
-    p = behind(system_at(system))
+    p = deref(system_at(system))
     rotor, count = p.planar, p.ball_count
     x1, y1, vx, vy = y[X], y[Y], y[VX], y[VY]
     speed, acceleration = y[SPEED], 0.0
@@ -44,6 +44,7 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
         s, c = sine_cosine(y[THETA])
         gx, gy = c * gx + s * gy, c * gy - s * gx
 
+    # the rotor by itself, its balls held
     ux, uy = unbalance_value(time, p.drive)
     ux, uy = turn_cos * ux - turn_sin * uy, turn_sin * ux + turn_cos * uy
     square = speed * speed
@@ -54,6 +55,7 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
     inertia = p.polar_inertia
     torque = ux * gy - uy * gx
 
+    # what touches or pushes the balls, then ball by ball its row
     touch(y, p)
     if p.forces.shape[0] > 0:
         push_planar(y, system, speed)
@@ -110,6 +112,7 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
         moving.push, moving.twist = push, twist
         moving.lean_x, moving.lean_y = share_x, share_y
 
+    # balls in rigid contact have one acceleration: the difference to what each would do alone
     if p.rigid.bound[0] > 0:
         less = bind_planar(y, system)
         mass_xx, mass_xy, mass_yy = mass_xx - less[0], mass_xy - less[1], mass_yy - less[2]
@@ -127,6 +130,7 @@ def planar(time: float, y: Any, dy: Any, system: Any) -> None:
         needed = torque * determinant - wx * force_x - wy * force_y
         acceleration = needed / (inertia * determinant - wx * arm_x - wy * arm_y)
 
+    # back to the state: balls follow from the accelerations of rotor and race
     dy[X] = vx + frame_speed * y1
     dy[Y] = vy - frame_speed * x1
     dy[VX] = ax + frame_speed * vy - bx * acceleration

@@ -13,16 +13,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from autobalancer.kernels.balls.rigid.clusters import leads
-from autobalancer.kernels.flags import EQUATIONS, MERGED, njit
-from autobalancer.kernels.host.drive import drive_value, table_torque
-from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN, amplitudes_at
-from autobalancer.kernels.integrators.collocation.rates import follow, set_rate
-from autobalancer.kernels.pointers import behind, data
-from autobalancer.kernels.records.drive import HILL, PRESCRIBED
+from autobalancer.kernels.balls.rigid_torques import leads
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import EQUATIONS, MERGED
+from autobalancer.kernels.compiler.numba_struct import data, deref
+from autobalancer.kernels.compiler.simd import NODES, all_lanes, lane, load, store
+from autobalancer.kernels.host.shaft_train import drive_value, table_torque
+from autobalancer.kernels.integrators.collocation import FROZEN, amplitudes_at, follow, set_rate
+from autobalancer.kernels.records import HILL, PRESCRIBED
 from autobalancer.kernels.system import system_at
 from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
-from autobalancer.kernels.wide import NODES, all_lanes, lane, load, store
 
 STIFFNESS, DAMPING, DECAY, FREQUENCY = range(4)  # places in Amplitudes.numbers: k/M, b/M, delta, w_d
 # rows of a ball in its work space: its own row, and phi'' = push - twist w' - share.A
@@ -47,7 +47,7 @@ def drive_at_nodes(time: float, step: float, p: Any, a: Any) -> tuple[Any, Any]:
 
 @njit(**MERGED)
 def torque_at_nodes(profile: Any, speed: Any, p: Any, a: Any) -> Any:
-    """Torque of the motor at the nodes, as kernels/host/drive.py has it."""
+    """Torque of the motor at the nodes, as kernels/host/shaft_train.py has it."""
     drive, work = p.drive, data(a.work)
     torque = profile - speed * drive.damping
     if drive.table.shape[0] > 0:
@@ -76,10 +76,11 @@ def set_rate_of_rotor(speed: Any, p: Any, a: Any) -> None:
 
 @njit(**EQUATIONS)
 def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
-    """``forces`` from ``values`` of :mod:`autobalancer.kernels.integrators.collocation.amplitudes`."""
-    p, a = behind(system_at(system)), behind(amplitudes_at(amplitudes))
+    """``forces`` from ``values`` of :mod:`autobalancer.kernels.integrators.collocation`."""
+    p, a = deref(system_at(system)), deref(amplitudes_at(amplitudes))
     values, forces, work, numbers, count = data(a.values), data(a.forces), data(a.balls_work), data(a.numbers), a.balls
     mass = p.planar.mass
+    # deflection and velocity from both modes, and the force of the bare rotor, which is among the modes already
     forward_x, forward_y = load(values, 0), load(values, NODES)
     backward_x, backward_y = load(values, 2 * NODES), load(values, 3 * NODES)
     zeta_x, zeta_y = forward_x + backward_x, forward_y + backward_y
@@ -89,6 +90,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
     bare_x = zeta_x * numbers[STIFFNESS] + nu_x * numbers[DAMPING]
     bare_y = zeta_y * numbers[STIFFNESS] + nu_y * numbers[DAMPING]
 
+    # drive and unbalance; in axes that turn with the rotor nothing else depends on time
     profile, profile_rate = drive_at_nodes(time, step, p, a)
     speed = load(values, 4 * NODES)
     if p.drive.kind == PRESCRIBED:
@@ -102,6 +104,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
     arm_x, arm_y = -uy, ux
     mass_xx, mass_xy, mass_yy = all_lanes(mass), all_lanes(0.0), all_lanes(mass)
     inertia, torque = all_lanes(p.polar_inertia), all_lanes(0.0)
+    # each ball: its row, and what it adds to those of the rotor
     for i in range(count):
         ball, place = p.balls[i], EACH * i
         s, c = sine_cosine_of_lanes(load(values, (6 + i) * NODES))
@@ -174,6 +177,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
             set_rate(1 + k, drag * inverse, a)
             follow(1 + k, 1 + head, a)
             k = p.contacts[k].next
+    # A = a - b w', as in planar.py
     set_rate_of_rotor(speed, p, a)
     determinant = mass_xx * mass_yy - mass_xy * mass_xy
     inverse = 1.0 / determinant
@@ -191,6 +195,7 @@ def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None
     store(ax, work, EACH * count)
     store(ay, work, EACH * count + NODES)
 
+    # forces on the modes, without what the modes do by themselves; then the balls
     half = 0.5 / frequency
     drawn_x, drawn_y = (ax + bare_x) * half, (ay + bare_y) * half
     ahead = speed - a.held[FROZEN]

@@ -13,24 +13,24 @@ Rows of guided balls that rigid contacts join come in between.
 
 from __future__ import annotations
 
-from autobalancer.kernels.balls.rigid.clusters import bind
-from autobalancer.kernels.balls.rigid.torques import press
-from autobalancer.kernels.flags import INLINE, njit
-from autobalancer.kernels.host.acted import acted
-from autobalancer.kernels.host.linear import alone, together, write_rotor
-from autobalancer.kernels.host.links import turn_links
-from autobalancer.kernels.laws.lag import relax
-from autobalancer.kernels.pointers import behind
+from autobalancer.kernels.balls.rigid_torques import bind, press
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import INLINE
+from autobalancer.kernels.compiler.numba_struct import deref
+from autobalancer.kernels.host.external_forces import add_external_forces
+from autobalancer.kernels.host.linear import solve_coupled, solve_free, write_rotor
+from autobalancer.kernels.host.shaft_train import turn_links
+from autobalancer.kernels.laws.curves import relax
 from autobalancer.kernels.system import system_at
 
 
 @njit(**INLINE)
 def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # type: ignore[no-untyped-def]
     """Time derivative ``dy`` of the state ``y``; ``kind`` goes to the functions. Whether any ball was taken wrongly."""
-    p = behind(system_at(system))
-    motion = alone(time, y, system)
+    p = deref(system_at(system))
+    motion = solve_free(time, y, system)
     if p.shakes.shape[0] + p.rubber.mounts.shape[0] + p.bearings.springs.shape[0] > 0:
-        motion = acted(time, y, dy, system, motion)
+        motion = add_external_forces(time, y, dy, system, motion)
     prepare(time, y, p, motion)
     torque, inertia = motion.torque, p.polar_inertia
     if p.drive.linked == 1:
@@ -43,7 +43,7 @@ def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # ty
         its_torque, its_inertia = bind(y, system, motion.acceleration)
         torque += its_torque
         inertia += its_inertia
-    acceleration = together(system, motion.acceleration, torque, inertia)
+    acceleration = solve_coupled(system, motion.acceleration, torque, inertia)
     write_rotor(y, dy, system, motion.speed, acceleration)
     wrong = False
     for b in range(p.ball_count):

@@ -14,12 +14,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from autobalancer.kernels.flags import EQUATIONS_PART, INLINE, njit
-from autobalancer.kernels.host.drive import drive_value, motor_torque, unbalance_value
-from autobalancer.kernels.host.elimination import solve_two, solve_two_by_two
-from autobalancer.kernels.lanes import LANES, add_product, lanes, put
-from autobalancer.kernels.pointers import behind, data
-from autobalancer.kernels.records.drive import PRESCRIBED
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import EQUATIONS_PART, INLINE
+from autobalancer.kernels.compiler.numba_struct import data, deref
+from autobalancer.kernels.compiler.simd import LANES, add_product, lanes, put
+from autobalancer.kernels.host.shaft_train import drive_value, motor_torque, unbalance_value
+from autobalancer.kernels.records import PRESCRIBED
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y, system_at
 from autobalancer.kernels.trigonometry import sine_cosine
 
@@ -46,9 +46,9 @@ def dot(one, i: int, other, j: int, count: int) -> float:  # type: ignore[no-unt
 
 
 @njit(**EQUATIONS_PART)
-def alone(time: float, y: Any, system: Any) -> Motion:
+def solve_free(time: float, y: Any, system: Any) -> Motion:
     """The rotor without its balls: fill f and g, and the stations' zeros."""
-    p = behind(system_at(system))
+    p = deref(system_at(system))
     h, w = p.host, p.work
     size, width, table = h.size, h.width, h.speeds.shape[0]
     q, v, loads, speeds = data(w.q), data(w.v), data(h.loads), data(h.speeds)
@@ -102,6 +102,7 @@ def alone(time: float, y: Any, system: Any) -> Motion:
             add_product(force, real * since, loads, load + 4 * width + i)
             add_product(force, imaginary * since, loads, load + 5 * width + i)
         put(force, data(w.f), i)
+    # the column of w', and the torque on the rotor, where its speed is free
     torque = 0.0
     if free:
         for i in range(0, width, LANES):
@@ -124,6 +125,7 @@ def alone(time: float, y: Any, system: Any) -> Motion:
         if p.drive.linked == 0:
             torque += motor_torque(drive, speed, p.drive)
 
+    # room for the balls, which come next
     push, arms, turns, inert = data(w.push), data(w.arm), data(w.turn), data(w.inert)
     for i in range(w.push.shape[0]):
         push[i], arms[i], turns[i] = 0.0, 0.0, 0.0
@@ -133,14 +135,15 @@ def alone(time: float, y: Any, system: Any) -> Motion:
 
 
 @njit(**EQUATIONS_PART)
-def together(system: Any, acceleration: float, torque: float, inertia: float) -> float:
+def solve_coupled(system: Any, acceleration: float, torque: float, inertia: float) -> float:
     """Accelerations of the stations (in ``work.one``) and of the coordinates (in f); returns w'."""
-    p = behind(system_at(system))
+    p = deref(system_at(system))
     h, w = p.host, p.work
     size, width, places, rows, each = h.size, h.width, h.stations, h.rows.shape[0], w.inert.shape[1]
     place, mobility, reach = data(h.rows), data(h.mobility), data(h.reach)
     one, two, left, own = data(w.one), data(w.two), data(w.left), data(w.inert)
     push, arms, turns, f, g = data(w.push), data(w.arm), data(w.turn), data(w.f), data(w.g)
+    # accelerations of the stations: what the balls pull there depends on them, so a small system
     free = p.drive.kind != PRESCRIBED
     for i in range(rows):
         at, line = i * width, i * rows
@@ -167,6 +170,7 @@ def together(system: Any, acceleration: float, torque: float, inertia: float) ->
             torque -= turns[i] * one[i]
             inertia -= turns[i] * two[i]
             arms[i] -= dot(own, i * each, two, first, each)
+    # the forces move the rotor; last w', to which all is linear
     for i in range(0, width, LANES):
         force = lanes()
         add_product(force, 1.0, f, i)
@@ -192,7 +196,7 @@ def together(system: Any, acceleration: float, torque: float, inertia: float) ->
 @njit(**EQUATIONS_PART)
 def write_rotor(y: Any, dy: Any, system: Any, speed: float, acceleration: float) -> None:
     """The derivatives of all but the balls."""
-    p = behind(system_at(system))
+    p = deref(system_at(system))
     size, q, v, f = p.host.size, data(p.work.q), data(p.work.v), data(p.work.f)
     rest = BALLS + 2 * p.ball_count
     frame_speed = speed if p.rotating == 1 else 0.0
@@ -207,3 +211,46 @@ def write_rotor(y: Any, dy: Any, system: Any, speed: float, acceleration: float)
             dy[rest + i - 2], dy[rest + i - 1] = v[i] + frame_speed * q[i + 1], v[i + 1] - frame_speed * q[i]
             dy[rest + size - 4 + i] = f[i] + frame_speed * v[i + 1]
             dy[rest + size - 3 + i] = f[i + 1] - frame_speed * v[i]
+
+
+# A small linear system with two right-hand sides, in place.
+
+
+@njit(**EQUATIONS_PART)
+def solve_two(left, one, two, size):  # type: ignore[no-untyped-def]
+    """Gauss elimination with the greatest pivot; ``left`` by rows, answers in place of both right-hand sides."""
+    for k in range(size):
+        pivot = k
+        for i in range(k + 1, size):
+            if abs(left[i * size + k]) > abs(left[pivot * size + k]):
+                pivot = i
+        if pivot != k:
+            for j in range(k, size):
+                left[k * size + j], left[pivot * size + j] = left[pivot * size + j], left[k * size + j]
+            one[k], one[pivot] = one[pivot], one[k]
+            two[k], two[pivot] = two[pivot], two[k]
+        inverse = 1.0 / left[k * size + k]
+        for i in range(k + 1, size):
+            factor = left[i * size + k] * inverse
+            for j in range(k + 1, size):
+                left[i * size + j] -= factor * left[k * size + j]
+            one[i] -= factor * one[k]
+            two[i] -= factor * two[k]
+    for k in range(size - 1, -1, -1):
+        for j in range(k + 1, size):
+            one[k] -= left[k * size + j] * one[j]
+            two[k] -= left[k * size + j] * two[j]
+        inverse = 1.0 / left[k * size + k]
+        one[k] *= inverse
+        two[k] *= inverse
+
+
+@njit(**INLINE)
+def solve_two_by_two(left, one, two) -> None:  # type: ignore[no-untyped-def]
+    """:func:`solve_two` for a matrix of two rows."""
+    a, b, c, d = left[0], left[1], left[2], left[3]
+    inverse = 1.0 / (a * d - b * c)
+    x, y = one[0], one[1]
+    one[0], one[1] = (d * x - b * y) * inverse, (a * y - c * x) * inverse
+    x, y = two[0], two[1]
+    two[0], two[1] = (d * x - b * y) * inverse, (a * y - c * x) * inverse

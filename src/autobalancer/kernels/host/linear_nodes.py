@@ -14,14 +14,15 @@ from __future__ import annotations
 from typing import Any
 
 from autobalancer.kernels.balls.planar_nodes import drive_at_nodes, torque_at_nodes
-from autobalancer.kernels.flags import MERGED, njit
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import MERGED
+from autobalancer.kernels.compiler.numba_struct import data
+from autobalancer.kernels.compiler.simd import NODES, all_lanes, load, root, store
+from autobalancer.kernels.host.external_forces import tabled
 from autobalancer.kernels.host.linear import Motion
-from autobalancer.kernels.integrators.collocation.amplitudes import FROZEN
-from autobalancer.kernels.integrators.collocation.bases import OF_EXPONENTS, OF_SPEED, basis_at
-from autobalancer.kernels.pointers import data
-from autobalancer.kernels.records.drive import PRESCRIBED
+from autobalancer.kernels.integrators.collocation import FROZEN, OF_EXPONENTS, OF_SPEED, basis_at
+from autobalancer.kernels.records import PRESCRIBED
 from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
-from autobalancer.kernels.wide import NODES, all_lanes, load, store
 
 GYRATES = 0  # place in Amplitudes.numbers: whether there is any gyroscopic force
 ROOM = 8  # where the room for work begins: rows of lanes, one for each coordinate
@@ -30,7 +31,7 @@ ROOM = 8  # where the room for work begins: rows of lanes, one for each coordina
 Q, V, F, LINEAR, G, OWN_G, DRIVEN, PARTS = 0, 1, 2, 3, 4, 5, 6, 8
 
 
-KEPT = 18  # rows of a ball, balls/at_nodes/rows.py
+KEPT = 18  # rows of a ball, balls/contact_nodes.py
 
 
 def room(size: int, rows: int, each: int, balls: int) -> int:
@@ -51,7 +52,7 @@ def times(matrix: Any, first: int, rows: Any, place: int, count: int) -> Any:
 
 
 @njit(**MERGED)
-def alone_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any) -> Motion:
+def solve_free_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any) -> Motion:
     """The rotor without its balls, and the stations' zeros."""
     h, numbers, values = p.host, data(a.numbers), data(a.values)
     size, width, rank, room = h.size, h.width, 2 * a.modes, ROOM
@@ -62,6 +63,7 @@ def alone_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any) -> M
     if not free:
         speed, acceleration = profile, profile_rate
 
+    # gravity turns in the axes of the rotor
     gx, gy = all_lanes(p.gravity_x), all_lanes(p.gravity_y)
     turn_sin, turn_cos = all_lanes(0.0), all_lanes(1.0)
     if p.rotating != 1:
@@ -70,6 +72,7 @@ def alone_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any) -> M
         s, c = sine_cosine_of_lanes(load(values, (rank + 1) * NODES))
         gx, gy = c * p.gravity_x + s * p.gravity_y, c * p.gravity_y - s * p.gravity_x
 
+    # the modes do the linear motion by themselves; only what drives them is a force
     segment = p.drive.segments[p.drive.now[0]]
     its = 8 * width * p.drive.now[0]
     since = load(data(a.radau.nodes), 0) * step + (time - segment.start)
@@ -88,12 +91,14 @@ def alone_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any) -> M
         if segment.changing != 0:
             force += (real * loads[its + 4 * width + i] + imaginary * loads[its + 5 * width + i]) * since
         store(force, numbers, room + F * row + i * NODES)
+    # gyroscopic forces beyond those of the basis, where the speed is another one
     gyrates = numbers[GYRATES] != 0.0
     if gyrates or tilting:
         for i in range(2 * size):
             store(times(shapes, i * rank, values, 0, rank), numbers, room + Q * row + i * NODES)
     if gyrates:
         _gyrate(speed - bases[basis + OF_SPEED], acceleration * 0.5, p, a)
+    # the column of w', and the torque on the rotor, where its speed is free
     torque = all_lanes(0.0)
     if free:
         for i in range(size):
@@ -136,7 +141,7 @@ def _gyrate(ahead: Any, half: Any, p: Any, a: Any) -> None:
 
 
 @njit(**MERGED)
-def together_at_nodes(acceleration: Any, torque: Any, inertia: Any, p: Any, a: Any) -> Any:
+def solve_coupled_at_nodes(acceleration: Any, torque: Any, inertia: Any, p: Any, a: Any) -> Any:
     """Accelerations of the stations in place of their right-hand sides, and f of all; returns w'."""
     h, numbers = p.host, data(a.numbers)
     size, width, places, rows, each = h.size, h.width, h.stations, h.rows.shape[0], p.work.inert.shape[1]
@@ -147,6 +152,7 @@ def together_at_nodes(acceleration: Any, torque: Any, inertia: Any, p: Any, a: A
     two, left = one + NODES * rows, one + 2 * NODES * rows
     f, linear, g, own_g = room + F * row, room + LINEAR * row, room + G * row, room + OWN_G * row
     place, mobility, reach = data(h.rows), data(h.mobility), data(h.reach)
+    # accelerations of the stations: what the balls pull there depends on them, so a small system for each node
     free = p.drive.kind != PRESCRIBED
     for i in range(rows):
         felt = times(place, i * width, numbers, linear, size) + times(place, i * width, numbers, f, size)
@@ -165,6 +171,7 @@ def together_at_nodes(acceleration: Any, torque: Any, inertia: Any, p: Any, a: A
                 store(total, numbers, left + (i * rows + other * each + j) * NODES)
     _solve(numbers, left, one, two, rows, free)
 
+    # forces on the stations, put into the rotor
     for i in range(rows):
         first = (i // each) * each
         back, back_arm = load(numbers, push + i * NODES), load(numbers, arms + i * NODES)
@@ -191,6 +198,7 @@ def together_at_nodes(acceleration: Any, torque: Any, inertia: Any, p: Any, a: A
             torque -= mine * (force + load(numbers, linear + i * NODES))
             inertia -= mine * arm
             store(arm, numbers, g + i * NODES)
+    # last w', to which all is linear
     if free:
         acceleration = torque / inertia
         for i in range(size):
@@ -254,3 +262,71 @@ def write_forces(speed: Any, acceleration: Any, p: Any, a: Any) -> None:
         at += 2 * size
         store(times(inverse, at, numbers, f, size) - imaginary * gain - real * turned, forces, (2 * mode + 1) * NODES)
     store(acceleration, forces, rank * NODES)
+
+
+# What acts on a linear rotor besides its unbalance and its balls, at all nodes of a long step: kernels/host/external_forces.py.
+#
+# Without records of excitations, stops of bearings and rubber.
+
+
+@njit(**MERGED)
+def external_forces_at_nodes(time: float, step: float, motion: Motion, p: Any, a: Any) -> Motion:
+    """Add to f the accelerations by excitations and bearings; returns the motion with gravity as felt on the base."""
+    _harden(p, a)
+    return _shaken(time, step, motion, p, a)
+
+
+@njit(**MERGED)
+def _push(along_x: Any, along_y: Any, vectors: Any, at: int, p: Any, a: Any) -> None:
+    """Add two neighboring rows of vectors to f, so much of each."""
+    numbers, size, width = data(a.numbers), p.host.size, p.host.width
+    for i in range(size):
+        place = ROOM + (F * size + i) * NODES
+        force = along_x * vectors[at + i] + along_y * vectors[at + width + i]
+        store(load(numbers, place) + force, numbers, place)
+
+
+@njit(**MERGED)
+def _harden(p: Any, a: Any) -> None:
+    """Bearings that become stiffer as they deflect, kernels/host/external_forces.py."""
+    numbers, shapes, work, size, rank = data(a.numbers), data(a.shapes), data(a.work), p.host.size, 2 * a.modes
+    rows, reach, tables = data(p.bearings.rows), data(p.bearings.reach), data(p.bearings.tables)
+    q = ROOM + Q * NODES * size
+    for b in range(p.bearings.springs.shape[0]):
+        one, at = p.bearings.springs[b], 2 * b * p.host.width
+        if b == 0:
+            for i in range(size):
+                store(times(shapes, i * rank, data(a.values), 0, rank), numbers, q + i * NODES)
+        x = times(rows, at, numbers, q, size) - one.center_x
+        y = times(rows, at + p.host.width, numbers, q, size) - one.center_y
+        square = x * x + y * y
+        rate = square * one.cubic
+        if one.pieces > 0:
+            store(root(square), work, 0)
+            for i in range(NODES):
+                work[NODES + i] = tabled(one, tables, work[i])
+            rate += load(work, NODES)
+        _push(one.rest_x - rate * x, one.rest_y - rate * y, reach, at, p, a)
+
+
+@njit(**MERGED)
+def _shaken(time: float, step: float, motion: Motion, p: Any, a: Any) -> Motion:
+    """Motion of the base, and forces on the rotor, kernels/host/external_forces.py."""
+    segment, passed = p.drive.segments[p.drive.now[0]], load(data(a.radau.nodes), 0) * step
+    gx, gy, torque = motion.gravity_x, motion.gravity_y, motion.torque
+    for e in range(p.shakes.shape[0]):
+        shake = p.shakes[e]
+        turned = load(data(a.values), (2 * a.modes + 1) * NODES) if shake.by_angle == 1 else passed + time
+        s, c = sine_cosine_of_lanes(turned * shake.frequency)
+        along_x, along_y = c * shake.x_real - s * shake.x_imaginary, c * shake.y_real - s * shake.y_imaginary
+        _push(along_x, along_y, data(p.shake_vectors), 2 * e * p.host.width, p, a)
+        if shake.felt == 1:
+            gx -= along_x
+            gy -= along_y
+            if p.drive.kind != PRESCRIBED:
+                since = passed + (time - segment.start)
+                ux = since * segment.unbalance_rate_x + segment.unbalance_x
+                uy = since * segment.unbalance_rate_y + segment.unbalance_y
+                torque += (motion.sine * ux + motion.cosine * uy) * along_x
+                torque -= (motion.cosine * ux - motion.sine * uy) * along_y
+    return Motion(motion.speed, motion.acceleration, motion.sine, motion.cosine, gx, gy, torque)

@@ -12,28 +12,35 @@ from typing import Any
 
 from numba import int64
 
-from autobalancer.kernels.flags import COMPILED, INLINE, PART, njit
-from autobalancer.kernels.host.drive import enter_segment
-from autobalancer.kernels.integrators.dense import evaluate, sums
-from autobalancer.kernels.integrators.memory import (
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import COMPILED, INLINE, PART
+from autobalancer.kernels.compiler.numba_struct import address, as_void, data, deref
+from autobalancer.kernels.compiler.simd import LANES, add_product, lanes, put
+from autobalancer.kernels.host.shaft_train import enter_segment
+from autobalancer.kernels.integrators.dense_output import evaluate, sums
+from autobalancer.kernels.integrators.integrator_state import (
     ACCEPTED,
+    CUT,
+    DUE,
     END,
     ERROR,
     EVALUATIONS,
+    FORGET,
     FRESH,
     LONGEST,
+    PASS,
     REJECTED,
+    SHORTEST,
     STEP,
+    TAKE,
     TAKEN,
     TIME,
     Memory,
     memory_type,
+    switch_type,
 )
-from autobalancer.kernels.integrators.record import Record, record, record_type, wanted
-from autobalancer.kernels.integrators.switching import CUT, DUE, FORGET, PASS, SHORTEST, TAKE, switch_type
+from autobalancer.kernels.integrators.recording import Record, record, record_type, wanted
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
-from autobalancer.kernels.lanes import LANES, add_product, lanes, put
-from autobalancer.kernels.pointers import address, behind, data, plain
 from autobalancer.kernels.system import System, rhs_type, system_type
 
 RUNNING, FINISHED, EVENT, STEP_TOO_SMALL, NOT_FINITE = range(5)
@@ -42,7 +49,7 @@ HUGE = 1e300  # squares of errors that leave room for sums of them
 
 @njit(**PART)
 def do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
-    t, m = behind(pair)
+    t, m = deref(pair)
     start, trial, step = data(m.start), data(m.trial), m.clock[TAKEN]
     for stage in range(first, last):
         for i in range(0, m.trial.size, LANES):
@@ -57,7 +64,7 @@ def do_stages(first, last, rhs, p, pair):  # type: ignore[no-untyped-def]
 @njit(**PART)
 def step_error(pair):  # type: ignore[no-untyped-def]
     """Weighted error of the step; ``m.trial`` holds the new state."""
-    t, m = behind(pair)
+    t, m = deref(pair)
     start, trial, absolute, relative = data(m.start), data(m.trial), data(m.absolute), data(m.relative)
     fine, coarse = 0.0, 0.0
     for i in range(0, m.trial.size, LANES):
@@ -76,7 +83,7 @@ def step_error(pair):  # type: ignore[no-untyped-def]
 @njit(**PART)
 def _first_step(pair):  # type: ignore[no-untyped-def]
     """A step over which the state changes by about a hundredth of its own weight (Hairer et al. 1993, II.4)."""
-    _, m = behind(pair)
+    _, m = deref(pair)
     size, rate = 0.0, 0.0
     for i in range(m.state.size):
         weight = 1.0 / (m.absolute[i] + m.relative[i] * abs(m.state[i]))
@@ -113,8 +120,8 @@ def advance(
 
     Calling it again goes on where it stopped, to the last bit as if it had never stopped.
     """
-    parameters, pair, kept = plain(address(p)), address((t, m)), address(r)
-    asked = plain(pair)
+    parameters, pair, kept = as_void(address(p)), address((t, m)), address(r)
+    asked, t, r, m = as_void(pair), deref(t), deref(r), deref(m)
     n, last = m.state.size, t.main - 1
     segments, now = p.drive.segments, p.drive.now
     taken, held = 0, False
@@ -134,6 +141,7 @@ def advance(
             m.counts[FRESH] = 1
             if m.clock[STEP] == 0.0:
                 m.clock[STEP] = _first_step(pair)
+        # up to the end or the next corner of the drive, where the right-hand side has a jump
         step = min(m.clock[STEP], m.clock[LONGEST])
         reach = time + step
         if reach >= stop - 1e-3 * step:  # never leave a sliver before a corner
@@ -155,6 +163,7 @@ def advance(
             continue
         for i in range(n):
             m.state[i] = m.trial[i]
+        # a switch may end the step inside; only a record or a switch needs the further stages of the dense output
         ended, limit = 2.0, 1.0
         components = wanted(time, reach, end, r, m)
         due = not held and switch(DUE, time, rhs, parameters, asked) != 0.0
@@ -190,6 +199,7 @@ def advance(
             m.counts[FRESH] = 0
         for i in range(n):
             m.stages[0, i] = m.stages[last, i]
+        # proportional-integral control: the error before damps the change
         error = max(error, 1e-4)
         growth = 0.9 * error ** (-0.7 / t.order) * m.clock[ERROR] ** (0.4 / t.order)
         m.clock[STEP] = step * min(6.0, max(0.2, growth))

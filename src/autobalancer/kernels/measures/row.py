@@ -1,11 +1,11 @@
 """All measures of a finished run as one row of numbers.
 
-For each run: ``start(desk)``, then after every call of the stepper ``take_impacts(p, gauges, desk)``, and at the end
-``measure_row(p, record, memory, gauges, desk, status, row)``. ``gauges`` are those of the machine
-(assembly/measure_inputs.py); runs that differ only in drag, drive, unbalance or start share them. ``desk`` is room that each
-thread has for itself. ``row`` has ``WIDTH + n`` numbers: those named in ``columns.py``, then for each of the n balls its
-final angle from the unbalance; nan stands for what a run cannot say. None of it needs Python or its lock. Only softening
-rubber asks for more afterwards: the vibration without balls, and with it the verdict, see ``completed`` in
+For each run: ``start(workspace)``, then after every call of the stepper ``collect_impacts(p, inputs, workspace)``, and at the
+end ``measure_row(p, record, memory, inputs, workspace, status, row)``. The inputs are those of the machine
+(assembly/measure_inputs.py); runs that differ only in drag, drive, unbalance or start share them. The workspace is room that
+each thread has for itself. ``row`` has ``WIDTH + n`` numbers: those named in ``columns_of_measures.py``, then for each of the
+n balls its final angle from the unbalance; nan stands for what a run cannot say. None of it needs Python or its lock. Only
+softening rubber asks for more afterwards: the vibration without balls, and with it the verdict, see ``completed`` in
 studies/variations.py.
 """
 
@@ -15,11 +15,12 @@ import math
 
 from numba import float64, int64, void
 
-from autobalancer.kernels.flags import EXACT, EXACT_PART, njit
-from autobalancer.kernels.integrators.memory import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
-from autobalancer.kernels.integrators.record import Record, record_type
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART
+from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
+from autobalancer.kernels.integrators.recording import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
-from autobalancer.kernels.measures.columns import (
+from autobalancer.kernels.measures.columns_of_measures import (
     AFTER,
     AT_RESONANCE,
     BALL_SPEED,
@@ -28,24 +29,34 @@ from autobalancer.kernels.measures.columns import (
     CREEPS,
     END,
     END_SPEED,
+    FASTEST,
     FORCE,
     IMPACTS,
+    LAST,
     LEFT,
+    LINEAR,
     NEAR_PEAK,
+    NO_VERDICT,
+    NOT_SETTLED,
     PEAK,
     PEAK_SPEED,
     PEAK_TIME,
+    RELEASE,
     RELEASE_SPEED,
     RELEASE_TIME,
     RESIDUAL,
     ROUND,
+    RUN_UP,
+    SETTLED,
     SETTLED_AT,
     SETTLING,
     SHARE,
     SINCE_RELEASE,
+    SPEED_CHANGES,
     STALLED,
     STATIC,
     STATUS,
+    STEADY,
     TO_COME,
     VELOCITY,
     VERDICT,
@@ -53,66 +64,57 @@ from autobalancer.kernels.measures.columns import (
     WIDTH,
     WITHOUT,
 )
-from autobalancer.kernels.measures.gauges import (
-    CENTERED,
-    CRITICAL,
-    HELD,
-    RESOLVED,
-    Desk,
-    Gauges,
-    desk_type,
-    gauges_type,
-)
-from autobalancer.kernels.measures.impacts import impact_measures
-from autobalancer.kernels.measures.limits import (
-    FASTEST,
-    LAST,
-    LINEAR,
-    NO_VERDICT,
-    NOT_SETTLED,
-    RELEASE,
-    RUN_UP,
-    SETTLED,
-    SPEED_CHANGES,
-    STEADY,
-)
-from autobalancer.kernels.measures.motion import mean_size, moved, standing
-from autobalancer.kernels.measures.response import with_balls_held
-from autobalancer.kernels.measures.seen import ball_at, see, turns_of
-from autobalancer.kernels.measures.series import (
+from autobalancer.kernels.measures.observables import ball_at, observe, turns_of, unbalance_at, with_balls_held
+from autobalancer.kernels.measures.record_series import (
+    changing,
+    class_of,
     creeps,
     end_of_run_up,
     fastest,
     goes_round,
     greatest_at,
     greatest_known,
+    impact_measures,
     last_deflection,
+    mean_size,
+    moved,
     origin_of,
     release_rows,
     settled_from,
     speed_changes,
     stalled_times,
+    standing,
     time_at_resonance,
     time_near_peak,
     time_since,
+    too_short,
+    twentieth,
     value_at,
     vibration_to_come,
     wrapped,
 )
-from autobalancer.kernels.measures.tables import unbalance_at
-from autobalancer.kernels.measures.verdict import changing, class_of, too_short, twentieth
+from autobalancer.kernels.measures.workspace import (
+    CENTERED,
+    CRITICAL,
+    HELD,
+    RESOLVED,
+    MeasureInputs,
+    Workspace,
+    inputs_type,
+    workspace_type,
+)
 from autobalancer.kernels.system import SPEED, THETA, Floats, System, system_type, vector_type
 
 
-@njit(void(desk_type), **EXACT_PART)
-def start(d: Desk) -> None:
+@njit(void(workspace_type), **EXACT_PART)
+def start(d: Workspace) -> None:
     """Before a run: forget the impacts of the one before."""
     d.noted[0] = 0
 
 
-@njit(int64(record_type, memory_type, gauges_type, desk_type), **EXACT_PART)
-def _bins(r: Record, m: Memory, g: Gauges, d: Desk) -> int:
-    """The whole bins, the last one cut off where the run ended early, to the desk; how many there are."""
+@njit(int64(record_type, memory_type, inputs_type, workspace_type), **EXACT_PART)
+def _bins(r: Record, m: Memory, g: MeasureInputs, d: Workspace) -> int:
+    """The whole bins, the last one cut off where the run ended early, to the workspace; how many there are."""
     count, n, size = m.counts[NEXT_BIN], g.ball_mass.size, g.rows.shape[0]
     resolved = 1 if g.scalars[RESOLVED] != 0.0 else 0
     whole, now = count, m.clock[TIME]
@@ -129,12 +131,13 @@ def _bins(r: Record, m: Memory, g: Gauges, d: Desk) -> int:
     return count
 
 
-@njit(void(system_type, record_type, gauges_type, desk_type, int64, float64, vector_type), **EXACT_PART)
-def _course(p: System, r: Record, g: Gauges, d: Desk, count: int, now: float, row: Floats) -> None:
+@njit(void(system_type, record_type, inputs_type, workspace_type, int64, float64, vector_type), **EXACT_PART)
+def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, now: float, row: Floats) -> None:
     """What the envelope says."""
     time, middle, speed = d.end[:count], d.middle[:count], d.speed[:count]
     low, high, angle, rate = r.bin_low[:count], r.bin_high[:count], d.angle[:count], d.rate[:count]
     centered = 1 if g.scalars[CENTERED] != 0.0 else 0
+    # the rotor
     peak = greatest_at(high)
     row[PEAK], row[PEAK_SPEED], row[PEAK_TIME] = high[peak], speed[peak], middle[peak]
     row[NEAR_PEAK] = time_near_peak(d.width[:count], high)
@@ -145,10 +148,12 @@ def _course(p: System, r: Record, g: Gauges, d: Desk, count: int, now: float, ro
     row[AFTER] = twentieth(middle, low, high, now, 0.95, centered)
     if centered == 1:
         row[RESIDUAL] = last_deflection(middle, high, now - LAST * now)
+    # from when settling counts
     n, begin = g.ball_mass.size, r.bin_edges[0]
     run_up = end_of_run_up(time, speed, begin)
     since, _ = origin_of(run_up, RUN_UP, begin, now, g.jumps)
     row[TO_COME] = vibration_to_come(middle, low, high, since, now, centered)
+    # the balls: settled, released, stalled; the last one counts
     if n == 0:
         return
     settled, rows, released, other = d.of_balls[0], d.of_balls[1], d.of_balls[2], d.of_balls[3]
@@ -175,21 +180,23 @@ def _course(p: System, r: Record, g: Gauges, d: Desk, count: int, now: float, ro
         row[WIDTH + i] = wrapped(angle[count - 1, i] - math.atan2(y, x))
 
 
-@njit(void(system_type, record_type, memory_type, gauges_type, desk_type, vector_type), **EXACT_PART)
-def _turns(p: System, r: Record, m: Memory, g: Gauges, d: Desk, row: Floats) -> None:
+@njit(void(system_type, record_type, memory_type, inputs_type, workspace_type, vector_type), **EXACT_PART)
+def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row: Floats) -> None:
     """What the last revolutions say; nothing without a whole one."""
     kept, written = r.turn_states.shape[0], m.counts[NEXT_TURN]
     oldest, there = (written % kept, kept) if written > kept else (0, written)
     for t in range(there):
         d.rotor[t] = r.turn_states[(oldest + t) % kept, 1 + THETA]
+    # whole revolutions only, as means over a part of one would be wrong
     count = turns_of(d.rotor[:there])
     if count == 0:
         return
     places, supports, n = g.rows.shape[1] // 2, g.weight.size // 2, g.ball_mass.size
     several = 1 if g.capability.size > 1 else 0
-    see(p, g, r.turn_states, (oldest + there - count) % kept, count, several, d)
+    observe(p, g, r.turn_states, (oldest + there - count) % kept, count, several, d)
     seen, centered = d.seen, 1 if g.scalars[CENTERED] != 0.0 else 0
     z, v, force = seen.z[:count], seen.v[:count], seen.force[:count]
+    # deflections and their mean, then forces
     standing(z, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
     moved(z, v, count, d.mean, d.of_places)
     static, velocity = 0.0, 0.0
@@ -206,6 +213,7 @@ def _turns(p: System, r: Record, m: Memory, g: Gauges, d: Desk, row: Floats) -> 
     row[FORCE] = d.of_places[0, greatest_at(d.of_places[0, :supports])] if supports > 0 else 0.0
     if n == 0:
         return
+    # unbalance with and without the balls; of several planes the sum of their sizes
     wanted, left = mean_size(seen.unbalance, 0, count), mean_size(seen.left, 0, count)
     if several == 1:
         for t in range(count):
@@ -240,8 +248,8 @@ def judged(row: Floats) -> int:
     return NO_VERDICT if reason == SPEED_CHANGES else NOT_SETTLED
 
 
-@njit(void(system_type, record_type, memory_type, gauges_type, desk_type, int64, vector_type), **EXACT)
-def measure_row(p: System, r: Record, m: Memory, g: Gauges, d: Desk, status: int, row: Floats) -> None:
+@njit(void(system_type, record_type, memory_type, inputs_type, workspace_type, int64, vector_type), **EXACT)
+def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, status: int, row: Floats) -> None:
     """Fill the row of a run that ended with ``status`` with what its envelope and last revolutions say, where it kept them."""
     for k in range(row.size):
         row[k] = math.nan

@@ -60,7 +60,7 @@ class Force(Leaf):
     """A force on each ball of a race by itself.
 
     A leaf of this family is one class with these static methods, which are compiled when they are first used; ``at`` is the place
-    of the ball (fields of ``PLACE`` in kernels/records/forces.py), ``own`` has the keys of the leaf that are numbers.
+    of the ball (fields of ``PLACE`` in kernels/records.py), ``own`` has the keys of the leaf that are numbers.
 
     ``force(at, own) -> (fx, fy)``
         Force on the ball in N, in the axes of its race, which turn with the rotor.

@@ -143,7 +143,7 @@ class FrictionLaw(Leaf):
     """The coefficient of friction of a resolved ball on its walls over its slip.
 
     A leaf of this family is one class with this static method, which is compiled when it is first used; ``at`` is the slip
-    (fields of ``SLIP`` in kernels/records/friction.py), ``own`` has the keys of the leaf that are numbers.
+    (fields of ``SLIP`` in kernels/records.py), ``own`` has the keys of the leaf that are numbers.
 
     ``coefficient(at, own) -> float``
         Friction over the force of the wall, with the sign of the slip ``at.slip``, which it opposes; zero without slip,

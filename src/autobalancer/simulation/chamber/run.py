@@ -13,8 +13,19 @@ from autobalancer.assembly.chamber import assemble_chamber, contact_time
 from autobalancer.assembly.contact import restitution_at
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.chamber.chamber import CHANGED, DESCRIBED, Chamber, Samples
-from autobalancer.kernels.chamber.records import ACCOUNT, LOST_BALLS, MOTION, PROFILE, SAMPLE, THETA, TOO_DENSE
+from autobalancer.kernels.chamber.chamber_records import (
+    ACCOUNT,
+    CHANGED,
+    DESCRIBED,
+    LOST_BALLS,
+    MOTION,
+    PROFILE,
+    SAMPLE,
+    THETA,
+    TOO_DENSE,
+    Chamber,
+    Samples,
+)
 from autobalancer.kernels.fields import Rows
 from autobalancer.machine.bare_numbers import bare_numbers
 from autobalancer.machine.chamber import ChamberMachine
@@ -292,7 +303,7 @@ def begin(
     waiting: Callable[[], Any] | None = None,
 ) -> March:
     """A run at time 0; ``waiting`` is called again and again while the balls settle."""
-    from autobalancer.kernels.chamber.verlet import start
+    from autobalancer.kernels.chamber.time_steps import start
 
     positions, filled = fill(machine, seed)
     if filled and settle:
@@ -356,11 +367,11 @@ def _fill(target: Any, source: Array) -> None:
 
 def _advance(method: str, chamber: Chamber, samples: Samples) -> None:
     if method == "runge_kutta":
-        from autobalancer.kernels.chamber.runge_kutta import runge_kutta
+        from autobalancer.kernels.chamber.time_steps import runge_kutta
 
         runge_kutta(chamber, samples)
         return
-    from autobalancer.kernels.chamber.verlet import verlet
+    from autobalancer.kernels.chamber.time_steps import verlet
 
     verlet(chamber, samples, 1.0)
 
@@ -393,7 +404,7 @@ def _fall(
     longest: float,
     waiting: Callable[[], Any] | None,
 ) -> Array:
-    from autobalancer.kernels.chamber.verlet import start, verlet
+    from autobalancer.kernels.chamber.time_steps import start, verlet
 
     chamber = assemble_chamber(machine, positions, step)._replace(profile=PROFILE.rows(1))
     balls = chamber.balls
@@ -552,7 +563,7 @@ def room_for(chamber: Chamber, count: int, every: int) -> Samples:
 
 def sample_now(chamber: Chamber) -> Samples:
     """The sample of the state as it is, with reactions of this instant."""
-    from autobalancer.kernels.chamber.samples import note_sample
+    from autobalancer.kernels.chamber.time_steps import note_sample
 
     since = chamber.since.copy()
     for name in ("bearing_1", "bearing_2", "constraint"):

@@ -289,7 +289,7 @@ class BallForces:
 
 
 def _torques_and_wall_forces(system: System, angles: Floats, rates: Floats, speed: float) -> Floats:
-    from autobalancer.kernels.balls.force_torques import force_torques
+    from autobalancer.kernels.balls.ball_forces import force_torques
 
     count = system.ball_count
     states, found = np.zeros((len(angles), BALLS + 2 * count)), np.zeros((len(angles), 2 * count))

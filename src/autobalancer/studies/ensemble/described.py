@@ -28,8 +28,7 @@ from autobalancer.assembly.system import (
 )
 from autobalancer.assembly.touches import Touch, touches_of
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
-from autobalancer.kernels.records.drive import PRESCRIBED
-from autobalancer.kernels.records.fluid import NONE
+from autobalancer.kernels.records import NONE, PRESCRIBED
 from autobalancer.kernels.system import SPEED, Drive, Floats, Integers, Planar
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.part import Part

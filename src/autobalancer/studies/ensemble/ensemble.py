@@ -14,9 +14,8 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.kernels.measures.columns import STATUS, VERDICT, WIDTH
-from autobalancer.kernels.measures.limits import NO_VERDICT
-from autobalancer.kernels.wide import NODES
+from autobalancer.kernels.compiler.simd import NODES
+from autobalancer.kernels.measures.columns_of_measures import NO_VERDICT, STATUS, VERDICT, WIDTH
 from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of
 from autobalancer.memory import refuse_what_does_not_fit

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from autobalancer.kernels.ensemble.members import DONE, FLAGS, STOP
+from autobalancer.kernels.many_members import DONE, FLAGS, STOP
 from autobalancer.kernels.system import Floats
 from autobalancer.studies.ensemble.layout import Found, Group, Groups
 from autobalancer.studies.variations import completed, gauges_for

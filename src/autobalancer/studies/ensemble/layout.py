@@ -18,13 +18,12 @@ from autobalancer.assembly.places import Places
 from autobalancer.assembly.profile import unbalance_jumps
 from autobalancer.assembly.system import Assembly
 from autobalancer.assembly.touches import with_touches
-from autobalancer.kernels.ensemble.members import run_members
-from autobalancer.kernels.ensemble.numbers import count_numbers
-from autobalancer.kernels.integrators.memory import Memory, memory_type
-from autobalancer.kernels.integrators.record import Record, record_type
-from autobalancer.kernels.measures.columns import WIDTH
-from autobalancer.kernels.measures.gauges import HELD, Gauges, gauges_type
-from autobalancer.kernels.measures.limits import ITERATED
+from autobalancer.kernels.compiler.numba_struct import count_numbers, value_type
+from autobalancer.kernels.integrators.integrator_state import Memory, memory_type
+from autobalancer.kernels.integrators.recording import Record, record_type
+from autobalancer.kernels.many_members import run_members
+from autobalancer.kernels.measures.columns_of_measures import ITERATED, WIDTH
+from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, inputs_type
 from autobalancer.kernels.system import BALLS, VX, Floats, Integers, Matrix, System, system_type
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.recorded import SETTLING_FROM
@@ -237,17 +236,17 @@ class Integration(NamedTuple):
     system: System
     record: Record
     memory: Memory
-    gauges: Gauges
+    gauges: MeasureInputs
     long: tuple[Any, ...] = ()  # memory and amplitudes of long steps
 
 
 def kind_of(one: Integration) -> Any:
     """Its compiled type."""
-    kinds = [system_type, record_type, memory_type, gauges_type]
+    kinds = [value_type(kind) for kind in (system_type, record_type, memory_type, inputs_type)]
     if one.long:
-        from autobalancer.kernels.integrators.collocation.amplitudes import amplitudes_type
+        from autobalancer.kernels.integrators.collocation import amplitudes_type
 
-        kinds.append(types.Tuple((memory_type, amplitudes_type)))  # type: ignore[no-untyped-call]
+        kinds.append(types.Tuple((value_type(memory_type), value_type(amplitudes_type))))  # type: ignore[no-untyped-call]
     return types.Tuple(kinds)  # type: ignore[no-untyped-call]
 
 
@@ -280,7 +279,7 @@ class Bench:
         self._run: Any = run_members
         self._how: tuple[Any, ...] = ()
         if stepper.long is not None:
-            from autobalancer.kernels.ensemble.long_members import run_members_long
+            from autobalancer.kernels.many_members import run_members_long
 
             nodes, watch, powers, _, amplitudes = stepper.long
             self._run = run_members_long

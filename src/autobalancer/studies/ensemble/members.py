@@ -32,7 +32,7 @@ from autobalancer.assembly.touches import with_touches
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.drag.beta import DragTorque
 from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitError
-from autobalancer.kernels.records.guided import CONTACT
+from autobalancer.kernels.records import CONTACT
 from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.random_numbers import generator

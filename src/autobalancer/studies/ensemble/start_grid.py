@@ -22,10 +22,10 @@ from autobalancer.assembly.system import steady
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.ensemble.members import STOP
-from autobalancer.kernels.integrators.memory import END, STEP
+from autobalancer.kernels.integrators.integrator_state import END, STEP
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
-from autobalancer.kernels.measures.columns import STATUS
+from autobalancer.kernels.many_members import STOP
+from autobalancer.kernels.measures.columns_of_measures import STATUS
 from autobalancer.kernels.system import BALLS, SPEED, Drive, Floats, Integers, Matrix
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator

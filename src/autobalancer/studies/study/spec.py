@@ -17,8 +17,7 @@ from scipy.special import bdtr, ndtr, ndtri
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.measures.columns import END, STATUS, VERDICT
-from autobalancer.kernels.measures.limits import NO_VERDICT
+from autobalancer.kernels.measures.columns_of_measures import END, NO_VERDICT, STATUS, VERDICT
 from autobalancer.machine import Machine
 from autobalancer.machine.part import (
     Angle,

@@ -1,1 +1,0 @@
-"""Guided balls at the stations of a linear rotor, at all nodes of a long step."""

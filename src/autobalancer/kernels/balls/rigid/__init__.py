@@ -1,1 +1,0 @@
-"""Rigid contacts of guided balls: balls that touch are one ball, and impacts take no time."""

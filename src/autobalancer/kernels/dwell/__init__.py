@@ -1,1 +1,0 @@
-"""One speed held and measured."""

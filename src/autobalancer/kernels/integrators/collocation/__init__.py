@@ -1,1 +1,0 @@
-"""Long steps by exponential collocation: the linear motion exactly, all else as polynomials through the nodes of a step."""

@@ -1,0 +1,612 @@
+"""Measures of the course of a run: its envelope over bins, and the motion of its balls over samples or the ends of bins."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import boolean, float64, int64, types, void
+
+from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART
+from autobalancer.kernels.laws.contact_law import NONE, restitution_at
+from autobalancer.kernels.measures.columns_of_measures import (
+    CONSTANT,
+    JUMP,
+    LAST,
+    LATE,
+    LEAST_CHANGE,
+    LEAST_DRIFT,
+    LIMITS,
+    NEAR_CRITICAL,
+    NO_VERDICT,
+    OF_COUNT,
+    OF_IMPULSE,
+    OF_LATE_POWER,
+    OF_LATE_RATE,
+    OF_POWER,
+    OF_SPEED,
+    SAME_MOTION,
+    SAME_SPEED,
+    SAME_VIBRATION,
+    SETTLED,
+    SPEED_CHANGES,
+    STALL_MARGIN,
+    STALL_SHARE,
+    START,
+    STEADY,
+    TREND,
+    UNEVEN,
+    VIBRATION_CHANGES,
+)
+from autobalancer.kernels.measures.observables import least_squares, reduce, square
+from autobalancer.kernels.measures.workspace import (
+    MeasureInputs,
+    Workspace,
+    complex_matrix_type,
+    complexes_type,
+    inputs_type,
+    workspace_type,
+)
+from autobalancer.kernels.records import IMPACT, MEETING
+from autobalancer.kernels.system import Floats, Matrix, Rows, System, matrix_type, system_type, vector_type
+from autobalancer.kernels.trigonometry import sine_cosine
+
+strided_type = types.Array(types.float64, 1, "A")
+HALVINGS = 40  # of a bin, in which the instant of a crossing is found
+
+
+@njit(int64(vector_type), **EXACT)
+def greatest_at(values: Floats) -> int:
+    """Where the greatest of some numbers is, the first one; nan counts as the greatest."""
+    best = 0
+    for i in range(values.size):
+        if math.isnan(values[i]):
+            return i
+        if values[i] > values[best]:
+            best = i
+    return best
+
+
+@njit(float64(vector_type), **EXACT)
+def greatest_known(values: Floats) -> float:
+    """The greatest that is a number; nan if there is none."""
+    found = math.nan
+    for i in range(values.size):
+        if math.isfinite(values[i]) and not values[i] <= found:
+            found = values[i]
+    return found
+
+
+@njit(float64(vector_type), **EXACT)
+def mean(values: Floats) -> float:
+    """The mean of some numbers."""
+    total = 0.0
+    for i in range(values.size):
+        total += values[i]
+    return total / values.size
+
+
+@njit(float64(vector_type, vector_type), **EXACT)
+def time_near_peak(width: Floats, high: Floats) -> float:
+    """Time (s) with a deflection above half of the greatest; of bins with their ``width`` (s) and greatest deflection (m)."""
+    half, total = 0.5 * high[greatest_at(high)], 0.0
+    for i in range(high.size):
+        if high[i] > half:
+            total += width[i]
+    return total
+
+
+@njit(float64(vector_type, vector_type, float64), **EXACT)
+def time_at_resonance(time: Floats, speed: Floats, critical: float) -> float:
+    """Time (s) with a rotor speed within a tenth of the ``critical`` one, up to the last bin or sample; linear in between."""
+    total, low, high = 0.0, (1.0 - NEAR_CRITICAL) * critical, (1.0 + NEAR_CRITICAL) * critical
+    if not critical > 0.0:
+        return math.nan
+    for i in range(1, time.size):
+        a, b = abs(speed[i - 1]), abs(speed[i])
+        if a == b:
+            share = 1.0 if low <= a <= high else 0.0
+        else:
+            share = max(0.0, min(max(a, b), high) - max(min(a, b), low)) / abs(b - a)
+        total += share * (time[i] - time[i - 1])
+    return total
+
+
+@njit(float64(vector_type, vector_type, float64), **EXACT)
+def last_deflection(time: Floats, high: Floats, begin: float) -> float:
+    """The greatest of ``high`` (m) from ``begin`` (s) on, the last one in any case."""
+    found = high[high.size - 1]
+    for i in range(high.size - 1):
+        if time[i] >= begin and high[i] > found:
+            found = high[i]
+    return found
+
+
+@njit(types.UniTuple(float64, 2)(vector_type, strided_type, strided_type, float64, float64, float64), **EXACT)
+def drift(
+    time: Floats, values: Floats, others: Floats, share: float, begin: float, least: float
+) -> tuple[float, float]:
+    """Where values go: their mean in the last third of the time from ``begin`` to the end, and the change still to come.
+
+    The values are ``values`` less a ``share`` of ``others``. Means of the thirds of an exponential approach are a geometric
+    series; the change to come is its sum. It is infinite where the changes do not become smaller, and zero where the last one is
+    smaller than ``least`` or than a fifth of the spread in the last third, or has another sign; nan without any time.
+    """
+    last = time.size - 1
+    begin = max(begin, time[0])
+    third = (time[last] - begin) / 3.0
+    if not third > 0.0:
+        return math.nan, math.nan
+    first, second, mean, low, high = 0.0, 0.0, 0.0, math.inf, -math.inf
+    for k in range(3):
+        since, until, total = begin + k * third, begin + (k + 1) * third, 0.0
+        for t in range(last, 0, -1):  # linear between two values
+            if time[t] <= since:
+                break
+            left, right = max(time[t - 1], since), min(time[t], until)
+            if left >= right:
+                continue
+            one, other = values[t - 1] - share * others[t - 1], values[t] - share * others[t]
+            middle = (0.5 * (left + right) - time[t - 1]) / (time[t] - time[t - 1])
+            total += (right - left) * (one + middle * (other - one))
+            if k == 2:
+                low, high = min(low, other), max(high, other)
+        first, second, mean = second, total / third - mean, total / third
+    if abs(second) <= max(least, TREND * (high - low)) or first * second <= 0.0:
+        return mean, 0.0
+    if abs(second) >= abs(first):
+        return mean, math.copysign(math.inf, second)
+    return mean, second * second / (first - second)
+
+
+@njit(float64(vector_type, matrix_type, matrix_type, int64, float64, float64, float64), **EXACT)
+def within_since(
+    time: Floats, angle: Matrix, rate: Matrix, i: int, goal: float, tolerance: float, start: float
+) -> float:
+    """Time from which ball i stays within ``tolerance`` of an angle; ``start`` if it always was, nan if it is not at the end.
+
+    Between two samples the angle is the cubic of both angles and rates.
+    """
+    away = time.size - 1
+    if not abs(angle[away, i] - goal) <= tolerance:
+        return math.nan
+    while away >= 0 and abs(angle[away, i] - goal) <= tolerance:
+        away -= 1
+    if away < 0:
+        return start
+    step, a, b = time[away + 1] - time[away], angle[away, i], angle[away + 1, i]
+    u, v = step * rate[away, i], step * rate[away + 1, i]
+    outside, inside = 0.0, 1.0
+    for _ in range(HALVINGS):
+        s = 0.5 * (outside + inside)
+        there = a + s * (u + s * (3.0 * (b - a) - 2.0 * u - v + s * (u + v - 2.0 * (b - a))))
+        if abs(there - goal) <= tolerance:
+            inside = s
+        else:
+            outside = s
+    return time[away] + inside * step
+
+
+@njit(void(vector_type, matrix_type, matrix_type, float64, float64, vector_type), **EXACT)
+def settled_from(time: Floats, angle: Matrix, rate: Matrix, start: float, tolerance: float, found: Floats) -> None:
+    """Time from which each ball stays within ``tolerance`` (rad) of the angle to which it goes; nan if it has not settled.
+
+    ``angle`` and ``rate`` are (T, n), in the rotor; ``start`` (s) is where the first step begins. A ball has settled that has
+    been within the tolerance of its last angle for a twentieth of the time, and whose way still to come, extrapolated from how
+    it moved in the second half of this time, is not longer than the tolerance. Where it turned round in this half, its second
+    half counts.
+    """
+    last = time.size - 1
+    for i in range(angle.shape[1]):
+        found[i] = math.nan
+        since = within_since(time, angle, rate, i, angle[last, i], tolerance, start)
+        if not time[last] - since >= LAST * (time[last] - start):
+            continue
+        least, stay = LEAST_DRIFT * tolerance, time[last] - since
+        mean_angle, to_come = drift(time, angle[:, i], angle[:, i], 0.0, time[last] - 0.5 * stay, least)
+        if math.isinf(to_come):
+            mean_angle, to_come = drift(time, angle[:, i], angle[:, i], 0.0, time[last] - 0.25 * stay, least)
+        found[i] = within_since(time, angle, rate, i, mean_angle + to_come, tolerance, start)
+
+
+@njit(boolean(vector_type, matrix_type, vector_type, float64, float64), **EXACT)
+def creeps(time: Floats, angle: Matrix, settled: Floats, since: float, end: float) -> bool:
+    """Whether a ball that has not ``settled`` (n,) drifts in one direction in the last fifth of a run of ``end`` seconds.
+
+    That is after ``since`` (s), when the run-up ended and the unbalance jumped last. ``angle`` is (T, n) in the rotor, rad.
+    """
+    begin = max(since, LATE * end)
+    for i in range(angle.shape[1]):
+        if math.isnan(settled[i]):
+            _, to_come = drift(time, angle[:, i], angle[:, i], 0.0, begin, LEAST_DRIFT * SETTLED)
+            if abs(to_come) > 0.0:
+                return True
+    return False
+
+
+@njit(float64(vector_type, vector_type, vector_type, float64, float64, int64), **EXACT)
+def vibration_to_come(time: Floats, low: Floats, high: Floats, since: float, end: float, centered: int) -> float:
+    """Change of the vibration that is still to come, over the vibration at the end of a run; nan if it is not known.
+
+    It is extrapolated from the last fifth of a run of ``end`` seconds, after ``since`` (s), when the run-up ended and the
+    unbalance jumped last. ``time`` are the middles of bins.
+    """
+    if time.size == 0:
+        return math.nan
+    share, last = 0.0 if centered != 0 else 1.0, time.size - 1  # else the range
+    least = LEAST_CHANGE * (high[last] - share * low[last])
+    mean_size, to_come = drift(time, high, low, share, max(since, LATE * end), least)
+    return to_come / mean_size if mean_size > 0.0 else math.nan
+
+
+@njit(void(vector_type, matrix_type, float64, vector_type), **EXACT)
+def release_rows(speed: Floats, rate: Matrix, critical: float, found: Floats) -> None:
+    """Row, with its fraction, at which each stalled ball breaks away; nan if it never stalled or never broke away.
+
+    ``rate`` is that of the balls in the rotor, (T, n). A ball is stalled while it is three times nearer to the critical speed
+    than to the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
+    released where it passes it for the last time, if it then comes nearer to the rotor speed.
+    """
+    last = speed.size - 1
+    for i in range(rate.shape[1]):
+        found[i] = math.nan
+        stalled, hangs, below = 0, -1, -1
+        for t in range(last + 1):
+            margin = speed[t] - critical
+            if margin > STALL_MARGIN * critical:
+                excess = rate[t, i] + speed[t] - critical
+                if excess < STALL_SHARE * margin:
+                    stalled, hangs = stalled + 1, t
+                if excess < 0.0:
+                    below = t
+        if stalled < 2 or rate[last, i] + speed[last] - critical < 0.5 * (speed[last] - critical):
+            continue
+        row = min(below if below >= 0 else hangs, last - 1)  # it hung above the critical speed: the end of the stall
+        under = rate[row, i] + speed[row] - critical
+        rise = rate[row + 1, i] + speed[row + 1] - critical - under
+        found[i] = row + (min(max(-under / rise, 0.0), 1.0) if rise > 0.0 else 0.5)
+
+
+@njit(float64(float64, vector_type), **EXACT)
+def value_at(row: float, values: Floats) -> float:
+    """A value at a row with a fraction, linear in between; nan where the row is."""
+    if math.isnan(row):
+        return math.nan
+    i = min(int(row), values.size - 1)
+    if i == values.size - 1:
+        return values[i]
+    return values[i] + (row - i) * (values[i + 1] - values[i])
+
+
+@njit(void(float64, vector_type, vector_type, matrix_type, float64, vector_type), **EXACT)
+def stalled_times(start: float, time: Floats, speed: Floats, rate: Matrix, critical: float, found: Floats) -> None:
+    """How long each ball was stalled, s, by the rule of :func:`release_rows`; each entry stands for the time before it."""
+    for i in range(rate.shape[1]):
+        found[i] = 0.0
+        for t in range(time.size):
+            margin = speed[t] - critical
+            if margin > STALL_MARGIN * critical and rate[t, i] + speed[t] - critical < STALL_SHARE * margin:
+                found[i] += time[t] - (time[t - 1] if t > 0 else start)
+
+
+@njit(void(vector_type, matrix_type, vector_type), **EXACT)
+def fastest(speed: Floats, rate: Matrix, found: Floats) -> None:
+    """Greatest amount of the speed of each ball in space, rad/s."""
+    for i in range(rate.shape[1]):
+        found[i] = 0.0
+        for t in range(speed.size):
+            found[i] = max(found[i], abs(rate[t, i] + speed[t]))
+
+
+@njit(float64(vector_type, vector_type, float64), **EXACT)
+def end_of_run_up(time: Floats, speed: Floats, start: float) -> float:
+    """Time from which the rotor speed stays within 0.1 % of its last value; ``start`` if it always does.
+
+    Between two samples the speed goes on as before, up to the second one: exact where a ramp ends between them.
+    """
+    last = speed.size - 1
+    limit = CONSTANT * abs(speed[last])
+    for t in range(last - 1, -1, -1):
+        off = abs(speed[t] - speed[last]) - limit
+        if off > 0.0:
+            step = time[t + 1] - time[t]
+            slope = (off + limit - abs(speed[t + 1] - speed[last])) / step
+            if t > 0:
+                slope = max(slope, (abs(speed[t - 1] - speed[last]) - limit - off) / (time[t] - time[t - 1]))
+            return time[t] + min(off / slope, step) if slope > 0.0 else time[t + 1]
+    return start
+
+
+@njit(types.Tuple((float64, int64))(float64, int64, float64, float64, vector_type), **EXACT)
+def origin_of(after: float, cause: int, start: float, end: float, jumps: Floats) -> tuple[float, int]:
+    """From when settling counts in a run from ``start`` to ``end`` (s), and what happened then.
+
+    That is ``after`` (s, what ``cause`` says; nan if it did not happen) or a jump of the unbalance, whichever is later; if there
+    is neither, the start, or the last jump up to then.
+    """
+    begin, kind = start, START
+    for k in range(jumps.size):
+        if jumps[k] <= start and (kind == START or jumps[k] > begin):
+            begin, kind = jumps[k], JUMP
+    if after > start:
+        begin, kind = after, cause
+    for k in range(jumps.size):
+        if start < jumps[k] <= end and jumps[k] >= begin:
+            begin, kind = jumps[k], JUMP
+    return begin, kind
+
+
+@njit(float64(float64, float64), **EXACT)
+def time_since(begin: float, settled: float) -> float:
+    """How long after ``begin`` a ball has settled, s: zero if it had before, nan if it has not."""
+    return 0.0 if settled <= begin else settled - begin
+
+
+@njit(float64(float64), **EXACT)
+def wrapped(angle: float) -> float:
+    """The same angle within (-pi, pi]."""
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)
+
+
+@njit(void(vector_type, vector_type), **EXACT)
+def all_wrapped(angles: Floats, found: Floats) -> None:
+    """The same of many."""
+    for i in range(angles.size):
+        found[i] = wrapped(angles[i])
+
+
+@njit(boolean(vector_type, vector_type, float64), **EXACT)
+def speed_changes(time: Floats, speed: Floats, end: float) -> bool:
+    """Whether the speed still changes in the last twentieth of a run of ``end`` seconds, so that it has no steady state."""
+    low, high = math.inf, -math.inf
+    for t in range(time.size):
+        if time[t] >= 0.95 * end:
+            low, high = min(low, speed[t]), max(high, speed[t])
+    return high >= low and high - low > SAME_SPEED * max(abs(low), abs(high))
+
+
+@njit(boolean(vector_type, matrix_type, float64), **EXACT)
+def goes_round(time: Floats, angle: Matrix, end: float) -> bool:
+    """Whether a ball makes a turn in the rotor in the last twentieth of a run; ``angle`` is (T, n) in the rotor, rad."""
+    last, first = time.size - 1, time.size
+    while first > 0 and time[first - 1] >= 0.95 * end:
+        first -= 1
+    for i in range(angle.shape[1] if first <= last else 0):  # noqa: SIM110
+        if abs(angle[last, i] - angle[first, i]) > 2.0 * math.pi:
+            return True
+    return False
+
+
+# Whether a run is balanced, by the rule of results/verdict.py.
+
+
+FIRST = LIMITS[0]
+REVOLUTIONS = 10.0  # so that each of the last twentieths has half of one, in which a vibration shows its extremes
+
+
+@njit(float64(vector_type, vector_type, vector_type, float64, float64, int64), **EXACT)
+def twentieth(time: Floats, low: Floats, high: Floats, end: float, begin: float, centered: int) -> float:
+    """Vibration at the reference station in the twentieth of a run from a share of it on, m; nan without an envelope there."""
+    least, greatest, any_of = math.inf, -math.inf, False
+    for b in range(time.size):
+        if begin * end < time[b] <= (begin + 0.05) * end:
+            least, greatest, any_of = min(least, low[b]), max(greatest, high[b]), True
+    if not any_of:
+        return math.nan
+    return greatest if centered != 0 else 0.5 * (greatest - least)
+
+
+@njit(int64(boolean, boolean, boolean, float64, float64, float64, float64, float64), **EXACT)
+def changing(
+    speed: bool,
+    uneven: bool,
+    creeps: bool,
+    before: float,
+    after: float,
+    to_come: float,
+    vibration: float,
+    without: float,
+) -> int:
+    """Why a run has no verdict: its speed changes, or its vibration, ``before`` and ``after`` in the last two twentieths (m).
+
+    ``uneven``: a ball goes round in the rotor; ``creeps``: one that has not settled drifts. ``to_come`` is the change of the
+    vibration that is still to come, over what it is; nan if that is not known. ``vibration`` and ``without`` are the greatest of
+    all places, that without balls (m): below a tenth of it a vibration may change.
+    """
+    if speed:
+        return SPEED_CHANGES
+    if creeps and not uneven and vibration > FIRST * without:
+        return VIBRATION_CHANGES
+    greater, smaller = max(before, after), min(before, after)
+    if greater > FIRST * without:
+        if greater > (UNEVEN if uneven else SAME_VIBRATION) * smaller:
+            return VIBRATION_CHANGES
+        if not uneven and (1.0 + to_come > SAME_VIBRATION or (1.0 + to_come) * SAME_VIBRATION < 1.0):
+            return VIBRATION_CHANGES
+    return STEADY
+
+
+@njit(boolean(float64, float64), **EXACT)
+def too_short(end: float, speed: float) -> bool:
+    """Whether a run of ``end`` seconds has too few revolutions at its last ``speed`` (rad/s) to tell where it goes."""
+    return end * abs(speed) < REVOLUTIONS * 2.0 * math.pi
+
+
+@njit(int64(float64), **EXACT)
+def class_of(ratio: float) -> int:
+    """The verdict on a vibration with balls over that without."""
+    if math.isnan(ratio):
+        return NO_VERDICT
+    for k in range(len(LIMITS)):
+        if ratio <= LIMITS[k]:
+            return k
+    return len(LIMITS)
+
+
+# What the impacts of a run say of its noise and wear.
+
+
+@njit(types.UniTuple(float64, 2)(MEETING.row_type, vector_type, float64), **EXACT_PART)
+def loss_and_impulse(meeting: Rows, laws: Floats, speed: float) -> tuple[float, float]:
+    """Energy that an impact at a speed dissipates (J), and its impulse (N s)."""
+    left = meeting.restitution
+    if meeting.law != NONE:
+        left = max(restitution_at(laws, meeting.law, speed), meeting.least)
+    return 0.5 * meeting.mass * speed * speed * (1.0 - left * left), meeting.mass * speed * (1.0 + left)
+
+
+@njit(void(IMPACT.rows_type(), MEETING.rows_type(), vector_type, matrix_type), **EXACT)
+def losses_and_impulses(rows: Rows, meetings: Rows, laws: Floats, found: Matrix) -> None:
+    """The same of all impacts, (2, I)."""
+    for k in range(rows.shape[0]):
+        found[0, k], found[1, k] = loss_and_impulse(meetings[rows[k].touch], laws, rows[k].speed)
+
+
+@njit(void(vector_type, vector_type, vector_type, vector_type, int64, float64, float64, vector_type), **EXACT)
+def impact_measures(
+    time: Floats, speed: Floats, lost: Floats, impulse: Floats, count: int, late: float, end: float, found: Floats
+) -> None:
+    """Number, mean speed (m/s), mean power (W) and greatest impulse (N s); rate (1/s) and power from the time ``late`` on."""
+    total, energy, greatest, last, spent = 0.0, 0.0, 0.0, 0, 0.0
+    for k in range(count):
+        total += speed[k]
+        greatest = max(greatest, impulse[k])
+        if 0.0 <= time[k] <= end:
+            energy += lost[k]
+        if late <= time[k] <= end:
+            last += 1
+            spent += lost[k]
+    found[OF_COUNT] = count
+    found[OF_SPEED] = total / count if count > 0 else math.nan
+    found[OF_POWER] = energy / end if end > 0.0 else math.nan
+    found[OF_IMPULSE] = greatest
+    found[OF_LATE_RATE] = last / (end - late) if end > late else math.nan
+    found[OF_LATE_POWER] = spent / (end - late) if end > late else math.nan
+
+
+@njit(void(system_type, inputs_type, workspace_type), **EXACT_PART)
+def collect_impacts(p: System, g: MeasureInputs, d: Workspace) -> None:
+    """Take over the impacts that the equations noted, and empty their room; call it after every call of the stepper."""
+    if p.touches.shape[0] == 0:
+        return
+    seen = p.impact_count[0]
+    for k in range(min(seen, p.impacts.shape[0])):
+        to = d.noted[0]
+        if to < d.hits.shape[1]:
+            one = p.impacts[k]
+            lost, impulse = loss_and_impulse(g.meetings[one.touch], g.rebounds, one.speed)
+            d.hits[0, to], d.hits[1, to], d.hits[2, to], d.hits[3, to] = one.time, one.speed, lost, impulse
+            d.noted[0] = to + 1
+    p.impact_count[0] = 0
+
+
+# What of a motion stands still, and what vibrates.
+
+
+columns_type = types.Array(types.complex128, 2, "A")
+
+
+@njit(
+    void(
+        columns_type, int64, vector_type, matrix_type, int64, complex_matrix_type, complex_matrix_type, complexes_type,
+    ),
+    **EXACT,
+)  # fmt: skip
+def standing(
+    z: Any, count: int, rotor: Floats, balls: Matrix, centered: int, work: Any, small: Any, found: Any
+) -> None:
+    """The part of x + i y that stands still, of each column of ``count`` rows; zero where nothing can deflect a rotor for good.
+
+    ``rotor`` is its angle, at equal steps over whole turns, ``balls`` are the angles of the balls in space, rad. Where some of
+    them go round both in space and in the rotor, the revolutions of the rotor are not those of the deflection. Then the standing
+    part is fitted together with what whirls with the rotor, with the balls, and against them. Weights that vanish at both ends
+    (Hann's) suppress the rest. ``work`` is (T, 1 + 2 (1 + n) + columns), ``small`` as many columns square and two more.
+    """
+    columns, last, whirling = z.shape[1], count - 1, 0
+    for k in range(columns):
+        found[k] = complex(0.0, 0.0)
+    if centered != 0 or count == 0:
+        return
+    turned = rotor[last] - rotor[0]
+    for i in range(balls.shape[1]):
+        way = balls[last, i] - balls[0, i]
+        if abs(way) > 2.0 * math.pi and abs(way - turned) > math.pi:
+            whirling += 1
+    if whirling == 0:
+        for k in range(columns):
+            total = complex(0.0, 0.0)
+            for t in range(count):
+                total += z[t, k]
+            found[k] = total / count
+        return
+    size = 1 + 2 * (1 + whirling)
+    for t in range(count):
+        weight, place = math.sin(math.pi * (t + 0.5) / count), 1
+        work[t, 0] = weight
+        for i in range(-1, balls.shape[1]):
+            angle = rotor[t]
+            if i >= 0:
+                way = balls[last, i] - balls[0, i]
+                if not (abs(way) > 2.0 * math.pi and abs(way - turned) > math.pi):
+                    continue
+                angle = balls[t, i]
+            s, c = sine_cosine(angle)
+            work[t, place] = complex(weight * c, weight * s)
+            work[t, place + 1 + whirling] = complex(weight * c, -weight * s)
+            place += 1
+        for k in range(columns):
+            work[t, size + k] = weight * z[t, k]
+    reduce(work, count, size, columns, small)
+    least_squares(small, size, columns, SAME_MOTION, work)
+    for k in range(columns):
+        found[k] = small[0, size + k]
+
+
+@njit(float64(columns_type, int64, int64, types.complex128), **EXACT_PART)
+def one_way_rms(z: Any, k: int, count: int, mean: complex) -> float:
+    """Root mean square of column k along the direction in which it is greatest."""
+    size, turned = 0.0, complex(0.0, 0.0)
+    for t in range(count):
+        a = z[t, k] - mean
+        size += square(a)
+        turned += a * a
+    return math.sqrt(0.5 * (size + math.sqrt(square(turned))) / count)
+
+
+@njit(void(columns_type, columns_type, int64, complexes_type, matrix_type), **EXACT)
+def moved(z: Any, v: Any, count: int, mean: Any, found: Matrix) -> None:
+    """Of each column of ``count`` rows: greatest distance from a mean place, rms of that distance and of the velocity.
+
+    The rms are those along the direction in which they are greatest; ``found`` is (3, columns or more).
+    """
+    for k in range(z.shape[1]):
+        greatest = 0.0
+        for t in range(count):
+            greatest = max(greatest, square(z[t, k] - mean[k]))
+        found[0, k] = math.sqrt(greatest)
+        found[1, k] = one_way_rms(z, k, count, mean[k])
+        found[2, k] = one_way_rms(v, k, count, complex(0.0, 0.0))
+
+
+@njit(float64(columns_type, int64, int64), **EXACT_PART)
+def mean_size(z: Any, k: int, count: int) -> float:
+    """Mean size of column k."""
+    total = 0.0
+    for t in range(count):
+        total += math.sqrt(square(z[t, k]))
+    return total / count
+
+
+@njit(void(complexes_type, vector_type), **EXACT)
+def sizes(z: Any, found: Floats) -> None:
+    """Size of each x + i y."""
+    for k in range(z.size):
+        found[k] = math.sqrt(square(z[k]))
+
+
+@njit(void(complexes_type, vector_type), **EXACT)
+def directions(z: Any, found: Floats) -> None:
+    """Angle of each, rad."""
+    for k in range(z.size):
+        found[k] = math.atan2(z[k].imag, z[k].real)
