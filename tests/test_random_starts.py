@@ -11,9 +11,12 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.system import start_angles
+from autobalancer.catalog.resolve import resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.random_numbers import generator
 from autobalancer.studies.ensemble.members import with_starts
 from autobalancer.studies.random_starts import driven_to, long_enough
 
@@ -80,6 +83,17 @@ def test_without_gravity_the_verdicts_are_those_of_the_planar_rule() -> None:
     assert "stalled" not in found.attrs["states"]
     for word in ("balanced", "partly balanced", "not balanced"):
         assert float(found["share"].sel(end=word)) == float(planar["verdict_share"].sel(verdict=word))
+
+
+def test_a_ball_that_no_axis_names_starts_where_the_seed_puts_it_where_ends_are_verdicts_too() -> None:
+    place = "balancers[1].races[1].balls[1].start_angles"
+    free, axis = with_value_at(_two_balls(), place, None), {"ball_angle[1]": [2.0, 2.5]}
+    drawn = start_angles(resolve(free), generator(4))
+    known = with_value_at(free, place, drawn)
+    one, other = (ab.basin(machine, SPEED, axis, seed=4, hold=1.0) for machine in (free, known))
+    assert one["vibration"].values == pytest.approx(other["vibration"].values, rel=1e-12)
+    elsewhere = ab.basin(free, SPEED, axis, seed=5, hold=1.0)
+    assert one["vibration"].values != pytest.approx(elsewhere["vibration"].values, rel=1e-6)
 
 
 def test_two_planes_balance_above_both_critical_speeds_and_make_it_worse_below() -> None:
@@ -196,9 +210,6 @@ def test_a_map_over_accelerations_has_the_run_up_of_each() -> None:
 def test_starts_that_cannot_be_and_questions_without_a_verdict_are_refused_with_what_to_do() -> None:
     with pytest.raises(QuestionError, match=r"no axis 'ball_angle\[3\]'; there are ball_angle\[1\] to ball_angle\[2\]"):
         ab.basin(_two_balls(), SPEED, {"ball_angle[3]": [0.0, 1.0]})
-    free = with_value_at(_two_balls(), "balancers[1].races[1].balls[1].start_angles", None)
-    with pytest.raises(QuestionError, match=r"ball_angle\[2\] is missing; give the start angles of all balls"):
-        ab.basin(free, SPEED, {"ball_angle[1]": [0.0, 1.0]}, hold=1.0)
     with pytest.raises(QuestionError, match="no unbalance"):
         ab.basin(_drum("0 g*mm"), SPEED, random=2, hold=1.0)
 

@@ -18,7 +18,7 @@ import xarray as xr
 from autobalancer.assembly.measure_inputs import gauges_of
 from autobalancer.assembly.places import places_of
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.assembly.system import steady
+from autobalancer.assembly.system import start_angles, steady
 from autobalancer.catalog.resolve import resolve
 from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import QuestionError
@@ -49,6 +49,7 @@ from autobalancer.stability.basins import (
 from autobalancer.studies.ensemble.ensemble import ensemble
 from autobalancer.studies.ensemble.execute import PART, run_threads
 from autobalancer.studies.ensemble.layout import Bench, Found, Group, Integration
+from autobalancer.studies.ensemble.members import with_starts
 from autobalancer.studies.random_starts import (
     ENDS,
     KEPT,
@@ -85,7 +86,7 @@ def gridded_starts(
     ----------
     machine
         Any machine with balls in races. Its unbalance is that after all schedules; the rotor starts undeflected. Start angles of
-        balls that no axis names are those of the machine.
+        balls that no axis names are those of the machine, or of the seed.
     speed
         Rotor speed, rad/s.
     axes
@@ -101,10 +102,13 @@ def gridded_starts(
     Raises
     ------
     QuestionError
-        For unknown axes, start angles that are missing, where no verdict is possible.
+        For unknown axes, where no verdict is possible.
     """
     _refuse(machine, axes)
     refuse_excitations(machine)
+    if any(name.startswith("ball_angle") for name in axes):  # the others start where the seed puts them
+        drawn = start_angles(resolve(machine), generator(seed))
+        machine = with_starts(machine, {f"ball_angle[{number}]": angle for number, angle in enumerate(drawn, 1)})
     hold = hold or long_enough(machine, speed)
     shape = tuple(len(values) for values in axes.values())
     grids = dict(zip(axes, (grid.ravel() for grid in np.meshgrid(*axes.values(), indexing="ij")), strict=True))
