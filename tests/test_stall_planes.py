@@ -85,8 +85,8 @@ def driven(m: Machine, speeds: list[tuple[float, float]], angles: list[list[floa
     """A run over (time, speed); all balls start at the speed ``start``."""
     time, speed = (list(column) for column in zip(*speeds, strict=True))
     m = with_value_at(m, "drive.profile", {"kind": "table", "time": time, "speed": speed})
-    for b in (1, 2):
-        for g, angle in enumerate(angles[b - 1], 1):
+    for b, own in enumerate(angles, 1):
+        for g, angle in enumerate(own, 1):
             place = f"balancers[{b}].races[1].balls[{g}]"
             m = with_value_at(m, f"{place}.start_speeds", [start - speed[0]])
             m = with_value_at(m, f"{place}.start_angles", [angle])
@@ -174,6 +174,33 @@ def test_planes_that_never_turn_in_step_fall_back_one_by_one() -> None:
         lag = slip(m, speeds, [[0.0], [2.0]], 260.0)
         assert lag[0] < 0.04 * found.speed
         assert (lag[1] < 0.2 * found.speed) == stays
+
+
+def test_of_three_planes_the_one_falls_back_that_a_slow_run_down_names() -> None:
+    """No balance knows it: in a run-down from above all planes lag alike down to there, then the third lags five times more."""
+    supports = tuple(
+        Support(position=z, stiffness=k, damping=c)
+        for z, k, c in zip((-0.12, 0.10), (27795.54, 38761.59), (24.32479, 48.45948), strict=True)
+    )
+    places = (-0.07033784, -0.005448052, 0.1094634)
+
+    def of_three(count: int, part: float) -> Machine:
+        balls = [{"count": count, "mass": 0.003 * part, "motion": "point"}]
+        drag = {"law": "beta", "beta": 1.558316e-4 * part}
+        race = Race(orbit_radius=0.05, coincidence=True, drag=drag, balls=balls)
+        rotor = RigidRotor(mass=5.0, transverse_inertia=0.05, polar_inertia=0.01279579, supports=supports)
+        drive = PrescribedSpeed(profile=Constant(speed=300.0))
+        balancers = tuple(Balancer(station=z, races=(race,)) for z in places)
+        return Machine(name="three planes", axis="vertical", rotor=rotor, balancers=balancers, drive=drive)
+
+    found = border(of_three(2, 1.0), "capture speed")
+    assert found.note.startswith("slow run-down: below it balls in line of plane 3 alone")
+    m = of_three(1, 2.0)
+    for share, stays in ((1.01, True), (0.99, False)):
+        speeds = [(0.0, 1.1 * found.speed), (20.0, share * found.speed), (60.0, share * found.speed)]
+        lag = slip(m, speeds, [[0.0], [2.0], [4.0]], 1.09 * found.speed)
+        assert lag[:2].max() < 0.03 * found.speed
+        assert (lag[2] < 0.03 * found.speed) == stays
 
 
 def test_planes_that_lost_synchronism_may_fall_back_together_far_above_where_one_falls_alone() -> None:
