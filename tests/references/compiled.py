@@ -23,7 +23,7 @@ ROOT = Path(autobalancer.__file__).parents[1]
 KERNELS = ROOT / "autobalancer/kernels"
 IMPORTED, CALLED = "-imported", "-called"  # what declares its types, and what the integrators are given
 INTEGRATORS = "autobalancer.kernels.integrators"
-TYPES = {f"{INTEGRATORS}.switching", f"{INTEGRATORS}.collocation.amplitudes"}  # of what they are given
+TYPES = {f"{INTEGRATORS}.integrator_state", f"{INTEGRATORS}.collocation"}  # of what they are given
 PATIENCE = 300.0  # s without any news of the others; then a process goes on by itself
 
 
