@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from autobalancer.app.store.measured_files import guessed
 from autobalancer.app.text.fields import in_unit, number_and_unit, written
 from autobalancer.cli import app
-from autobalancer.errors import AutobalancerError, UnitError
+from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.table import read_table
 from autobalancer.machine.part import Quantity
@@ -276,9 +276,9 @@ def test_a_job_in_mils_asks_for_the_same_masses_as_one_in_millimeters() -> None:
     for first, second in (("7 mil", "5 mil"), ("7 mils pp", "5 thou p-p"), ("7 mil pp", "2.5 mil pk")):
         found = balance(job(first, second))
         assert found["correction"].values == pytest.approx(wanted["correction"].values, rel=1e-9)
-    with pytest.raises(UnitError, match="amplitude: 'fathomx' is not a unit"):
+    with pytest.raises(QuestionError, match="amplitude: 'fathomx' is not a unit"):
         Reading("3 fathomx", "0 deg")
-    with pytest.raises(UnitError, match="give a number with a unit, one of m, m/s"):
+    with pytest.raises(QuestionError, match="give a number with a unit, one of m, m/s"):
         Reading("3 kg", "0 deg")
 
 

@@ -8,6 +8,8 @@ from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, Key, Table, keys_of, prose_of, tables_of
 from autobalancer.machine.part import Part
+from autobalancer.measurement.balancing.runs import BalanceJob
+from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.studies.design.spec import Specification
 from autobalancer.studies.study.reading import StudyFile
 from autobalancer.units.trade import WORDS
@@ -19,6 +21,8 @@ ROOTS: dict[str, type[Part]] = {
     "chamber_keys.md": ChamberMachine,
     "design_keys.md": Specification,
     "study_keys.md": StudyFile,
+    "film_keys.md": FilmSetup,
+    "balancing_keys.md": BalanceJob,
 }
 
 

@@ -122,7 +122,9 @@ def keys(
     table: Annotated[
         str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
     ] = "",
-    kind: Annotated[str, typer.Option(help="Of file: races or chambers (machines), design, or study.")] = "races",
+    kind: Annotated[
+        str, typer.Option(help="Of file: races or chambers (machines), design, study, film or balancing.")
+    ] = "races",
     out: Annotated[Path | None, typer.Option(help="JSON schema to write (.json), for editors.")] = None,
     as_json: Json = False,
     as_csv: Csv = False,

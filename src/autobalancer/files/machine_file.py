@@ -125,13 +125,18 @@ def machine_text(machine: Machine | ChamberMachine) -> str:
     QuestionError
         If it is no machine.
     """
-    import tomli_w
-
     if not isinstance(machine, Machine | ChamberMachine):
         raise QuestionError(
             f"machine: given a {type(machine).__name__}; wanted is a machine, as of load_machine or example"
         )
-    return tomli_w.dumps(_plain(machine))
+    return part_text(machine)
+
+
+def part_text(part: Part) -> str:
+    """The text of a file that describes a part; quantities keep the units in which they were written."""
+    import tomli_w
+
+    return tomli_w.dumps(_plain(part))
 
 
 def save_machine(machine: Machine | ChamberMachine, path: str | Path) -> Path:

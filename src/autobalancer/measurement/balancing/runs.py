@@ -4,115 +4,133 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, PlainValidator, model_validator
 
-from autobalancer.errors import AutobalancerError, QuestionError, UnitError
-from autobalancer.files.text import read_toml
-from autobalancer.machine.part import unknown_key
+from autobalancer.errors import QuestionError, UnitError
+from autobalancer.files.text import faults_of, read_toml
+from autobalancer.machine.keys import document
+from autobalancer.machine.part import Angle, Label, Name, Quantity, Question, Ratio, Speed, key
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import argument
 
 AMPLITUDES = ("m", "m/s", "m/s^2", "N", "V")
 MASSES = ("kg", "kg*m")
+OF_ALL = ("name", "phase", "angles", "deviation")  # what a file says of all runs
+Phase = Literal["lead", "lag"]
+Angles = Literal["with rotation", "against rotation"]
 TURNS = 4.0 * math.pi  # a phase beyond it is hardly one in rad
 
 
-@dataclass(frozen=True)
-class TrialMass:
-    """A mass on the rotor in a run.
+class Sized(float):
+    """A number in SI that knows its unit."""
 
-    Parameters
-    ----------
-    plane
-        Name of the balancing plane.
-    mass
-        kg, or a text such as ``"2.5 g"``; an unbalance as a text such as ``"25 g*mm"``. What is taken away is negative.
-    angle
-        On the rotor, rad, counted from the zero mark.
+    unit: str
+
+    def __new__(cls, value: float, unit: str) -> Sized:
+        self = super().__new__(cls, value)
+        self.unit = unit
+        return self
+
+    def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]
+        return float(self), self.unit
+
+
+def _sized(units: tuple[str, ...], amplitude: bool = False) -> PlainValidator:
+    """Reads a quantity that may have one of several dimensions."""
+
+    def read(given: Any) -> Sized:
+        try:
+            return given if isinstance(given, Sized) else Sized(*one_of("it", given, units, amplitude))
+        except UnitError as reason:
+            raise ValueError(str(reason).removeprefix("it: ")) from None
+
+    return PlainValidator(read, json_schema_input_type=float | str)
+
+
+Called = Annotated[Name, BeforeValidator(lambda given: str(given) if type(given) is int else given)]
+Size = Annotated[float, _sized(MASSES)]
+Amplitude = Annotated[float, _sized(AMPLITUDES, amplitude=True)]
+
+
+class TrialMass(Question):
+    """A mass on the rotor in a run."""
+
+    plane: Called = key("name of the balancing plane")
+    mass: Size = key("or an unbalance; what is taken away is negative", value="kg, or kg m")
+    angle: Angle = key("on the rotor, from the zero mark", 0.0)
+
+    @property
+    def unit(self) -> str:
+        """Of the mass: kg, or kg m of an unbalance."""
+        return str(getattr(self.mass, "unit", MASSES[0]))
+
+
+class Reading(Question):
+    """What one sensor shows at one speed: the same kind of value in all runs.
+
+    With ``pp`` or ``rms`` behind the unit, ``"7 mil pp"``, an amplitude becomes the peak of the sinusoid.
     """
 
-    plane: str
-    mass: float | str
-    angle: float | str = 0.0
-    unit: str = field(init=False, default="kg")
+    amplitude: Amplitude = key(
+        "displacement, velocity, acceleration, force or voltage", value="m, m/s, m/s², N or V, ≥ 0"
+    )
+    phase: Angle | None = key("of the vibration against the mark; without it for `four_run` only", None)
+    sensor: Called = key("its name", "1")
+    speed: Speed | None = key("of the rotor, where there are several", None)
+    amplitude_deviation: Amplitude | None = key(
+        "one standard deviation", None, value="in the unit of the amplitude, > 0"
+    )
+    phase_deviation: Annotated[float, Quantity("rad", positive=True)] | None = key("one standard deviation", None)
 
-    def __post_init__(self) -> None:
-        value, unit = one_of("mass", self.mass, MASSES)
-        _set(self, plane=str(self.plane), mass=value, unit=unit, angle=argument("angle", self.angle, "rad"))
-
-
-@dataclass(frozen=True)
-class Reading:
-    """What one sensor shows at one speed.
-
-    Parameters
-    ----------
-    amplitude
-        A number in SI or a text such as ``"7.2 mm/s"``: displacement, velocity, acceleration, force or voltage; the same kind of
-        value in all runs. With ``pp`` or ``rms`` behind the unit, ``"7 mil pp"``, it becomes the peak of the sinusoid.
-    phase
-        Of the vibration against the mark, rad; without it only :func:`~autobalancer.measure.four_run` can use the reading.
-    sensor
-        Its name.
-    speed
-        Of the rotor, rad/s, where there are several.
-    amplitude_deviation, phase_deviation
-        One standard deviation, in the units of both.
-    """
-
-    amplitude: float | str
-    phase: float | str | None = None
-    sensor: str = "1"
-    speed: float | str | None = None
-    amplitude_deviation: float | str | None = None
-    phase_deviation: float | str | None = None
-    unit: str = field(init=False, default="m")
-
-    def __post_init__(self) -> None:
-        value, unit = one_of("amplitude", self.amplitude, AMPLITUDES, amplitude=True)
-        if not value >= 0.0:
-            raise QuestionError(f"amplitude: given {self.amplitude!r}; must not be below zero")
-        found: dict[str, Any] = {"amplitude": value, "unit": unit, "sensor": str(self.sensor)}
-        for name, si in (
-            ("phase", "rad"),
-            ("speed", "rad/s"),
-            ("amplitude_deviation", unit),
-            ("phase_deviation", "rad"),
-        ):
-            given = getattr(self, name)
-            found[name] = (
-                math.nan if given is None else argument(name, given, si, amplitude=name == "amplitude_deviation")
-            )
-        for name in ("amplitude_deviation", "phase_deviation"):
-            if found[name] <= 0.0:
-                raise QuestionError(f"{name}: given {getattr(self, name)!r}; must be above zero")
-        if abs(found["phase"]) > TURNS:
+    @model_validator(mode="after")
+    def _is_possible(self) -> Reading:
+        if not self.amplitude >= 0.0:
+            raise QuestionError(f"given {self.amplitude:g}; must not be below zero", ("amplitude",))
+        if self.phase is not None and abs(self.phase) > TURNS:
+            said = f"given {self.phase:g} rad, more than two turns; a phase in degrees needs its unit: '{self.phase:g} deg'"
+            raise QuestionError(said, ("phase",))
+        spread = self.amplitude_deviation
+        if spread is not None and not spread > 0.0:
+            raise QuestionError(f"given {spread:g}; must be above zero", ("amplitude_deviation",))
+        if spread is not None and AMPLITUDES[0] != getattr(spread, "unit", self.unit) != self.unit:
             raise QuestionError(
-                f"phase: given {found['phase']:g} rad, more than two turns; a phase in degrees needs its unit: "
-                f"'{found['phase']:g} deg'"
+                f"given in {getattr(spread, 'unit', '')}; must be in {self.unit}", ("amplitude_deviation",)
             )
-        _set(self, **found)
+        return self
+
+    @property
+    def unit(self) -> str:
+        """Of the amplitude."""
+        return str(getattr(self.amplitude, "unit", AMPLITUDES[0]))
 
 
-@dataclass(frozen=True)
-class BalanceRun:
-    """One run: all masses on the rotor besides its own unbalance, and the readings.
+class BalanceRun(Question):
+    """One run: all masses on the rotor besides its own unbalance, and the readings."""
 
-    ``name`` is used in messages; ``trim`` marks a run that only checks the correction.
-    """
+    name: Called = key("used in messages; that of its place unless given", "")
+    readings: tuple[Reading, ...] = key("of the sensors")
+    masses: tuple[TrialMass, ...] = key("on the rotor", ())
+    trim: bool = key("whether the run only checks the correction", False)
 
-    name: str
-    readings: Sequence[Reading]
-    masses: Sequence[TrialMass] = ()
-    trim: bool = False
 
-    def __post_init__(self) -> None:
-        _set(self, readings=tuple(self.readings), masses=tuple(self.masses))
+class BalanceJob(Question):
+    """The runs of a balancing job, and what holds for all of them."""
+
+    name: Label = key("of the job", "")
+    description: str = key("what it is about", "")
+    phase: Phase | None = key("whether phases are those by which the vibration leads or lags", None)
+    angles: Angles | None = key("in which sense angles on the rotor are counted", None)
+    deviation: Ratio | None = key("standard deviation of readings as a share of the amplitude", None)
+    runs: Annotated[tuple[BalanceRun, ...], Field(min_length=1)] = key("without and with trial masses")
+
+
+document(BalanceJob)
 
 
 def one_of(name: str, value: float | str, units: Sequence[str], amplitude: bool = False) -> tuple[float, str]:
@@ -139,18 +157,7 @@ def one_of(name: str, value: float | str, units: Sequence[str], amplitude: bool 
     )
 
 
-def _set(record: Any, **values: Any) -> None:
-    for name, value in values.items():
-        object.__setattr__(record, name, value)
-
-
 # Files of balancing runs: TOML, every quantity with its unit or in SI.
-
-
-TOP = ("name", "description", "phase", "angles", "deviation", "runs")
-RUN = ("name", "readings", "masses", "trim")
-READING = ("amplitude", "phase", "sensor", "speed", "amplitude_deviation", "phase_deviation")
-MASS = ("plane", "mass", "angle")
 
 
 def load_balance_runs(path: str | Path) -> tuple[BalanceRun, ...]:
@@ -177,58 +184,10 @@ def given_runs(runs: Sequence[BalanceRun] | str | Path) -> tuple[tuple[BalanceRu
     if not isinstance(runs, (str, Path)):
         return tuple(runs), {}
     path = Path(runs)
-    data = read_toml(path)
-    _check(data, TOP, f"{path}")
-    entries = _tables(data, "runs", f"{path}")
-    if not entries:
-        raise QuestionError(f"{path}: no runs; write each one under its own line [[runs]]")
-    found = []
-    for number, entry in enumerate(entries, 1):
-        where = f"{path}: run {str(entry.get('name', number))!r}"
-        _check(entry, RUN, where)
-        found.append(
-            BalanceRun(
-                str(entry.get("name", number)),
-                [
-                    _made(Reading, one, READING, ("amplitude",), f"{where}: readings[{n}]")
-                    for n, one in _each(entry, "readings", where)
-                ],
-                [
-                    _made(TrialMass, one, MASS, ("plane", "mass"), f"{where}: masses[{n}]")
-                    for n, one in _each(entry, "masses", where)
-                ],
-                bool(entry.get("trim", False)),
-            )
-        )
-    return tuple(found), {key: data[key] for key in ("name", "phase", "angles", "deviation") if key in data}
-
-
-def _each(entry: dict[str, Any], key: str, where: str) -> list[tuple[int, dict[str, Any]]]:
-    return list(enumerate(_tables(entry, key, where), 1))
-
-
-def _tables(entry: dict[str, Any], key: str, where: str) -> list[dict[str, Any]]:
-    found = entry.get(key, [])
-    if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
-        raise QuestionError(f"{where}: {key}: must be a list of tables, such as {key} = [{{ ... }}]")
-    return found
-
-
-def _check(entry: dict[str, Any], allowed: tuple[str, ...], where: str) -> None:
-    for key in entry:
-        if key not in allowed:
-            raise QuestionError(f"{where}: {key}: {unknown_key(key, allowed)}")
-
-
-def _made(kind: Any, entry: dict[str, Any], allowed: tuple[str, ...], needed: tuple[str, ...], where: str) -> Any:
-    _check(entry, allowed, where)
-    for key in needed:
-        if key not in entry:
-            raise QuestionError(f"{where}: {key}: missing; it has no default")
-    try:
-        return kind(**entry)
-    except AutobalancerError as error:
-        raise type(error)(f"{where}: {error}") from None
+    with faults_of(str(path)):
+        job = BalanceJob(**read_toml(path))
+    named = (run if run.name else run.model_copy(update={"name": str(n)}) for n, run in enumerate(job.runs, 1))
+    return tuple(named), {key: getattr(job, key) for key in OF_ALL if key in job.model_fields_set}
 
 
 # Runs as arrays: complex readings, complex masses, and how sure the readings are.
@@ -236,8 +195,6 @@ def _made(kind: Any, entry: dict[str, Any], allowed: tuple[str, ...], needed: tu
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
-Phase = Literal["lead", "lag"]
-Angles = Literal["with rotation", "against rotation"]
 SAME = 5e-3  # relative difference of speeds that count as one
 
 
@@ -325,7 +282,7 @@ def job_of(
 
 
 def _number(value: object) -> float:
-    return float(value)  # type: ignore[arg-type]  # all are numbers once a reading is made
+    return math.nan if value is None else float(value)  # type: ignore[arg-type]  # numbers once a reading is made
 
 
 def _channels(run: BalanceRun, owner: str) -> list[tuple[str, float, str]]:

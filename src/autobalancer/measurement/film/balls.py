@@ -35,22 +35,22 @@ class BallSearch:
     def __init__(self, view: View, setup: FilmSetup, background: Background) -> None:
         self.view, self.setup = view, setup
         pixel = view.focal_length / float(np.linalg.norm(view.position))
-        self.steps = steps_around(setup.orbit * pixel)
-        around = setup.orbit * np.exp(2j * np.pi * np.arange(self.steps) / self.steps)
-        self.circle = circle(ball_outlines(view, around, setup.height, 0.5 * setup.diameter, 24))
+        self.steps = steps_around(setup.orbit_radius * pixel)
+        around = setup.orbit_radius * np.exp(2j * np.pi * np.arange(self.steps) / self.steps)
+        self.circle = circle(ball_outlines(view, around, setup.ball_height, 0.5 * setup.ball_diameter, 24))
         self.background = background
         self.dark = False  # balls darker than the race
 
     def candidates(self, picture: Gray, most: int, center: complex) -> tuple[Floats, Floats]:
         """Angles in space about the middle of the race, and heights, of the highest peaks."""
-        there, here = self.view.pixels(in_space(np.array([center, 0j]), self.setup.height))
+        there, here = self.view.pixels(in_space(np.array([center, 0j]), self.setup.ball_height))
         score = self.circle.scores(picture, there - here)
         return peaks(-score if self.dark else score, 0.75 * self.setup.contact_angle, most)
 
     def found(self, picture: Gray, angles: Floats, heights: Floats, center: complex, noise: float) -> Seen:
         """The balls near these angles, by their edges; an edge behind or beside a ball that touches does not count."""
-        place = center + self.setup.orbit * np.exp(1j * angles)
-        radius, height = 0.5 * self.setup.diameter, self.setup.height
+        place = center + self.setup.orbit_radius * np.exp(1j * angles)
+        radius, height = 0.5 * self.setup.ball_diameter, self.setup.ball_height
 
         def behind(pixels: Floats) -> Floats:
             return self.background.at(pixels, center)
@@ -69,19 +69,19 @@ class BallSearch:
             place = moved[:, 0] + 1j * moved[:, 1]
             covariance, share = edge.covariance, edge.share
             if turn == 0:  # from the search they are off by up to some pixels along the race, never across
-                place = center + self.setup.orbit * np.exp(1j * np.angle(place - center))
+                place = center + self.setup.orbit_radius * np.exp(1j * np.angle(place - center))
         slope = self._slope(place, center)
         size = (slope**2).sum(axis=1)
         deviation = np.sqrt(np.einsum("ti,tij,tj->t", slope, covariance, slope)) / size
-        off = np.abs(np.abs(place - center) - self.setup.orbit)
-        kept = np.flatnonzero((share >= LEAST) & (off < 0.4 * self.setup.diameter))
+        off = np.abs(np.abs(place - center) - self.setup.orbit_radius)
+        kept = np.flatnonzero((share >= LEAST) & (off < 0.4 * self.setup.ball_diameter))
         kept = kept[np.argsort(np.angle(place[kept] - center), kind="stable")]
         kept = _apart(kept, place, heights, center, CLOSER * self.setup.contact_angle)
         return Seen(place[kept], deviation[kept], heights[kept])
 
     def _slope(self, place: Complexes, center: complex) -> Floats:
         """Pixels for each meter along the race."""
-        away, height = place - center, self.setup.height
+        away, height = place - center, self.setup.ball_height
         ahead = place + 1e-5 * 1j * away / np.abs(away)
         return np.asarray(
             (self.view.pixels(in_space(ahead, height)) - self.view.pixels(in_space(place, height))) / 1e-5
@@ -90,13 +90,13 @@ class BallSearch:
 
 def mirror_warning(deviation: Floats, setup: FilmSetup) -> str:
     """What to do where edges fit no ball of the known size; ``deviation`` (rad) is that of all angles."""
-    anywhere = 0.99 * ANYWHERE * 0.5 * setup.diameter / setup.orbit
+    anywhere = 0.99 * ANYWHERE * 0.5 * setup.ball_diameter / setup.orbit_radius
     share = float((deviation[np.isfinite(deviation)] >= anywhere).mean()) if np.isfinite(deviation).any() else 0.0
     if share < MIRRORS:
         return ""
     return (
-        f"in {100.0 * share:.0f} % of the finds the edges do not fit a ball of diameter {setup.diameter:g} m, so its angle is "
-        "known to a part of its radius only; polished balls mirror the room: make them dull or light them from all sides, and "
+        f"in {100.0 * share:.0f} % of the finds the edges do not fit a ball of diameter {setup.ball_diameter:g} m, so its angle "
+        "is known to a part of its radius only; polished balls mirror the room: make them dull or light them from all sides, and "
         "check ball_diameter and ball_height"
     )
 
@@ -136,9 +136,11 @@ class Background:
     def __init__(self, view: View, setup: FilmSetup, pictures: Sequence[Gray], centers: Sequence[complex]) -> None:
         self.view = view
         pixel = float(np.linalg.norm(view.position)) / view.focal_length
-        half = 0.5 * REACH * setup.diameter
+        half = 0.5 * REACH * setup.ball_diameter
         count = int(np.clip(2.0 * half / (0.4 * pixel), 8, 400))
-        self.radius = np.linspace(max(setup.orbit - half, 0.02 * setup.orbit), setup.orbit + half, count)
+        self.radius = np.linspace(
+            max(setup.orbit_radius - half, 0.02 * setup.orbit_radius), setup.orbit_radius + half, count
+        )
         angle = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
         circles = self.radius[:, None] * np.exp(1j * angle)
         seen = np.array(

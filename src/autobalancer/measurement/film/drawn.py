@@ -319,7 +319,7 @@ def _pictures(
 
 def _mark(radius: float, degrees: float, spot: float) -> Mark:
     z = radius * np.exp(1j * np.radians(degrees))
-    return Mark((float(z.real), float(z.imag)), spot)
+    return Mark(place=(z.real, z.imag), radius=spot)
 
 
 def _turned(vector: Floats, angle: float) -> Floats:

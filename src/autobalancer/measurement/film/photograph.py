@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +53,7 @@ def photographed_angles(
     """
     picture = _gray(photograph)
     if clicked is None:
-        turning = replace(setup, camera="turning", rotor_marks=())
+        turning = setup.model_copy(update={"camera": "turning", "rotor_marks": ()})
         reader = Reader([picture], turning)
         _, seen, fault = reader.read(picture, setup.balls, None)
         if fault or seen.place.size != setup.balls:
@@ -65,7 +64,9 @@ def photographed_angles(
         seen = _clicked(np.asarray(clicked, np.float64), camera, setup)
     middle = complex(*setup.race_center)
     angle = np.angle(seen.place - middle)
-    spread = np.hypot(seen.deviation / setup.orbit, camera.angle_deviation(seen.place, setup.height, middle))
+    spread = np.hypot(
+        seen.deviation / setup.orbit_radius, camera.angle_deviation(seen.place, setup.ball_height, middle)
+    )
     order = np.argsort(angle, kind="stable")
     data = xr.Dataset(
         {"ball_angle": ("ball", angle[order]), "ball_angle_deviation": ("ball", spread[order])},
@@ -82,21 +83,21 @@ def photographed_angles(
 def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> Seen:
     if pixels.shape != (setup.balls, 2) or not np.isfinite(pixels).all():
         raise QuestionError(f"clicked: given {pixels.shape}; give column and row of each of the {setup.balls} balls")
-    found = camera.view.places(pixels, setup.height)
+    found = camera.view.places(pixels, setup.ball_height)
     place = found[:, 0] + 1j * found[:, 1]
-    off = np.abs(np.abs(place - complex(*setup.race_center)) - setup.orbit)
-    for number in np.flatnonzero(off > 0.5 * setup.diameter):
+    off = np.abs(np.abs(place - complex(*setup.race_center)) - setup.orbit_radius)
+    for number in np.flatnonzero(off > 0.5 * setup.ball_diameter):
         raise QuestionError(
             f"clicked: ball {number + 1} at pixel ({pixels[number, 0]:g}, {pixels[number, 1]:g}) is "
             f"{1e3 * off[number]:.3g} mm beside the orbit of the race; check its pixel, the marks and ball_height"
         )
     for i in range(len(place)):
         for j in range(i):
-            if abs(place[i] - place[j]) < 0.6 * setup.diameter:
+            if abs(place[i] - place[j]) < 0.6 * setup.ball_diameter:
                 raise QuestionError(f"clicked: balls {j + 1} and {i + 1} are at one place")
     ahead = (
-        camera.view.places(pixels + np.array([0.5, 0.0]), setup.height),
-        camera.view.places(pixels + np.array([0.0, 0.5]), setup.height),
+        camera.view.places(pixels + np.array([0.5, 0.0]), setup.ball_height),
+        camera.view.places(pixels + np.array([0.0, 0.5]), setup.ball_height),
     )
     along = 1j * (place - complex(*setup.race_center)) / np.abs(place - complex(*setup.race_center))
     slopes = [((one[:, 0] + 1j * one[:, 1] - place) / 0.5 * np.conj(along)).real for one in ahead]

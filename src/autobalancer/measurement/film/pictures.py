@@ -79,8 +79,8 @@ class Reader:
         self.search.dark = dark > light
         if max(light, dark) < max(3.0, self.noise):
             raise QuestionError(
-                f"film: no balls in pictures 1 to {len(clear)}: nothing round on the orbit of {self.setup.orbit:g} m differs "
-                "from the race; check orbit radius, ball diameter, height and marks"
+                f"film: no balls in pictures 1 to {len(clear)}: nothing round on the orbit of {self.setup.orbit_radius:g} m "
+                "differs from the race; check orbit radius, ball diameter, height and marks"
             )
 
     def read(self, picture: Gray, count: int, known: RotorPlace | None) -> tuple[RotorPlace, Seen, str]:

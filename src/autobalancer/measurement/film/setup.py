@@ -4,62 +4,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from pydantic import Field, PlainValidator, model_validator
 
 from autobalancer.errors import QuestionError
+from autobalancer.machine.keys import document
+from autobalancer.machine.part import Length, Position, Positive, Quantity, Question, key
 from autobalancer.results.labels import LABELS, Label
-from autobalancer.units import argument, field_arguments
+from autobalancer.units import shortened, to_si
 
 # Marks: round spots of known place, on the rotor or on what stands still around it.
 
 
 FAR = 1000.0  # m: no mark of a rotor is so far away
+Pair = tuple[Annotated[float, Quantity("")], Annotated[float, Quantity("")]]
 
 
-@dataclass(frozen=True)
-class Mark:
-    """A round mark.
+class Mark(Question):
+    """A round mark: on the rotor in the frame of the rotor, with the zero mark on the x axis."""
 
-    Parameters
-    ----------
-    place
-        Its true place x, y, m or texts: on the rotor in the frame of the rotor, with the zero mark on the x axis.
-    radius
-        m or a text.
-    pixel
-        About where it is in the picture (column, row), or exactly; not needed of marks that move through the picture.
+    place: tuple[Position, Position] = key("its true place x, y")
+    radius: Length = key("of the spot")
+    pixel: Pair | None = key(
+        "about where it is in the picture (column, row), or exactly; of marks that move not needed", None
+    )
 
-    Raises
-    ------
-    QuestionError
-        If a number is not finite or the radius not above zero.
-    """
-
-    place: tuple[float | str, float | str]
-    radius: float | str
-    pixel: tuple[float, float] | None = None
-
-    def __post_init__(self) -> None:
-        x, y = (argument("place of a mark", one, "m") for one in self.place)
-        radius = argument("radius of a mark", self.radius, "m")
-        known = [x, y, radius, *(self.pixel or ())]
-        if not (all(map(math.isfinite, known)) and 0.0 < radius < FAR and math.hypot(x, y) < FAR):
-            raise QuestionError(
-                f"mark: given place {self.place}, radius {self.radius}, pixel {self.pixel}; finite numbers, radius > 0, "
-                f"all within {FAR:g} m"
-            )
-        object.__setattr__(self, "place", (x, y))
-        object.__setattr__(self, "radius", radius)
+    @model_validator(mode="after")
+    def _is_near(self) -> Mark:
+        if not (self.radius < FAR and math.hypot(*self.place) < FAR):
+            raise ValueError(f"given place {list(self.place)}, radius {self.radius:g}; must be all within {FAR:g} m")
+        return self
 
     @property
     def z(self) -> complex:
         """The place as x + i y, m."""
-        return complex(float(self.place[0]), float(self.place[1]))
+        return complex(*self.place)
 
 
 def places_of(marks: Sequence[Mark]) -> NDArray[np.complex128]:
@@ -67,97 +50,67 @@ def places_of(marks: Sequence[Mark]) -> NDArray[np.complex128]:
     return np.array([mark.z for mark in marks], np.complex128)
 
 
-@dataclass(frozen=True)
-class FilmSetup:
+def _terms(given: Any) -> Any:
+    """The number of terms of the distortion, or the terms."""
+    if isinstance(given, int) and not isinstance(given, bool) and 0 <= given <= 2:
+        return given
+    if not isinstance(given, (list, tuple)):
+        raise ValueError(f"given {shortened(given)}; must be the number of terms, 0, 1 or 2, or a list of the terms")
+    return tuple(float(to_si(one, "")) for one in given)
+
+
+class FilmSetup(Question):
     """What has to be known to read ball angles from pictures.
 
-    Parameters
-    ----------
-    orbit_radius, ball_diameter
-        m or texts.
-    balls
-        How many balls are in the race.
-    marks
-        Four or more that do not move in the picture, each with its pixel: of a camera at rest on what stands still, of a camera
-        that turns with the rotor (and of a single photograph) on the rotor.
-    rotor_marks
-        Marks on the rotor, from which the rotor angle and the deflection are read if the camera is at rest; without pixels.
-    ball_height
-        Of the centers of the balls above the plane of the marks, m or a text. A ball that lies on this plane: its radius.
-    camera
-        "rest", or "turning" with the rotor.
-    focal_length
-        Pixels; by default fitted to the marks.
-    distortion
-        Number of radial terms fitted to the marks (0, 1 or 2), or the known terms. One by default: five marks determine it, and
-        with four the deviations contain what a usual lens may do; 0 for a lens that draws straight lines.
-    race_center
-        Of an eccentric race in the rotor, x and y, m.
-    marks_exact
-        Whether the pixels of the marks are taken as they are, with ``pixel_deviation``; by default marks are looked for there.
-    pixel_deviation
-        Standard deviation of points that a person gave, pixels.
-
-    Raises
-    ------
-    QuestionError
-        If one of them is not possible.
+    ``marks`` do not move in the picture, and each has its pixel: of a camera at rest they are on what stands still, of a camera
+    that turns with the rotor (and of a single photograph) on the rotor.
     """
 
-    orbit_radius: float | str
-    ball_diameter: float | str
-    balls: int
-    marks: Sequence[Mark]
-    rotor_marks: Sequence[Mark] = ()
-    ball_height: float | str = 0.0
-    camera: Literal["rest", "turning"] = "rest"
-    focal_length: float | None = None
-    distortion: int | Sequence[float] = 1
-    race_center: tuple[float, float] = (0.0, 0.0)
-    marks_exact: bool = False
-    pixel_deviation: float = 1.0
+    orbit_radius: Length = key("of the balls")
+    ball_diameter: Length = key("of a ball")
+    balls: Annotated[int, Field(strict=True, ge=1)] = key("how many are in the race")
+    marks: tuple[Mark, ...] = key("four or more that do not move in the picture")
+    rotor_marks: tuple[Mark, ...] = key(
+        "on the rotor, without pixels: its angle and deflection are read from them if the camera is at rest", ()
+    )
+    ball_height: Position = key(
+        "of the centers of the balls above the plane of the marks; of balls that lie on it their radius", 0.0
+    )
+    camera: Literal["rest", "turning"] = key("at rest, or turning with the rotor", "rest")
+    focal_length: Positive | None = key("pixels; fitted to the marks unless given", None)
+    distortion: Annotated[int | tuple[float, ...], PlainValidator(_terms, json_schema_input_type=int | list[float])] = (
+        key(
+            "number of radial terms fitted to the marks, or the known terms. Five marks determine one; with four the deviations "
+            "contain what a usual lens may do. 0 for a lens that draws straight lines",
+            1,
+            value="0, 1 or 2, or list of numbers",
+        )
+    )
+    race_center: tuple[Position, Position] = key("of an eccentric race in the rotor, x and y", (0.0, 0.0))
+    marks_exact: bool = key("the pixels of the marks are taken as they are; else marks are looked for there", False)
+    pixel_deviation: Positive = key("standard deviation of points that a person gave, pixels", 1.0)
 
-    def __post_init__(self) -> None:
-        field_arguments(self, orbit_radius="m", ball_diameter="m", ball_height="m")
-        if not 0.0 < 0.5 * self.diameter < self.orbit:
-            raise QuestionError(
-                f"film: orbit radius {self.orbit:g} m, ball diameter {self.diameter:g} m; a ball must be smaller than its orbit"
-            )
-        most = int(math.pi / math.asin(0.5 * self.diameter / self.orbit) + 1e-9)
-        if not 1 <= self.balls <= most:
-            raise QuestionError(f"film: given {self.balls} balls; 1 to {most} have room in this race")
+    @model_validator(mode="after")
+    def _is_possible(self) -> FilmSetup:
+        if not 0.5 * self.ball_diameter < self.orbit_radius:
+            sizes = f"given {self.ball_diameter:g} m on an orbit of {self.orbit_radius:g} m"
+            raise QuestionError(f"{sizes}; a ball must be smaller than its orbit", ("ball_diameter",))
+        most = int(math.pi / math.asin(0.5 * self.ball_diameter / self.orbit_radius) + 1e-9)
+        if self.balls > most:
+            raise QuestionError(f"given {self.balls}; 1 to {most} have room in this race", ("balls",))
         if len(self.marks) < 4:
-            raise QuestionError(
-                f"film: {len(self.marks)} marks; four or more marks of known place are needed to rectify a picture"
-            )
-        for number, mark in enumerate(self.marks, 1):
+            text = f"given {len(self.marks)}; four or more marks of known place are needed to rectify a picture"
+            raise QuestionError(text, ("marks",))
+        for number, mark in enumerate(self.marks):
             if mark.pixel is None:
-                raise QuestionError(f"film: mark {number} has no pixel; say about where it is in the picture")
-        if self.camera not in ("rest", "turning"):
-            raise QuestionError(f"film: camera {self.camera!r}; must be 'rest' or 'turning'")
-        if not (math.isfinite(self.pixel_deviation) and self.pixel_deviation > 0.0):
-            raise QuestionError(f"pixel_deviation: given {self.pixel_deviation}; must be above zero")
+                raise QuestionError("missing; say about where the mark is in the picture", ("marks", number, "pixel"))
         self._check_pattern()
-
-    @property
-    def orbit(self) -> float:
-        """Orbit radius, m."""
-        return float(self.orbit_radius)
-
-    @property
-    def diameter(self) -> float:
-        """Ball diameter, m."""
-        return float(self.ball_diameter)
-
-    @property
-    def height(self) -> float:
-        """Of the ball centers above the marks, m."""
-        return float(self.ball_height)
+        return self
 
     @property
     def contact_angle(self) -> float:
         """Angle between two balls that touch, rad."""
-        return 2.0 * math.asin(0.5 * self.diameter / self.orbit)
+        return 2.0 * math.asin(0.5 * self.ball_diameter / self.orbit_radius)
 
     def _check_pattern(self) -> None:
         """Marks on the rotor must look different after any part of a turn."""
@@ -166,11 +119,14 @@ class FilmSetup:
             if not z[0] or abs(abs(other) - abs(z[0])) > 1e-6:
                 continue
             turn = other / z[0]
-            if all(min(abs(one * turn - place) for place in z) < float(self.rotor_marks[0].radius) for one in z):
+            if all(min(abs(one * turn - place) for place in z) < self.rotor_marks[0].radius for one in z):
                 degrees = math.degrees(math.atan2(turn.imag, turn.real)) % 360.0
                 raise QuestionError(
-                    f"film: the marks on the rotor look the same after {degrees:.3g} degrees; move one of them"
+                    f"they look the same after {degrees:.3g} degrees; move one of them", ("rotor_marks",)
                 )
+
+
+document(FilmSetup)
 
 
 # Long names and units of what films and photographs give; the rest has those of runs.

@@ -100,7 +100,7 @@ def track_balls(
         rotor = [place._replace(angle=0.0, center=0j, deviation=0.0) for place in rotor]
     followed = follow(when, rotor, found.seen, _deviations(found, rotor, setup), setup, slip)
     _judge_lost(faults, followed, when)
-    hits = impacts(when, followed.angle, followed.deviation, setup.contact_angle, setup.orbit)
+    hits = impacts(when, followed.angle, followed.deviation, setup.contact_angle, setup.orbit_radius)
     breaks = [hits.time[(hits.ball == i) | (hits.partner == i)] for i in range(1, setup.balls + 1)]
     rate, unsure = speeds(when, followed.angle, followed.deviation, breaks)
     rotor_speed = _rotor_speed(when, turns)
@@ -190,13 +190,13 @@ def _refuse_many(faults: list[str], when: Floats) -> None:
 def _deviations(found: Pictures, rotor: Sequence[RotorPlace], setup: FilmSetup) -> list[Floats]:
     """Of the angles of the finds: their edges, the rotor and the camera."""
     grid = 2.0 * np.pi * np.arange(72) / 72
-    of_camera = found.calibration.angle_deviation(setup.orbit * np.exp(1j * grid), setup.height, 0j)
+    of_camera = found.calibration.angle_deviation(setup.orbit_radius * np.exp(1j * grid), setup.ball_height, 0j)
     answer = []
     for seen, place in zip(found.seen, rotor, strict=True):
         at = np.angle(seen.place - place.center)
         camera = np.interp(at, grid, of_camera, period=2.0 * np.pi)
         turn = place.deviation if np.isfinite(place.deviation) else 0.0
-        answer.append(np.sqrt((seen.deviation / setup.orbit) ** 2 + turn**2 + camera**2))
+        answer.append(np.sqrt((seen.deviation / setup.orbit_radius) ** 2 + turn**2 + camera**2))
     return answer
 
 
@@ -252,8 +252,8 @@ def ball_film(
             "ball": np.arange(1, setup.balls + 1),
             "impact_time": ("impact", hits.time),
             "event_time": ("event", np.array([at for at, _ in events], np.float64)),
-            "orbit_radius": ("ball", np.full(setup.balls, setup.orbit)),
-            "ball_diameter": ("ball", np.full(setup.balls, setup.diameter)),
+            "orbit_radius": ("ball", np.full(setup.balls, setup.orbit_radius)),
+            "ball_diameter": ("ball", np.full(setup.balls, setup.ball_diameter)),
         },
     )
     if moved:
@@ -602,9 +602,9 @@ def rectified_picture(film: Film, setup: FilmSetup, number: int) -> Labeled:
         raise QuestionError(f"picture: given {number}; the film has fewer, counted from 1")
     reader = Reader(first, setup)
     _, seen, fault = reader.read(picture, setup.balls, None)
-    reach = 1.15 * max([setup.orbit + setup.diameter, *(abs(mark.z) for mark in setup.marks)])
+    reach = 1.15 * max([setup.orbit_radius + setup.ball_diameter, *(abs(mark.z) for mark in setup.marks)])
     side = np.linspace(-reach, reach, SIZE)
-    pixels = reader.calibration.view.pixels(in_space(side[None, :] + 1j * side[:, None], setup.height))
+    pixels = reader.calibration.view.pixels(in_space(side[None, :] + 1j * side[:, None], setup.ball_height))
     data = xr.Dataset(
         {
             "brightness": (("y", "x"), sampled(picture, pixels), {"long_name": "brightness", "units": ""}),
@@ -614,8 +614,8 @@ def rectified_picture(film: Film, setup: FilmSetup, number: int) -> Labeled:
         {"x": ("x", side, {"units": "m"}), "y": ("y", side, {"units": "m"})},
         {
             "title": f"picture {number} rectified" + (f": {fault}" if fault else ""),
-            "orbit_radius": setup.orbit,
-            "ball_diameter": setup.diameter,
+            "orbit_radius": setup.orbit_radius,
+            "ball_diameter": setup.ball_diameter,
             **provenance(),
         },
     )
