@@ -11,8 +11,10 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 from reproductions.standing import standing
+from typer.testing import CliRunner
 
 import autobalancer as ab
+from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film import drawn as scene
 from autobalancer.measurement.film.calibration import calibrate, camera_of, homography, mapped
@@ -531,3 +533,17 @@ def test_a_file_that_is_no_film_is_refused(short: tuple[Any, ...], tmp_path: Pat
         ab.measure.track_balls(tmp_path / "no.mp4", setup())
     with pytest.raises(ResultError, match="no such file"):
         ab.measure.track_balls(tmp_path / "missing.mp4", setup())
+
+
+def test_a_film_does_not_write_its_set_up_over_a_machine_of_the_same_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autobalancer.measure.render_film", None)  # refused before
+    ab.save_run(made_up(np.zeros((TIME.size, 1))), tmp_path / "race.nc")
+    machine = tmp_path / "race.toml"
+    machine.write_text('name = "mine"\n')
+    words = ["measure", "film", str(tmp_path / "race.nc"), "--out", str(tmp_path / "race.mp4")]
+    answer = CliRunner().invoke(app, words)
+    assert isinstance(answer.exception, QuestionError) or answer.exit_code == 2
+    assert "race.toml: is there and no set-up of a film" in " ".join(f"{answer.exception}{answer.stderr}".split())
+    assert machine.read_text() == 'name = "mine"\n'

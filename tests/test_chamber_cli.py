@@ -130,6 +130,20 @@ def test_wrong_words_are_answered(machine: Path) -> None:
     )
 
 
+def test_what_is_asked_of_the_answer_is_refused_before_the_runs(machine: Path) -> None:
+    asked = (str(machine), "--duration", "1 s", "--archive", "runs")
+    assert "--height" in told("chamber", "reactions", *asked, "--height", "2 kg", code=2)
+    assert "--until" in told("chamber", "reactions", *asked, "--until", "late", code=2)
+    Path("taken").write_text("a file")
+    assert "taken" in told("chamber", "reactions", *asked, "--out", "taken", code=2)
+    few = ("--balls", "2,3", "--single", "none", "--friction", "0.5", "--means", "means.png")
+    assert "means are over 8 to 50 balls (deep)" in told("chamber", "amplitudes", *asked, *few, code=2)
+    design = ("--balls", "2,3", "--around")
+    assert "must be one of unbalance" in told("chamber", "design", *asked, *design, "mass=0.2", code=2)
+    assert "must be a share" in told("chamber", "design", *asked, *design, "unbalance=2", code=2)
+    assert not Path("runs").exists()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -190,3 +190,13 @@ def test_what_is_no_report_is_refused(tmp_path: Path) -> None:
     }
     with pytest.raises(QuestionError, match="study: it is of another machine"):
         ab.report(MACHINE, tmp_path / "a.html", study=ab.study(other))
+
+
+@pytest.mark.parametrize(("suffix", "package"), [("html", "jinja2"), ("pdf", "typst")])
+def test_a_report_that_could_not_be_written_is_refused_before_the_machine_runs(
+    suffix: str, package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("autobalancer.reporting.report.simulate", None)
+    monkeypatch.setattr("autobalancer.reporting.report.find_spec", lambda name: None)
+    with pytest.raises(QuestionError, match=rf"a.{suffix}: {package}, which .* pip install 'autobalancer\[report\]'"):
+        ab.report(MACHINE, tmp_path / f"a.{suffix}")

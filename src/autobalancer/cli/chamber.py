@@ -34,6 +34,7 @@ Kept = Annotated[Path | None, "Folder that keeps all runs; what was stopped goes
 Workers = Annotated[int | None, "Threads; by default one for each core."]
 GOES_ON = "the archive keeps what was computed, and the same command goes on"
 LOST = "nothing is kept without --archive"
+PICTURES = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")  # of one run
 
 
 @app.command()
@@ -61,13 +62,19 @@ def amplitudes(
     """
     from autobalancer.files.machine_file import load_chamber_machine
     from autobalancer.results.export import result_csv
-    from autobalancer.studies.chamber_study import optimal_means
+    from autobalancer.studies.chamber_study import OPTIMAL, optimal_means
 
     deep = [] if balls == "none" else whole("--balls", balls)
     other = [] if single == "none" else whole("--single", single) if single else deep
     if not deep and not other:
         raise QuestionError("--balls, --single: given none for both; give numbers of balls for one of them")
     counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
+    for layer, numbers in counts.items() if means is not None else ():
+        low, high = OPTIMAL[layer]
+        if not any(low <= number <= high for number in numbers):
+            raise QuestionError(
+                f"--means: means are over {low} to {high} balls ({layer}), and none of {numbers} is among them"
+            )
     of_means, of_shares = (Files(plot=path) for path in (means, carried))
     with said_when_stopped(GOES_ON if archive is not None else LOST):
         found = ab.chamber.amplitudes(
@@ -116,12 +123,15 @@ def reactions(
     from autobalancer.files.machine_file import load_chamber_machine
     from autobalancer.plots.drawing.style import save_picture
     from autobalancer.results.unconstrained_body import pakula_body
+    from autobalancer.safe_file import ready_to_write
 
-    update = options["progress"]
+    update, name = options["progress"], name or machine.stem
+    ready_to_write(*(out / f"{name}_{kind}.png" for kind in PICTURES))
+    body = pakula_body(height) if height else None
     with said_when_stopped(GOES_ON):
         run = ab.chamber.archived_run(
             ab.chamber.Archive(archive),
-            name or machine.stem,
+            name,
             load_chamber_machine(machine),
             duration=duration,
             step=step,
@@ -130,16 +140,15 @@ def reactions(
             progress=lambda now, end: update(round(1000.0 * now / end), 1000),
         )
     samples = run.samples().load()
-    body = pakula_body(height) if height else None
-    pictures = {
-        "history": ab.plot.chamber_run(samples),
-        "energy": ab.plot.chamber_energy(samples),
-        "collisions": ab.plot.chamber_collisions(samples),
-        "bearings": ab.plot.chamber_bearing_forces(samples),
-        "reactions": ab.plot.chamber_reactions(samples, body, until=until),
-        "arrangement": ab.plot.chamber_arrangement(samples),
-    }
-    made = [save_picture(figure, out / f"{run.name}_{kind}.png") for kind, figure in pictures.items()]
+    figures = (
+        ab.plot.chamber_run(samples),
+        ab.plot.chamber_energy(samples),
+        ab.plot.chamber_collisions(samples),
+        ab.plot.chamber_bearing_forces(samples),
+        ab.plot.chamber_reactions(samples, body, until=until),
+        ab.plot.chamber_arrangement(samples),
+    )
+    made = [save_picture(figure, out / f"{name}_{kind}.png") for kind, figure in zip(PICTURES, figures, strict=True)]
     outcome, measured = run.note.outcome, run.note.measures
     return Reply(
         None,
@@ -231,6 +240,7 @@ def design(
     """
     from autobalancer.cli.terminal.options import quantity
     from autobalancer.files.machine_file import load_chamber_machine
+    from autobalancer.studies.chamber_design.around import refuse_changes
 
     made = Files(best, allowed=MACHINE)
     candidates = {
@@ -247,6 +257,7 @@ def design(
     limits = dict(_pair("--limit", text, "vibration=20 um") for text in limit or ())
     pairs = [_pair("--around", text, "unbalance=0.2") for text in around or ()]
     changes = {name: quantity("--around", text, "") for name, text in pairs}
+    refuse_changes(changes)
     how: dict[str, Any] = {"archive": archive, "workers": workers, **options}
     with said_when_stopped(GOES_ON if archive is not None else LOST):
         found = ab.chamber.design(

@@ -212,9 +212,10 @@ def film(
     how = ab.measure.Exposure(
         frame_rate=frame_rate, time=exposure, stroboscope="turn" if stroboscope else "", noise=noise, lost=lost
     )
-    known = ab.measure.film_setup(run, camera, race=race)
+    known, beside = ab.measure.film_setup(run, camera, race=race), out.with_suffix(".toml")
+    _refuse_other_file(beside)
     made = ab.measure.render_film(run, out, camera=camera, exposure=how, start=start, end=end, **options)
-    ab.measure.save_film_setup(known, out.with_suffix(".toml"))
+    ab.measure.save_film_setup(known, beside)
     return Reply(
         made,
         {"film": str(out), "setup": str(out.with_suffix(".toml")), "pictures": made.time.size},
@@ -225,6 +226,20 @@ def film(
             f"set-up: {out.with_suffix('.toml')}",
         ],
     )
+
+
+def _refuse_other_file(path: Path) -> None:
+    """Refuse a place for a set-up that cannot be written, or where something else is, such as a machine."""
+    from autobalancer.safe_file import ready_to_write
+
+    ready_to_write(path)
+    if path.exists():
+        try:
+            ab.measure.load_film_setup(path)
+        except ab.errors.AutobalancerError:
+            raise ab.errors.QuestionError(
+                f"{path}: is there and no set-up of a film, which is written beside the film; give --out another name"
+            ) from None
 
 
 # ``autobalancer measure race-shape``, ``rest-friction``, ``drag-from-lag``: races and balls from measurements.

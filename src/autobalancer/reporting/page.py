@@ -217,20 +217,10 @@ TABLE = """<table{% if not rows.head %} class="facts"{% endif %}>{% if rows.head
 
 
 def html_text(report: Report) -> str:
-    """The whole file.
+    """The whole file."""
+    from jinja2 import Environment
+    from markupsafe import Markup, escape
 
-    Raises
-    ------
-    QuestionError
-        If Jinja2 is not installed.
-    """
-    try:
-        from jinja2 import Environment
-        from markupsafe import Markup, escape
-    except ImportError:
-        raise QuestionError(
-            "report: Jinja2 is not installed; install it with: pip install 'autobalancer[report]'"
-        ) from None
     environment = Environment(autoescape=True)
     page, table = environment.from_string(PAGE), environment.from_string(TABLE)
 

@@ -8,6 +8,7 @@ import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -78,7 +79,7 @@ from autobalancer.tables import speeds_in_rpm
 
 TENTH = 10  # of the random starts, with which small changes are tried
 PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
-FORMS = (".html", ".pdf")
+FORMS = {".html": ("jinja2", "fills in its pages"), ".pdf": ("typst", "sets PDF files")}  # the package for each
 LIMITS = (
     "The numbers are those of a model. It knows the machine only as far as the machine file at the end describes it, and ideal "
     "parts where nothing is said: round races on the axis without friction, rigid supports behind the springs, a fluid that "
@@ -156,6 +157,11 @@ def report(
     if path.suffix.lower() not in FORMS:
         raise QuestionError(f"{path}: a report is written as .html or .pdf; end the name with one of these")
     ready_to_write(path)
+    package, does = FORMS[path.suffix.lower()]
+    if find_spec(package) is None:
+        raise QuestionError(
+            f"{path}: {package}, which {does}, is not installed; install it with: pip install 'autobalancer[report]'"
+        )
     name = str(machine) if isinstance(machine, (str, Path)) else "machine.toml"
     described = balls_in_races(machine)
     refuse_what_does_not_fit("report", starts, "starts", bytes_of_a_member(described, False), "; ask for fewer")
@@ -202,9 +208,9 @@ def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], Non
         if progress is not None:
             progress(min(len(done), total), total)
 
+    run = simulate(machine, seed=seed, progress=False)  # first, as it says what the machine lacks
     summary = check(machine)
     assert isinstance(summary, Summary)
-    run = simulate(machine, seed=seed, progress=False)
     held = simulate(machine, seed=seed, hold_balls=True, progress=False)
     command = f"autobalancer simulate {file} --seed {seed} --out run.nc"
     half = max(starts // 2, 2)
@@ -276,6 +282,7 @@ def _study(given: Studied | Designed | str | Path | None, machine: Machine) -> S
         return None
     found = load_run(given) if isinstance(given, (str, Path)) else given
     if isinstance(found, Designed):
+        _place(found, machine)  # refuses a machine that is none of it
         return found
     if not isinstance(found, Studied):
         raise QuestionError("study: this is no result of ab.study or ab.design")
@@ -306,18 +313,11 @@ def write_pdf(report: Report, path: Path) -> None:
 
     Raises
     ------
-    QuestionError
-        If typst is not installed.
     ResultError
         If the file cannot be written.
     """
-    try:
-        import typst
-    except ImportError:
-        raise QuestionError(
-            "report: typst, which sets PDF files, is not installed; install it with: pip install 'autobalancer[report]', "
-            "or write .html"
-        ) from None
+    import typst
+
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "report.typ"
         source.write_text(_source(report, Path(folder)), encoding="utf-8")

@@ -116,15 +116,27 @@ def _machine(machine: ChamberMachine, candidate: Candidate, unbalance: float) ->
         return reason
 
 
-def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> list[tuple[str, Candidate, float]]:
-    if not changes:
-        raise QuestionError("changes: given none; give at least one, such as unbalance 0.2")
-    found = []
+def refuse_changes(changes: Mapping[str, float]) -> None:
+    """Refuse quantities that no design has, and shares that are none.
+
+    Raises
+    ------
+    QuestionError
+        With what is allowed.
+    """
     for name, share in changes.items():
         if name not in CHANGED:
             raise QuestionError(f"changes: given {name!r}; must be one of {', '.join(CHANGED)}")
         if not 0.0 < share < 1.0:
             raise QuestionError(f"changes: {name}: given {share:g}; must be a share between 0 and 1")
+
+
+def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> list[tuple[str, Candidate, float]]:
+    if not changes:
+        raise QuestionError("changes: given none; give at least one, such as unbalance 0.2")
+    refuse_changes(changes)
+    found = []
+    for name, share in changes.items():
         if name in ("viscosity", "ball_friction") and not getattr(candidate, name) > 0.0:
             raise QuestionError(f"changes: {name}: the design has none of its own")
         for sign in (-1.0, 1.0):
