@@ -237,7 +237,7 @@ WIDE = (
     "catalog materials",
     "catalog friction",
     "catalog rigs",
-    "catalog rig",
+    "catalog rig cfrp_rig --out rig.toml",
     'catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"',
 )
 WIDE_AND_SLOW = (

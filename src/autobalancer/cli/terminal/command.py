@@ -75,7 +75,7 @@ class Files:
         ready_to_write(*paths)
         self.folders = [folder for folder in {path.parent: None for path in paths} if not folder.exists()]
 
-    def save(self, found: Any, draw: Callable[[], Figure] | None = None, machine: Machine | str | None = None) -> None:
+    def save(self, found: Any, draw: Callable[[], Figure] | None = None, machine: AnyMachine | None = None) -> None:
         """Write the result, the machine that came with it or lines of its file, and the picture."""
         for path in self.out:
             if machine is None or path.suffix.lower() not in MACHINE:
