@@ -561,12 +561,12 @@ def _named_options(options: Mapping[str, Any]) -> Iterator[None]:
 
 
 @contextmanager
-def said_when_stopped(text: str) -> Iterator[None]:
-    """Says what an interruption leaves."""
+def said_when_stopped(text: str, kept: Path = Path()) -> Iterator[None]:
+    """Says what an interruption leaves, if something is ``kept``."""
     try:
         yield
     except KeyboardInterrupt:
-        if text:
+        if kept.is_dir():
             typer.secho(f"interrupted; {text}", fg="yellow", err=True)
         raise
 
