@@ -90,7 +90,7 @@ def test_balls_that_friction_keeps_off_their_places_are_held_and_neither_balance
     assert found["final_deflection"].values == pytest.approx(whirl, rel=1e-9)
     worst = found["final_deflection"][found.attrs["worst"]]
     assert float(found["deflection_quantile"].sel(quantile=1.0)) == pytest.approx(float(worst), rel=1e-12)
-    assert "friction_text" not in found.attrs
+    assert found.attrs["remarks"] == []
 
 
 def test_the_command_says_that_held_by_friction_is_no_verdict(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_with_much_friction_no_start_balances_and_without_any_the_result_says_th
     assert float(worse.sum()) > 0.4
     ideal = ab.basin(DISCOIDAL, 125.0, random=20)
     assert float(ideal["verdict_share"].sel(verdict="balanced")) == 1.0
-    assert "ideal balls" in ideal.attrs["friction_text"]
+    assert "ideal balls" in " ".join(ideal.attrs["remarks"])
 
 
 def test_the_picture_of_random_starts_with_friction_shows_the_distribution_of_the_residual() -> None:

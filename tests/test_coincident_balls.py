@@ -75,12 +75,12 @@ def test_balls_that_met_below_the_critical_speed_part_above_it_and_balance() -> 
     found = stepped_response(one_washer(), speeds, **SWEEP)
     assert float(found["amplitude"][-1]) == pytest.approx(settled, rel=0.05)
     assert found.attrs["mass_spread"] == 1e-6
-    assert "coincidence_text" not in found.attrs
+    assert found.attrs["remarks"] == []
     equal = stepped_response(one_washer(), speeds, **SWEEP, mass_spread=0.0)
     assert float(equal["amplitude"][-1]) > 2.0 * settled
     assert np.ptp(equal["least_ball_angle_in_rotor"].values[-1]) == 0.0
     assert float(equal["parting_rate"][-1]) > 0.0
-    assert "although this state is unstable" in equal.attrs["coincidence_text"]
+    assert "although this state is unstable" in " ".join(equal.attrs["remarks"])
 
 
 @pytest.mark.slow
@@ -107,9 +107,9 @@ def test_balls_that_may_pass_through_each_other_may_start_in_one_place() -> None
 def test_equal_balls_in_one_place_never_part_and_the_run_says_that_they_should() -> None:
     run = ab.simulate(in_line(), mass_spread=0.0)
     assert np.ptp(run["ball_angle_in_rotor"].values[-1]) == 0.0
-    assert "balls 1 and 2 lie in one place although this state is unstable" in run.attrs["coincidence_text"]
+    assert "balls 1 and 2 lie in one place although this state is unstable" in " ".join(run.attrs["remarks"])
     below = ab.with_parameter(in_line(0.0), "drive.profile.speed", 100.0)
-    assert "coincidence_text" not in ab.simulate(below, mass_spread=0.0).attrs
+    assert "in one place" not in " ".join(ab.simulate(below, mass_spread=0.0).attrs["remarks"])
 
 
 def test_the_rate_at_which_balls_part_is_that_at_which_a_small_gap_grows() -> None:

@@ -280,10 +280,10 @@ def test_a_run_says_below_which_whirl_its_balls_stay_or_that_they_are_ideal() ->
         return ab.simulate(with_value_at(one, "drive.profile", {"kind": "constant", "speed": 125.0}), duration=0.5)
 
     rough, ideal = said(machine(0.006)), said(ab.load_machine(MACHINES / "discoidal.toml"))
-    assert "462 µm" in rough.attrs["friction_text"]
-    assert "ideal balls" in ideal.attrs["friction_text"]
-    assert rough.attrs["friction_text"] in ab.verdict(rough).notes
-    assert ideal.attrs["friction_text"] in ab.verdict(ideal).notes
+    assert "462 µm" in rough.attrs["remarks"][0]
+    assert "ideal balls" in ideal.attrs["remarks"][0]
+    assert rough.attrs["remarks"][0] in ab.verdict(rough).notes
+    assert ideal.attrs["remarks"][0] in ab.verdict(ideal).notes
 
 
 def test_check_says_what_friction_does_or_that_there_is_none(tmp_path: Path) -> None:

@@ -349,7 +349,7 @@ def test_a_run_says_that_a_bearing_moved_beyond_its_table() -> None:
     for size, says in ((1e-4, False), (3e-4, True)):
         run = ab.simulate(rig(held(TABLE), start={"deflection": [size, 0.0]}, drive=drive), duration=0.1)
         assert (
-            "joint 1 moved 300 µm from its middle, its table ends at 200 µm" in run.attrs.get("bearing_text", "")
+            "joint 1 moved 300 µm from its middle, its table ends at 200 µm" in " ".join(run.attrs.get("remarks", []))
         ) == says
 
 

@@ -145,4 +145,4 @@ def test_a_specification_of_a_design_says_how_it_was_read_too() -> None:
     assert limit.startswith("limits.peak_deflection = 1.3 was read in m")
     assert '"1.3 mm" if that is meant' in limit
     assert size.startswith("candidates.orbit_radius.to = 77 was read in m")
-    assert designs_dataset(spec, [], "so far").attrs["input_text"].splitlines() == list(spec.remarks)
+    assert designs_dataset(spec, [], "so far").attrs["remarks"] == list(spec.remarks)

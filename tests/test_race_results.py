@@ -53,16 +53,16 @@ def test_a_ball_thrown_over_the_top_too_slowly_would_have_left_its_race() -> Non
     when = float(run["time"][np.argmax(psi > leaves)])
     assert run.attrs["left_race_ball"] == 1
     assert run.attrs["left_race_time"] == pytest.approx(when, abs=1.01 * 0.4 / 8000)
-    assert "would have left" in run.attrs["left_race_text"]
+    assert "would have left" in " ".join(run.attrs["remarks"])
     # the guided ball swings back, and the race presses it again where it left it
     back = float(run["time"][np.flatnonzero(psi > leaves)[-1]])
     assert run.attrs["left_race_end"] == pytest.approx(back, abs=2.01 * 0.4 / 8000)
-    assert f"to {run.attrs['left_race_end']:.5g} s, 1 ball" in run.attrs["left_race_text"]
+    assert f"to {run.attrs['left_race_end']:.5g} s, 1 ball" in " ".join(run.attrs["remarks"])
 
 
 def test_a_ball_that_is_off_its_race_at_the_end_of_a_run_is_said_so() -> None:
     run = ab.simulate(standing(angles=[0.0], speeds=[14.0], friction={}), duration=0.25, save=Samples(401))
-    assert "to the end of the run, 1 ball (first ball 1) would have left the race" in run.attrs["left_race_text"]
+    assert "to the end of the run, 1 ball (first ball 1) would have left the race" in " ".join(run.attrs["remarks"])
 
 
 def test_plain_and_real_races_press_alike_and_both_say_when_a_ball_would_have_fallen_off() -> None:

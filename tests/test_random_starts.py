@@ -174,8 +174,8 @@ def test_the_picture_of_run_ups_has_the_peaks_beside_the_one_without_balls() -> 
 
 def test_below_the_speed_at_which_balls_fall_a_note_says_that_they_are_guided() -> None:
     found = ab.basin(_drum(), SPEED, random=2, acceleration=20.0, hold=1.0)
-    assert "59.8 rpm" in found.attrs["gravity_text"]  # sqrt(g/r)
-    assert "gravity_text" not in ab.basin(_drum(), SPEED, random=2, hold=1.0).attrs
+    assert "59.8 rpm" in " ".join(found.attrs["remarks"])  # sqrt(g/r)
+    assert "would make balls fall" not in " ".join(ab.basin(_drum(), SPEED, random=2, hold=1.0).attrs["remarks"])
 
 
 def _two_balls() -> Machine:

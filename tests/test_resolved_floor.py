@@ -128,12 +128,12 @@ def test_a_run_says_until_when_its_balls_are_on_the_floor() -> None:
     assert found["lift_off_speed"].values == pytest.approx([leaves], rel=1e-2)
     assert found["lift_off_time"].values == pytest.approx([4.0 * (leaves - begin) / (1.2 * leaves - begin)], rel=1.5e-2)
     at_lift = f"{float(found['lift_off_time'][0]):.3g} s ({float(found['lift_off_speed'][0]):.3g} rad/s)"
-    assert risen.attrs["floor_text"] == f"on the floor of the annulus: ball 1 until {at_lift}"
-    assert risen.attrs["floor_text"] in ab.verdict(risen).notes
+    assert f"on the floor of the annulus: ball 1 until {at_lift}" in risen.attrs["remarks"]
+    assert risen.attrs["remarks"][-1] in ab.verdict(risen).notes
     still = ab.simulate(driven(chamber(**GRIP), kind="constant", speed=5.0), duration=0.1, save=ab.Samples(11))
     assert still["ball_floor_force"].values[-1] == pytest.approx(MASS * GRAVITY - mu * MASS * ORBIT * 25.0, rel=1e-3)
     assert np.isnan(ab.measures(still)["lift_off_speed"].values).all()
-    assert "ball 1 up to the end; friction of its wall carries it from 14 rad/s on" in still.attrs["floor_text"]
+    assert "ball 1 up to the end; friction of its wall carries it from 14 rad/s on" in " ".join(still.attrs["remarks"])
 
 
 def test_a_ball_rests_on_its_wall_where_stiff_bearings_have_critical_speeds_that_no_ball_goes_round_at() -> None:

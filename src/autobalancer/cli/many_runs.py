@@ -164,7 +164,7 @@ def basin(
         (),
         lines=lines,
         code=code,
-        notes=[text for text in (changing, left["note"], left["gravity_note"], ignored) if text],
+        notes=[text for text in (changing, *left["remarks"], ignored) if text],
         also=[Also(again, found, machine=worst_start(found) if worst is not None else None)],
     )
 
@@ -202,8 +202,7 @@ def _left(found: Any) -> dict[str, Any]:
         "residual_unbalance": dict(zip(quantiles, plain("residual_quantile"), strict=True)),
         "unbalance": plain("unbalance"),
         "released": str(found.attrs["released"]),
-        "note": str(found.attrs.get("friction_text", "")),
-        "gravity_note": str(found.attrs.get("gravity_text", "")),
+        "remarks": found.attrs["remarks"],
     }
     if "verdict_share" in found:
         left["verdict_share"] = dict(zip(found["verdict"].values.tolist(), plain("verdict_share"), strict=True))

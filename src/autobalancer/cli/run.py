@@ -134,9 +134,6 @@ def run(
         print_csv(numbers.columns(speed_sign()))
     else:
         print_verdict(found, Console())
-        for key in ("flow_text", "coincidence_text"):
-            if key in result.attrs:
-                print_note(result.attrs[key])
         say_seed(described, seed)
         say(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
         files.say()
@@ -445,8 +442,8 @@ def stepped(
     else:
         for text in found.greatest(speed_text):
             typer.echo(text)
-        if "coincidence_text" in found.attrs:
-            print_note(found.attrs["coincidence_text"])
+        for text in found.attrs["remarks"]:
+            print_note(text)
         say_seed(described, seed)
         files.say()
     if found.attrs["outcome"] == "interrupted":

@@ -197,17 +197,6 @@ def _followed(time: Floats, angle: Floats, unbalance: Complexes, moment: Floats)
 # The verdict on a run: balanced or not, what is left where, and the same machine without balancing beside it.
 
 
-NOTES = (
-    "input_text",
-    "left_race_text",
-    "friction_text",
-    "floor_text",
-    "eccentricity_text",
-    "rubber_text",
-    "bearing_text",
-)  # attributes of a run that are its remarks
-
-
 @dataclass(frozen=True)
 class PlaceVerdict:
     """A plane, station or support: static deflection and vibration (m), rms velocity (m/s), vibration without balls (m).
@@ -332,7 +321,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     """
     if "place" not in run.coords:
         raise QuestionError("verdict: needs a run of balls in races from simulate; that of a deep chamber has no races")
-    notes = tuple(line for name in NOTES if name in run.attrs for line in str(run.attrs[name]).split("\n"))
+    notes = tuple(map(str, np.atleast_1d(run.attrs.get("remarks", []))))
     peak, other_peak = (None if one is None else peak_of(one) for one in (run, held))
     stopped = ""
     if run.attrs.get("outcome", "finished") != "finished":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -117,11 +116,7 @@ def _flow_record(models: Mapping[Place, str], uncertainty: float) -> dict[str, A
     """Attributes of a result: models that were taken, and how far the speed of an unsteady flow is certain."""
     found: dict[str, Any] = {"flow_model": ", ".join(dict.fromkeys(models.values()))}
     if uncertainty != 0.0:
-        share = f"by up to {uncertainty:.1%}" if math.isfinite(uncertainty) else "by an unknown share"
         found["flow_uncertainty"] = uncertainty
-        found["flow_text"] = (
-            f"the flow in the race is unsteady: on two grids the fluid's speed at the orbit differs {share} of the greatest speed"
-        )
     return found
 
 
@@ -204,13 +199,6 @@ def _lags_by_passes(
         "flow_tolerance": tolerance,
         "flow_converged": int(change <= tolerance),
     }
-    if change > tolerance:
-        disagreement = (
-            f"the flow in the race and the speed of the rotor did not agree after {passes} passes: the last one changed the "
-            f"speed by {change:.1e} of its greatest value, {tolerance:.0e} is wanted; take fluid.lag = 'modes', or prescribe "
-            "the speed"
-        )
-        record["flow_text"] = "; ".join([str(record[key]) for key in ("flow_text",) if key in record] + [disagreement])
     return KnownLags(lags, record)
 
 

@@ -1,8 +1,10 @@
-"""What must be said of a run in words."""
+"""What must be said of a run in words. A new remark is a function of an ended run, and a place in the list at the end."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -25,18 +27,39 @@ from autobalancer.machine import Machine
 from autobalancer.results.number_text import length_text, significant
 from autobalancer.results.series import lifted_from
 from autobalancer.results.verdict import LIMITS
+from autobalancer.simulation.input_remarks import input_notes
 from autobalancer.simulation.saved import saved_lag
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A run that has ended: its machine, duration (s) and numbers, what it kept, and its result with all but its remarks."""
+
+    machine: Machine
+    duration: float
+    assembly: Assembly
+    places: Places
+    record: Record
+    state: Memory
+    run: xr.Dataset
+
+    @property
+    def balls(self) -> tuple[Ball, ...]:
+        """Those that move; none where they are held."""
+        return self.assembly.balls if "ball" in self.run.sizes else ()
+
 
 # Whether a bearing moved farther than the table of its force is known for, in words.
 
 
-def bearing_text(assembly: Assembly, record: Record, state: Memory) -> str:
+def beyond_table(e: Ended) -> str:
     """Which bearings moved beyond their table, where its last slope goes on."""
+    assembly = e.assembly
     reach = [central_force(place.hardening).reach for place in assembly.hard]
     if not np.isfinite(reach).any():
         return ""
     middle = np.array([place.hardening.center for place in assembly.hard], float)
-    moved = greatest_stretch(assembly.system.bearings.rows, middle, assembly, record, state)
+    moved = greatest_stretch(assembly.system.bearings.rows, middle, e)
     far = [
         f"{place.name} moved {length_text(way)} from its middle, its table ends at {length_text(limit)}"
         for place, way, limit in zip(assembly.hard, moved, reach, strict=True)
@@ -50,8 +73,9 @@ def bearing_text(assembly: Assembly, record: Record, state: Memory) -> str:
 # Whether rubber moved farther than its friction elements are known for, in words.
 
 
-def greatest_stretch(rows: Matrix, middle: Matrix, assembly: Assembly, record: Record, state: Memory) -> Floats:
+def greatest_stretch(rows: Matrix, middle: Matrix, e: Ended) -> Floats:
     """Greatest distances from ``middle`` (M, 2) of places with ``rows`` (2 M, R) in the states that a run kept, (M,) m."""
+    record, state = e.record, e.state
     seen = (
         record.samples[: int(state.counts[NEXT_SAMPLE])],
         record.bin_states[: int(state.counts[NEXT_BIN])],
@@ -59,18 +83,19 @@ def greatest_stretch(rows: Matrix, middle: Matrix, assembly: Assembly, record: R
         state.state[None],
     )
     states = np.concatenate([part[np.isfinite(part).all(axis=1)] for part in seen])
-    q = in_frame(states, assembly)[0]
+    q = in_frame(states, e.assembly)[0]
     stretch = (q @ rows[:, : q.shape[1]].T).reshape(len(states), -1, 2) - middle
     return np.asarray(np.hypot(stretch[..., 0], stretch[..., 1]).max(axis=0, initial=0.0))
 
 
-def rubber_text(assembly: Assembly, record: Record, state: Memory) -> str:
+def beyond_breakaway(e: Ended) -> str:
     """Which rubber moved farther than its largest breakaway amplitude, beyond which its loss force no longer grows."""
+    assembly = e.assembly
     if not any(mount.rubber.friction for mount in assembly.mounts):
         return ""
     far = []
     middle = np.zeros((len(assembly.mounts), 2))
-    stretches = greatest_stretch(assembly.system.rubber.rows, middle, assembly, record, state)
+    stretches = greatest_stretch(assembly.system.rubber.rows, middle, e)
     for mount, moved in zip(assembly.mounts, stretches, strict=True):
         limit = mount.rubber.largest_amplitude
         if mount.rubber.friction and moved > limit:
@@ -136,14 +161,15 @@ MATTERS, _ = LIMITS[0]
 """Of the greatest vibration without balls: a smaller eccentricity still leaves the machine balanced."""
 
 
-def eccentricity_text(places: Places, assembly: Assembly, run: xr.Dataset, speed: float) -> str:
-    """The residual of the races off the axis at the last speed (rad/s); empty without balls.
+def off_axis(e: Ended) -> str:
+    """The residual of the races off the axis at the last speed; empty without balls.
 
     Of races whose eccentricity is not given, only where a typical one matters beside the vibration without balls.
     """
+    run, speed = e.run, float(e.state.state[SPEED])
     if not 0.0 < abs(speed) < FASTEST:
         return ""
-    found = off_center(places, assembly.balls, speed)
+    found = off_center(e.places, e.assembly.balls, speed)
     if found is None or not found.sentence:
         return ""
     if not any(plane.given and plane.eccentricity > 0.0 for plane in found.planes):
@@ -158,8 +184,9 @@ def eccentricity_text(places: Places, assembly: Assembly, run: xr.Dataset, speed
 # Until when resolved balls lie on the floor of their annulus, in words.
 
 
-def floor_text(machine: Machine, balls: tuple[Ball, ...], run: xr.Dataset) -> str:
+def on_floor(e: Ended) -> str:
     """Of all balls that a run with samples shows on a floor: until when, or from which speed on their wall would carry them."""
+    run, machine = e.run, e.machine
     if "ball_floor_force" not in run or run["time"].size == 0:
         return ""
     force = run["ball_floor_force"].values
@@ -170,7 +197,7 @@ def floor_text(machine: Machine, balls: tuple[Ball, ...], run: xr.Dataset) -> st
         if np.isfinite(seconds[number]):
             told.append(f"{name} until {significant(seconds[number])} s ({significant(speeds[number])} rad/s)")
             continue
-        ball = balls[number]
+        ball = e.balls[number]
         contact = machine.balancers[ball.balancer].races[ball.race].resolved
         assert contact is not None
         sliding = float(contact.sliding_friction)
@@ -186,15 +213,16 @@ def floor_text(machine: Machine, balls: tuple[Ball, ...], run: xr.Dataset) -> st
 # What friction means for the end of a run, in words.
 
 
-def friction_text(machine: Machine, balls: tuple[Ball, ...], run: xr.Dataset) -> str:
+def held_by_friction(e: Ended) -> str:
     """The whirl below which balls at rest do not move at its last speed, of all races with balls; or that there is no friction.
 
-    Without ``balls`` the text is empty.
+    Without balls the text is empty.
     """
-    if not balls:
+    machine = e.machine
+    if not e.balls:
         return ""
-    weight = machine.gravity / max(_last_speed(run) ** 2, 1e-300) if machine.axis == "horizontal" else 0.0
-    kinds = {(ball.orbit_radius, ball.adherence) for ball in balls if ball.adherence > 0.0}
+    weight = machine.gravity / max(_last_speed(e.run) ** 2, 1e-300) if machine.axis == "horizontal" else 0.0
+    kinds = {(ball.orbit_radius, ball.adherence) for ball in e.balls if ball.adherence > 0.0}
     held = [held_whirl(orbit, adherence, weight=weight) for orbit, adherence in sorted(kinds)]
     if not held:
         return NONE_GIVEN
@@ -271,15 +299,16 @@ def parting_rate(ball: Ball, speed: float, outward: float) -> float:
     return float(np.sqrt(complex(half**2 - pull / ball.inertia)).real) - half
 
 
-def coincidence_text(machine: Machine, assembly: Assembly, states: Matrix) -> str:
-    """A sentence if balls lie in one place in the last of the states (times, size) and are driven apart; else empty."""
-    n = len(assembly.balls)
-    if not n or not states.shape[0]:
+def in_one_place(e: Ended) -> str:
+    """A sentence if balls lie in one place at the end and are driven apart; else empty."""
+    assembly, n = e.assembly, len(e.assembly.balls)
+    if not n:
         return ""
+    states = np.vstack([e.record.samples[: int(e.state.counts[NEXT_SAMPLE])], e.state.state])
     late = states[-max(1, round(LATE * states.shape[0])) :]
     angles = late[:, BALLS : BALLS + n]
     rates = {}
-    for one, other in pairs_together(free_groups(machine), angles[-1]):
+    for one, other in pairs_together(free_groups(e.machine), angles[-1]):
         ball = assembly.balls[one]
         centers = _race_centers(assembly, ball, late)
         in_space = angles[:, one] + (0.0 if assembly.system.rotating else late[:, THETA])
@@ -309,3 +338,62 @@ def _race_centers(assembly: Assembly, ball: Ball, states: Matrix) -> Floats:
         z = coordinates @ (row[0] + 1j * row[1])
     turn = 1.0 if assembly.system.rotating else np.exp(1j * states[:, THETA])
     return np.asarray(z + ball.eccentricity * turn)
+
+
+# What was odd before the run, in its race, and in the flow of its fluid.
+
+
+def of_input(e: Ended) -> str:
+    """Numbers that were hardly meant in SI, and a run that ends before its speed profile; a line each."""
+    return "\n".join(input_notes(e.machine, e.duration))
+
+
+def left_the_race(e: Ended) -> str:
+    """Guided balls at which their race had to pull, which it cannot."""
+    said = e.run.attrs
+    if "left_race_ball" not in said:
+        return ""
+    end, count = said["left_race_end"], said["left_race_balls"]
+    until = f"to {end:.5g} s" if end < float(e.run["time"][-1]) else "to the end of the run"
+    return (
+        f"from {said['left_race_time']:.5g} s {until}, {count} {'ball' if count == 1 else 'balls'} (first ball "
+        f"{said['left_race_ball']}) would have left the race at times: the normal force is negative. Guided balls cannot leave "
+        "it; simulate with 'resolved' balls to see it"
+    )
+
+
+def of_flow(e: Ended) -> str:
+    """How far the speed of an unsteady flow is certain, and whether it agrees with that of the rotor; a line each."""
+    said, told = e.run.attrs, []
+    if share := said.get("flow_uncertainty", 0.0):
+        much = f"by up to {share:.1%}" if math.isfinite(share) else "by an unknown share"
+        told.append(
+            f"the flow in the race is unsteady: on two grids the fluid's speed at the orbit differs {much} of the greatest speed"
+        )
+    if not said.get("flow_converged", 1):
+        told.append(
+            f"the flow in the race and the speed of the rotor did not agree after {said['flow_passes']} passes: the last one "
+            f"changed the speed by {said['flow_change']:.1e} of its greatest value, {said['flow_tolerance']:.0e} is wanted; take "
+            "fluid.lag = 'modes', or prescribe the speed"
+        )
+    return "\n".join(told)
+
+
+REMARKS: tuple[Callable[[Ended], str], ...] = (
+    *(
+        of_input,
+        left_the_race,
+        held_by_friction,
+        on_floor,
+        off_axis,
+        beyond_breakaway,
+        beyond_table,
+        of_flow,
+        in_one_place,
+    ),
+)
+
+
+def remarks(ended: Ended) -> list[str]:
+    """All that must be said of a run, in the order of the list."""
+    return [line for remark in REMARKS for line in remark(ended).splitlines()]

@@ -23,18 +23,18 @@ from autobalancer.assembly.touches import Touch, with_touches
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, NEXT_SAMPLE, TIME
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, TIME
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, NOT_FINITE, RUNNING, STEP_TOO_SMALL
 from autobalancer.kernels.records import IMPACT
-from autobalancer.kernels.system import SPEED, System
+from autobalancer.kernels.system import System
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
 from autobalancer.results.labels import label
 from autobalancer.results.recorded import VARIABLES, Impacts
 from autobalancer.results.series import static_load
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
-from autobalancer.simulation.input_remarks import critical_attributes, input_notes
+from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import (
     Envelope,
     Event,
@@ -44,15 +44,7 @@ from autobalancer.simulation.record import (
     record_for,
     turns_complete,
 )
-from autobalancer.simulation.remarks import (
-    bearing_text,
-    coincidence_text,
-    drag_range_attributes,
-    eccentricity_text,
-    floor_text,
-    friction_text,
-    rubber_text,
-)
+from autobalancer.simulation.remarks import Ended, drag_range_attributes, remarks
 from autobalancer.simulation.saved import run_dataset
 from autobalancer.simulation.steppers import Method, Stepper, stepper_for
 from autobalancer.units import argument, shortened, to_si
@@ -203,7 +195,6 @@ def simulate_races(
             "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
             **critical_attributes(machine, assembly),
             **({"unbalance_jumps": list(jumps)} if jumps else {}),
-            **({"input_text": "\n".join(odd)} if (odd := input_notes(machine, end)) else {}),
             "reference_station": assembly.reference or "rotor",
             **reduction_attributes(assembly),
             **known.record,
@@ -219,20 +210,7 @@ def simulate_races(
     )
     run = with_impacts(run, noted)
     run.attrs |= drag_range_attributes(assembly, run, record, state)
-    if friction := friction_text(machine, () if hold_balls else assembly.balls, run):
-        run.attrs["friction_text"] = friction
-    if rubber := rubber_text(assembly, record, state):
-        run.attrs["rubber_text"] = rubber
-    if bearing := bearing_text(assembly, record, state):
-        run.attrs["bearing_text"] = bearing
-    if floor := floor_text(machine, assembly.balls, run):
-        run.attrs["floor_text"] = floor
-    if eccentric := eccentricity_text(places, assembly, run, float(state.state[SPEED])):
-        run.attrs["eccentricity_text"] = eccentric
-    text = coincidence_text(
-        machine, assembly, np.vstack([record.samples[: int(state.counts[NEXT_SAMPLE])], state.state])
-    )
-    return run.assign_attrs(coincidence_text=text) if text else run
+    return run.assign_attrs(remarks=remarks(Ended(machine, end, assembly, places, record, state, run)))
 
 
 def _force_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -> str:

@@ -382,8 +382,8 @@ def _gravity(places: Places) -> float:
 
 
 def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Assembly, places: Places) -> dict[str, Any]:
-    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, its time, when the last one
-    is back to stay, and a sentence.
+    """Attributes where the race had to pull at a guided ball, which it cannot: first ball, how many, its time, and when
+    the last one is back to stay.
 
     A pull of less than a hundredth of the ball's weight is none: so much do balls feel on a rotor at standstill. Plain
     races are asked on a horizontal axis only, where the weight can take balls off.
@@ -409,12 +409,7 @@ def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Asse
     time = float(times[pressed[-1] + 1 if pressed.size else 0])
     back = np.flatnonzero((force[last:][:, pulled[last]] >= 0.0).all(axis=1))
     after = float(times[last + back[0] if back.size else -1])
-    until = "to the end of the run" if not back.size else f"to {after:.5g} s"
-    text = (
-        f"from {time:.5g} s {until}, {count} {'ball' if count == 1 else 'balls'} (first ball {ball}) would have left the race "
-        "at times: the normal force is negative. Guided balls cannot leave it; simulate with 'resolved' balls to see it"
-    )
-    return {"left_race_ball": ball, "left_race_time": time, "left_race_end": after, "left_race_text": text}
+    return {"left_race_ball": ball, "left_race_balls": count, "left_race_time": time, "left_race_end": after}
 
 
 # What a result says of the axis: names of balancers, places along it, and couple unbalance.

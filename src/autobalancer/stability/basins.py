@@ -186,7 +186,7 @@ def ends_dataset(
         "overlapping": states.size - possible.size,
         "ignores": ", ".join(unknown(machine, Theory.BASIN)),
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
-        **({} if question.rubs else {"friction_text": NONE_GIVEN}),
+        "remarks": [] if question.rubs else [NONE_GIVEN],
     }
     return found if axes else _with_starts(found, starts)
 

@@ -122,8 +122,8 @@ def random_starts(
     # where every start balances, vibrations differ by nothing that counts
     by = "peak_deflection" if ramp and (found["state"] == ENDS.index(BALANCED)).all() else "vibration"
     own |= {"worst": int(np.nan_to_num(found[by].values).argmax()), "worst_by": by}
-    found.attrs = {**runs.attrs, **own, **({} if rubs else {"friction_text": NONE_GIVEN})}
-    found.attrs |= falling_note(machine, 0.0 if acceleration else speed)
+    falling = falling_note(machine, 0.0 if acceleration else speed)
+    found.attrs = {**runs.attrs, **own, "remarks": [*([] if rubs else [NONE_GIVEN]), *falling]}
     return found
 
 
@@ -175,18 +175,17 @@ def long_enough(machine: Machine, speed: float) -> float:
     return float(np.clip(DECAYS / slowest, REVOLUTIONS[0] * turn, REVOLUTIONS[1] * turn))
 
 
-def falling_note(machine: Machine, slowest: float) -> dict[str, str]:
+def falling_note(machine: Machine, slowest: float) -> list[str]:
     """A note where guided balls stay on races from which gravity would take them."""
     if machine.axis != "horizontal" or is_resolved(machine):
-        return {}
+        return []
     border = math.sqrt(float(machine.gravity) / min(ball.orbit_radius for ball in resolve(machine)))
     if slowest >= border:
-        return {}
-    text = (
+        return []
+    return [
         f"guided balls stay on their races below {border * 30.0 / math.pi:.3g} rpm too, where gravity would make balls fall "
         "that turn with the rotor; resolved balls do fall"
-    )
-    return {"gravity_text": text}
+    ]
 
 
 def ends_of(runs: xr.Dataset, ends: Sequence[str] = ENDS) -> xr.Dataset:

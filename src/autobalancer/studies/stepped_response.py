@@ -122,7 +122,7 @@ def stepped_response(
         their simulated curves show), ``greatest_deflection`` and ``synchronous_x``, ``synchronous_y`` of every
         ``station``, least and greatest ball angle, mean ball speed, ``ball_motion`` and ``motion``, ``amplitude_change``
         within the window, ``time_at_speed``, ``outcome``; where balls stay at one place ``parting_rate``, above zero if that
-        state is unstable, and then ``attrs["coincidence_text"]``. ``attrs`` have the number of ``steps``, and how many of
+        state is unstable, and then ``attrs["remarks"]``. ``attrs`` have the number of ``steps``, and how many of
         these were ``long_steps``.
 
     Raises
@@ -189,7 +189,7 @@ def stepped_response(
             "machine_name": machine.name,
             **critical_attributes(machine, assembly),
             "mass_spread": mass_spread if groups else 0.0,
-            **_coincidence(result),
+            "remarks": _coincidence(result),
             "start": start,
             "dwell": dwell,
             "window": window,
@@ -219,18 +219,18 @@ def _finished(path: Path, question: dict[str, Any]) -> SteppedResponse | None:
     return SteppedResponse.of(known)
 
 
-def _coincidence(found: xr.Dataset) -> dict[str, str]:
+def _coincidence(found: xr.Dataset) -> list[str]:
     """A sentence if balls stay in one place at speeds where that state is unstable."""
     if "parting_rate" not in found:
-        return {}
+        return []
     driven = (found["parting_rate"].values > 0.0).reshape(-1, found.sizes["speed"]).any(axis=0)
     if not driven.any():
-        return {}
+        return []
     speeds = found["speed"].values[driven]
-    return {
-        "coincidence_text": f"at {speeds.size} of {found.sizes['speed']} speeds, from {speeds[0]:.5g} to {speeds[-1]:.5g} rad/s, "
+    return [
+        f"at {speeds.size} of {found.sizes['speed']} speeds, from {speeds[0]:.5g} to {speeds[-1]:.5g} rad/s, "
         f"balls lie in one place although this state is unstable there. {CURE}"
-    }
+    ]
 
 
 def _carried(

@@ -255,7 +255,7 @@ class SteppedResponse(Answer):
     def remarks(self) -> Sequence[str]:
         """The greatest amplitude of each direction, and what was noted."""
         said = list(self.greatest(rpm_and_si))
-        return [*said, self.attrs["coincidence_text"]] if "coincidence_text" in self.attrs else said
+        return [*said, *self.attrs.get("remarks", [])]
 
     def greatest(self, speed_text: Callable[[float], str]) -> list[str]:
         """A sentence for each direction that was measured, with its speed as ``speed_text`` writes it."""

@@ -129,7 +129,7 @@ def simulate_chamber(
         "sample": interval,
         "contact_time": shortest,
         "critical_speeds": list(chamber_critical_speeds(machine)[0]),
-        **({"input_text": "\n".join(odd)} if (odd := bare_numbers(machine)) else {}),
+        **({"remarks": list(odd)} if (odd := bare_numbers(machine)) else {}),
     }
     samples = round(end / interval)
     if samples > MOST:

@@ -144,7 +144,7 @@ def _peak(run: xr.Dataset, away: Complexes) -> Peak:
 
 
 def _notes(run: xr.Dataset) -> tuple[str, ...]:
-    given = str(run.attrs["input_text"]).split("\n") if "input_text" in run.attrs else []
+    given = map(str, np.atleast_1d(run.attrs.get("remarks", [])))
     return tuple(note for note in (*given, tilting_note(run)) if note)
 
 

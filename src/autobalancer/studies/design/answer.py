@@ -154,7 +154,7 @@ class Designed(Answer):
                 "the range may do worse; narrow the range to judge them"
             ]
         texts += [*self._missed(), *self._hardly()]
-        texts = [*str(self.attrs.get("input_text", "")).splitlines(), *texts]
+        texts = [*self.attrs.get("remarks", []), *texts]
         texts += [f"measured rotor: {text}" for text in str(self.attrs.get("rotor_warnings", "")).split("\n") if text]
         return [*texts, *np.atleast_1d(self.attrs.get("borders_ignore", [])).tolist(), *self._drag()]
 

@@ -129,7 +129,7 @@ def _kept(path: Path, spec: Spec) -> Designed | None:
         found = load_run(path) if path.exists() and spec.measured is None else None
     except ResultError:
         return None
-    named = {**provenance(), "design_name": spec.name, "input_text": "\n".join(spec.remarks)}
+    named = {**provenance(), "design_name": spec.name, "remarks": list(spec.remarks)}
     same = found is not None and all(
         found.attrs.get(key, "") == text for key, text in named.items() if key != "created"
     )
@@ -475,7 +475,7 @@ def _attributes(spec: Spec, how: str) -> dict[str, Any]:
         "members": spec.search.members,
         "seed": spec.search.seed,
         "searched_by": how,
-        **({"input_text": "\n".join(spec.remarks)} if spec.remarks else {}),
+        "remarks": list(spec.remarks),
     }
 
 

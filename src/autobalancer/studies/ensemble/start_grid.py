@@ -133,7 +133,7 @@ def gridded_starts(
     found = _dataset(machine, axes, shape, runs, acceleration)
     if acceleration:
         found["peak_without_balls"] = peak_without_balls(steady, tolerance)
-    found.attrs |= falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
+    found.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
     return found
 
 
@@ -196,7 +196,7 @@ def _dataset(
         "acceleration": acceleration or 0.0,
         "overlapping": int(states.size - possible.size),
         "released": released(axes, acceleration, resolve(machine)),
-        **({} if rubs else {"friction_text": NONE_GIVEN}),
+        "remarks": [] if rubs else [NONE_GIVEN],
     }
     return found
 
