@@ -25,7 +25,7 @@ def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 
 def test_from_machine_file_to_pictures(tmp_path: Path) -> None:
     machine = str(MACHINES / "discoidal.toml")
-    answer = run("simulate", machine, "--duration", "30 s", "--out", "run.nc", "--json", cwd=tmp_path)
+    answer = run("simulate", machine, "--duration", "3 s", "--out", "run.nc", "--json", cwd=tmp_path)
     assert answer.returncode == 0, answer.stderr
     found = json.loads(answer.stdout)
     assert found["outcome"] == "finished"
@@ -47,7 +47,7 @@ def test_check_says_the_same_as_the_python_interface() -> None:
 @pytest.mark.usefixtures("ctrl_c")
 def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
     machine, out = str(MACHINES / "stall_and_release.toml"), tmp_path / "long.nc"
-    ab.simulate(machine, duration=0.01)  # compiled
+    CliRunner().invoke(app, ["simulate", machine, "--duration", "0.01 s"])  # compiled and imported
     for patience in (0.5, 2.0, 8.0, 30.0):  # a loaded machine may be still importing when it is stopped
         pressed = threading.Timer(patience, signal.raise_signal, [signal.SIGINT])
         pressed.start()
