@@ -529,3 +529,12 @@ def test_what_the_runs_leave_out_stands_in_the_first_lines_until_it_is_said_to_b
     assert "not in the runs" not in dict(whole.facts())
     assert "release speed: ignores adherence" in whole.meanings()
     assert "exact border: ignores adherence" in whole.meanings()
+
+
+def test_the_first_line_says_that_the_best_design_passes_worse_than_without_balls() -> None:
+    machine = ab.example("stall_and_release")
+    asked = {"limits": {"share": 0.6}, "candidates": {"count": [2]}, "search": {"members": 20}}
+    designed = ab.design({"machine": machine, "operation": {"speed": "4500 rpm"}, "unbalance": "450 g*mm", **asked})
+    (said,) = designed.best()["passage"].values
+    assert "worse than without balls" in said
+    assert designed.answer().endswith(said)

@@ -356,3 +356,21 @@ def test_what_a_study_could_say_at_its_end_only_is_refused_before_and_leaves_no_
     assert answer.exit_code == 2
     assert said in " ".join(answer.stderr.split())
     assert {path.name for path in tmp_path.iterdir()} == {"own.toml"}
+
+
+def test_a_study_and_a_design_say_that_the_median_run_passes_worse_than_with_held_balls() -> None:
+    machine = ab.example("stall_and_release")
+    found = ab.study({"machine": machine, "members": 5, "vary": {"drag": [2e-4]}})
+    order = found["peak_deflection"].argsort().values
+    middle = found.isel(member=order[2])
+    run = ab.simulate(ab.with_parameter(machine, "drag", 2e-4), seed=int(middle["seed"]))
+    worse = float(
+        ab.measures(run)["peak_deflection"] / ab.measures(ab.simulate(machine, hold_balls=True))["peak_deflection"]
+    )
+    assert worse > 1.1
+    said = str(found.attrs["passage_text"])
+    assert f"{100.0 * (worse - 1.0):.3g} % worse than without balls" in said
+    assert said.endswith(f"in member {int(middle['member'])}, the median")
+    assert said in found.remarks()
+    springs = {"machine": machine, "members": 20, "vary": {"drag": [2e-4]}, "duration": "0.02 s"}  # before the passage
+    assert not ab.study(springs).attrs["passage_text"]

@@ -660,12 +660,20 @@ def _text_without(value: float, text: Callable[[float], str]) -> str:
 
 def _transient(found: Verdict) -> str:
     """The passage of the resonance, where balls have made it worse."""
-    if found.peak is None or found.peak_without_balls is None or not found.peak_ratio > GREATER:
+    if found.peak is None or found.peak_without_balls is None:
         return ""
-    here, other = length_text(found.peak.deflection), length_text(found.peak_without_balls.deflection)
-    much = worse_by(found.peak_ratio) + (" than" if found.peak_ratio < 2.0 else " as")
+    text = passage_text(found.peak.deflection, found.peak_without_balls.deflection)
     joined = ", but" if found.word == BALANCED else ", and" if found.word in WORDS[:4] else ";"
-    return f"{joined} the greatest deflection on the way is {much} without balls ({here}, without {other})"
+    return f"{joined} {text}" if text else ""
+
+
+def passage_text(deflection: float, without: float) -> str:
+    """That the greatest deflection of a run (m) is more than a tenth greater than that ``without`` balls; else empty."""
+    if not deflection > GREATER * without > 0.0:
+        return ""
+    much = worse_by(deflection / without) + (" than" if deflection < 2.0 * without else " as")
+    beside = f"({length_text(deflection)}, without {length_text(without)})"
+    return f"the greatest deflection on the way is {much} without balls {beside}"
 
 
 def worse_by(ratio: float) -> str:

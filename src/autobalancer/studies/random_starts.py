@@ -142,9 +142,9 @@ def refuse_no_unbalance(runs: xr.Dataset) -> None:
         raise QuestionError("basin: the rotor has no unbalance, so there is nothing to balance; add one")
 
 
-def peak_without_balls(machine: Machine, tolerance: float) -> xr.DataArray:
+def peak_without_balls(machine: Machine, tolerance: float, duration: float | None = None) -> xr.DataArray:
     """The greatest deflection of a run with held balls, m."""
-    held = simulate_races(machine, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
+    held = simulate_races(machine, duration=duration, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
     found = peak_deflection(held)["deflection"]
     return xr.DataArray(float(found), attrs=found.attrs)
 

@@ -252,6 +252,7 @@ class Studied(Ensemble):
         """Why it stopped, what was impossible, and what a member took."""
         return [
             *self._stopped(),
+            *([str(self.attrs["passage_text"])] if self.attrs.get("passage_text") else []),
             *self._sudden(),
             *self._dependent(),
             *self._drag(),

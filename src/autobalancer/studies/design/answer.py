@@ -87,8 +87,13 @@ class Designed(Answer):
         ]
 
     def answer(self) -> str:
-        """Whether any design keeps all limits, and what the first one is, in one sentence."""
-        best, limits = self.best(), json.loads(self.attrs["limits"])
+        """Whether any design keeps all limits, what the first one is, and whether its passage is worse than without balls."""
+        best = self.best()
+        passage = str(best["passage"].values[0]) if best.sizes["design"] and "passage" in best else ""
+        return "; ".join(filter(None, (self._answer(best), passage)))
+
+    def _answer(self, best: xr.Dataset) -> str:
+        limits = json.loads(self.attrs["limits"])
         ran, meets = best.sizes["design"], best["meets"].values
         if not ran:
             return "none ran"

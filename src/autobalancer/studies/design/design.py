@@ -415,6 +415,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
                 key = f"{name}_{end}"
                 add(key, [one.numbers.get(key, np.nan) for one in designs], f"{text}; {said}", "1")
     add("drag_warning", [one.drag_warning for one in designs], "where its balls leave the range of their drag law")
+    add("passage", [one.passage for one in designs], "where its passage is worse than without balls")
     add(
         "used",
         [used(spec, one) if one.numbers else np.nan for one in designs],

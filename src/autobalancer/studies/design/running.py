@@ -191,7 +191,10 @@ def judge_runs(spec: Spec, found: Design, cases: Sequence[Case]) -> None:
             _measure(spec, name, case) for case in cases if name == PEAK or not case.coasting
         ]
         numbers.update(max(parts, key=partial(_badness, name)))
-    found.drag_warning = next(filter(None, (str(case.found.attrs.get("drag_warning", "")) for case in cases)), "")
+    found.drag_warning, found.passage = (
+        next(filter(None, (str(case.found.attrs.get(name, "")) for case in cases)), "")
+        for name in ("drag_warning", "passage_text")
+    )
     ups = [case.found for case in cases if not case.coasting]
     numbers |= max((_share("stall", stalled(one)) for one in ups), key=lambda part: part["stall"])
     numbers |= min((_share("balanced", balanced(one)) for one in ups), key=lambda part: part["balanced"])

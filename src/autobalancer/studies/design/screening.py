@@ -44,6 +44,7 @@ class Design:
     numbers: dict[str, float] = field(default_factory=dict)  # of the runs
     twins: list[str] = field(default_factory=list)  # other bearings whose ring is the same race
     drag_warning: str = ""  # where its balls leave the range of their drag law
+    passage: str = ""  # where its passage is worse than without balls
 
     def rule_out(self, stage: str, reason: str, excess: float = math.inf) -> None:
         """Say where and why it stops."""

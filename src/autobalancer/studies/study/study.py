@@ -14,13 +14,16 @@ from time import monotonic, sleep
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from autobalancer.errors import AutobalancerError, QuestionError, unwarned
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.folder_store import Span, Store
+from autobalancer.results.verdict import passage_text
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
+from autobalancer.studies.random_starts import peak_without_balls
 from autobalancer.studies.study.chunk import RUN, WALL, Made, run_chunk, study_dataset
 from autobalancer.studies.study.chunk import Arrays as ChunkArrays
 from autobalancer.studies.study.reading import read_study
@@ -88,10 +91,11 @@ def study(
     found = study_dataset(asked, work.chunks, work.end)
     stopped = "interrupted" if interrupted else "confidence" if work.enough else "members"
     named = {"study_file": Path(given).name} if isinstance(given, (str, Path)) else {}
-    left = ""
+    left, passage = "", ""
     with suppress(KeyboardInterrupt):  # the members are not lost for that
-        left = "" if interrupted else drag_note(asked)
-    return Studied.of(found.assign_attrs(stopped_by=stopped, drag_warning=left, **named))
+        if not interrupted and RUN in asked.results and asked.sudden is None:
+            left, passage = drag_note(asked), passage_note(asked, found)
+    return Studied.of(found.assign_attrs(stopped_by=stopped, drag_warning=left, passage_text=passage, **named))
 
 
 def refuse_impossible(study: Study) -> None:
@@ -338,15 +342,18 @@ def next_size(size: int, members: int, wall: float) -> int:
 # Whether the drag law of a study holds for its balls: seen in one member of each point, run alone.
 
 
-DRAG_NOTE_MOST = 8  # points that are looked at, the first and the last among them
+NOTES_MOST = 8  # points that are looked at, the first and the last among them
+
+
+def looked_at(study: Study) -> list[int]:
+    """Points of which single members are run alone, counted from 0."""
+    return np.unique(np.linspace(0, len(study.points) - 1, NOTES_MOST).astype(int)).tolist()  # type: ignore[no-any-return]
 
 
 def drag_note(study: Study) -> str:
     """What a run of such a member says of the range of its drag law, of the point at which it is left furthest; else empty."""
-    if RUN not in study.results or study.sudden is not None:
-        return ""
     worst, text = 0.0, ""
-    for number in np.unique(np.linspace(0, len(study.points) - 1, DRAG_NOTE_MOST).astype(int)).tolist():
+    for number in looked_at(study):
         try:
             made = Made(study, number, number + 1)
             assembly, _ = made.members.ready(0, made.plan)
@@ -365,4 +372,31 @@ def drag_note(study: Study) -> str:
         over = float(run.attrs.get("drag_reynolds", 0.0)) / float(run.attrs.get("drag_reynolds_limit", np.inf))
         if run.attrs.get("drag_warning") and over > worst:
             worst, text = over, str(run.attrs["drag_warning"])
+    return text
+
+
+def passage_note(study: Study, found: xr.Dataset) -> str:
+    """What the run in the middle of a point says of its passage beside that with held balls, of the point where that is worst."""
+    peaks, place, width = found["peak_deflection"].values, found["point"].values - 1, len(study.points)
+    worst, text = 1.0, ""
+    for number in looked_at(study):
+        ran = np.flatnonzero((place == number) & np.isfinite(peaks))
+        if not ran.size:
+            continue
+        row = int(ran[np.argsort(peaks[ran])[ran.size // 2]])
+        member = int(found["member"].values[row]) - 1
+        first = member // width * width if study.impossible == "truncate" else member  # such draws are made together
+        made = Made(study, first, first + width if study.impossible == "truncate" else member + 1)
+        try:
+            with unwarned():
+                held = float(
+                    peak_without_balls(made.members.machine_of(member - first), study.tolerance, study.duration)
+                )
+        except AutobalancerError:
+            continue
+        if (said := passage_text(float(peaks[row]), held)) and peaks[row] / held > worst:
+            worst, text = (
+                peaks[row] / held,
+                f"{said}, in member {member + 1}, the median{' of its point' * (width > 1)}",
+            )
     return text
