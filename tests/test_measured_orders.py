@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from typer.testing import CliRunner
 
 import autobalancer as ab
@@ -174,6 +175,38 @@ def test_beats_after_a_resonance_do_not_look_like_damping(rotor: ab.machine.Mach
     true = np.array([100e3, 30.0, 400e-6])
     assert (np.abs(found["value"].values - true) < 2.0 * found["uncertainty"].values).all()
     assert float(found["uncertainty"][1]) < (1.0 if method == "fit" else 4.0)
+
+
+def test_slow_errors_of_the_tacho_do_not_look_like_stiffness(rotor: ab.machine.Machine) -> None:
+    """At 22 rpm/s edges that are known to a sample leave the speed at the resonance wrong by far more than noise does."""
+    mass, damping, stiffness, moment, begin, grow = 10.0, 30.0, 100e3, 400e-6 * np.exp(1j * np.pi / 6.0), 85.0, 2.3
+    grid = np.linspace(0.0, 13.0, 5201)
+    start = moment * begin**2 / (stiffness - mass * begin**2 + 1j * damping * begin)
+
+    def rates(t: float, s: np.ndarray) -> list[complex]:
+        w, theta = begin + grow * t, begin * t + 0.5 * grow * t**2
+        force = moment * (w**2 - 1j * grow) * np.exp(1j * theta)
+        return [s[1], (force - damping * s[1] - stiffness * s[0]) / mass]
+
+    z = solve_ivp(rates, (0.0, 13.0), [start, 1j * begin * start], "DOP853", grid, rtol=1e-8, atol=1e-12).y[0]
+    slow = CubicSpline(grid, z * np.exp(-1j * (begin * grid + 0.5 * grow * grid**2)))
+    light, scores = ab.with_parameter(rotor, "rotor.damping", damping), []
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        rate = 1e3 * (1.0 + 0.03 * random.uniform(-1.0, 1.0))
+        time = 0.01 + np.arange(int(12.9 * rate)) / rate
+        angle = begin * time + 0.5 * grow * time**2
+        seen = (slow(time) * np.exp(1j * angle)).real + 2e-6 * random.standard_normal(time.size)
+        channels = {
+            "x": Channel(seen, "displacement", "", "x"),
+            "tacho": Channel((angle % (2.0 * np.pi) < 0.3).astype(float), "tacho"),
+        }
+        known = MeasuredOrders(ab.measure.orders(ab.measure.signals(time, channels), progress=False))
+        trials = [Trial(ab.with_parameter(light, "rotor.stiffness", k), {}) for k in (1e5, 1.0001e5)]
+        rest, other = (known.residual(known.predict(trial)) for trial in trials)
+        way = (other - rest) / np.linalg.norm(other - rest)
+        scores.append(float(way @ rest))  # what a fit of the stiffness alone is off by, in standard deviations
+    assert 0.2 < np.sqrt(np.mean(np.square(scores))) < 1.8  # 10 with errors of the angle that are white
 
 
 def test_a_pulse_is_no_better_known_than_to_a_sample() -> None:

@@ -40,6 +40,7 @@ from autobalancer.safe_file import as_path
 from autobalancer.units import argument
 
 COVERED = 0.95
+MOST_WAVES = 600  # of which errors of the rotor angle are made
 
 
 def fit_run_up(
@@ -173,17 +174,13 @@ class MeasuredOrders:
 
     @cached_property
     def deviations(self) -> tuple[Floats, Floats]:
-        """Standard deviations along and across the complex amplitudes, (S, C), without what all speeds of a channel share."""
+        """Standard deviations along and across the complex amplitudes, (S, C), without those that readings share."""
         known = self.known
         along = np.sqrt(np.maximum(known.deviations**2 - known.shared**2, 0.0))
         across = np.fmax(along, np.sqrt(np.maximum(known.across**2 - known.shared**2, 0.0)))
         if self.error is not None:
             there = np.isfinite(along) & (along > 0.0)
             along, across = (np.where(there, one, self._error()) for one in (along, across))
-        # The angle is smoothed over many pulses, so neighboring readings and all channels share its error: it counts as if each
-        # reading had one pulse of its own. That is nearly what the shared error would leave where pulses are as many as readings.
-        edge = known.speeds * float(self.data.attrs.get("edge_deviation", 0.0))
-        across = np.hypot(across, np.abs(known.readings) * edge[:, None])
         if not all(np.isfinite(one).all() and (one > 0.0).all() for one in (along, across)):
             raise QuestionError(
                 f"{self.label}: the deviation of the amplitudes is not known; give error, such as '2 %', or a column "
@@ -203,8 +200,9 @@ class MeasuredOrders:
 
     def rows(self) -> Rows:
         """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
-        known, (along, across) = self.known, self.deviations
-        size = np.abs(known.readings)
+        known, size = self.known, np.abs(self.known.readings)
+        wide = np.hypot(1.0, np.linalg.norm(self._of_angle, axis=1)).reshape(2, -1, known.speeds.size)
+        along, across = (one * more.T for one, more in zip(self.deviations, wide, strict=True))
         names = [self._channel(c) for c in range(len(known.places))]
         parts = tuple(f"{name}, {what}" for what in ("amplitude", "phase") for name in names for _ in known.speeds)
         error = np.concatenate([along.T.ravel(), np.arctan2(across, size).T.ravel()])
@@ -239,21 +237,59 @@ class MeasuredOrders:
 
     def _shared_once(self, rest: Floats) -> Floats:
         """Independent deviations of variance one, of some whose covariance is that plus the one of the shared errors."""
-        count = len(self.known.speeds)
+        ways, less = self._shared
+        return rest + ways @ (less * (ways.T @ rest))
+
+    @cached_property
+    def _shared(self) -> tuple[Floats, Floats]:
+        """Orthonormal ways in which errors move several readings, and by how much each is made less to have a variance of one."""
+        seen, count = [self._of_angle], len(self.known.speeds)
         for c in np.flatnonzero(self.known.shared > 0.0):
-            phase = np.angle(self.known.readings[:, c])
-            along, across = (self.known.shared[c] / one[:, c] for one in self.deviations)
-            seen = np.concatenate(
-                [
-                    np.column_stack([np.cos(phase), np.sin(phase)]) * along[:, None],
-                    np.column_stack([-np.sin(phase), np.cos(phase)]) * across[:, None],
-                ]
+            phase, rows = np.angle(self.known.readings[:, c]), slice(c * count, (c + 1) * count)
+            own = np.zeros((2, self.known.readings.size, 2))
+            for part, turned, deviation in zip(own, (phase, phase + 0.5 * np.pi), self.deviations, strict=True):
+                part[rows] = np.column_stack([np.cos(turned), np.sin(turned)])
+                part[rows] *= (self.known.shared[c] / deviation[:, c])[:, None]
+            seen.append(own.reshape(-1, 2))
+        errors = np.concatenate(seen, axis=1)
+        squares, turns = np.linalg.eigh(errors.T @ errors)
+        there = squares > 1e-9
+        sizes = np.sqrt(squares[there])
+        return errors @ turns[:, there] / sizes, 1.0 / np.hypot(1.0, sizes) - 1.0
+
+    @cached_property
+    def _of_angle(self) -> Floats:
+        """What independent errors of variance one of the rotor angle do to the readings, in standard deviations (reading, error).
+
+        The smooth angle has slow errors of the pulses. Where it is late, a machine that follows it is pushed late: they differ by
+        the response to the load times i times the error. Errors are sums of waves up to the frequencies that the smooth angle
+        follows; besides, all pulses are late by the same where the turns take nearly the same number of samples.
+        """
+        known, about = self.known, self.data.attrs
+        time, speed, edge = known.times, known.speeds, float(about.get("edge_deviation", 0.0))
+        if not (edge > 0.0 and np.isfinite(time).all()):
+            return np.zeros((2 * known.readings.size, 0))
+        pulses, band = int(about.get("pulses_of_a_turn", 1)), float(about.get("angle_bandwidth", np.inf))
+        passed = np.ptp(2.0 * np.pi / (pulses * speed)) / (
+            np.sqrt(12.0) * edge
+        )  # samples by which the pulses of a turn move
+        moved = [1j * (edge * speed / (1.0 + passed))[:, None, None] * known.readings[:, :, None]]
+        if time.size > 1:
+            whole = 1.2 * np.ptp(time)
+            highest = min(3.0 * band, 0.5 * (time.size - 1) / np.ptp(time), 0.5 * MOST_WAVES / whole)
+            rate = 2.0 * np.pi * np.arange(max(2, int(highest * whole) + 1)) / whole
+            share = 2.0 / (whole * (1.0 + (rate / (2.0 * np.pi * band)) ** 6))
+            share[0] *= 0.5
+            size = edge * np.sqrt(2.0 * np.pi / pulses * speed[:, None] * share)[:, None]
+            up, down = (
+                _shifted(known.readings, speed, way * rate) * np.exp(1j * way * np.outer(time - time[0], rate))[:, None]
+                for way in (1.0, -1.0)
             )
-            ways, sizes, _ = np.linalg.svd(seen, full_matrices=False)
-            rows = np.r_[c * count : (c + 1) * count]
-            rows = np.r_[rows, rows + rest.size // 2]
-            rest[rows] += ways @ ((1.0 / np.hypot(1.0, sizes) - 1.0) * (ways.T @ rest[rows]))
-        return rest
+            moved += [0.5j * size * (up + down), 0.5 * size * (up - down)]
+        turned = np.exp(-1j * np.angle(known.readings))[:, :, None] * np.concatenate(moved, axis=2)
+        along, across = (one[:, :, None] for one in self.deviations)
+        parts = (part.swapaxes(0, 1) for part in (turned.real / along, turned.imag / across))
+        return np.asarray(np.concatenate([part.reshape(-1, turned.shape[2]) for part in parts]))
 
     def doubts(self, trial: Trial) -> list[str]:
         """What is probably wrong with the unit of a channel."""
@@ -289,6 +325,22 @@ class MeasuredOrders:
             return [text]
         fast = f"{growth * rpm:.3g} rpm/s, {growth / decay**2:.2g} of the squared decay rate"
         return [f"{text}, but the speed changes fast, by up to {fast}: take steady = false"]
+
+
+def _shifted(readings: NDArray[np.complex128], speed: Floats, rate: Floats) -> NDArray[np.complex128]:
+    """What a load of unchanged size gives that turns faster by so much (W,): of readings (S, C) a part of the run-up later.
+
+    Parts reach from one turning point of the speed to the next, and no further. (S, C, W).
+    """
+    found = np.empty((*readings.shape, rate.size), np.complex128)
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(speed)))) + 1
+    for part in map(np.asarray, np.split(np.arange(speed.size), turns)):
+        order = part[np.argsort(speed[part])]
+        there = np.clip(speed[part, None] + rate, speed[order[0]], speed[order[-1]])
+        for c, row in enumerate(readings[order].T):
+            seen = np.interp(there, speed[order], row.real) + 1j * np.interp(there, speed[order], row.imag)
+            found[part, c] = seen * (speed[part, None] / there) ** 2
+    return found
 
 
 def _flat(values: NDArray[np.complex128]) -> Floats:

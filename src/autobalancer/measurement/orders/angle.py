@@ -94,7 +94,7 @@ def rotor_angle(
     xarray.Dataset
         The signals between the first and the last pulse with ``rotor_angle`` (rad, from the x axis to the mark), ``speed``
         (rad/s) and ``rotor_angle_deviation`` (rad, one standard deviation) over ``time``. ``attrs``: ``pulse_jitter`` (s,
-        one standard deviation), ``missing_pulses`` and ``extra_pulses`` (s).
+        one standard deviation), ``angle_bandwidth`` (Hz, of the spline), ``missing_pulses`` and ``extra_pulses`` (s).
 
     Raises
     ------
@@ -140,6 +140,8 @@ def rotor_angle(
         warn(text, RangeWarning)
     attrs = {
         "pulse_jitter": smooth.jitter,
+        "pulses_of_a_turn": pulses,
+        "angle_bandwidth": smooth.bandwidth,
         "missing_pulses": found.missing.tolist(),
         "extra_pulses": found.extra.tolist(),
     }
@@ -272,12 +274,15 @@ class SmoothAngle(NamedTuple):
         Standard deviation of the instants of the pulses, s.
     times, share
         Instants (s), and of the variance of one pulse the share that the spline has there.
+    bandwidth
+        Hz; of the power of errors of the pulses at the frequency f the spline has the share 1/(1 + (f/bandwidth)^6).
     """
 
     spline: BSpline
     jitter: float
     times: Floats
     share: Floats
+    bandwidth: float
 
     def deviation(self, t: Floats) -> Floats:
         """Standard deviation of the angle, rad."""
@@ -313,7 +318,8 @@ def smooth_angle(times: Floats, angles: Floats) -> SmoothAngle:
     free = max(1.0, times.size * (1.0 - float(leverage.mean())))
     jitter = unit * math.sqrt(float((rest**2).sum()) / free)
     spline = BSpline(times[0] + unit * fit.knots, coefficients, DEGREE)
-    return SmoothAngle(spline, jitter, times[fit.tried], leverage)
+    slowest = (10.0**power * float(slope.mean()) ** 2) ** (-0.5 / JERK) / (2.0 * math.pi)
+    return SmoothAngle(spline, jitter, times[fit.tried], leverage, min(slowest, 0.5) / unit)
 
 
 class _Fit:

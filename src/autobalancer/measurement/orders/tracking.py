@@ -418,6 +418,7 @@ def _dataset(
     if "pulse_jitter" in signals.attrs:  # a pulse is no better known than to a sample, even if all are off by the same
         step = float(t[-1] - t[0]) / (t.size - 1)
         more["edge_deviation"] = max(float(signals.attrs["pulse_jitter"]), step / math.sqrt(12.0))
+        more |= {key: signals.attrs[key] for key in ("pulses_of_a_turn", "angle_bandwidth")}
     return Orders.of(found.assign_attrs(head | more | provenance()))
 
 
