@@ -51,6 +51,21 @@ def test_what_is_typed_into_the_text_is_not_overwritten_by_an_edit_of_the_form(p
     expect(at(page, ORBIT)).to_have_value("50")
 
 
+def test_a_bin_stands_beside_the_header_of_its_box_and_takes_the_part_away(page: Any) -> None:
+    sample(page, "discoidal", "Discoidal rotor, planar stand-in")
+    expect(at(page, "toml")).to_contain_text("fluid = {")
+    assert (
+        page.evaluate("() => document.querySelectorAll('[role=button] button, .q-item--clickable button').length") == 0
+    )
+    taken_away = page.get_by_label("remove fluid")
+    header = at(page, "balancers[1].races[1].fluid").locator(".q-item").first
+    bin_, title = taken_away.bounding_box(), header.bounding_box()
+    assert title["y"] <= bin_["y"]
+    assert bin_["y"] + bin_["height"] <= title["y"] + title["height"] + 1.0
+    taken_away.click()
+    expect(at(page, "toml")).not_to_contain_text("fluid = {")
+
+
 def test_another_unit_keeps_the_quantity(page: Any) -> None:
     sample(page, "discoidal", "Discoidal rotor, planar stand-in")
     taken(page, page.get_by_label("unit of orbit_radius").click, "cm")

@@ -230,8 +230,17 @@ class Form:
 
     def _box(self, path: Path, title: str, meaning: str, removable: Path | None) -> Any:
         """A part that opens and shuts, with a bin where it may be removed."""
-        box = ui.expansion(value=path not in self.shut).classes("box").props("dense dense-toggle expand-separator")
-        marked(box, at=spell(path))
+        with ui.element("div").classes("relative-position w-full"):
+            box = ui.expansion(value=path not in self.shut).classes("box").props("dense dense-toggle expand-separator")
+            marked(box, at=spell(path))
+            if removable is not None:  # beside the header, which is a button itself
+
+                def drop(_: Any = None, path: Path = removable) -> None:
+                    self._forget()  # entries behind it move up
+                    self.edit(lambda text: without(text, path), again=True)
+
+                button = marked(ui.button(icon="delete_outline"), label=f"remove {title}")
+                button.props("flat dense round size=sm").on("click", drop).classes("box-bin")
 
         def moved(event: Any) -> None:
             (self.shut.discard if event.value else self.shut.add)(path)
@@ -239,14 +248,6 @@ class Form:
         box.on_value_change(moved)
         with box.add_slot("header"), ui.row().classes("items-center w-full no-wrap gap-2"):
             hinted(ui.label(title.replace("_", " ")).classes("box-title"), meaning)
-            if removable is not None:
-
-                def drop(_: Any = None, path: Path = removable) -> None:
-                    self._forget()  # entries behind it move up
-                    self.edit(lambda text: without(text, path), again=True)
-
-                button = marked(ui.button(icon="delete_outline"), label=f"remove {title}")
-                button.props("flat dense round size=sm").on("click.stop", drop).classes("ml-auto")
         with box:
             self.shown[path] = ui.label("").classes("wrong")
         return box

@@ -530,6 +530,7 @@ class RunPage:
         if job is None:
             return
         self.bar.value = job.share
+        self.bar.props(add="indeterminate" if not job.share else "", remove="indeterminate" if job.share else "")
         self.word.set_text(_told(job))
         if job.result and job.result != self.drawn:
             self.drawn = job.result
