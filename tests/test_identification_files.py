@@ -103,12 +103,15 @@ def test_an_error_in_meters_of_a_logarithmic_curve_becomes_relative(tmp_path: Pa
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[[mode]]\nvalue = 1\n", r"mode: unknown key; did you mean 'modes' or 'orders'\? allowed here: parameters"),
+        (
+            "[[mode]]\nvalue = 1\n",
+            r"mode: unknown key; did you mean 'modes' or 'orders'\? allowed here: critical_speeds",
+        ),
         ("[[modes]]\nvalue = 1\n", r"modes\[1\].error: missing"),
         ("[[modes]]\nvalue = 1\nerror = 1\nshape = 2\n", r"modes\[1\].shape: unknown key"),
-        ('[[modes]]\nvalue = "1 kg"\nerror = 1\n', r"modes\[1\]: given '1 kg'"),
+        ('[[modes]]\nvalue = "1 kg"\nerror = 1\n', r"modes\[1\].value: given '1 kg'"),
         ('[[modes]]\nvalue = 1\nerror = 1\nquantity = "Q"\n', "quantity: given 'Q'"),
-        ("[modes]\nvalue = 1\n", "write each entry under its own line"),
+        ("[modes]\nvalue = 1\n", r"modes\[1\].error: missing"),
         ('[[responses]]\nfile = "no.csv"\nerror = "1 %"\n', r"responses\[1\].*no such file"),
         ('[[responses]]\nfile = "data.toml"\nerror = "1 %"\n', "name the columns"),
         ("value = ", "not valid TOML"),

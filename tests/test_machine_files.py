@@ -449,6 +449,7 @@ def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind
         ("design", sample_names("designs")),
         ("study", sample_names("studies")),
         ("balancing", ("four_runs", "two_plane_job")),
+        ("measurements", ("rodrigues_critical_speeds", "rodrigues_plain_rotor")),
     ],
 )
 def test_the_schema_and_the_keys_of_other_files_accept_their_samples(kind: Kind, names: tuple[str, ...]) -> None:

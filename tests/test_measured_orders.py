@@ -392,7 +392,7 @@ def test_a_measurement_file_names_orders_signals_and_films(
     (tmp_path / "test.toml").write_text(wrong)
     answer = CliRunner().invoke(app, words)
     assert answer.exit_code == 2
-    assert "run_ups[1]: orders.nc: has neither signals nor ball angles" in " ".join(answer.output.split())
+    assert "run_ups[1].file: orders.nc has neither signals nor ball angles" in " ".join(answer.output.split())
     path = ab.catalog.example_path("run_down_orders")
     assert load_orders(path).equals(ab.measure.load_measured(path))
     answer = CliRunner().invoke(app, ["compare", str(tmp_path / "run.nc"), str(tmp_path / "orders.nc")])

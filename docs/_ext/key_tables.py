@@ -9,6 +9,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, Key, Table, keys_of, prose_of, tables_of
 from autobalancer.machine.part import Part
 from autobalancer.measurement.balancing.runs import BalanceJob
+from autobalancer.measurement.comparison.run_up_fit import RunUpFile
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.studies.design.spec import Specification
 from autobalancer.studies.study.reading import StudyFile
@@ -23,6 +24,7 @@ ROOTS: dict[str, type[Part]] = {
     "study_keys.md": StudyFile,
     "film_keys.md": FilmSetup,
     "balancing_keys.md": BalanceJob,
+    "measurement_keys.md": RunUpFile,
 }
 
 

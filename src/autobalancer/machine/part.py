@@ -376,6 +376,15 @@ class Quantity:
         return several if self.shape == "three" else {"anyOf": ways.get(self.shape, [single, several])}
 
 
+def _amount(given: Any) -> Any:
+    if isinstance(given, bool) or not (isinstance(given, str) or hasattr(given, "__float__")):
+        raise ValueError(f"given {shortened(given)}; give a number in SI or a text with a unit")
+    return given if isinstance(given, str) else float(given)
+
+
+Amount = Annotated[
+    float, PlainValidator(_amount, json_schema_input_type=float | str)
+]  # its unit is known with the machine
 Mass = Annotated[float, Quantity("kg", positive=True)]
 Length = Annotated[float, Quantity("m", positive=True)]
 Offset = Annotated[float, Quantity("m", non_negative=True)]

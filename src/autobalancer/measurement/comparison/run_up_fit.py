@@ -6,16 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from pydantic import Field
 from scipy.stats import norm
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.table import read_table
 from autobalancer.machine import Machine
+from autobalancer.machine.part import Amount, Angle, Label, Listed, Speed, Time, key
 from autobalancer.measurement.balancing.run_down import (
     EXAMPLE,
     UNITS,
@@ -34,7 +36,7 @@ from autobalancer.results.store import load_run
 from autobalancer.rotordynamics.identification.fit import EXACT, Loss, Search
 from autobalancer.rotordynamics.identification.free import Bounds, FreeParameter
 from autobalancer.rotordynamics.identification.identify import Identification, identify
-from autobalancer.rotordynamics.identification.measurement_file import Kind, read_measurements
+from autobalancer.rotordynamics.identification.measurement_file import Entry, MeasurementFile, read_measurements
 from autobalancer.rotordynamics.identification.measurements import Measurement, Rows, Trial
 from autobalancer.safe_file import as_path
 from autobalancer.units import argument
@@ -418,7 +420,7 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
     ResultError
         If a table or a result cannot be read.
     """
-    free, found = read_measurements(path, MORE)
+    free, found = read_measurements(path, RunUpFile)
     return free, _sharing(found)
 
 
@@ -431,29 +433,48 @@ def _sharing(found: list[Measurement]) -> list[Measurement]:
     return [replace(one, times=times[one.seed].tolist()) if isinstance(one, MeasuredRunUp) else one for one in found]
 
 
-def _orders(entry: dict[str, Any], folder: Path) -> Measurement:
-    asked = {"label": str(entry["file"]), **entry, "orders": folder / str(entry["file"])}
-    del asked["file"]
-    measured = MeasuredOrders(**asked)
-    measured.rows()
-    return measured
+class OrdersEntry(Entry):
+    """Amplitude and phase of the first order over the speed."""
 
-
-def _run_up(entry: dict[str, Any], folder: Path) -> Measurement:
-    path = folder / str(entry["file"])
-    given = load_measured(path)
-    if not (is_film(given) or isinstance(given, Signals)):
-        raise QuestionError(
-            f"{path.name}: has neither signals nor ball angles of a film; orders stand under [[orders]], other results are no "
-            "measurement of a run-up"
-        )
-    time = given["time"].values
-    low, high = (
-        float(argument(key, entry[key], "s") if key in entry else end)
-        for key, end in (("start", time[0]), ("end", time[-1]))
+    file: Label = key("orders beside this file, as a table or as a result (.nc)")
+    error: Amount | None = key(
+        "standard deviation where none is stated", None, value="in the unit of the amplitudes, or percent of them"
     )
-    part = _part(given, low, high, path.name)
-    return MeasuredRunUp(part, entry.get("seed", 0), str(entry.get("label", entry["file"])))
+    balls: bool = key("whether the masses of the balls are on the rotor, without unbalance of their own", False)
+    ball_angles: tuple[Angle, ...] | None = key("of all balls in the rotor, where they rest during the test", None)
+    lowest: Speed = key("that is used", 0.0)
+    highest: Speed | None = key("that is used", None)
+    steady: bool = key("`false`: each trial is a run with the drive and the start of the machine", True)
+    label: Label | None = key("in reports; the file unless given", None)
+
+    def measurement(self, folder: Path) -> Measurement:
+        """See :class:`~autobalancer.rotordynamics.identification.measurement_file.Entry`."""
+        measured = MeasuredOrders(folder / self.file, label=self.label or self.file, **self._rest("file", "label"))
+        measured.rows()
+        return measured
+
+
+class RunUpEntry(Entry):
+    """A run-up: signals with their noise, or the ball angles of a film."""
+
+    file: Label = key("the result (.nc) beside this file")
+    start: Time | None = key("of what is used", None)
+    end: Time | None = key("of what is used", None)
+    seed: Annotated[int, Field(strict=True, ge=0)] = key("of the runs; those with the same seed are one run", 0)
+    label: Label | None = key("in reports; the file unless given", None)
+
+    def measurement(self, folder: Path) -> Measurement:
+        """See :class:`~autobalancer.rotordynamics.identification.measurement_file.Entry`."""
+        given = load_measured(folder / self.file)
+        if not (is_film(given) or isinstance(given, Signals)):
+            raise QuestionError(
+                f"{self.file} has neither signals nor ball angles of a film; orders stand under [[orders]], other results are "
+                "no measurement of a run-up",
+                ("file",),
+            )
+        time = given["time"].values
+        low, high = (float(end if one is None else one) for one, end in ((self.start, time[0]), (self.end, time[-1])))
+        return MeasuredRunUp(_part(given, low, high, self.file), self.seed, self.label or self.file)
 
 
 def _part(given: xr.Dataset, low: float, high: float, name: str) -> xr.Dataset:
@@ -464,9 +485,8 @@ def _part(given: xr.Dataset, low: float, high: float, name: str) -> xr.Dataset:
     return found
 
 
-MORE = {
-    "orders": Kind(
-        ("file", "error", "balls", "ball_angles", "lowest", "highest", "steady", "label"), ("file",), _orders
-    ),
-    "run_ups": Kind(("file", "start", "end", "seed", "label"), ("file",), _run_up),
-}
+class RunUpFile(MeasurementFile):
+    """What is free, and what was measured, orders and run-ups, too."""
+
+    orders: Annotated[tuple[OrdersEntry, ...], Listed] = key("amplitude and phase over the speed", ())
+    run_ups: Annotated[tuple[RunUpEntry, ...], Listed] = key("runs, sample by sample", ())

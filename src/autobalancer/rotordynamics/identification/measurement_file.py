@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from autobalancer.assembly.rotors.lateral_model import Floats
-from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.table import read_table
-from autobalancer.files.text import read_toml
-from autobalancer.machine.part import unknown_key
+from autobalancer.files.text import faults_of, read_toml
+from autobalancer.machine.part import Amount, Label, Listed, Question, Rate, Speed, key
 from autobalancer.machine.path import unit_at
-from autobalancer.rotordynamics.identification.free import FreeParameter
+from autobalancer.machine.station import Place
+from autobalancer.rotordynamics.identification.free import FreeParameter, Tie
 from autobalancer.rotordynamics.identification.measurements import (
     KnownValue,
     MeasuredCriticalSpeed,
@@ -20,24 +24,172 @@ from autobalancer.rotordynamics.identification.measurements import (
     MeasuredResponse,
     MeasuredStiffness,
     Measurement,
+    ModeQuantity,
+    Motion,
+    ResponseMeasure,
+    WhirlWord,
 )
 from autobalancer.safe_file import as_path
-from autobalancer.units import shortened, to_si
+from autobalancer.units import to_si
 
-TEXTS = ("name", "label", "tie", "path", "file", "quantity")
-MODE_UNITS = {"frequency": "rad/s", "decay_rate": "1/s", "damping_ratio": ""}
+Whole = Annotated[int, Field(strict=True, ge=1)]
+OF_VALUE = "in the unit of the value, or percent of it"
+UNITS = {"frequency": "rad/s", "decay_rate": "1/s", "damping_ratio": ""}
+MOTIONS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
-class Kind(NamedTuple):
-    """A list of a measurement file: its keys, those without a default, and what makes a measurement of an entry and a folder."""
+class Entry(Question):
+    """An entry of a list of a measurement file."""
 
-    keys: tuple[str, ...]
-    needed: tuple[str, ...]
-    read: Callable[[dict[str, Any], Path], Measurement]
+    def measurement(self, folder: Path) -> Measurement:
+        """What was measured; files are seen from ``folder``."""
+        raise NotImplementedError
+
+    def _in(self, unit: str) -> dict[str, Any]:
+        """``value`` and ``error`` in SI; an error may be a text in percent of the value."""
+        value = _si(self, "value", unit)
+        return {"value": value, "error": error_of(self, unit, abs(value))}
+
+    def _rest(self, *but: str) -> dict[str, Any]:
+        """What was given beside these keys, as the measurement takes it."""
+        return {
+            key: getattr(self, key)
+            for key in type(self).model_fields
+            if key in self.model_fields_set and key not in but
+        }
+
+
+def _si(entry: Entry, name: str, unit: str) -> float:
+    try:
+        return float(to_si(getattr(entry, name), unit))
+    except UnitError as reason:
+        raise QuestionError(str(reason), (name,)) from None
+
+
+def error_of(entry: Any, unit: str, size: float) -> float:
+    """The standard deviation ``error`` of an entry: a quantity, or percent of ``size``."""
+    if str(entry.error).strip().endswith("%"):
+        return _si(entry, "error", "") * size
+    return _si(entry, "error", unit)
+
+
+class Free(Question):
+    """A free parameter: one unknown of the fit."""
+
+    paths: Annotated[tuple[Label, ...], Field(min_length=1), Listed] = key(
+        "of an entry of the machine, or of several that are tied"
+    )
+    lower: Amount | None = key("least value", None, value="in the unit of the entry")
+    upper: Amount | None = key("greatest value", None, value="in the unit of the entry")
+    tie: Tie = key("what is free: the value of all, a factor on those of the machine, or an offset to them", "value")
+    name: Label = key("in results; the first path unless given", "")
+    start: Amount | None = key(
+        "where the fit begins; as the machine is unless given", None, value="in the unit of the entry"
+    )
+
+
+class Mode(Entry):
+    """A mode, whose frequency is damped."""
+
+    value: Amount = key("what was measured", value="rad/s, 1/s or number, by the quantity")
+    error: Amount = key("standard deviation", value=OF_VALUE)
+    quantity: ModeQuantity = key("what it is", "frequency")
+    speed: Speed = key("of the rotor", 0.0)
+    order: Whole = key("by frequency, of those with the whirl and the words below", 1)
+    whirl: WhirlWord | None = key("its direction; on an isotropic rotor at rest each frequency occurs twice", None)
+    mode: Label | None = key("words of its name, such as `cylindrical y`", None)
+    balls: bool = key("whether the masses of the balls are on the rotor", False)
+
+    def measurement(self, folder: Path) -> Measurement:
+        """See :class:`Entry`."""
+        return MeasuredMode(**self._in(UNITS[self.quantity]), **self._rest("value", "error"))
+
+
+class CriticalSpeed(Entry):
+    """A critical speed."""
+
+    value: Amount = key("what was measured", value="rad/s")
+    error: Amount = key("standard deviation", value=OF_VALUE)
+    order: Whole = key("ascending, of those with the whirl and the words below", 1)
+    whirl: WhirlWord | None = key("its direction", None)
+    mode: Label | None = key("words of its name", None)
+    balls: bool = key("whether the masses of the balls are on the rotor", False)
+    highest: Rate | None = key("damped ones up to this speed; without damping unless given", None)
+
+    def measurement(self, folder: Path) -> Measurement:
+        """See :class:`Entry`."""
+        return MeasuredCriticalSpeed(**self._in("rad/s"), **self._rest("value", "error"))
+
+
+class Stiffness(Entry):
+    """A static stiffness across the rotor: force over deflection."""
+
+    value: Amount = key("what was measured", value="N/m")
+    error: Amount = key("standard deviation", value=OF_VALUE)
+    station: Place | None = key("where; not needed on a planar rotor", None)
+    direction: Literal["x", "y"] = key("along which", "x")
+
+    def measurement(self, folder: Path) -> Measurement:
+        """See :class:`Entry`."""
+        return MeasuredStiffness(**self._in("N/m"), **self._rest("value", "error"))
+
+
+class Known(Entry):
+    """A parameter that is known with an error."""
+
+    path: Label = key("of an entry of the machine, or the name of a free parameter")
+    value: Amount = key("what it is", value="in the unit of the entry")
+    error: Amount = key("standard deviation", value=OF_VALUE)
+
+    def of(self, units: Mapping[str, str]) -> Measurement:
+        """With the units of the free parameters by their names."""
+        return KnownValue(**self._in(units[self.path] if self.path in units else unit_at(self.path)), path=self.path)
+
+
+class Response(Entry):
+    """Amplitudes of the synchronous unbalance response over the speed, without balls."""
+
+    file: Label = key("a table beside this file, such as `speed [rpm], amplitude [mm]`")
+    error: Amount = key("standard deviation", value="in the unit of the amplitudes, or percent of them")
+    stations: Annotated[tuple[Place, ...], Listed] | None = key("names or positions; all stations unless given", None)
+    measure: ResponseMeasure = key("of all stations, or of a single one", "mean_of_greatest")
+    logarithmic: bool = key("small and large amplitudes have the same weight", True)
+    quantity: Motion = key("of the amplitudes", "displacement")
+    label: Label | None = key("in reports; the file unless given", None)
+    lowest: Speed = key("that is used", 0.0)
+    highest: Speed | None = key("that is used", None)
+
+    def measurement(self, folder: Path) -> Measurement:
+        """See :class:`Entry`."""
+        unit = MOTIONS[self.quantity]
+        speeds, values = read_curve(folder / self.file, unit)
+        inside = (speeds >= self.lowest) & (speeds <= (math.inf if self.highest is None else self.highest))
+        percent = str(self.error).strip().endswith("%")
+        relative = 1.0 if self.logarithmic == percent else values[inside] if percent else 1.0 / values[inside]
+        return MeasuredResponse(
+            speeds[inside],
+            values[inside],
+            error_of(self, unit, 1.0) * relative,
+            label=self.label or self.file,
+            **self._rest("file", "error", "label", "lowest", "highest"),
+        )
+
+
+class MeasurementFile(Question):
+    """What is free, and what was measured."""
+
+    name: Label = key("of the file", "")
+    description: str = key("what it is about", "")
+    parameters: Annotated[tuple[Free, ...], Listed] = key("what is free", ())
+    modes: Annotated[tuple[Mode, ...], Listed] = key("frequencies, decay rates or damping ratios", ())
+    critical_speeds: Annotated[tuple[CriticalSpeed, ...], Listed] = key("critical speeds", ())
+    stiffnesses: Annotated[tuple[Stiffness, ...], Listed] = key("static stiffnesses", ())
+    known: Annotated[tuple[Known, ...], Listed] = key("parameters that are known with an error", ())
+    responses: Annotated[tuple[Response, ...], Listed] = key("responses over the speed", ())
 
 
 def read_measurements(
-    path: str | Path, more: Mapping[str, Kind] | None = None
+    path: str | Path, form: type[MeasurementFile] = MeasurementFile
 ) -> tuple[list[FreeParameter], list[Measurement]]:
     """Read a measurement file.
 
@@ -45,8 +197,8 @@ def read_measurements(
     ----------
     path
         As of :func:`~autobalancer.measurement.comparison.run_up_fit.load_measurements`.
-    more
-        Further lists by their names.
+    form
+        Its lists.
 
     Returns
     -------
@@ -65,31 +217,19 @@ def read_measurements(
         data = read_toml(path)
     except QuestionError as reason:
         raise QuestionError(f"{reason}{_hint(path)}") from None
-    kinds = KINDS | dict(more or {})
-    unknown = sorted(set(data) - set(kinds) - {"name", "description"})
-    if unknown:
-        raise QuestionError(f"{path}: {unknown[0]}: {unknown_key(unknown[0], (*kinds, 'name', 'description'))}")
-    free: list[FreeParameter] = []
+    with faults_of(str(path)):
+        asked = form(**data)
+    free = [
+        FreeParameter(**{key: value for key, value in one if key in one.model_fields_set}) for one in asked.parameters
+    ]
+    units = {one.name: "" if one.tie == "factor" else unit_at(one.first) for one in free}
     found: list[Measurement] = []
-    units: dict[str, str] = {}
-    for kind in kinds:
-        for number, entry in enumerate(_list(data.get(kind, []), path, kind), 1):
-            where = f"{path}: {kind}[{number}]"
-            _check_keys(entry, kinds[kind], where)
+    for kind in [name for name in form.model_fields if name not in ("name", "description", "parameters")]:
+        for number, entry in enumerate(getattr(asked, kind)):
             try:
-                if kind == "parameters":
-                    free.append(FreeParameter(**entry))
-                    units[free[-1].name] = "" if free[-1].tie == "factor" else unit_at(free[-1].first)
-                elif kind == "known":
-                    name = str(entry["path"])
-                    path_unit = units[name] if name in units else unit_at(name)
-                    found.append(KnownValue(**_single(entry, path_unit)))
-                else:
-                    found.append(kinds[kind].read(entry, path.parent))
+                found.append(entry.of(units) if isinstance(entry, Known) else entry.measurement(path.parent))
             except AutobalancerError as error:
-                raise type(error)(f"{where}: {error}") from None
-            except (TypeError, ValueError, AttributeError) as error:
-                raise QuestionError(f"{where}: a value has the wrong form: {error}") from None
+                raise type(error).of(str(path), error.within(kind, number).problems) from None
     return free, found
 
 
@@ -101,100 +241,6 @@ def _hint(path: Path) -> str:
         ". A measurement file ends with .toml and says what is free and what was measured; "
         f'it names a table so:\n[[responses]]\nfile = "{path.name}"\nerror = "5 %"'
     )
-
-
-def _list(entries: Any, path: Path, kind: str) -> list[dict[str, Any]]:
-    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise QuestionError(f"{path}: {kind}: write each entry under its own line [[{kind}]]")
-    return entries
-
-
-def _check_keys(entry: dict[str, Any], kind: Kind, where: str) -> None:
-    for key, value in entry.items():
-        if key not in kind.keys:
-            raise QuestionError(f"{where}.{key}: {unknown_key(key, kind.keys)}")
-        if isinstance(value, dict) or (
-            isinstance(value, list) and any(isinstance(part, (dict, list)) for part in value)
-        ):
-            raise QuestionError(f"{where}.{key}: given {shortened(value)}; must be a single value, or a list of them")
-        if key in TEXTS and not isinstance(value, str):
-            raise QuestionError(f"{where}.{key}: given {shortened(value)}; must be a text")
-    for key in kind.needed:
-        if key not in entry:
-            raise QuestionError(f"{where}.{key}: missing; it has no default")
-
-
-def value_and_error(entry: dict[str, Any], unit: str) -> dict[str, float]:
-    """``value`` and ``error`` in SI; an error may be a text in percent of the value."""
-    value = to_si(entry["value"], unit)
-    return {"value": float(value), "error": error_of(entry["error"], unit, abs(value))}
-
-
-def error_of(error: Any, unit: str, size: float) -> float:
-    """A standard deviation: a quantity, or percent of ``size``."""
-    if isinstance(error, str) and error.strip().endswith("%"):
-        return float(to_si(error.strip()[:-1].strip(), "")) / 100.0 * size
-    return float(to_si(error, unit))
-
-
-def _single(entry: dict[str, Any], unit: str, speeds: tuple[str, ...] = ()) -> dict[str, Any]:
-    rest = {key: value for key, value in entry.items() if key not in ("value", "error")}
-    for key in speeds:
-        if key in rest:
-            rest[key] = float(to_si(rest[key], "rad/s"))
-    return {**rest, **value_and_error(entry, unit)}
-
-
-def _mode(entry: dict[str, Any], folder: Path) -> Measurement:
-    quantity = entry.get("quantity", "frequency")
-    if quantity not in MODE_UNITS:
-        raise QuestionError(f"quantity: given {quantity!r}; must be one of {', '.join(MODE_UNITS)}")
-    return MeasuredMode(**_single(entry, MODE_UNITS[quantity], ("speed",)))
-
-
-def _response(entry: dict[str, Any], folder: Path) -> Measurement:
-    quantity = entry.get("quantity", "displacement")
-    units = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-    if quantity not in units:
-        raise QuestionError(f"quantity: given {quantity!r}; must be one of {', '.join(units)}")
-    low, high = (to_si(entry.get(key, default), "rad/s") for key, default in (("lowest", 0.0), ("highest", 1e9)))
-    speeds, values = read_curve(folder / str(entry["file"]), units[quantity])
-    inside = (speeds >= low) & (speeds <= high)
-    percent = isinstance(entry["error"], str) and entry["error"].strip().endswith("%")
-    logarithmic = bool(entry.get("logarithmic", True))
-    error = error_of(entry["error"], units[quantity], 1.0)
-    wanted = {key: entry[key] for key in ("stations", "measure") if key in entry}
-    spread = error * (1.0 if logarithmic == percent else values[inside] if percent else 1.0 / values[inside])
-    return MeasuredResponse(
-        speeds[inside], values[inside], spread, quantity=quantity, logarithmic=logarithmic,
-        label=str(entry.get("label", entry["file"])), **wanted,
-    )  # fmt: skip
-
-
-def _none(entry: dict[str, Any], folder: Path) -> Measurement:
-    raise NotImplementedError  # read where what is before in the file is known
-
-
-SINGLE = ("value", "error")
-CHOSEN = ("order", "whirl", "mode", "balls")
-KINDS = {
-    "parameters": Kind(("paths", "lower", "upper", "tie", "name", "start"), ("paths",), _none),
-    "modes": Kind((*SINGLE, "quantity", "speed", *CHOSEN), SINGLE, _mode),
-    "critical_speeds": Kind(
-        (*SINGLE, *CHOSEN, "highest"),
-        SINGLE,
-        lambda entry, _: MeasuredCriticalSpeed(**_single(entry, "rad/s", ("highest",))),
-    ),
-    "stiffnesses": Kind(
-        (*SINGLE, "station", "direction"), SINGLE, lambda entry, _: MeasuredStiffness(**_single(entry, "N/m"))
-    ),
-    "known": Kind((*SINGLE, "path"), (*SINGLE, "path"), _none),
-    "responses": Kind(
-        ("file", "error", "stations", "measure", "logarithmic", "quantity", "label", "lowest", "highest"),
-        ("file", "error"),
-        _response,
-    ),
-}
 
 
 # Tables of amplitude against speed with units in their column names.

@@ -34,6 +34,7 @@ from autobalancer.rotordynamics.response import amplitudes, load_of
 
 ModeQuantity = Literal["frequency", "decay_rate", "damping_ratio"]
 ResponseMeasure = Literal["mean_of_greatest", "greatest_mean", "semi_major", "forward", "x", "y"]
+WhirlWord = Literal["forward", "backward", "mixed", "straight"]
 Motion = Literal["displacement", "velocity", "acceleration"]
 ONE_PLACE = ("semi_major", "forward", "x", "y")
 
@@ -279,7 +280,7 @@ def _which(thing: str, wanted: MeasuredMode | MeasuredCriticalSpeed) -> str:
         raise QuestionError(f"identify: {thing}: order: given {wanted.order!r}; must be a whole number from 1")
     words = [thing if wanted.mode is None else f"{thing} {wanted.mode!r}", str(wanted.order)]
     if wanted.whirl is not None:
-        if wanted.whirl not in ("forward", "backward", "mixed", "straight"):
+        if wanted.whirl not in get_args(WhirlWord):
             raise QuestionError(
                 f"identify: {thing}: whirl: given {wanted.whirl!r}; must be forward, backward, mixed or straight"
             )

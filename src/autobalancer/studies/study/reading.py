@@ -15,7 +15,7 @@ from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.samples import beside
 from autobalancer.files.text import faults_of, question_data
 from autobalancer.machine import Machine
-from autobalancer.machine.part import Duration, Label, Listed, Question, key, unknown_key
+from autobalancer.machine.part import Amount, Duration, Label, Listed, Question, key, unknown_key
 from autobalancer.random_numbers import GREATEST
 from autobalancer.studies.ensemble.columns import SEED, is_start, unit_of_column
 from autobalancer.studies.study.chunk import OUTPUTS, RUN, RUN_UP, RunUp, check_length, quantity_kind, with_run_up
@@ -23,7 +23,6 @@ from autobalancer.studies.study.spec import (
     START,
     TABLE,
     WANTED,
-    Amount,
     Distribution,
     Impossible,
     Normal,

@@ -20,6 +20,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.measures.columns_of_measures import END, NO_VERDICT, STATUS, VERDICT
 from autobalancer.machine import Machine
 from autobalancer.machine.part import (
+    Amount,
     Angle,
     CoupleMoment,
     Duration,
@@ -52,15 +53,6 @@ from autobalancer.units import list_argument, shortened, to_si
 Floats = NDArray[np.float64]
 
 
-def _amount(given: Any) -> Any:
-    if isinstance(given, bool) or not (isinstance(given, str) or hasattr(given, "__float__")):
-        raise ValueError(f"given {shortened(given)}; give a number in SI or a text with a unit")
-    return given if isinstance(given, str) else float(given)
-
-
-Amount = Annotated[
-    float, PlainValidator(_amount, json_schema_input_type=float | str)
-]  # its unit is known with the machine
 MIDDLES = ("mean", "median", "mode", "nominal")
 WIDTHS = ("standard_deviation", "plus_minus", "plus", "minus")
 
