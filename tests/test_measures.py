@@ -13,8 +13,10 @@ from tests.references.stalled_pair import run_up
 
 import autobalancer as ab
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
-from autobalancer.results.measure_table import MEASURES, SWEPT
+from autobalancer.results.measure_table import MEASURES, SWEPT, Measure, measured
+from autobalancer.results.measure_table import swept as swept_of
 from autobalancer.results.recorded import Balls, settling
+from autobalancer.results.run_arrays import recorded_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
@@ -236,6 +238,10 @@ def test_every_measure_of_a_run_stands_once_in_the_table_and_carries_its_unit(st
     for name in found:
         assert found[name].attrs["units"] == table[str(name)].unit
         assert found[name].dims == ((table[str(name)].along,) if table[str(name)].along else ())
+    lowest = Measure("lowest_deflection", "m", "", "least deflection", lambda r: r.bins.low.min())
+    labels = measured(recorded_of(stalled_run), (*MEASURES, lowest), lambda measure: {"units": measure.unit})
+    assert list(labels)[-1] == "lowest_deflection", "an entry of the table is all that a measure of a run needs"
+    assert swept_of((*MEASURES, lowest)) == SWEPT, "no sweep dies of a measure that it does not compute"
     swept = ab.sweep(MACHINES / "discoidal.toml", {}, seeds=1, duration=0.1)
     assert {entry.name for entry in SWEPT} == set(map(str, swept)) - {"outcome", "verdict", "balanced"}
 

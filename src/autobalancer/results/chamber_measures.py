@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import RUN_UP
-from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.answer import SOURCE, Labeled
 from autobalancer.results.answers.measured import Measured
 from autobalancer.results.chamber_shape import bodies_of, chambers_of, unbalance_of
-from autobalancer.results.measure_table import Measure
+from autobalancer.results.measure_table import Measure, measured
 from autobalancer.results.number_text import worded
 from autobalancer.results.places import of_a_run
 from autobalancer.results.recorded import Settled
@@ -298,7 +298,6 @@ class ChamberRecorded:
         return residual_of_balls(self.run.isel(time=self.steady), self.unbalance, self.couple, self.places)
 
 
-SOURCE = ("machine_name", "outcome", "outcome_text", "source")
 PARAMETERS = {"ball_mass_total": "kg", "ball_diameter": "m", "depth": "m", "duration": "s", "step": "s", "sample": "s"}
 
 
@@ -368,14 +367,11 @@ def chamber_measures(
     if unbalance is None and described is not None:
         unbalance, couple = described
     recorded = ChamberRecorded(run, last, tolerance, unbalance, couple, chamber_places)
-    found = {}
-    for measure in CHAMBER_MEASURES:
-        if not measure.needs or getattr(recorded, measure.needs) is not None:
-            dims, about = (
-                (measure.along,) if measure.along else (),
-                {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))},
-            )
-            found[measure.name] = (dims, np.asarray(measure.of(recorded), np.float64), about)
+
+    def label(measure: Measure) -> dict[str, str]:
+        return {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))}
+
+    found = measured(recorded, CHAMBER_MEASURES, label)
     coords = {"stage": list(STAGES), "counted_from": recorded.settled.counted_from}
     return Measured(found, coords, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
 

@@ -1,12 +1,12 @@
 """The table of the measures of a run: name, unit, meaning and arithmetic, for runs, sweeps, commands and documentation.
 
-A new measure is an entry here. Its arithmetic is a compiled function in ``kernels/measures/``; ``results/series.py`` asks it
-about a run, and what a sweep keeps of it is a column of ``kernels/measures/row.py``.
+A new measure of a run is an entry here, of a deep chamber one in ``results/chamber_measures.py``. Sweeps compute their measures
+compiled: they have those that are a column of ``kernels/measures/row.py``, too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,8 +65,8 @@ class Measure(NamedTuple):
     """One measure: ``of`` gives a number, or an array along ``along``.
 
     It is left out where the run did not record what :data:`NEEDS` says of ``along``, or what it ``needs`` besides, both names
-    of :class:`~autobalancer.results.recorded.Recorded`. A sweep keeps measures that are one number, those over the balls, and
-    ``of_all`` of the others.
+    of :class:`~autobalancer.results.recorded.Recorded` (of a deep chamber ``needs`` alone). A sweep keeps measures that are one
+    number, those over the balls, and ``of_all`` of the others, if they are computed there.
     """
 
     name: str
@@ -320,9 +320,13 @@ MEASURES = (
 )
 
 
-def measured(recorded: Recorded) -> Iterator[tuple[Measure, Any]]:
-    """The measures of a run with their numbers, without those for which it recorded too little."""
-    return ((m, m.of(recorded)) for m in MEASURES if _has(recorded, needed(m)))
+def measured(recorded: Any, table: Sequence[Measure], label: Callable[[Measure], dict[str, str]]) -> dict[str, Any]:
+    """Dimensions, numbers and ``label`` of the measures of a run by name, without those for which it recorded too little."""
+    return {
+        m.name: ((m.along,) if m.along else (), np.asarray(m.of(recorded), np.float64), label(m))
+        for m in table
+        if _has(recorded, needed(m) if isinstance(recorded, Recorded) else (m.needs,) * bool(m.needs))
+    }
 
 
 def numbers(recorded: Recorded) -> dict[str, Any]:
@@ -342,16 +346,19 @@ def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
     return {"long_name": text, "units": measure.unit}
 
 
-def _in_sweep(m: Measure) -> Iterator[InSweep]:
-    if m.of_all is not None:
-        needs = (m.of_all.needs,) if m.of_all.needs else needed(m)
-        yield InSweep(m.of_all.name or m.name, m.unit, m.of_all.text, m.of_all.per_ball, m.of_all.of, needs)
-    elif not m.along:
-        yield InSweep(m.name, m.unit, m.text, False, m.of, needed(m))
+def swept(table: Sequence[Measure]) -> tuple[InSweep, ...]:
+    """What a sweep keeps of the measures of a table: those that are computed there."""
+    one = (m.of_all or OfAll(m.text, m.of) for m in table)
+    found = (
+        InSweep(o.name or m.name, m.unit, o.text, o.per_ball, o.of, (o.needs,) if o.needs else needed(m))
+        for m, o in zip(table, one, strict=True)
+        if m.of_all is not None or not m.along
+    )
+    return tuple(m for m in found if m.per_ball or m.name in COLUMNS)
 
 
-def _has(recorded: Recorded, names: tuple[str, ...]) -> bool:
+def _has(recorded: Any, names: tuple[str, ...]) -> bool:
     return all(getattr(recorded, name) is not None for name in names)
 
 
-SWEPT = tuple(entry for measure in MEASURES for entry in _in_sweep(measure))
+SWEPT = swept(MEASURES)

@@ -9,7 +9,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import LAST, SETTLED
 from autobalancer.results.answers.answer import SOURCE, Labeled
 from autobalancer.results.answers.measured import Measured
-from autobalancer.results.measure_table import HERE, label_of, measured
+from autobalancer.results.measure_table import HERE, MEASURES, Measure, label_of, measured
 from autobalancer.results.places import of_a_run, vibration
 from autobalancer.results.recorded import SETTLING_FROM, known_origin, settling
 from autobalancer.results.run_arrays import (
@@ -173,11 +173,13 @@ def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Measured
     """
     recorded = recorded_of(run, known_origin(settling_from))
     where = repr(run.attrs.get("reference_station", "the rotor"))
-    found = xr.Dataset(attrs={key: run.attrs[key] for key in SOURCE if key in run.attrs})
-    for measure, values in measured(recorded):
+
+    def label(measure: Measure) -> dict[str, str]:
         about = label_of(measure, settling_from)
-        about["long_name"] = about["long_name"].replace(HERE, where)
-        found[measure.name] = ((measure.along,) if measure.along else (), values, about)
+        return about | {"long_name": about["long_name"].replace(HERE, where)}
+
+    source = {key: run.attrs[key] for key in SOURCE if key in run.attrs}
+    found = xr.Dataset(measured(recorded, MEASURES, label), attrs=source)
     for name in ("ball", "place", "plane", "support", "link"):
         if name in found.dims:
             found = found.assign_coords({name: run[name].values})
