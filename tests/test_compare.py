@@ -101,7 +101,7 @@ def test_the_command_prints_the_table_and_draws_it(tmp_path):
     result = CliRunner().invoke(app, asked)
     assert result.exit_code == 0, result.output
     head, plain, pins = result.stdout.strip().splitlines()[:3]
-    assert head.startswith("machine,at 382 rpm [µm],peak [µm]")
+    assert head.startswith("machine,at 382 rpm [mm],peak [mm]")
     assert plain.startswith("Plain race,")
     assert pins.startswith("Pins,")
     assert picture.exists()

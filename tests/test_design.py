@@ -538,3 +538,5 @@ def test_the_first_line_says_that_the_best_design_passes_worse_than_without_ball
     (said,) = designed.best()["passage"].values
     assert "worse than without balls" in said
     assert designed.answer().endswith(said)
+    assert "name" not in ab.designed_machine(designed).balancers[0].model_fields_set  # its author gave it none
+    assert designed.attrs["title"] == "Balancers for Stall and release"

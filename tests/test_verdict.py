@@ -351,3 +351,9 @@ def test_a_force_that_holds_a_vertical_rotor_aside_is_no_vibration() -> None:
     assert f"vibration about {1e6 * static:.0f} µm" in str(
         [x.get_label() for x in ab.plot.run_up(run).axes[1].get_lines()]
     )
+
+
+def test_check_says_that_the_speed_of_a_torque_drive_is_known_from_a_run_only() -> None:
+    assert "highest speed" in repr(ab.check(ab.example("stall_and_release")))
+    assert "known from a run only" in repr(ab.check(ab.example("stall_and_release")))
+    assert "known from a run only" not in repr(ab.check(ab.example("discoidal")))

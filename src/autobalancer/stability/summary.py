@@ -49,6 +49,9 @@ from autobalancer.tables import Described, rpm_and_si
 
 
 SHOWN = 6  # critical speeds of a rotor that tilts or bends
+FROM_A_RUN = (
+    "a torque drives: known from a run only, and so is what unbalance does there without balls"  # the highest speed
+)
 
 
 @dataclass(frozen=True)
@@ -492,7 +495,7 @@ def summary_rows(found: Summary, said: SpeedText) -> list[Row]:
         *(_rows_settled(found.friction_settled, said) if found.friction_settled is not None else ()),
         *_eccentricity(found),
         *_borders(found, said),
-        *([("highest speed", said(found.highest_speed))] if found.highest_speed is not None else ()),
+        ("highest speed", FROM_A_RUN if found.highest_speed is None else said(found.highest_speed)),
     ]
 
 

@@ -102,10 +102,11 @@ def _orders(above: Axes, beside: Axes, part: xr.Dataset, unit: AxisUnit, label: 
         for key, width, alpha, name_of in (("before", 3.0, 0.3, "_"), ("after", 1.0, 1.0, channel)):
             line = wrapped(speed, np.unwrap(one[key].values)) if what == "phase" else (speed, scale * one[key].values)
             axes.plot(*line, color=color, lw=width, alpha=alpha, label=name_of)
+    above.plot([], [], color=INK, lw=3.0, alpha=0.3, label="before the fit")
     shown = common.sign if len(signs) == 1 else "each over its greatest"
     above.set(xlabel=f"speed ({unit.sign})", ylabel=f"amplitude ({shown})", title=label, ylim=(0.0, None))
     beside.set(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
-    beside.set(xlabel=f"speed ({unit.sign})", ylabel="lead over the mark (°)", title="pale: before the fit")
+    beside.set(xlabel=f"speed ({unit.sign})", ylabel="lead over the mark (°)")
     legend(above)
 
 

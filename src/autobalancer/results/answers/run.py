@@ -174,11 +174,12 @@ class Comparison(Answer):
     needed: ClassVar[tuple[str, ...]] = ("machine", "verdict", "peak_deflection", "vibration", "exact_border")
 
     def columns(self, unit: str = "") -> list[Column]:
-        """Deflections in micrometers; what is left in percent of the vibration without balls.
+        """Deflections in one unit; what is left in percent of the vibration without balls.
 
         Deep chambers have no exact border, so that their table has the force on their bearings in its place.
         """
-        shown, length = speed_axis(unit or self.shown_in), length_axis("um", 1.0)
+        far = np.nanmax(np.append(self["peak_deflection"].values, 0.0))
+        shown, length = speed_axis(unit or self.shown_in), length_axis(None, float(far) or 1e-6)
         with np.errstate(divide="ignore", invalid="ignore"):
             left = 100.0 * self["vibration"].values / self["vibration_without_balls"].values
         known = np.isfinite(self["exact_border"].values) | (self["border_note"].values.astype(str) != "")

@@ -228,7 +228,7 @@ def machine_of(spec: Spec, one: Candidate, temperature: float, unbalance: float 
         balancers = tuple(Balancer(name=name, station=name, races=races) for name in one.planes)
     elif machine.balancers:
         balancers = tuple(
-            changed_part(balancer, races=races, name=_renamed(balancer.name, template, one))
+            changed_part(balancer, races=races, **_renamed(balancer.name, template, one))
             for balancer in machine.balancers
         )
     else:
@@ -237,10 +237,10 @@ def machine_of(spec: Spec, one: Candidate, temperature: float, unbalance: float 
     return found if unbalance is None else with_quantity(found, "unbalance", unbalance)
 
 
-def _renamed(name: str, template: Race | None, one: Candidate) -> str:
-    """The name of a balancer, with the new bearing where it has the old one in it."""
+def _renamed(name: str, template: Race | None, one: Candidate) -> dict[str, str]:
+    """The name of a balancer with the new bearing, where it has the old one in it."""
     old = template.bearing if template is not None else None
-    return name.replace(old, one.ring.bearing) if old and one.ring.bearing else name
+    return {"name": name.replace(old, one.ring.bearing)} if old and one.ring.bearing and old in name else {}
 
 
 def _race(spec: Spec, one: Candidate, template: Race | None, filling: Any, temperature: float) -> Race:

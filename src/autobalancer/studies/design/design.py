@@ -462,7 +462,7 @@ def _text(spec: Spec, one: Design, place: dict[int, int]) -> str:
 
 def _attributes(spec: Spec, how: str) -> dict[str, Any]:
     return {
-        "title": f"Design{f' {spec.name}' * (spec.name not in ('design', spec.machine.name))} for {spec.machine.name}",
+        "title": f"Balancers for {spec.machine.name}{f': {spec.name}' * (spec.name not in ('design', spec.machine.name))}",
         **provenance(),
         "machine_name": spec.machine.name,
         "design_name": spec.name,
