@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.reporting.report import balls_page
 from autobalancer.studies.design.answer import Designed
-from autobalancer.studies.design.candidate import candidates
+from autobalancer.studies.design.candidate import candidates, machine_of
 from autobalancer.studies.design.reading import read_spec
 from autobalancer.studies.design.running import runs_of, stalled
 from autobalancer.studies.design.screening import screened
@@ -538,5 +539,15 @@ def test_the_first_line_says_that_the_best_design_passes_worse_than_without_ball
     (said,) = designed.best()["passage"].values
     assert "worse than without balls" in said
     assert designed.answer().endswith(said)
-    assert "name" not in ab.designed_machine(designed).balancers[0].model_fields_set  # its author gave it none
+    assert ab.designed_machine(designed).balancers[0].name == machine.balancers[0].name
     assert designed.attrs["title"] == "Balancers for Stall and release"
+
+
+def test_a_designed_balancer_without_a_name_of_its_author_gets_no_empty_one() -> None:
+    spec = read_spec(SPEC)
+    named, (one, *_) = spec.machine.balancers[0], candidates(spec)
+    bare = named.model_copy(update={"name": ""})
+    bare.model_fields_set.discard("name")
+    machine = spec.machine.model_copy(update={"balancers": (bare,)})
+    assert "name" not in machine_of(replace(spec, machine=machine), one, 298.15).balancers[0].model_fields_set
+    assert machine_of(spec, one, 298.15).balancers[0].name == named.name
