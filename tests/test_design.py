@@ -196,7 +196,10 @@ def test_where_no_candidate_is_left_it_says_what_ruled_the_last_ones_out(tables:
             {"scatter": {"rotor.mass": {"distribution": "uniform", "low": "-2 kg", "high": "-1 kg"}}},
             r"no possible machine in 100 attempts: .*rotor.mass = -1",
         ),
-        ({"scatter": {"stifness": {"distribution": "normal"}}}, r"scatter.stifness: .*did you mean 'stiffness'"),
+        (
+            {"scatter": {"stifness": {"distribution": "log-normal", "factor": 2}}},
+            r"scatter.stifness: .*did you mean 'stiffness'",
+        ),
     ],
 )
 def test_what_can_never_be_is_refused_before_a_border_is_asked_and_leaves_no_folder(
