@@ -85,8 +85,8 @@ def _written(part: Part) -> Iterator[tuple[Quantity, Given]]:
 
 def unit_of(value: Given) -> str:
     """The unit in which a quantity was written."""
-    found = WRITTEN.match(value.text)
-    return found[1] if found else ""
+    match = WRITTEN.match(value.text)
+    return match[1] if match else ""
 
 
 def _part(part: Any, author: Any, units: dict[str, str]) -> Any:

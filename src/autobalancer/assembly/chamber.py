@@ -340,18 +340,18 @@ def rebound_tables(machine: ChamberMachine) -> tuple[Floats, Integers]:
     """
     contact, groups = machine.contact, ball_groups(machine)
     first = np.full((len(groups), len(groups) + 1), NONE, np.int64)
-    tables, asked = (
+    tables, requested = (
         Tables(dampers if isinstance(contact, HistoryContact) else shares),
         (contact.rebound, contact.restitution),
     )
     for i, (number, one) in enumerate(groups):
         viscosity = float(machine.chambers[number].viscosity or 0.0)
-        first[i, -1] = tables.first(*asked, _least(contact, one.ball_mass, one.radius, viscosity))
+        first[i, -1] = tables.first(*requested, _least(contact, one.ball_mass, one.radius, viscosity))
         for j, (other_number, two) in enumerate(groups):
             if other_number == number:
                 mass = 1.0 / (1.0 / one.ball_mass + 1.0 / two.ball_mass)
                 radius = 1.0 / (1.0 / one.radius + 1.0 / two.radius)
-                first[i, j] = tables.first(*asked, _least(contact, mass, radius, viscosity))
+                first[i, j] = tables.first(*requested, _least(contact, mass, radius, viscosity))
     return tables.numbers, first
 
 

@@ -58,14 +58,14 @@ def restitution_at(law: Law, speeds: Floats, least_left: float = LEAST) -> Float
     return np.maximum(slow * factor, least_left)
 
 
-def least_rebound(rebound: Rebound | None, one: Ball, other: Ball | None = None) -> float:
+def least_rebound(rebound: Rebound | None, ball: Ball, other: Ball | None = None) -> float:
     """The speed below which a ball does not rebound from another, or from a wall, m/s; 0 without a fluid."""
     if rebound is None or rebound.critical_stokes is None:
         return 0.0
-    mass, radius = one.mass, one.radius
+    mass, radius = ball.mass, ball.radius
     if other is not None:
         mass, radius = 1.0 / (1.0 / mass + 1.0 / other.mass), 1.0 / (1.0 / radius + 1.0 / other.radius)
-    return slowest_rebound(float(rebound.critical_stokes), mass, radius, one.fluid_density * one.fluid_viscosity)
+    return slowest_rebound(float(rebound.critical_stokes), mass, radius, ball.fluid_density * ball.fluid_viscosity)
 
 
 class Tables:
@@ -189,12 +189,12 @@ def ring(members: Sequence[int], angles: Floats) -> list[tuple[int, int, float]]
     """The balls of a race in their order around it: each, the next, and what to add to the angle of that, so that it is ahead."""
     place = {i: math.fmod(math.fmod(angles[i], TURN) + TURN, TURN) for i in members}
     order = sorted(members, key=lambda i: place[i])
-    found = []
+    ring = []
     for number, i in enumerate(order):
         j = order[(number + 1) % len(order)]
         ahead = place[j] - place[i] + (TURN if number + 1 == len(order) else 0.0)
-        found.append((i, j, ahead - (angles[j] - angles[i])))
-    return found
+        ring.append((i, j, ahead - (angles[j] - angles[i])))
+    return ring
 
 
 def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows: Rows, frequency: float) -> Contacts:
@@ -225,11 +225,11 @@ def is_rigid(race: Race) -> bool:
     return race.contact is None or (race.contact.stiffness is None and race.contact.friction < JAMMING)
 
 
-def meeting_table(tables: Tables, race: Race, one: Ball, other: Ball | None = None, *, rigid: bool = False) -> int:
+def meeting_table(tables: Tables, race: Race, ball: Ball, other: Ball | None = None, *, rigid: bool = False) -> int:
     """Where the table of a ball that meets another one, or a partition, begins."""
     rebound = race.contact.rebound if race.contact is not None else None
     kind = law_numbers if rigid else None
-    return tables.first(rebound, restitution(race), least_rebound(rebound, one, other), kind)
+    return tables.first(rebound, restitution(race), least_rebound(rebound, ball, other), kind)
 
 
 def parallel(one: float, other: float) -> float:
@@ -237,15 +237,15 @@ def parallel(one: float, other: float) -> float:
     return one * (other / (one + other))
 
 
-def _spring_and_damper(race: Race, one: Ball, other: Ball, frequency: float) -> tuple[float, float, float]:
+def _spring_and_damper(race: Race, ball: Ball, other: Ball, frequency: float) -> tuple[float, float, float]:
     """Torque over the angle by which two balls overlap, N m/rad, and over the rate of this angle, N m s/rad; frequency, rad/s.
 
     The torque is the same on both, so their distance moves with the reduced inertia, and neither is the first. The damping is
     that of ratio 1 where the ratio depends on the impact.
     """
-    inertia = parallel(one.inertia, other.inertia)
+    inertia = parallel(ball.inertia, other.inertia)
     if race.contact is not None and race.contact.stiffness is not None:
-        stiffness = float(race.contact.stiffness) * (one.orbit_radius * other.orbit_radius)
+        stiffness = float(race.contact.stiffness) * (ball.orbit_radius * other.orbit_radius)
     else:
         stiffness = inertia * (QUICK * frequency) ** 2
     varies = race.contact is not None and race.contact.rebound is not None

@@ -86,10 +86,10 @@ def _acting(force: Force, members: list[int], angles: Floats) -> list[tuple[int,
 
 
 def _array(rows: list[Any]) -> Any:
-    found = FORCES_FORCE.rows(len(rows))
+    result = FORCES_FORCE.rows(len(rows))
     for i, row in enumerate(rows):
-        found[i] = row
-    return found
+        result[i] = row
+    return result
 
 
 # A force is compiled and tried at places around its race before it is used: it must be a number, and what it says it
@@ -196,11 +196,11 @@ def _made(force: Force, method: str) -> CompiledFunction:
     function, pair = getattr(type(force), method, None), bool(force.pairs)
     if function is None:
         raise MachineError(f"has no '{method}'; it is a static method that must {RETURNS[method][pair]}")
-    asked = function, tuple(force.numbers()), CALLS[method][pair]
+    requested = function, tuple(force.numbers()), CALLS[method][pair]
     try:
-        return compile_function(*asked)
+        return compile_function(*requested)
     except Exception as reason:
-        said = in_words(reason, *asked)
+        said = in_words(reason, *requested)
         raise MachineError(f"does not compile: in {method!r}, {said}; it must {RETURNS[method][pair]}") from None
 
 

@@ -212,11 +212,11 @@ def race_harmonics(race: Race) -> Matrix:
         return np.column_stack([turned.real, -turned.imag])
     if not race.harmonics:
         return np.zeros((0, 2))
-    found = np.zeros((max(h.order for h in race.harmonics), 2))
+    race_harmonics = np.zeros((max(h.order for h in race.harmonics), 2))
     for h in race.harmonics:
         turn = h.order * float(h.angle)
-        found[h.order - 1] += float(h.amplitude) * np.array([math.cos(turn), math.sin(turn)])
-    return found
+        race_harmonics[h.order - 1] += float(h.amplitude) * np.array([math.cos(turn), math.sin(turn)])
+    return race_harmonics
 
 
 class WaveRows:
@@ -231,9 +231,9 @@ class WaveRows:
         """Fill the fields of a ball that say how many waves its race has, and where they are."""
         place = ball.balancer, ball.race
         if place not in self.places:
-            found = race_harmonics(self.machine.balancers[ball.balancer].races[ball.race])
-            self.places[place] = found.shape[0], self.amplitudes.shape[0]
-            self.amplitudes = np.concatenate([self.amplitudes, found])
+            harmonics = race_harmonics(self.machine.balancers[ball.balancer].races[ball.race])
+            self.places[place] = harmonics.shape[0], self.amplitudes.shape[0]
+            self.amplitudes = np.concatenate([self.amplitudes, harmonics])
         row.waves, row.first_wave = self.places[place]
 
     @property

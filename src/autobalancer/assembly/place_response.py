@@ -29,9 +29,9 @@ def plane_unbalances(assembly: Assembly, gauges: MeasureInputs, time: float, spe
     """
     from autobalancer.kernels.measures import observables
 
-    found = np.zeros(gauges.capability.size, np.complex128)
-    observables.plane_unbalances(assembly.system, gauges, time, speed, desk_for(gauges, 0), found)
-    return found
+    plane_unbalances = np.zeros(gauges.capability.size, np.complex128)
+    observables.plane_unbalances(assembly.system, gauges, time, speed, desk_for(gauges, 0), plane_unbalances)
+    return plane_unbalances
 
 
 def off_center_unbalances(places: Places, speed: float) -> Complexes:
@@ -88,11 +88,11 @@ def _on_rubber(places: Places, time: float, speed: float) -> tuple[Floats, Float
         places.center_loads,
     )
     try:
-        found = steadily(soft, np.array([float(speed)]), load, "vibration without balls")
+        result = steadily(soft, np.array([float(speed)]), load, "vibration without balls")
     except QuestionError:
         return np.full(len(places.names), np.nan), np.full(len(places.supports), np.nan)
-    moved = np.linalg.lstsq(places.basis, found.motion[0], rcond=None)[0]
-    force = places.rubber_rows @ found.pushes[0].ravel()
+    moved = np.linalg.lstsq(places.basis, result.motion[0], rcond=None)[0]
+    force = places.rubber_rows @ result.pushes[0].ravel()
     for i, share in enumerate(table_shares(places.speeds, np.array([float(speed)]))):
         force = force + share * (places.run_stiffness[i] + 1j * speed * places.run_damping[i]) @ moved
     return _semi_major(np.asarray(places.rows @ moved, np.complex128)), _semi_major(force)

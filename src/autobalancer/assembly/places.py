@@ -115,24 +115,24 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
 def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _Seen:
     basis = np.eye(bare.size) if small is None else small.basis
     planes, stations = planes_of(machine, bare), station_rows(machine, bare)
-    found = grounds(machine, bare)
+    result = grounds(machine, bare)
     rows = {name: bare.both(row.deflection[None]) for name, row in zip(planes.names, planes.rows, strict=True)}
     if not rows:
         first, place = reference(machine, bare)
         rows[first] = bare.both(place.deflection[None])
     kinds = ["plane"] * len(planes.names) or ["reference"]
     others = [("station", name, bare.both(row.deflection[None])) for name, row in stations.items()]
-    for kind, name, row in [*others, *(("support", ground.name, ground.row) for ground in found)]:
+    for kind, name, row in [*others, *(("support", ground.name, ground.row) for ground in result)]:
         if not any(np.abs(row - other).max() <= SAME for other in rows.values()):
             rows[name if name not in rows else f"{kind} {name}"] = row
             kinds.append(kind)
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     rest = sag(bare, pull)
     rubber = mounts(machine, bare)
-    runs = [large_motions(machine, bare, ground, rubber) for ground in found]
+    runs = [large_motions(machine, bare, ground, rubber) for ground in result]
 
     def over_speeds(matrices: Iterable[Matrix]) -> Matrix:
-        shape = (len(found), bare.speeds.size, 2, basis.shape[1])
+        shape = (len(result), bare.speeds.size, 2, basis.shape[1])
         return np.array([matrix @ basis for matrix in matrices]).reshape(shape).swapaxes(0, 1)
 
     return _Seen(
@@ -140,22 +140,22 @@ def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _See
         names=tuple(rows),
         kinds=tuple(kinds),
         rows=np.array([row @ basis for row in rows.values()]),
-        supports=tuple(ground.name for ground in found),
+        supports=tuple(ground.name for ground in result),
         sag=np.array([row @ rest @ (1.0, 1j) for row in rows.values()]),
-        weight=_weights(bare, found, pull),
-        stiffness=over_speeds(ground.stiffness for ground in found),
-        damping=over_speeds(ground.damping for ground in found),
-        run_stiffness=over_speeds(one[0] for one in runs),
-        run_damping=over_speeds(one[1] for one in runs),
-        rubber_rows=np.array([one[2] for one in runs]).reshape(len(found), 2, 2 * len(rubber)),
-        hard_rows=carried(bare, found, hard_places(machine, bare)),
+        weight=_weights(bare, result, pull),
+        stiffness=over_speeds(ground.stiffness for ground in result),
+        damping=over_speeds(ground.damping for ground in result),
+        run_stiffness=over_speeds(run[0] for run in runs),
+        run_damping=over_speeds(run[1] for run in runs),
+        rubber_rows=np.array([run[2] for run in runs]).reshape(len(result), 2, 2 * len(rubber)),
+        hard_rows=carried(bare, result, hard_places(machine, bare)),
     )
 
 
-def _weights(model: LateralModel, found: tuple[Ground, ...], gravity: float) -> Matrix:
+def _weights(model: LateralModel, grounds: tuple[Ground, ...], gravity: float) -> Matrix:
     """Force of the rotor's weight without balls on each support, (S, 2) N; ``gravity`` acts along -y."""
     rest = sag(model, gravity)
-    return np.array([ground.stiffness[0] @ rest for ground in found]).reshape(len(found), 2)
+    return np.array([ground.stiffness[0] @ rest for ground in grounds]).reshape(len(grounds), 2)
 
 
 def turning_mass(places: Places) -> float:
@@ -242,7 +242,7 @@ def assemble_held(machine: Machine, rotating: bool | None = None) -> Assembly:
 
 def center_moments(machine: Machine, balls: tuple[Ball, ...]) -> dict[int, complex]:
     """Unbalance of the balls of each balancer (by its number from 0) when they are spread evenly, kg m, if there is one."""
-    found = dict.fromkeys(range(len(machine.balancers)), 0j)
+    moments = dict.fromkeys(range(len(machine.balancers)), 0j)
     for ball in balls:
-        found[ball.balancer] += ball.effective_mass * ball.eccentricity
-    return {number: moment for number, moment in found.items() if moment != 0.0}
+        moments[ball.balancer] += ball.effective_mass * ball.eccentricity
+    return {number: moment for number, moment in moments.items() if moment != 0.0}

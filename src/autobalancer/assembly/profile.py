@@ -114,24 +114,24 @@ def greatest_rise(machine: Machine, speed: float) -> float | None:
             (first + (last - first) * s, (last - first) * n * s * (1.0 - s) * (1.0 / s - 1.0) ** (1.0 / n))
             for s in shares
         ]
-        found = [rise / float(profile.half_time) * (speed / at) ** 2 for at, rise in rises if at >= speed]
+        greatest_rise = [rise / float(profile.half_time) * (speed / at) ** 2 for at, rise in rises if at >= speed]
     else:
-        found = [
+        greatest_rise = [
             (w1 - w0) / (t1 - t0) * (speed / max(w0, speed)) ** 2
             for (t0, w0), (t1, w1) in pairwise(corners(profile))
             if w1 > max(w0, speed) and t1 > t0
         ]
-    return float(max([0.0, *found]))
+    return float(max([0.0, *greatest_rise]))
 
 
 def unbalance_jumps(machine: Machine, end: float) -> tuple[float, ...]:
     """Times between zero and ``end`` (s) at which a schedule makes an unbalance jump, in order."""
-    found = set()
+    unbalance_jumps = set()
     for part in machine.unbalances:
         if part.schedule is not None and part.size + float(part.couple or part.misalignment or 0.0) > 0.0:
             steps = pairwise(zip(part.schedule.time, part.schedule.factor, strict=True))
-            found |= {float(t0) for (t0, f0), (t1, f1) in steps if t0 == t1 and f0 != f1 and 0.0 < t0 < end}
-    return tuple(sorted(found))
+            unbalance_jumps |= {float(t0) for (t0, f0), (t1, f1) in steps if t0 == t1 and f0 != f1 and 0.0 < t0 < end}
+    return tuple(sorted(unbalance_jumps))
 
 
 def unbalance_vector(machine: Machine, time: float, *, before: bool = False) -> complex:

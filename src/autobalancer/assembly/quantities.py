@@ -163,8 +163,8 @@ def parameter_range(machine: Machine, name: str, text: str, owner: str = "") -> 
 
     ``owner`` is what a message names, by default the parameter.
     """
-    found = range_values(owner or name, text, parameter_unit(machine, name))
-    return np.arange(round(found[0]), round(found[-1]) + 1) if name == "count" else found
+    parameter_range = range_values(owner or name, text, parameter_unit(machine, name))
+    return np.arange(round(parameter_range[0]), round(parameter_range[-1]) + 1) if name == "count" else parameter_range
 
 
 def value_of(machine: Machine, name: str) -> float:
@@ -245,8 +245,8 @@ def _with_unbalances(machine: Machine, value: float) -> Machine:
     sizes = ("moment", "radius", "couple", "misalignment")  # not the mass, which belongs to the rotor
     parts = []
     for part in machine.unbalances:
-        given = {key: float(getattr(part, key)) * value / now for key in sizes if getattr(part, key) is not None}
-        parts.append(changed_part(part, **given))
+        options = {key: float(getattr(part, key)) * value / now for key in sizes if getattr(part, key) is not None}
+        parts.append(changed_part(part, **options))
     return with_value_at(machine, "unbalances", tuple(parts))
 
 

@@ -124,7 +124,7 @@ def _frame(machine: Machine) -> Frame:
     everything = np.vstack([rows_matrix([front, *rows, *named.values()]), *_seen(springs, model.pairs)])
     return Frame(
         model, sliding_model(machine, spring_model(machine), rubber), rubber, hard,
-        model.isotropic and all(one.isotropic(model.pairs) for one in springs), name, front, rows, named, everything,
+        model.isotropic and all(spring.isotropic(model.pairs) for spring in springs), name, front, rows, named, everything,
     )  # fmt: skip
 
 
@@ -195,8 +195,8 @@ def _loads(machine: Machine, model: LateralModel) -> list[Complexes]:
 
 
 def _shapes(model: LateralModel, basis: Matrix, loads: list[Complexes]) -> Complexes:
-    found = np.array([basis.T @ circular(model, load) for load in loads], np.complex128)
-    return found.reshape(len(loads), basis.shape[1])
+    shapes = np.array([basis.T @ circular(model, load) for load in loads], np.complex128)
+    return shapes.reshape(len(loads), basis.shape[1])
 
 
 def length_scale(machine: Machine, parts: Parts, balls: tuple[Ball, ...]) -> float:
@@ -223,7 +223,7 @@ def coordinate_places(size: int, balls: int) -> tuple[list[int], list[int]]:
 
 def _seen(found: tuple[Mount | HardPlace, ...], pairs: int) -> list[Matrix]:
     """Rows over the coordinates along x of the places of rubber and bearings, which modes must move well too."""
-    return [half[None] for m in found for one in m.rows for half in (one[:pairs], one[pairs : 2 * pairs]) if half.any()]
+    return [half[None] for m in found for row in m.rows for half in (row[:pairs], row[pairs : 2 * pairs]) if half.any()]
 
 
 def top_speed(machine: Machine) -> float | None:
@@ -371,7 +371,7 @@ def rubbers(machine: Machine) -> Iterator[tuple[str, Rubber]]:
     elif isinstance(rotor, MultibodyRotor):
         for number, joint in enumerate(rotor.joints, 1):
             if isinstance(joint, PointJoint):
-                yield from ((f"joint {number}, {one.name}", one.rubber) for one in joint.rubbers())
+                yield from ((f"joint {number}, {rubber.name}", rubber.rubber) for rubber in joint.rubbers())
     else:
         for number, support in enumerate(rotor.supports, 1):
             if support.rubber is not None:
@@ -391,24 +391,24 @@ def element_count(parts: Parts) -> int:
 def rubber_rows(parts: Parts, first_state: int) -> RubberRows:
     """All rubber of a rotor; the forces of its elements begin at ``first_state``."""
     width, count = padded_size(parts.size), len(parts.mounts)
-    found, elements = RUBBER_MOUNT.rows(count), ELEMENT.rows(element_count(parts))
+    rubber_rows, elements = RUBBER_MOUNT.rows(count), ELEMENT.rows(element_count(parts))
     rows, number = np.zeros((2 * count, width)), 0
     for i, mount in enumerate(parts.mounts):
         rows[2 * i : 2 * i + 2, : parts.size] = mount.rows @ parts.reduction.basis
         its = _elements(mount.rubber)
-        found[i].first, found[i].elements = number, len(its)
+        rubber_rows[i].first, rubber_rows[i].elements = number, len(its)
         for law, stiffness, give in its:
             one = elements[number]
             one.law, one.state, one.stiffness, one.give = law, first_state + 2 * number, stiffness, give
             number += 1
     reach = np.zeros_like(rows)
     reach[:, : parts.size] = rows[:, : parts.size] @ np.linalg.inv(parts.mass)
-    return RubberRows(found, elements, rows, reach)
+    return RubberRows(rubber_rows, elements, rows, reach)
 
 
 def pulled_forces(parts: Parts, place: Floats) -> Floats:
     """Forces of all elements when the rotor was pulled straight and slowly from rest to the coordinates r, (2 elements,)."""
-    found = []
+    pulled_forces = []
     for mount in parts.mounts:
         stretch = mount.rows @ parts.reduction.basis @ place
         size = float(np.hypot(*stretch))
@@ -418,8 +418,8 @@ def pulled_forces(parts: Parts, place: Floats) -> Floats:
                 limit = slipping_force(law, stiffness, give)
                 ratio = stiffness * size / limit
                 share = limit * (math.tanh(ratio) if law == ELASTOPLASTIC else -math.expm1(-ratio)) / size
-            found.append(share * stretch)
-    return np.concatenate(found) if found else np.zeros(0)
+            pulled_forces.append(share * stretch)
+    return np.concatenate(pulled_forces) if pulled_forces else np.zeros(0)
 
 
 def force_scales(parts: Parts, length: float) -> Floats:
@@ -441,15 +441,15 @@ def slipping_force(law: int, stiffness: float, give: float) -> float:
 
 def _elements(rubber: Rubber) -> list[tuple[int, float, float]]:
     """Law, stiffness and give of each element, as in :data:`autobalancer.kernels.records.ELEMENT`."""
-    found = []
+    elements = []
     if rubber.friction is not None:
         law = LAWS[rubber.friction.law]
         for a, k in zip(rubber.friction.breakaway_amplitude, rubber.friction.stiffness, strict=True):
-            found.append((law, float(k), 1.0 / (k * a * a) if law == ELASTOPLASTIC else 1.0 / a))
+            elements.append((law, float(k), 1.0 / (k * a * a) if law == ELASTOPLASTIC else 1.0 / a))
     if rubber.maxwell is not None:
         pairs = zip(rubber.maxwell.stiffness, rubber.maxwell.relaxation_time, strict=True)
-        found += [(MAXWELL, float(k), 1.0 / tau) for k, tau in pairs]
-    return found
+        elements += [(MAXWELL, float(k), 1.0 / tau) for k, tau in pairs]
+    return elements
 
 
 # Bearings that become stiffer as they deflect, as the numbers of kernels/host/external_forces.py, and their forces in a run.
@@ -460,13 +460,13 @@ def bearings_of(parts: Parts) -> Bearings:
     width, count = padded_size(parts.size), len(parts.hard)
     springs, rows = HARDENING.rows(count), np.zeros((2 * count, width))
     pieces = [np.zeros((0, 5))]
-    for i, (one, place) in enumerate(zip(springs, parts.hard, strict=True)):
+    for i, (spring, place) in enumerate(zip(springs, parts.hard, strict=True)):
         rows[2 * i : 2 * i + 2, : parts.size] = place.rows @ parts.reduction.basis
         law = central_force(place.hardening)
-        one.cubic, one.contact, one.clearance = law.cubic, law.contact, law.clearance
-        one.center_x, one.center_y = place.hardening.center
-        one.rest_x, one.rest_y = hardening_force(place.hardening, np.zeros((1, 2)))[0]
-        one.first, one.pieces = sum(map(len, pieces)), len(law.pieces)
+        spring.cubic, spring.contact, spring.clearance = law.cubic, law.contact, law.clearance
+        spring.center_x, spring.center_y = place.hardening.center
+        spring.rest_x, spring.rest_y = hardening_force(place.hardening, np.zeros((1, 2)))[0]
+        spring.first, spring.pieces = sum(map(len, pieces)), len(law.pieces)
         pieces.append(law.pieces)
     reach = np.zeros_like(rows)
     reach[:, : parts.size] = rows[:, : parts.size] @ np.linalg.inv(parts.mass)

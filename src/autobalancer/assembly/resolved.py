@@ -81,13 +81,13 @@ def _wall_table(tables: Tables, race: Race, ball: Ball) -> int:
 
 def _pair_tables(tables: Tables, machine: Machine, balls: tuple[Ball, ...]) -> Integers:
     """Where those of balls that meet begin, row by row; empty if there are none."""
-    found = np.full((len(balls), len(balls)), NONE, np.int64)
-    for i, one in enumerate(balls):
-        race = machine.balancers[one.balancer].races[one.race]
+    pair_tables = np.full((len(balls), len(balls)), NONE, np.int64)
+    for i, ball in enumerate(balls):
+        race = machine.balancers[ball.balancer].races[ball.race]
         for j, other in enumerate(balls):
-            if i < j and (one.balancer, one.race) == (other.balancer, other.race):
-                found[i, j] = meeting_table(tables, race, one, other)
-    return found.ravel() if (found != NONE).any() else np.zeros(0, np.int64)
+            if i < j and (ball.balancer, ball.race) == (other.balancer, other.race):
+                pair_tables[i, j] = meeting_table(tables, race, ball, other)
+    return pair_tables.ravel() if (pair_tables != NONE).any() else np.zeros(0, np.int64)
 
 
 def relative_mass(ball: Ball) -> float:
@@ -386,11 +386,11 @@ def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -
     function = getattr(type(law), "coefficient", None)
     if function is None:
         raise MachineError("has no 'coefficient'; write it as a static method: coefficient(at, own) -> float")
-    asked = function, tuple(law.numbers()), FRICTION
+    requested = function, tuple(law.numbers()), FRICTION
     try:
-        made = compile_function(*asked)
+        made = compile_function(*requested)
     except Exception as reason:
-        raise MachineError(f"does not compile: {in_words(reason, *asked)}") from None
+        raise MachineError(f"does not compile: {in_words(reason, *requested)}") from None
     returned(lambda: _refuse_driving(law, made, sliding, slip_speed, radius), f"the friction law {law.word()!r}")
     return made
 

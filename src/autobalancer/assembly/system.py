@@ -421,9 +421,9 @@ def drive_of(machine: Machine, first_state: int = 0) -> Drive:
 
 def _ripple_rows(drive: Any) -> Rows:
     """Records of all ripples of the torque."""
-    found = getattr(drive, "ripples", ())
-    rows = RIPPLE.rows(len(found))
-    for row, part in zip(rows, found, strict=True):
+    result = getattr(drive, "ripples", ())
+    rows = RIPPLE.rows(len(result))
+    for row, part in zip(rows, result, strict=True):
         row.torque, row.order, row.phase = part.torque, part.order, part.phase
     return rows
 
@@ -433,9 +433,9 @@ LINK_STATES = 2  # twist and speed
 
 def _link_rows(drive: Any, first_state: int) -> Rows:
     """Records of all links, their states from ``first_state`` on."""
-    found = links_of(drive)
-    rows = LINK.rows(len(found))
-    for number, (row, part) in enumerate(zip(rows, found, strict=True)):
+    links = links_of(drive)
+    rows = LINK.rows(len(links))
+    for number, (row, part) in enumerate(zip(rows, links, strict=True)):
         row.kind = COUPLING if isinstance(part, Coupling) else MOUNT
         row.state = first_state + LINK_STATES * number
         row.inertia, row.stiffness, row.damping = float(part.inertia or 0.0), part.stiffness, part.damping
@@ -494,7 +494,7 @@ def _segments(machine: Machine) -> Rows:
             row.value, row.rate = numbers[:2]
     courses = unbalance_courses(machine, grid)
     vectors = [unbalance.vector for unbalance in machine.unbalances]
-    resultant = unbalances_over(courses, [one.real for one in vectors], [one.imag for one in vectors])
+    resultant = unbalances_over(courses, [vector.real for vector in vectors], [vector.imag for vector in vectors])
     for row, course, values in zip(rows, courses, resultant, strict=True):
         row.changing = int(any(late != factor for factor, late in course.factors))
         row.unbalance_x, row.unbalance_y, row.unbalance_rate_x, row.unbalance_rate_y = values
@@ -510,12 +510,16 @@ class Course(NamedTuple):
 
 def unbalance_courses(machine: Machine, grid: Sequence[float]) -> list[Course]:
     """The courses of the unbalances of a machine over a grid of times, s."""
-    found = []
+    unbalance_courses = []
     for time, late in zip_longest(grid, grid[1:]):
-        factors = [unbalance_factor(one, time) for one in machine.unbalances]
-        ends = factors if late is None else [unbalance_factor(one, late, before=True) for one in machine.unbalances]
-        found.append(Course(list(zip(factors, ends, strict=True)), 1.0 if late is None else late - time))
-    return found
+        factors = [unbalance_factor(unbalance, time) for unbalance in machine.unbalances]
+        ends = (
+            factors
+            if late is None
+            else [unbalance_factor(unbalance, late, before=True) for unbalance in machine.unbalances]
+        )
+        unbalance_courses.append(Course(list(zip(factors, ends, strict=True)), 1.0 if late is None else late - time))
+    return unbalance_courses
 
 
 def unbalances_over(courses: Sequence[Course], x: Sequence[Any], y: Sequence[Any]) -> list[list[Any]]:
@@ -533,15 +537,15 @@ def unbalances_over(courses: Sequence[Course], x: Sequence[Any], y: Sequence[Any
     list
         Of each course x and y, kg m, and their rates, kg m/s.
     """
-    found = []
+    unbalances = []
     for factors, time in courses:
         after = [sum((part * begin for part, (begin, _) in zip(own, factors, strict=True)), 0.0) for own in (x, y)]
         rate = [
             sum((part * (end - begin) / time for part, (begin, end) in zip(own, factors, strict=True)), 0.0)
             for own in (x, y)
         ]
-        found.append([*after, *rate])
-    return found
+        unbalances.append([*after, *rate])
+    return unbalances
 
 
 # States at the start, and the sizes of motions for tolerances.
@@ -580,7 +584,9 @@ def planar_start(machine: Machine, balls: tuple[Ball, ...], system: System, spee
 
 def planar_scales(machine: Machine, balls: tuple[Ball, ...], system: System) -> tuple[Floats, Floats]:
     """Size of each component of such a state, and 1 where the tolerance grows with the component."""
-    length, velocity, frequency = planar_sizes(machine, balls, system, [one.size for one in machine.unbalances])
+    length, velocity, frequency = planar_sizes(
+        machine, balls, system, [unbalance.size for unbalance in machine.unbalances]
+    )
     scale, growing = np.ones(BALLS + 2 * len(balls)), np.zeros(BALLS + 2 * len(balls))
     scale[[X, Y]] = length
     scale[[VX, VY]] = velocity

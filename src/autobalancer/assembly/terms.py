@@ -329,11 +329,11 @@ def declared_for(part: type[Part], key: str) -> tuple[Term, ...]:
 
 @cache
 def _declared() -> dict[tuple[str, str], tuple[Term, ...]]:
-    found: dict[tuple[str, str], tuple[Term, ...]] = {}
+    declared: dict[tuple[str, str], tuple[Term, ...]] = {}
     for term in TERMS:
         for owner in term.owners():
-            found[owner] = (*found.get(owner, ()), term)
-    return found
+            declared[owner] = (*declared.get(owner, ()), term)
+    return declared
 
 
 @remembered(8)
@@ -346,8 +346,8 @@ def _terms_of(machine: Machine) -> tuple[tuple[Term, ...], tuple[str, ...]]:
         there.update(term.name for term in terms)
         if not terms:
             undeclared.append(spell(path))
-    found = tuple(term for term in TERMS if (term.there(machine) if term.there is not None else term.name in there))
-    return found, tuple(undeclared)
+    result = tuple(term for term in TERMS if (term.there(machine) if term.there is not None else term.name in there))
+    return result, tuple(undeclared)
 
 
 def _said(part: Part, path: tuple[str | int, ...]) -> Iterator[tuple[Part, str, tuple[str | int, ...]]]:

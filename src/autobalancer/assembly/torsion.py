@@ -147,11 +147,11 @@ def start_of_links(machine: Machine, speed: float) -> Floats:
 
 def scale_of_links(machine: Machine, frequency: float) -> Floats:
     """Size of their motions: speeds as all others, twists as they belong to such speeds."""
-    found: list[float] = []
+    values: list[float] = []
     for part in links_of(machine.drive):
         inertia = min(float(machine.rotor.inertia or math.inf), float(part.inertia or math.inf))
-        found += [min(1.0, frequency / math.sqrt(part.stiffness / inertia)), frequency]
-    return np.array(found)
+        values += [min(1.0, frequency / math.sqrt(part.stiffness / inertia)), frequency]
+    return np.array(values)
 
 
 def is_linked(machine: Machine) -> bool:

@@ -50,48 +50,48 @@ def touches_of(machine: Machine, assembly: Assembly) -> tuple[Touch, ...]:
 
 
 def _guided(machine: Machine, assembly: Assembly) -> list[Touch]:
-    found = []
-    for i, (one, contact) in enumerate(zip(assembly.balls, assembly.system.contacts, strict=True)):
-        race = _race(machine, one)
+    touches = []
+    for i, (ball, contact) in enumerate(zip(assembly.balls, assembly.system.contacts, strict=True)):
+        race = _race(machine, ball)
         least = 0.0 if is_rigid(race) else LEAST
         if contact.hard > 0.0 or contact.rigid > 0:
             j = int(contact.next)
             other = assembly.balls[j]
-            mass = parallel(one.inertia, other.inertia) / contact.pace**2
-            found.append(Touch(records.NEXT, i, j, mass, *_meeting(race, one, other), least=least))
+            mass = parallel(ball.inertia, other.inertia) / contact.pace**2
+            touches.append(Touch(records.NEXT, i, j, mass, *_meeting(race, ball, other), least=least))
         if contact.wall_hard > 0.0 or contact.wall_rigid > 0:
-            mass = one.inertia / contact.wall_pace**2
-            found += [
-                Touch(kind, i, -1, mass, *_meeting(race, one), least=least) for kind in (records.BEHIND, records.AHEAD)
+            mass = ball.inertia / contact.wall_pace**2
+            touches += [
+                Touch(kind, i, -1, mass, *_meeting(race, ball), least=least) for kind in (records.BEHIND, records.AHEAD)
             ]
-    return found
+    return touches
 
 
 def _resolved(machine: Machine, assembly: Assembly) -> list[Touch]:
-    found = []
-    for i, (one, free) in enumerate(zip(assembly.balls, assembly.system.free_balls, strict=True)):
-        race, mass = _race(machine, one), float(free.mass + free.extra)
+    touches = []
+    for i, (ball, free) in enumerate(zip(assembly.balls, assembly.system.free_balls, strict=True)):
+        race, mass = _race(machine, ball), float(free.mass + free.extra)
         law = race.resolved
         assert law is not None
         damped = free.wall_damping / (2.0 * math.sqrt(free.wall_stiffness * mass))  # with 'damping', of a linear spring
         told = float(law.restitution) if law.restitution is not None else rebound(damped)
-        found.append(Touch(records.WALL, i, -2, mass, told, law.rebound, least_rebound(law.rebound, one)))
+        touches.append(Touch(records.WALL, i, -2, mass, told, law.rebound, least_rebound(law.rebound, ball)))
         if np.isfinite(free.gap):
-            found.append(replace(found[-1], kind=records.INNER))
+            touches.append(replace(touches[-1], kind=records.INNER))
         if race.partitions is not None:
-            found.append(Touch(records.SIDES, i, -1, mass, *_meeting(race, one)))
+            touches.append(Touch(records.SIDES, i, -1, mass, *_meeting(race, ball)))
         for j in range(i + 1, len(assembly.balls)):
             other, its = assembly.balls[j], assembly.system.free_balls[j]
             if free.race >= 0 and free.race == its.race:
                 reduced = parallel(mass, float(its.mass + its.extra))
-                found.append(Touch(records.OTHER_BALL, i, j, reduced, *_meeting(race, one, other)))
-    return found
+                touches.append(Touch(records.OTHER_BALL, i, j, reduced, *_meeting(race, ball, other)))
+    return touches
 
 
 def _race(machine: Machine, ball: Ball) -> Race:
     return machine.balancers[ball.balancer].races[ball.race]
 
 
-def _meeting(race: Race, one: Ball, other: Ball | None = None) -> tuple[float, Rebound | None, float]:
+def _meeting(race: Race, ball: Ball, other: Ball | None = None) -> tuple[float, Rebound | None, float]:
     falls = race.contact.rebound if race.contact is not None else None
-    return restitution(race), falls, least_rebound(falls, one, other)
+    return restitution(race), falls, least_rebound(falls, ball, other)

@@ -109,11 +109,11 @@ def bearings() -> Bearings:
 
 def bearing(designation: str) -> Bearing:
     """One bearing by its designation, such as ``"6203"``. Raises ``CatalogError`` with similar ones."""
-    found = [entry for entry in bearings() if entry.designation.lower() == designation.strip().lower()]
-    if not found:
+    bearing = [entry for entry in bearings() if entry.designation.lower() == designation.strip().lower()]
+    if not bearing:
         names = [entry.designation for entry in bearings()]
         unknown("bearing", designation, names, "`autobalancer catalog bearings` lists them")
-    return found[0]
+    return bearing[0]
 
 
 def suitable_bearings(
@@ -181,7 +181,7 @@ def suitable_bearings(
     for name, value in limits.items():
         if value is not None and not value > 0.0:
             raise QuestionError(f"given {name} = {value!r}; write a number greater than zero, in SI units")
-    found = []
+    suitable_bearings = []
     for entry in bearings():
         if min_outer is not None and entry.outer < min_outer * (1.0 - 1e-9):
             continue
@@ -200,7 +200,7 @@ def suitable_bearings(
         if greatest < unbalance:
             continue
         count = needed_count(unbalance, *race, fluid_density=fluid_density)
-        found.append(
+        suitable_bearings.append(
             SuitableBearing(
                 bearing=entry,
                 count=count,
@@ -211,7 +211,7 @@ def suitable_bearings(
             )
         )
     return SuitableBearings(
-        sorted(found, key=lambda choice: (_ORDER[sort](choice), choice.bearing.outer, choice.ball_mass))
+        sorted(suitable_bearings, key=lambda choice: (_ORDER[sort](choice), choice.bearing.outer, choice.ball_mass))
     )
 
 

@@ -110,9 +110,9 @@ def resolve(machine: Machine) -> tuple[Ball, ...]:
     problems: list[Problem] = []
     for b, balancer in enumerate(machine.balancers):
         for r, race in enumerate(balancer.races):
-            found: list[Problem] = []
-            balls += _race(race, b, r, found)
-            problems += [(("balancers", b, "races", r, *keys), message) for keys, message in found]
+            items: list[Problem] = []
+            balls += _race(race, b, r, items)
+            problems += [(("balancers", b, "races", r, *keys), message) for keys, message in items]
     if problems:
         raise MachineError.of("Machine", problems)
     return tuple(balls)
@@ -265,9 +265,9 @@ def occupied_angle(balls: list[Ball]) -> float:
     if len(balls) == 1:
         return 2.0 * math.asin(min(balls[0].radius / balls[0].orbit_radius, 1.0))
     total = 0.0
-    for one, other in zip(balls, balls[1:] + balls[:1], strict=True):
-        reach, apart = one.radius + other.radius, one.orbit_radius - other.orbit_radius
-        share = (reach**2 - apart**2) / (4.0 * one.orbit_radius * other.orbit_radius)  # squared sine of half the angle
+    for ball, other in zip(balls, balls[1:] + balls[:1], strict=True):
+        reach, apart = ball.radius + other.radius, ball.orbit_radius - other.orbit_radius
+        share = (reach**2 - apart**2) / (4.0 * ball.orbit_radius * other.orbit_radius)  # squared sine of half the angle
         total += 2.0 * math.asin(math.sqrt(min(max(share, 0.0), 1.0)))
     return total
 
@@ -505,7 +505,7 @@ def planar_rotor(machine: Machine) -> PlanarRotor:
         return rotor
     mass = float(rotor.mass) + sum(ball.effective_mass for ball in resolve(machine))
     stiffness, damping = (pair[0] if pair[0] == pair[1] else pair for pair in rotor.springs(mass))
-    found = {
+    planar_rotor = {
         "mass": rotor.mass,
         "stiffness": rotor.stiffness or stiffness,
         "damping": rotor.damping,
@@ -513,8 +513,8 @@ def planar_rotor(machine: Machine) -> PlanarRotor:
         "hardening": rotor.hardening,
     }
     if rotor.damping is None:
-        found["damping"] = damping
-    return PlanarRotor(**{key: value for key, value in found.items() if value is not None})  # type: ignore[arg-type]
+        planar_rotor["damping"] = damping
+    return PlanarRotor(**{key: value for key, value in planar_rotor.items() if value is not None})  # type: ignore[arg-type]
 
 
 def settled(machine: Machine, path: str = "") -> Machine:
@@ -602,17 +602,17 @@ NARROW, WIDE = 1e-3, 100.0  # clear width over ball radius
 
 def odd_sizes(machine: Machine, balls: tuple[Ball, ...]) -> tuple[str, ...]:
     """Sentences about odd sizes, for ``check``."""
-    found = []
+    odd_sizes = []
     for b, balancer in enumerate(machine.balancers):
         for r, race in enumerate(balancer.races):
             largest = max((ball.diameter for ball in balls if (ball.balancer, ball.race) == (b, r)), default=0.0)
             place = f"balancers[{b + 1}].races[{r + 1}]"
             if race.height is not None and 0.0 < largest * HIGH < race.height:
-                found.append(_odd(f"{place}.height", race.height, largest))
+                odd_sizes.append(_odd(f"{place}.height", race.height, largest))
             drag = race.drag
             if isinstance(drag, AnnulusDrag) and not NARROW < 2.0 * drag.clear_width / max(largest, 1e-12) < WIDE:
-                found.append(_odd(f"{place}.drag.clear_width", drag.clear_width, largest))
-    return tuple(found)
+                odd_sizes.append(_odd(f"{place}.drag.clear_width", drag.clear_width, largest))
+    return tuple(odd_sizes)
 
 
 def _odd(place: str, size: float, ball: float) -> str:

@@ -27,12 +27,12 @@ def key(name: str) -> str:
     return " ".join(name.lower().replace("%", " %").split())
 
 
-def unknown(kind: str, given: object, names: Iterable[str], hint: str) -> NoReturn:
+def unknown(kind: str, argument: object, names: Iterable[str], hint: str) -> NoReturn:
     """Raise the ``CatalogError`` for a name that is not there, with the names that look like it."""
     by_key = {key(name): name for name in names}
-    close = [by_key[match] for match in get_close_matches(key(str(given)), by_key, n=4, cutoff=0.5)]
+    close = [by_key[match] for match in get_close_matches(key(str(argument)), by_key, n=4, cutoff=0.5)]
     similar = f"similar names: {', '.join(map(repr, close))}" if close else "no name is similar"
-    raise CatalogError(f"no {kind} is called {given!r}; {similar}; {hint}")
+    raise CatalogError(f"no {kind} is called {argument!r}; {similar}; {hint}")
 
 
 # Materials of balls: what counts is their density.
@@ -69,15 +69,15 @@ def materials() -> Materials:
 
 def material(name: str) -> Material:
     """One material by its name, upper or lower case. Raises ``CatalogError`` with similar names."""
-    found = _by_key().get(key(name))
-    if found is None:
+    material = _by_key().get(key(name))
+    if material is None:
         unknown(
             "material",
             name,
             [entry.name for entry in materials()],
             "`autobalancer catalog materials` lists them",
         )
-    return found
+    return material
 
 
 @cache

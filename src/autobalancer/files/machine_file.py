@@ -46,12 +46,12 @@ def load_chamber_machine(path: str | Path) -> ChamberMachine:
     MachineFileError
         As :func:`load_machine`; also for a file without chambers.
     """
-    found = load_machine(path)
-    if not isinstance(found, ChamberMachine):
+    machine = load_machine(path)
+    if not isinstance(machine, ChamberMachine):
         raise MachineFileError(
             f"{path}: has no 'chambers'; this question is for deep chambers; a sample is deep_chamber"
         )
-    return found
+    return machine
 
 
 def load_machine(path: str | Path) -> Machine | ChamberMachine:
@@ -314,8 +314,8 @@ def _counts(data: dict[str, Any]) -> Iterator[Problem]:
 # A machine as functions are given it: described, or as the path of its file; and what they say of anything else.
 
 
-def any_machine(given: Machine | ChamberMachine | str | Path) -> Machine | ChamberMachine:
-    """The machine, read if ``given`` is a path.
+def any_machine(argument: Machine | ChamberMachine | str | Path) -> Machine | ChamberMachine:
+    """The machine, read if ``argument`` is a path.
 
     Raises
     ------
@@ -324,23 +324,23 @@ def any_machine(given: Machine | ChamberMachine | str | Path) -> Machine | Chamb
     MachineFileError
         If the file cannot be read, or its machine is not possible.
     """
-    if isinstance(given, Machine | ChamberMachine):
-        return given
-    if isinstance(given, str | Path):
-        return load_machine(given)
-    raise QuestionError(_wanted(given))
+    if isinstance(argument, Machine | ChamberMachine):
+        return argument
+    if isinstance(argument, str | Path):
+        return load_machine(argument)
+    raise QuestionError(_wanted(argument))
 
 
-def balls_in_races(given: Machine | ChamberMachine | str | Path, *, rings: bool = False) -> Machine:
-    """The machine with races, read if ``given`` is a path; raises as :func:`any_machine`, also for deep chambers.
+def balls_in_races(argument: Machine | ChamberMachine | str | Path, *, rings: bool = False) -> Machine:
+    """The machine with races, read if ``argument`` is a path; raises as :func:`any_machine`, also for deep chambers.
 
     One with rings of liquid is refused unless ``rings``.
     """
-    if isinstance(given, ChamberMachine):
+    if isinstance(argument, ChamberMachine):
         raise QuestionError(f"machine: {FREE_BALLS}")
-    if not isinstance(given, Machine | str | Path):
-        raise QuestionError(_wanted(given))
-    machine = given if isinstance(given, Machine) else load_race_machine(given)
+    if not isinstance(argument, Machine | str | Path):
+        raise QuestionError(_wanted(argument))
+    machine = argument if isinstance(argument, Machine) else load_race_machine(argument)
     if machine.liquid_rings and not rings:
         raise QuestionError(
             "liquid_rings: this question does not know liquid with a free surface; liquid-response (ab.rotor.liquid_response) "
@@ -349,17 +349,21 @@ def balls_in_races(given: Machine | ChamberMachine | str | Path, *, rings: bool 
     return machine
 
 
-def balls_in_chambers(given: Machine | ChamberMachine | str | Path) -> ChamberMachine:
-    """The machine with deep chambers, read if ``given`` is a path; raises as :func:`any_machine`, also for races."""
-    found = any_machine(given)
-    if isinstance(found, ChamberMachine):
-        return found
+def balls_in_chambers(argument: Machine | ChamberMachine | str | Path) -> ChamberMachine:
+    """The machine with deep chambers, read if ``argument`` is a path; raises as :func:`any_machine`, also for races."""
+    machine = any_machine(argument)
+    if isinstance(machine, ChamberMachine):
+        return machine
     raise QuestionError(
         "machine: its balls run in races, and this question is for deep chambers; for races there are sweep and basin"
     )
 
 
-def _wanted(given: object) -> str:
-    kind = type(given).__name__
-    said = shortened(given) if isinstance(given, int | float) else f"{'an' if kind[0] in 'aeiouAEIOU' else 'a'} {kind}"
+def _wanted(argument: object) -> str:
+    kind = type(argument).__name__
+    said = (
+        shortened(argument)
+        if isinstance(argument, int | float)
+        else f"{'an' if kind[0] in 'aeiouAEIOU' else 'a'} {kind}"
+    )
     return f"machine: given {said}; wanted is a machine, as of load_machine or example, or the path of a machine file"

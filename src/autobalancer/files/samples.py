@@ -27,14 +27,14 @@ def sample_files(name: str) -> tuple[Path, ...]:
     CatalogError
         If there is no sample of this name.
     """
-    found = [path for kind in KINDS for path in _files(kind) if path.stem == name]
-    if not found:
+    sample_files = [path for kind in KINDS for path in _files(kind) if path.stem == name]
+    if not sample_files:
         known = "; ".join(f"{kind} {', '.join(sample_names(kind))}" for kind in KINDS)
         raise CatalogError(f"no sample is called {name!r}; there are {known}")
-    found.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
-    asked = [tomllib.loads(path.read_text(encoding="utf-8")) for path in found if path.parent.name in NAMING]
-    named = {one["machine"] for one in asked} | {one["rotor"]["receptance"] for one in asked if "rotor" in one}
-    return (*found, *(path for kind in KINDS[:3] for path in _files(kind) if path.name in named))
+    sample_files.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
+    requested = [tomllib.loads(path.read_text(encoding="utf-8")) for path in sample_files if path.parent.name in NAMING]
+    named = {one["machine"] for one in requested} | {one["rotor"]["receptance"] for one in requested if "rotor" in one}
+    return (*sample_files, *(path for kind in KINDS[:3] for path in _files(kind) if path.name in named))
 
 
 def example_path(name: str) -> Path:

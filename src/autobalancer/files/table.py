@@ -152,12 +152,12 @@ class Table:
     def kinds(self) -> tuple[str, ...]:
         """What each column holds, by its first cells: numbers, clock times (perhaps with a date) or texts."""
         rows = [split(line, self.separator) for _, line in self.lines[:SAMPLE]]
-        found = []
+        kinds = []
         for column in range(len(self.names)):
             cells = [row[column] for row in rows if row[column]]
             clock = cells and all(map(is_clock, cells))
-            found.append(CLOCK if clock else NUMBER if not cells or any(map(is_number, cells)) else TEXT)
-        return tuple(found)
+            kinds.append(CLOCK if clock else NUMBER if not cells or any(map(is_number, cells)) else TEXT)
+        return tuple(kinds)
 
     def values(self, column: int) -> Floats:
         """The numbers of a column; nan where a cell is empty.
@@ -171,12 +171,12 @@ class Table:
             return self._quick[column]
         cells = self.cells(column)
         decimal = self._decimals.get(column, "." if self.separator == "," else ",")
-        found = np.empty(len(cells))
+        result = np.empty(len(cells))
         for k, cell in enumerate(cells):
             if cell and not is_number(cell):
                 raise self._odd(column, k, "is not a number")
-            found[k] = _number(cell, decimal) if cell else math.nan
-        return found
+            result[k] = _number(cell, decimal) if cell else math.nan
+        return result
 
     @cached_property
     def _quick(self) -> dict[int, Floats]:

@@ -105,12 +105,12 @@ def _odd_values(value: Any, path: tuple[str | int, ...]) -> Iterator[Problem]:
         yield path, f"given the date or time {value}; no key takes one, put a text in quotes"
 
 
-def question_data(given: Any, what: str, name: str) -> tuple[dict[str, Any], str, Path, str]:
+def question_data(argument: Any, what: str, name: str) -> tuple[dict[str, Any], str, Path, str]:
     """What a file, or a dict of the same form, asks.
 
     Parameters
     ----------
-    given
+    argument
         The path of the file, or the dict.
     what, name
         Of a dict: what messages call it, and its name.
@@ -125,11 +125,11 @@ def question_data(given: Any, what: str, name: str) -> tuple[dict[str, Any], str
     QuestionError
         If it is neither, or the file cannot be read.
     """
-    if isinstance(given, Mapping):
-        return {str(key): value for key, value in given.items()}, what, Path(), name
-    if not isinstance(given, (str, Path)):
-        raise QuestionError(f"{what}: given {shortened(given)}; give the path of a file, or a dict of its form")
-    path = Path(given)
+    if isinstance(argument, Mapping):
+        return {str(key): value for key, value in argument.items()}, what, Path(), name
+    if not isinstance(argument, (str, Path)):
+        raise QuestionError(f"{what}: given {shortened(argument)}; give the path of a file, or a dict of its form")
+    path = Path(argument)
     return read_toml(path), str(path), path.parent, path.stem
 
 

@@ -448,8 +448,8 @@ class ShearFlow:
         mass = e.mass[free]
         state = self.given.copy()
         state[free] += speed.before - speed.at(0.0)[0]
-        found, steps = np.empty((times.size, state.size)), 0
-        found[times <= 0.0] = state
+        speeds, steps = np.empty((times.size, state.size)), 0
+        speeds[times <= 0.0] = state
         edges = [0.0, *speed.corners(end), end]
         size = max(speed.fastest(end), 1e-300)
         for first, last in pairwise(edges):
@@ -481,10 +481,10 @@ class ShearFlow:
             if not solved.success:
                 raise QuestionError(f"flow: the steps became too small at {solved.t[-1]:g} s: {solved.message}")
             state[free] = solved.y[:, -1]
-            found[np.ix_(inside, np.flatnonzero(free))] = solved.y[:, : inside.size].T
-            found[np.ix_(inside, np.flatnonzero(self.held))] = self.given[self.held]
+            speeds[np.ix_(inside, np.flatnonzero(free))] = solved.y[:, : inside.size].T
+            speeds[np.ix_(inside, np.flatnonzero(self.held))] = self.given[self.held]
             steps += int(solved.nlu)
-        return found.reshape(times.size, *self.shape), steps
+        return speeds.reshape(times.size, *self.shape), steps
 
     def at_orbit(self, swirl: Matrix) -> Floats:
         """Angular velocity relative to the rotor at the orbit at mid-height; ``swirl`` (..., radius, half of the height)."""

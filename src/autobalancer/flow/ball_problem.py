@@ -195,8 +195,8 @@ def _channel(chamber: Channel | Machine | str | Path, balancer: int, race: int) 
     return channel_of(machine, balancer, race), machine.name
 
 
-def _reynolds(given: Sequence[float | str] | str) -> list[float]:
-    numbers = list_argument("reynolds", given, "")
+def _reynolds(values: Sequence[float | str] | str) -> list[float]:
+    numbers = list_argument("reynolds", values, "")
     if not numbers or not all(0.0 <= number <= HIGHEST for number in numbers) or (np.diff(numbers) <= 0.0).any():
         raise QuestionError(
             f"reynolds: given {', '.join(f'{n:g}' for n in numbers) or 'nothing'}; must be ascending numbers from 0 to "
@@ -218,11 +218,11 @@ def share_of_rolling(motion: str | float) -> float:
     return share
 
 
-def fineness_of(given: float) -> float:
+def fineness_of(argument: float) -> float:
     """Refuse a fineness that no mesh has."""
-    if not 0.5 <= given <= 4.0:
-        raise QuestionError(f"fineness: given {given:g}; must be between 0.5 and 4")
-    return float(given)
+    if not 0.5 <= argument <= 4.0:
+        raise QuestionError(f"fineness: given {argument:g}; must be between 0.5 and 4")
+    return float(argument)
 
 
 def mesh_gap_of(narrow: float, mesh_gap: float | None, channel: Channel) -> float:
@@ -233,12 +233,12 @@ def mesh_gap_of(narrow: float, mesh_gap: float | None, channel: Channel) -> floa
             f"gap: given {1e3 * narrow * channel.ball_radius:.4g} mm; must be positive, and smaller than the play of the ball "
             f"between the walls, {1e3 * room * channel.ball_radius:.4g} mm"
         )
-    found = max(narrow, min(MESH_GAP, 0.5 * room)) if mesh_gap is None else float(mesh_gap)
-    if not (math.isfinite(found) and narrow <= found * (1.0 + 1e-9) and found < room):
+    gap = max(narrow, min(MESH_GAP, 0.5 * room)) if mesh_gap is None else float(mesh_gap)
+    if not (math.isfinite(gap) and narrow <= gap * (1.0 + 1e-9) and gap < room):
         raise QuestionError(
-            f"mesh_gap: given {found:g} ball radii; must be at least the gap, {narrow:.3g}, and less than the play, {room:.3g}"
+            f"mesh_gap: given {gap:g} ball radii; must be at least the gap, {narrow:.3g}, and less than the play, {room:.3g}"
         )
-    return found
+    return gap
 
 
 # The drag of a ball as a labelled dataset.
@@ -303,11 +303,11 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
     data = {key: ("reynolds", values) for key, values in over.items()}
     fields = {f"velocity_{key}": (("x", "y"), part) for key, part in zip("xy", velocity, strict=True)}
     radius = channel.ball_radius
-    found = xr.Dataset(data | fields, {"reynolds": numbers, "x": radius * x, "y": radius * y})
-    for key in found.variables:
+    dataset = xr.Dataset(data | fields, {"reynolds": numbers, "x": radius * x, "y": radius * y})
+    for key in dataset.variables:
         text, unit = LABELS[str(key)]
-        found[key].attrs = {"long_name": text, "units": unit}
-    found.attrs = {
+        dataset[key].attrs = {"long_name": text, "units": unit}
+    dataset.attrs = {
         "title": f"Drag of a ball in {name}",
         **provenance(),
         "machine_name": name,
@@ -321,7 +321,7 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
         "drag": drag_lines(numbers, cd_re),
         **asdict(channel),
     }
-    return Labeled.of(found)
+    return Labeled.of(dataset)
 
 
 def slopes_of(shape: Shape, share: float) -> FilmSlopes:
@@ -361,18 +361,18 @@ def plane(flow: Flow) -> tuple[Floats, Floats, Floats]:
     x, y = (np.linspace(a, b, math.ceil((b - a) / STEP) + 1) for a, b in ((low, high), (seen.min(), seen.max())))
     grid = np.meshgrid(x, y, indexing="ij")
     velocity = (flow.deviation + spaces.walls_velocity())[:2, on]
-    found = np.moveaxis(LinearNDInterpolator(nodes[:2, on].T, velocity.T)(*grid), -1, 0)
+    field = np.moveaxis(LinearNDInterpolator(nodes[:2, on].T, velocity.T)(*grid), -1, 0)
     depth = shape.depth(*grid)
     out = np.maximum(-depth, depth - shape.width)
-    found[0] = np.where(
-        out > 0.0, -1.0 - shape.turning * grid[1], found[0]
+    field[0] = np.where(
+        out > 0.0, -1.0 - shape.turning * grid[1], field[0]
     )  # a strip of the walls, so that pictures reach them
-    found[1] = np.where(out > 0.0, shape.turning * grid[0], found[1])
+    field[1] = np.where(out > 0.0, shape.turning * grid[0], field[1])
     outside = out > STEP
     for a, b in shape.centers():
         outside |= np.hypot(grid[0] - a, grid[1] - b) < 1.0 - STEP
-    found[:, outside] = np.nan
-    return x, y, found
+    field[:, outside] = np.nan
+    return x, y, field
 
 
 # The race as a ball sees it: a channel, straight or bent, with the ball near its outer wall.

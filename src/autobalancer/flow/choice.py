@@ -110,11 +110,11 @@ class RelaxationModes:
     def lags(self, speed: WallSpeed, times: Floats) -> Matrix:
         """c at ``times`` (ascending, from 0 on), rad/s; (time, mode). Exact for straight pieces with corners in ``times``."""
         speeds = speed.over(times)
-        found = np.empty((times.size, self.rates.size))
-        found[0] = self.gains * (speeds[0] - speed.before)
+        lags = np.empty((times.size, self.rates.size))
+        lags[0] = self.gains * (speeds[0] - speed.before)
         for i in range(1, times.size):
-            found[i] = self.step(found[i - 1], times[i] - times[i - 1], speeds[i] - speeds[i - 1])
-        return found
+            lags[i] = self.step(lags[i - 1], times[i] - times[i - 1], speeds[i] - speeds[i - 1])
+        return lags
 
     def response(self, speed: WallSpeed, times: Floats) -> Floats:
         """W_f at ``times``, rad/s; as :meth:`lags`."""
@@ -186,15 +186,15 @@ def radial_roots(inner: float, outer: float, count: int) -> Floats:
         return float(j1(wave * outer) * y1(wave * inner) - y1(wave * outer) * j1(wave * inner))
 
     step = math.pi / (outer - inner)
-    found: list[float] = []
+    values: list[float] = []
     low, start = 1e-6 * step, cross(1e-6 * step)
-    while len(found) < count:
+    while len(values) < count:
         high = low + 0.1 * step
         end = cross(high)
         if start * end < 0.0:
-            found.append(root(cross, low, high, xtol=1e-13 * step, rtol=1e-15))
+            values.append(root(cross, low, high, xtol=1e-13 * step, rtol=1e-15))
         low, start = high, end
-    return np.array(found)
+    return np.array(values)
 
 
 def radial_modes(inner: float, waves: Floats, radius: Floats) -> Matrix:

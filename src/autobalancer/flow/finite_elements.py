@@ -347,12 +347,12 @@ class Spaces:
 
     def balls_deviation(self, spin: float) -> Floats:
         """Velocity of the surfaces of all balls that turn with ``spin`` in this frame, less w; zero elsewhere; (3, node)."""
-        found, walls = np.zeros_like(self.nodes), self.walls_velocity()
+        balls_deviation, walls = np.zeros_like(self.nodes), self.walls_velocity()
         for number, (x, y) in enumerate(self.shape.centers()):
             on = self.on_ball(number)
             own = np.array([-spin * (self.nodes[1] - y), spin * (self.nodes[0] - x), 0.0 * self.nodes[2]])
-            found[:, on] = (own - walls)[:, on]
-        return found
+            balls_deviation[:, on] = (own - walls)[:, on]
+        return balls_deviation
 
     @property
     def rolling(self) -> float:
@@ -411,11 +411,11 @@ def developed(shape: Shape, depth: Floats, height: Floats) -> Developed:
     load = skfem.LinearForm(lambda v, w: v).assemble(basis)
     x, y = basis.doflocs
     walls = np.flatnonzero((x == 0.0) | (x == shape.width) | (y == 0.5 * shape.height))
-    found = skfem.solve(*skfem.condense(matrix, load, D=walls))
-    flux = float(load @ found)
+    result = skfem.solve(*skfem.condense(matrix, load, D=walls))
+    flux = float(load @ result)
     area = 0.5 * shape.width * shape.height
     points = np.array([np.clip(depth, 0.0, shape.width), np.clip(height, 0.0, 0.5 * shape.height)])
-    values = basis.probes(points) @ found if depth.size else np.zeros(0)
+    values = basis.probes(points) @ result if depth.size else np.zeros(0)
     return Developed(np.asarray(values) * area / flux, area, area / flux)
 
 
@@ -456,36 +456,38 @@ def slow_flow(spaces: Spaces, spin: float) -> Flow:
     def preconditioned(x: Floats) -> Floats:
         return np.concatenate([velocities(x[:count]), pressures(x[count:])])
 
-    found, failed = minres(matrix, load, M=LinearOperator(matrix.shape, preconditioned), rtol=SMALL, maxiter=MOST_STEPS)
+    solution, failed = minres(
+        matrix, load, M=LinearOperator(matrix.shape, preconditioned), rtol=SMALL, maxiter=MOST_STEPS
+    )
     if failed:
         raise QuestionError("ball_drag: the flow without inertia did not converge; ask for a wider mesh_gap")
-    return of_unknowns(spaces, 0.0, spin, transport, found)
+    return of_unknowns(spaces, 0.0, spin, transport, solution)
 
 
-def equations(spaces: Spaces, transport: Sparse, given: Floats) -> tuple[Sparse, Floats]:
+def equations(spaces: Spaces, transport: Sparse, argument: Floats) -> tuple[Sparse, Floats]:
     """Matrix and right-hand side for the unknown velocities and pressures; ``transport`` is the matrix of all velocities,
-    ``given`` those on the balls."""
+    ``argument`` those on the balls."""
     unknown = spaces.unknown
     inner, divergence = (unknown.T @ transport @ unknown).tolil(), spaces.divergence @ unknown
     if math.isfinite(spaces.shape.rest):
         inner[-1, -1] += spaces.resistance
-    load = np.concatenate([-(unknown.T @ (transport @ given)), -(spaces.divergence @ given)])
+    load = np.concatenate([-(unknown.T @ (transport @ argument)), -(spaces.divergence @ argument)])
     return sp.bmat([[inner.tocsr(), divergence.T], [divergence, None]], format="csr"), load
 
 
-def of_unknowns(spaces: Spaces, reynolds: float, spin: float, transport: Sparse, found: Floats) -> Flow:
+def of_unknowns(spaces: Spaces, reynolds: float, spin: float, transport: Sparse, values: Floats) -> Flow:
     """A flow from the vector of its unknowns; ``transport`` is the matrix of all velocities."""
     count = spaces.unknown.shape[1]
-    velocity = spaces.balls_deviation(spin).ravel() + spaces.unknown @ found[:count]
-    residual = transport @ velocity + spaces.divergence.T @ found[count:]
-    through = float(found[count - 1]) if math.isfinite(spaces.shape.rest) else 0.0
-    return Flow(spaces, reynolds, spin, velocity.reshape(3, -1), found[count:], residual.reshape(3, -1), through)
+    velocity = spaces.balls_deviation(spin).ravel() + spaces.unknown @ values[:count]
+    residual = transport @ velocity + spaces.divergence.T @ values[count:]
+    through = float(values[count - 1]) if math.isfinite(spaces.shape.rest) else 0.0
+    return Flow(spaces, reynolds, spin, velocity.reshape(3, -1), values[count:], residual.reshape(3, -1), through)
 
 
-def component_solver(spaces: Spaces, one: Sparse, transport: Sparse) -> Callable[[Floats], Floats]:
-    """Solves the equations of the unknown velocities component by component; ``one`` is the matrix of one component."""
+def component_solver(spaces: Spaces, sparse: Sparse, transport: Sparse) -> Callable[[Floats], Floats]:
+    """Solves the equations of the unknown velocities component by component; ``sparse`` is the matrix of one component."""
     parts = np.split(spaces.free, 3)
-    solvers = [factors(one[part][:, part]) for part in (parts[0], parts[2])]
+    solvers = [factors(sparse[part][:, part]) for part in (parts[0], parts[2])]
     ends = np.cumsum([int(part.sum()) for part in parts])
     through = spaces.unknown[:, int(ends[-1]) :]
     last = np.asarray((through.T @ transport @ through).diagonal()) + (spaces.resistance if through.shape[1] else 0.0)
@@ -499,10 +501,10 @@ def component_solver(spaces: Spaces, one: Sparse, transport: Sparse) -> Callable
 
 def factors(matrix: Sparse) -> Callable[[Floats], Floats]:
     """Solves with a matrix that is symmetric or nearly so."""
-    found: Any = splu(
+    result: Any = splu(
         matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
     )
-    solve: Callable[[Floats], Floats] = found.solve
+    solve: Callable[[Floats], Floats] = result.solve
     return solve
 
 
@@ -530,20 +532,20 @@ def flow_with_inertia(start: Flow, reynolds: float) -> Flow:
     spaces, spin = start.spaces, start.spin
     given = spaces.balls_deviation(spin).ravel()
     scale = float(np.linalg.norm(spaces.unknown.T @ (spaces.diffusion @ given.reshape(3, -1).T).T.ravel()))
-    found, pressures = unknowns(start), factors(spaces.pressure_mass)
-    state, rest = _balance(spaces, reynolds, spin, found, given)
+    flow, pressures = unknowns(start), factors(spaces.pressure_mass)
+    state, rest = _balance(spaces, reynolds, spin, flow, given)
     for number in range(MOST_NEWTON_STEPS):
         size = float(np.linalg.norm(rest))
         if size < INERTIA_SMALL * scale:
-            return of_unknowns(spaces, reynolds, spin, state.transport, found)
+            return of_unknowns(spaces, reynolds, spin, state.transport, flow)
         slope = spaces.change_of_convection(state.velocity) if number >= PICARD_STEPS else None
         step, part = _step(state, rest, slope, pressures), 1.0
         while True:
-            state, rest = _balance(spaces, reynolds, spin, found + part * step, given)
+            state, rest = _balance(spaces, reynolds, spin, flow + part * step, given)
             if slope is None or float(np.linalg.norm(rest)) < size or part < 0.1:
                 break
             part *= 0.5
-        found = found + part * step
+        flow = flow + part * step
     raise QuestionError(
         f"ball_drag: no steady flow was found at a Reynolds number of {reynolds:g}; ask for smaller ones, for some in between, "
         "or for a higher fineness"
@@ -568,14 +570,14 @@ class _State(NamedTuple):
     matrix: Sparse
 
 
-def _balance(spaces: Spaces, reynolds: float, spin: float, found: Floats, given: Floats) -> tuple[_State, Floats]:
+def _balance(spaces: Spaces, reynolds: float, spin: float, values: Floats, argument: Floats) -> tuple[_State, Floats]:
     """The equations with the velocity found as carrier, and what it leaves unbalanced."""
-    velocity = (given + spaces.unknown @ found[: spaces.unknown.shape[1]]).reshape(3, -1)
+    velocity = (argument + spaces.unknown @ values[: spaces.unknown.shape[1]]).reshape(3, -1)
     one = spaces.diffusion + 0.5 * reynolds * spaces.convection(velocity + spaces.walls_velocity())
     bend = 0.5 * reynolds * spaces.shape.turning * spaces.mass
     transport = sp.bmat([[one, -bend, None], [bend, one, None], [None, None, one]], format="csr")
-    matrix, load = equations(spaces, transport, given)
-    return _State(spaces, reynolds, velocity, one, transport, matrix), load - matrix @ found
+    matrix, load = equations(spaces, transport, argument)
+    return _State(spaces, reynolds, velocity, one, transport, matrix), load - matrix @ values
 
 
 def _step(state: _State, rest: Floats, slope: Sparse | None, pressures: Callable[[Floats], Floats]) -> Floats:
@@ -591,5 +593,5 @@ def _step(state: _State, rest: Floats, slope: Sparse | None, pressures: Callable
         return np.concatenate([velocities(x[:count] - gradient @ p), p])
 
     operator = LinearOperator(matrix.shape, lambda x: matrix @ preconditioned(x))
-    found, _ = gmres(operator, rest, rtol=ENOUGH, restart=80, maxiter=3)
-    return preconditioned(found)
+    step, _ = gmres(operator, rest, rtol=ENOUGH, restart=80, maxiter=3)
+    return preconditioned(step)

@@ -200,12 +200,12 @@ def rest_interval(
         raise QuestionError(f"rest_interval: damping: given {damping:g}; must not be below zero")
     gain = speed**2 / complex(stiffness - mass * speed**2, damping * speed)
 
-    found = rest_ends(gain, unbalance, moment, orbit_radius, adherence, heavy=heavy)
-    if found is None:
+    ends = rest_ends(gain, unbalance, moment, orbit_radius, adherence, heavy=heavy)
+    if ends is None:
         raise QuestionError(
             f"rest_interval: adherence {adherence:g} holds no ball {'near' if heavy else 'opposite to'} the unbalance"
         )
-    return found
+    return ends
 
 
 def rest_ends(

@@ -251,13 +251,13 @@ def _ring(radius: float, depth: float, balls: Sequence[Sized], share: float) -> 
 
 def _columns(radius: float, depth: float, balls: Sequence[Sized]) -> list[tuple[float, float]]:
     """Moment and half of the sector of the balls at each angle, one after the other."""
-    found: list[tuple[float, float]] = []
+    columns: list[tuple[float, float]] = []
     for count, size, mass, half in balls:
         orbit = max(radius - size, size)
         deep = max(math.floor(0.5 * depth / half * (1.0 + _ROUNDING)), 1)
         numbers = [deep] * (count // deep) + ([count % deep] if count % deep else [])
-        found += [(number * mass * orbit, math.asin(size / orbit)) for number in numbers]
-    return found
+        columns += [(number * mass * orbit, math.asin(size / orbit)) for number in numbers]
+    return columns
 
 
 def _resultant(columns: Sequence[tuple[float, float]]) -> float:

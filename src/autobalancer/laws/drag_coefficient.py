@@ -613,7 +613,7 @@ class ShearedDragCurve(DragCurve):
 
     def range_record(self, velocity: float) -> dict[str, Any]:
         """As :meth:`DragCurve.range_record`, with the greatest effective rate of shear."""
-        found = super().range_record(velocity) if math.isfinite(self.law.stokes_end) else self._linear(velocity)
+        record = super().range_record(velocity) if math.isfinite(self.law.stokes_end) else self._linear(velocity)
         rate = float(self.rate(velocity))
         if rate > self.sheared.highest:
             text = (
@@ -621,8 +621,8 @@ class ShearedDragCurve(DragCurve):
                 f"{self.sheared.highest:.3g} 1/s and kept beyond"
             )
             warn(text, RangeWarning)
-            found["drag_warning"] = "; ".join(filter(None, (found["drag_warning"], text)))
-        return found | {"drag_shear_rate": rate}
+            record["drag_warning"] = "; ".join(filter(None, (record["drag_warning"], text)))
+        return record | {"drag_shear_rate": rate}
 
     def _linear(self, velocity: float) -> dict[str, Any]:
         named = {"drag_law": self.law.name, "drag_source": self.law.source}

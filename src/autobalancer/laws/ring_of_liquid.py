@@ -111,8 +111,8 @@ def whirl_speeds(rings: tuple[Ring, ...], mass: float, stiffness: float, speed: 
 def growth_rate(rings: tuple[Ring, ...], mass: float, stiffness: float, speed: ArrayLike) -> Floats:
     """Greatest growth rate of small motions without any damping, 1/s; of the shape of ``speed`` (rad/s), zero if none grows."""
     speeds = np.asarray(speed, float)
-    found = [_growth(whirl_speeds(rings, mass, stiffness, w), w) for w in speeds.ravel()]
-    return np.array(found).reshape(speeds.shape)
+    growth_rate = [_growth(whirl_speeds(rings, mass, stiffness, w), w) for w in speeds.ravel()]
+    return np.array(growth_rate).reshape(speeds.shape)
 
 
 def _growth(roots: Any, speed: float) -> float:

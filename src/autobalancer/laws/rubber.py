@@ -149,10 +149,10 @@ def _tabled_line(x: Floats) -> Complexes:
     if x.size <= SELDOM:
         return _elastoplastic_line(x)
     inside, above = (x > SERIES) & (x < WIDE), x >= WIDE
-    found = _small_line(x)
-    found[inside] = _line_spline()(np.log(x[inside]))
-    found[above] = _elastoplastic_line(x[above])
-    return found
+    small_line = _small_line(x)
+    small_line[inside] = _line_spline()(np.log(x[inside]))
+    small_line[above] = _elastoplastic_line(x[above])
+    return small_line
 
 
 def _small_line(x: Floats) -> Complexes:

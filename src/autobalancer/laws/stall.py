@@ -145,13 +145,13 @@ def stall_ranges(
     inner = speed[1:-1]
     tops = 1 + np.flatnonzero((inner > speed[:-2]) & (inner >= speed[2:]))
     ends = 1 + np.flatnonzero((inner < speed[:-2]) & (inner <= speed[2:]))
-    found = []
+    stall_ranges = []
     for top in tops:
         release_whirl, release = _fold(curve, whirl, int(top), 1.0)
         after = ends[ends > top]
         capture_whirl, capture = _fold(curve, whirl, int(after[0]), -1.0) if after.size else (math.nan, math.nan)
-        found.append(StallRange(release, release_whirl, capture, capture_whirl))
-    return tuple(sorted(found, key=lambda fold: fold.release))
+        stall_ranges.append(StallRange(release, release_whirl, capture, capture_whirl))
+    return tuple(sorted(stall_ranges, key=lambda fold: fold.release))
 
 
 def parting_speeds(
@@ -164,8 +164,8 @@ def parting_speeds(
 
     near = np.geomspace(1e-7, LOW, POINTS)
     whirl = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], near])) for w in resonances]))
-    found = drawn(whirl)
-    places = np.flatnonzero((found[:-1] > 0.0) & (found[1:] <= 0.0))
+    result = drawn(whirl)
+    places = np.flatnonzero((result[:-1] > 0.0) & (result[1:] <= 0.0))
     roots = [root(lambda v: float(drawn(v)[0]), whirl[i], whirl[i + 1], xtol=1e-13 * whirl[i]) for i in places]
     at = stall_balance(ball, receptance, np.array(roots)) if roots else None
     if at is None:
@@ -176,8 +176,8 @@ def parting_speeds(
 
 def release_speed(ball: StalledBall, receptance: Receptance, resonances: Sequence[float]) -> float:
     """The highest rotor speed at which balls can stall, rad/s; nan if they never do, infinite if no drag is enough."""
-    found = stall_ranges(ball, receptance, resonances)
-    return found[-1].release if found else math.nan
+    ranges = stall_ranges(ball, receptance, resonances)
+    return ranges[-1].release if ranges else math.nan
 
 
 def holding_speed(

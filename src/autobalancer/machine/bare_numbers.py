@@ -53,9 +53,9 @@ Place = tuple[str | int, ...]
 
 def bare_numbers(machine: Part) -> tuple[str, ...]:
     """Sentences on how numbers without a unit were read where that is hardly meant; of a list only the first."""
-    found = list(_odd(machine, ()))
-    more = (f"and {len(found) - LISTED} more numbers without a unit that are hardly meant in SI",)
-    return tuple(found[:LISTED]) + (more if len(found) > LISTED else ())
+    bare_numbers = list(_odd(machine, ()))
+    more = (f"and {len(bare_numbers) - LISTED} more numbers without a unit that are hardly meant in SI",)
+    return tuple(bare_numbers[:LISTED]) + (more if len(bare_numbers) > LISTED else ())
 
 
 def _odd(part: Part, path: Place) -> Iterator[str]:

@@ -68,28 +68,28 @@ _TAGGED_PAIRS = {("contact", "restitution"), ("contact", "history")}  # ... a fi
 
 
 def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
-    found: list[Problem] = []
+    problems: list[Problem] = []
     short: list[Problem] = []
     for entry in error.errors():
         path = _keys(entry["loc"])
         cause = entry.get("ctx", {}).get("error")
         if isinstance(cause, AutobalancerError):
-            found += [(path + inner, message) for inner, message in cause.problems]
+            problems += [(path + inner, message) for inner, message in cause.problems]
         elif cause is not None:
-            found.append((path, str(cause)))
+            problems.append((path, str(cause)))
         elif entry["type"] == "too_short":
             short.append((path, "given an empty list; give at least one entry"))
         elif entry["type"] == "union_tag_invalid" and "_form" in entry["ctx"]["discriminator"]:
             forms = entry["ctx"]["expected_tags"].replace("'<", "a ").replace(">'", "").replace(", ", " or ")
-            found.append((path, f"given {shortened(entry['input'])}; must be {forms}"))
+            problems.append((path, f"given {shortened(entry['input'])}; must be {forms}"))
         elif entry["type"] == "union_tag_invalid":
             about = entry["ctx"]
             key = about["discriminator"].strip("'")
-            found.append(((*path, key), f"given {about['tag']!r}; must be one of {about['expected_tags']}"))
+            problems.append(((*path, key), f"given {about['tag']!r}; must be one of {about['expected_tags']}"))
         else:
-            found.append((path, _plain(entry, part)))
+            problems.append((path, _plain(entry, part)))
     # a list of faulty entries is also reported as too short; say only what is wrong with the entries
-    return found + [(path, text) for path, text in short if not any(p[: len(path)] == path for p, _ in found)]
+    return problems + [(path, text) for path, text in short if not any(p[: len(path)] == path for p, _ in problems)]
 
 
 def _keys(loc: KeyPath) -> KeyPath:
@@ -127,9 +127,9 @@ def _plain(entry: Any, part: type[BaseModel]) -> str:
     return f"given {shortened(given)}; {wanted.format(**entry.get('ctx', {}))}"
 
 
-def unknown_key(given: str, allowed: Sequence[str]) -> str:
+def unknown_key(argument: str, allowed: Sequence[str]) -> str:
     """What to say of a key that there is not, with those that look like it."""
-    near = get_close_matches(given.lower(), allowed, n=2)
+    near = get_close_matches(argument.lower(), allowed, n=2)
     meant = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
     return f"unknown key; {meant}allowed here: {', '.join(allowed)}"
 
@@ -189,9 +189,9 @@ def said_of(field: FieldInfo, what: str) -> str:
 
 def _quantity_in(hints: tuple[Any, ...]) -> Quantity | None:
     for hint in hints:
-        found = hint if isinstance(hint, Quantity) else _quantity_in(_inner(hint))
-        if found is not None:
-            return found
+        quantity = hint if isinstance(hint, Quantity) else _quantity_in(_inner(hint))
+        if quantity is not None:
+            return quantity
     return None
 
 
@@ -300,8 +300,8 @@ class Quantity:
         if set(value) != {"from", "to"}:
             wanted = "values, or" if "values" in self.shape else "one value, or"
             raise ValueError(f"given {shortened(dict(value))}; must be {wanted} a table with 'from' and 'to'")
-        found = Range(self._at("from", value["from"]), self._at("to", value["to"]))
-        if found.low > found.high or ("values" in self.shape and found.low == found.high):
+        result = Range(self._at("from", value["from"]), self._at("to", value["to"]))
+        if result.low > result.high or ("values" in self.shape and result.low == result.high):
             raise MachineError.of(
                 "",
                 [
@@ -309,7 +309,7 @@ class Quantity:
                     (("to",), f"given {shortened(value['to'])}; must be above 'from'"),
                 ],
             )
-        return found
+        return result
 
     def _at(self, step: str | int, value: Any) -> Any:
         try:
@@ -376,10 +376,10 @@ class Quantity:
         return several if self.shape == "three" else {"anyOf": ways.get(self.shape, [single, several])}
 
 
-def _amount(given: Any) -> Any:
-    if isinstance(given, bool) or not (isinstance(given, str) or hasattr(given, "__float__")):
-        raise ValueError(f"given {shortened(given)}; give a number in SI or a text with a unit")
-    return given if isinstance(given, str) else float(given)
+def _amount(argument: Any) -> Any:
+    if isinstance(argument, bool) or not (isinstance(argument, str) or hasattr(argument, "__float__")):
+        raise ValueError(f"given {shortened(argument)}; give a number in SI or a text with a unit")
+    return argument if isinstance(argument, str) else float(argument)
 
 
 Amount = Annotated[

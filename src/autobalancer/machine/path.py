@@ -81,16 +81,16 @@ def symbol_at(path: str, root: type[Part] = Machine) -> str:
 def _keys_at(path: str, root: type[Part]) -> list[tuple[type[Part], str]]:
     """The parts that may hold the last key of a path, and this key."""
     parts: tuple[type[Part], ...] = (root,)
-    found: list[tuple[type[Part], str]] = []
+    result: list[tuple[type[Part], str]] = []
     try:
         steps = path_steps(path)
     except QuestionError:
         return []
     for step in steps:
         if isinstance(step, str):
-            found = [(part, step) for part in parts if step in part.model_fields]
-            parts = tuple(inner for part, key in found for inner in parts_at(part, key))
-    return found
+            result = [(part, step) for part in parts if step in part.model_fields]
+            parts = tuple(inner for part, key in result for inner in parts_at(part, key))
+    return result
 
 
 def label_of_path(path: str) -> str:
@@ -158,11 +158,11 @@ def did_you_mean(machine: Part, path: str) -> str:
     keys = {place.rpartition(".")[2].partition("[")[0] for place in paths}
     inside = sorted(other for other in keys if len(key) > 2 and (f"_{key}" in other or f"{key}_" in other))
     near = [key] if key in keys else [*inside, *get_close_matches(key, keys - set(inside), n=2, cutoff=0.8)]
-    found = [place for one in near for place in paths if place.rpartition(".")[2].partition("[")[0] == one]
-    if not found:
+    suggestions = [place for one in near for place in paths if place.rpartition(".")[2].partition("[")[0] == one]
+    if not suggestions:
         return ""
-    more = f" (and {len(found) - MOST} more)" if len(found) > MOST else ""
-    return f"; did you mean {' or '.join(map(repr, found[:MOST]))}{more}?"
+    more = f" (and {len(suggestions) - MOST} more)" if len(suggestions) > MOST else ""
+    return f"; did you mean {' or '.join(map(repr, suggestions[:MOST]))}{more}?"
 
 
 def _paths(owner: Any, start: str) -> Iterator[str]:
@@ -240,10 +240,10 @@ def named_unit(name: str) -> str:
 
 def axis_attributes(name: str) -> dict[str, str]:
     """Attributes of a coordinate along which a parameter changes: ``long_name``, ``units`` and, if it has one, ``symbol``."""
-    found = {"long_name": text_of(name), "units": named_unit(name).replace("*", " ")}
+    axis_attributes = {"long_name": text_of(name), "units": named_unit(name).replace("*", " ")}
     known = QUANTITIES.get(name)
     symbol = "" if len(parts_of(name)) > 1 else symbol_of(known.part, known.key) if known else symbol_at(name)
-    return {**found, "symbol": symbol} if symbol else found
+    return {**axis_attributes, "symbol": symbol} if symbol else axis_attributes
 
 
 def dimension_of(name: str) -> str:

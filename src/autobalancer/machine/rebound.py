@@ -55,13 +55,16 @@ class Rebound(Part):
             )
         for i, (one, other) in enumerate(pairwise(self.speeds)):
             if other <= one:
-                told = f"given {other:g} m/s after {one:g} m/s; the speeds of the table must ascend"
-                raise MachineError.of("Rebound", [(("speeds", i + 1), told)])
+                message = f"given {other:g} m/s after {one:g} m/s; the speeds of the table must ascend"
+                raise MachineError.of("Rebound", [(("speeds", i + 1), message)])
         left = [v * f for v, f in zip(self.speeds, self.factors, strict=True)]
         for i, (one, other) in enumerate(pairwise(left)):
             if other <= one:
                 here, before = (f"{self.factors[k]:g} at {self.speeds[k]:g} m/s" for k in (i + 1, i))
                 least = one / self.speeds[i + 1]
-                told = f"given {here} after {before}; a faster impact must leave more speed, so it must be more than {least:.4g}"
-                raise MachineError.of("Rebound", [(("factors", i + 1), told)])
+                message = (
+                    f"given {here} after {before}; a faster impact must leave more speed, so it must be more than "
+                    f"{least:.4g}"
+                )
+                raise MachineError.of("Rebound", [(("factors", i + 1), message)])
         return self

@@ -43,8 +43,8 @@ def file_schema(kind: Kind = "races") -> dict[str, Any]:
     dict
         Ready for :func:`json.dumps`.
     """
-    found: dict[str, Any] = _without_keys(_root(kind).model_json_schema())
-    return {"$schema": DIALECT, **found}
+    file_schema: dict[str, Any] = _without_keys(_root(kind).model_json_schema())
+    return {"$schema": DIALECT, **file_schema}
 
 
 def _without_keys(schema: Any) -> Any:
@@ -104,5 +104,5 @@ def _root(kind: Kind) -> type[Part]:
     if kind not in ROOTS:
         raise QuestionError(f"kind: given {kind!r}; must be one of {', '.join(map(repr, ROOTS))}")
     module, name = ROOTS[kind]
-    found: type[Part] = getattr(import_module(f"autobalancer.{module}"), name)
-    return found
+    root: type[Part] = getattr(import_module(f"autobalancer.{module}"), name)
+    return root

@@ -194,11 +194,11 @@ def evaluate_angles(
         raise QuestionError("equilibrium angle: no series to evaluate")
     if rolling is not None and not 0.0 <= rolling < 1.0:
         raise QuestionError(f"rolling: given {rolling:g}; a coefficient of rolling resistance is from 0 to below 1")
-    parts = [(one.race(given.race), one.speeds, one.angles) for one in series]
+    parts = [(angle_series.race(given.race), angle_series.speeds, angle_series.angles) for angle_series in series]
     source = "given" if rolling is not None else "fitted" if overlaps(parts) else "machine"
     speeds, angles = (np.concatenate([part[i] for part in parts]) for i in (1, 2))
     reynolds = np.concatenate([race.reynolds(w) for race, w, _ in parts])
-    found, stands, coefficients, deviations = [], [], [], []
+    items, stands, coefficients, deviations = [], [], [], []
     for pressure in (0.0, given.pressure):
         turned = [(replace(race, pressure=pressure), w, s) for race, w, s in parts]
         value = given.rolling if rolling is None else rolling
@@ -208,19 +208,21 @@ def evaluate_angles(
             deviation = rolling_resistance_deviation(turned, resamples=resamples, seed=seed)
         coefficients.append(value)
         deviations.append(deviation)
-        found.append(np.concatenate([drag_coefficients(race, w, s, value) for race, w, s in turned]))
+        items.append(np.concatenate([drag_coefficients(race, w, s, value) for race, w, s in turned]))
         stands.append(np.concatenate([equilibrium_angles(race, given.law, w, value) for race, w, _ in turned]))
     each = ("pressure_force", "point")
     data = {
         "measured_angle": ("point", angles),
         "reynolds": ("point", reynolds),
         "law_coefficient": ("point", given.law.coefficient(reynolds)),
-        "drag_coefficient": (each, np.array(found)),
+        "drag_coefficient": (each, np.array(items)),
         "angle": (each, np.array(stands)),
         "rolling_resistance": ("pressure_force", coefficients),
         "rolling_resistance_deviation": ("pressure_force", deviations),
     }
-    names = np.repeat([one.name for one in series], [np.size(one.speeds) for one in series])
+    names = np.repeat(
+        [angle_series.name for angle_series in series], [np.size(angle_series.speeds) for angle_series in series]
+    )
     coordinates = {"series": ("point", names), "speed": ("point", speeds), "pressure_force": list(WAYS)}
     answer = xr.Dataset(data, coordinates)
     for name in answer.variables:
@@ -271,12 +273,12 @@ def fit_rolling_resistance(series: Series) -> float:
     weights = [np.ones(POINTS)] * len(overlap.pairs)
     trial = np.linspace(0.0, LARGEST, 61)
     best = int(np.argmin([overlap.mismatch(mu, weights) for mu in trial]))
-    found, reach = float(trial[best]), float(trial[1])
+    rolling_resistance, reach = float(trial[best]), float(trial[1])
     for _ in range(PASSES):
-        span = max(found - reach, 0.0), min(found + reach, LARGEST)
-        found, _ = least(partial(overlap.mismatch, weights=weights), *span, xtol=1e-8)
-        weights = overlap.weights(found)
-    return found
+        span = max(rolling_resistance - reach, 0.0), min(rolling_resistance + reach, LARGEST)
+        rolling_resistance, _ = least(partial(overlap.mismatch, weights=weights), *span, xtol=1e-8)
+        weights = overlap.weights(rolling_resistance)
+    return rolling_resistance
 
 
 def rolling_resistance_deviation(series: Series, *, resamples: int = 100, seed: int = 0) -> float:
@@ -293,7 +295,7 @@ def rolling_resistance_deviation(series: Series, *, resamples: int = 100, seed: 
         raise QuestionError(f"resamples: given {resamples}; give at least 2, such as 100")
     fit_rolling_resistance(series)
     random = generator(seed)
-    found = []
+    deviation = []
     for _ in range(resamples):
         drawn = []
         for race, speeds, angles in series:
@@ -301,8 +303,8 @@ def rolling_resistance_deviation(series: Series, *, resamples: int = 100, seed: 
             picked = np.unique(random.integers(0, count, count))
             drawn.append((race, np.asarray(speeds)[picked], np.asarray(angles)[picked]))
         if _Overlap(drawn).pairs:
-            found.append(fit_rolling_resistance(drawn))
-    return float(np.std(found, ddof=1)) if len(found) > 1 else float("nan")
+            deviation.append(fit_rolling_resistance(drawn))
+    return float(np.std(deviation, ddof=1)) if len(deviation) > 1 else float("nan")
 
 
 class _Overlap:
@@ -481,48 +483,48 @@ def equilibrium_angle(
     }
     if simulation:
         data["simulated_angle"] = _simulated(given, w, duration, float(data["angle"][0]))
-    found = xr.Dataset({name: ("speed", values) for name, values in data.items()}, {"speed": w})
-    for name in found.variables:
-        found[name].attrs = dict(zip(("long_name", "units"), CURVE_MEANINGS[str(name)], strict=True))
-    found.attrs = {"title": f"Equilibrium angle: {given.machine.name}", **provenance(), **attributes(given)}
-    return Labeled.of(found)
+    dataset = xr.Dataset({name: ("speed", values) for name, values in data.items()}, {"speed": w})
+    for name in dataset.variables:
+        dataset[name].attrs = dict(zip(("long_name", "units"), CURVE_MEANINGS[str(name)], strict=True))
+    dataset.attrs = {"title": f"Equilibrium angle: {given.machine.name}", **provenance(), **attributes(given)}
+    return Labeled.of(dataset)
 
 
-def attributes(given: AngleMachine) -> dict[str, str | float]:
+def attributes(argument: AngleMachine) -> dict[str, str | float]:
     """What a result says of its machine, SI."""
     return {
-        "machine_name": given.machine.name,
-        "drag_law": given.law.name,
-        "drag_source": given.law.source,
-        "rolling_resistance": given.rolling,
-        "pressure": given.pressure,
-        "fluid_density": given.race.fluid_density,
-        "viscosity": given.race.viscosity,
+        "machine_name": argument.machine.name,
+        "drag_law": argument.law.name,
+        "drag_source": argument.law.source,
+        "rolling_resistance": argument.rolling,
+        "pressure": argument.pressure,
+        "fluid_density": argument.race.fluid_density,
+        "viscosity": argument.race.viscosity,
     }
 
 
-def _speeds(given: AngleMachine) -> Floats:
+def _speeds(argument: AngleMachine) -> Floats:
     grid = np.geomspace(1e-4, 1e4, 8001)
-    held = equilibrium_angles(given.race, given.law, grid, given.rolling) < STEEPEST
+    held = equilibrium_angles(argument.race, argument.law, grid, argument.rolling) < STEEPEST
     if not held[0] or held[-1]:
         raise QuestionError("equilibrium angle: no speed from 1e-4 to 1e4 rad/s holds the ball at 85 deg; give speeds")
     top = float(grid[np.argmin(held)])
     return np.linspace(SLOWEST * top, top, COUNT)
 
 
-def _simulated(given: AngleMachine, w: Floats, duration: float, first: float) -> Floats:
+def _simulated(argument: AngleMachine, w: Floats, duration: float, first: float) -> Floats:
     if w.size < 2 or not duration > 0.0:
         raise QuestionError("equilibrium angle: a simulation needs two speeds or more, and a duration above zero")
     if not math.isfinite(first):
         raise QuestionError(
             f"equilibrium angle: at {w[0]:.4g} rad/s the ball has no equilibrium; start the simulation at a lower speed"
         )
-    machine = given.machine
+    machine = argument.machine
     for path, value in (
         ("start.speed", 0.0),
         ("drive", {"kind": "speed", "profile": {"kind": "ramp", "start": w[0], "end": w[-1], "duration": duration}}),
-        (f"{given.path}.start_angles", [first - 0.5 * math.pi]),
-        (f"{given.path}.start_speeds", [-w[0]]),
+        (f"{argument.path}.start_angles", [first - 0.5 * math.pi]),
+        (f"{argument.path}.start_speeds", [-w[0]]),
     ):
         machine = with_value_at(machine, path, value)
     times = (w - w[0]) / (w[-1] - w[0]) * duration
@@ -589,13 +591,13 @@ def load_angle_series(path: str | Path) -> list[AngleSeries]:
             raise ResultError(f"{table.place}: column {what!r} holds {column.min():g}; it must be above zero")
     names = table.texts("fluid") if "fluid" in table.heads else ["fluid"] * speeds.size
     keys = list(zip(names, densities.tolist(), viscosities.tolist(), strict=True))
-    found = []
+    angle_series = []
     for key in dict.fromkeys(keys):
         rows = np.flatnonzero([other == key for other in keys])
         alone = sum(key[0] == name for name, *_ in dict.fromkeys(keys)) == 1
         name = key[0] if alone else f"{key[0]}, {1e6 * key[2]:.4g} mm^2/s"
-        found.append(AngleSeries(name, speeds[rows], angles[rows], key[1], key[2]))
-    return found
+        angle_series.append(AngleSeries(name, speeds[rows], angles[rows], key[1], key[2]))
+    return angle_series
 
 
 def _fluids(table: Table) -> tuple[Floats, Floats]:

@@ -74,8 +74,8 @@ def decay_rate(
     if size == 0.0:
         raise QuestionError("decay_rate: the signal is constant; there is nothing to fit")
     start = _poles(y / size, clock, modes)
-    found = _refined(y / size, clock, start, robust)
-    return _dataset(t, y, clock, size, found)
+    refined = _refined(y / size, clock, start, robust)
+    return _dataset(t, y, clock, size, refined)
 
 
 def _poles(y: Floats, clock: Floats, modes: int) -> Complexes:
@@ -96,7 +96,7 @@ def _poles(y: Floats, clock: Floats, modes: int) -> Complexes:
         raise QuestionError(
             f"decay_rate: the signal holds {whole.size} oscillations, not {modes}; ask for fewer, or give a longer piece"
         )
-    left = [np.linalg.norm(y - design @ lstsq(design, y)[0]) for design in (_design(times, one) for one in guesses)]
+    left = [np.linalg.norm(y - design @ lstsq(design, y)[0]) for design in (_design(times, guess) for guess in guesses)]
     return guesses[int(np.argmin(left))]
 
 
@@ -223,11 +223,12 @@ def _dataset(t: Floats, y: Floats, clock: Floats, size: float, found: tuple[Floa
     return Labeled.of(result)
 
 
-def _doubts(found: xr.Dataset) -> list[str]:
+def _doubts(dataset: xr.Dataset) -> list[str]:
     """Modes that are hardly more than noise."""
-    size, sure = found["amplitude"].values, found["amplitude_uncertainty"].values
+    size, sure = dataset["amplitude"].values, dataset["amplitude_uncertainty"].values
     return [
-        f"mode {k + 1} at {found['frequency'].values[k] / (2.0 * np.pi):.4g} Hz is hardly more than noise: its amplitude is only "
+        f"mode {k + 1} at {dataset['frequency'].values[k] / (2.0 * np.pi):.4g} Hz is hardly more than noise: its amplitude is "
+        "only "
         f"{size[k] / sure[k]:.2g} times its standard deviation; ask for fewer modes"
         for k in np.flatnonzero(size < PLAIN * sure)
     ]

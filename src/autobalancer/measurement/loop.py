@@ -99,28 +99,28 @@ def receptance_stability(
         "frequency_low": ("lowest frequency needed", "rad/s"),
         "frequency_high": ("highest frequency needed", "rad/s"),
     }
-    found = xr.Dataset(coords={"speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})})
+    dataset = xr.Dataset(coords={"speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})})
     for number, (name, (text, unit)) in enumerate(meanings.items()):
-        found[name] = ("speed", [row[number] for row in rows], {"long_name": text, "units": unit})
-    within = (found["frequency_low"] >= band[0]) & (found["frequency_high"] <= band[1])
-    found["covered"] = within.assign_attrs(long_name="whether these were measured")
+        dataset[name] = ("speed", [row[number] for row in rows], {"long_name": text, "units": unit})
+    within = (dataset["frequency_low"] >= band[0]) & (dataset["frequency_high"] <= band[1])
+    dataset["covered"] = within.assign_attrs(long_name="whether these were measured")
     doubts = [text for text in fit.attrs["warnings"].split("\n") if text]
     if not bool(within.all()):
-        low, high = float(found["frequency_low"].min()), float(found["frequency_high"].max())
+        low, high = float(dataset["frequency_low"].min()), float(dataset["frequency_high"].max())
         doubts.append(
             f"the stability rests on the receptance from {hertz(low)} to {hertz(high)} Hz, the band of the fit is "
             f"{hertz(band[0])} to {hertz(band[1])} Hz: what lies outside is extrapolated"
         )
-    found.attrs = {**provenance(), "title": "Stability from a receptance", "theory": "exact: full equations"}
-    found.attrs |= {
+    dataset.attrs = {**provenance(), "title": "Stability from a receptance", "theory": "exact: full equations"}
+    dataset.attrs |= {
         "balls": balls.count,
         "ignores": balls.ignores,
         "warnings": "\n".join(doubts),
         "fit_error": fit.attrs["fit_error"],
     }
     if len(states) == 1:
-        found.attrs["ball_angles_deg"] = degrees(states[0])
-    return Labeled.of(found)
+        dataset.attrs["ball_angles_deg"] = degrees(states[0])
+    return Labeled.of(dataset)
 
 
 def worst_growth(model: PoleModel, balls: RaceBalls, states: list[Floats], speed: float) -> float:
@@ -344,7 +344,7 @@ def receptance_border(
         raise QuestionError(f"speeds searched: given {low:g} to {high:g} rad/s; must be above zero and ascend")
     ranges = _stable_ranges(model, balls, states, low, high)
     border = ranges[-1][0] if ranges and ranges[-1][1] == high else math.inf
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {
             "stable_from": ("range", [r[0] for r in ranges], {"long_name": "stable from", "units": "rad/s"}),
             "stable_to": ("range", [r[1] for r in ranges], {"long_name": "stable up to", "units": "rad/s"}),
@@ -361,7 +361,7 @@ def receptance_border(
         deviation = float(np.std(known, ddof=1)) if len(known) > 1 else math.nan
     at_border = {"balls_on_rotor": balls_on_rotor, "unbalance": unbalance, "angles": angles}
     there = receptance_stability(fit, balls, [border if math.isfinite(border) else high], **at_border)  # type: ignore[arg-type]
-    found.attrs = {
+    dataset.attrs = {
         **provenance(),
         "title": "Exact border from a receptance",
         "theory": "exact: full equations",
@@ -372,7 +372,7 @@ def receptance_border(
         "ignores": balls.ignores,
         "warnings": there.attrs["warnings"],
     }
-    return Labeled.of(found)
+    return Labeled.of(dataset)
 
 
 def _resampled(fit: xr.Dataset, count: int, seed: int, added_mass: float = 0.0) -> Iterator[PoleModel]:
@@ -462,23 +462,23 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float | str, *, ba
     measured_at = fit["frequency"].values
     bare = fit["receptance_real"].values + 1j * fit["receptance_imag"].values
     measured = bare / (1.0 - model.added_mass * measured_at**2 * bare)
-    found = xr.Dataset(coords={"loop_frequency": frequency, "frequency": measured_at})
+    dataset = xr.Dataset(coords={"loop_frequency": frequency, "frequency": measured_at})
     curves = {
         "loop": ("loop_frequency", _loop(balls, speed, frequency, model.at(frequency))),
         "measured_loop": ("frequency", _loop(balls, speed, measured_at, measured)),
     }
     for name, (dim, values) in curves.items():
-        found[f"{name}_real"] = (dim, values.real, {"long_name": "loop, real part", "units": ""})
-        found[f"{name}_imag"] = (dim, values.imag, {"long_name": "loop, imaginary part", "units": ""})
-        found[dim].attrs = {"long_name": "frequency in space", "units": "rad/s"}
-    found.attrs = {
+        dataset[f"{name}_real"] = (dim, values.real, {"long_name": "loop, real part", "units": ""})
+        dataset[f"{name}_imag"] = (dim, values.imag, {"long_name": "loop, imaginary part", "units": ""})
+        dataset[dim].attrs = {"long_name": "frequency in space", "units": "rad/s"}
+    dataset.attrs = {
         **provenance(),
         "title": "Loop of evenly spread balls",
         "speed": float(speed),
         "ignores": balls.ignores,
     }
-    found.attrs |= {name: float(row[name][0]) for name in ("growth_rate", "gain_margin", "phase_margin")}
-    return Labeled.of(found)
+    dataset.attrs |= {name: float(row[name][0]) for name in ("growth_rate", "gain_margin", "phase_margin")}
+    return Labeled.of(dataset)
 
 
 def _loop(balls: RaceBalls, speed: float, frequency: Floats, receptance: Complexes) -> Complexes:
@@ -582,18 +582,18 @@ def positions(balls: RaceBalls, unbalance: float | None, angles: Floats | None) 
         weight = balls.moment**2
         least = max(0.0, 2.0 * float(weight.max()) - float(weight.sum()))
         doubled = [directions(weight, complex(level)) for level in np.linspace(least, weight.sum(), LEVELS)]
-        return [0.5 * found for found in doubled if found is not None]
+        return [0.5 * positions for positions in doubled if positions is not None]
     if balls.count > 2:
         raise QuestionError(
             f"unbalance: {balls.count} balls can balance it in many ways; give their angles, or nothing: the worst case"
         )
-    found = directions(balls.moment, complex(-abs(unbalance)))
-    if found is None:
+    positions = directions(balls.moment, complex(-abs(unbalance)))
+    if positions is None:
         raise QuestionError(
             f"unbalance: the balls cannot balance {moment_text(abs(unbalance), 4)}; "
             f"they can balance up to {moment_text(balls.moment.sum(), 4)}"
         )
-    return [found]
+    return [positions]
 
 
 def spread(balls: RaceBalls, angles: Floats) -> float:

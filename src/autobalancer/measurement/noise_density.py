@@ -85,7 +85,7 @@ def densities(
     logarithms = np.log(np.maximum(frequency, 0.5 * frequency[1]))
     ranks, rows = np.argsort(power, axis=1), np.sort(power, axis=1)
     local = np.array([np.interp(times, starts + 0.5 * length, one) for one in level]) - math.log(math.log(2.0))
-    found = np.empty((power.shape[0], times.size, frequency.size))
+    densities = np.empty((power.shape[0], times.size, frequency.size))
     for k, time in enumerate(times):
         known, weight = np.zeros(frequency.size), np.zeros(share.shape)
         for near in NEAR:  # where too little of the noise is left nearby, frames farther away tell
@@ -98,8 +98,8 @@ def densities(
             sums = np.cumsum(np.take_along_axis(weight, rank, axis=0), axis=0)
             middle = (sums < 0.5 * known).sum(axis=0)  # of lines that pass through a frequency it knows nothing
             middles = np.take_along_axis(rows[c], np.minimum(middle, starts.size - 1)[None], axis=0)[0]
-            found[c, k] = np.interp(logarithms, logarithms[row], middles[row]) + local[c, k]
-    return frequency, np.exp(found)
+            densities[c, k] = np.interp(logarithms, logarithms[row], middles[row]) + local[c, k]
+    return frequency, np.exp(densities)
 
 
 def independent(orders: xr.Dataset) -> xr.Dataset:

@@ -86,8 +86,8 @@ def race_shape(
     phi, r = phi[order], r[order]
     _check(phi, waves)
     rows = _rows(phi, waves)
-    found = np.linalg.lstsq(rows, r, rcond=None)[0]
-    left = r - rows @ found
+    race_shape = np.linalg.lstsq(rows, r, rcond=None)[0]
+    left = r - rows @ race_shape
     freedom = r.size - rows.shape[1]
     scatter = float(np.sqrt((left**2).sum() / freedom))
     robust = 1.4826 * float(np.median(np.abs(left)))
@@ -99,7 +99,7 @@ def race_shape(
             "as others scatter; dirt, or a wrong number: leave it out"
         )
     covariance = scatter**2 * np.linalg.inv(rows.T @ rows)
-    return _answer(phi, r, rows, found, covariance, scatter, waves, center, whole)
+    return _answer(phi, r, rows, race_shape, covariance, scatter, waves, center, whole)
 
 
 def _profile(angles: ArrayLike | str | Path, radii: ArrayLike | None) -> tuple[Floats, Floats, bool]:
@@ -140,7 +140,7 @@ def _answer(
     phi: Floats,
     r: Floats,
     rows: Floats,
-    found: Any,
+    result: Any,
     covariance: Any,
     scatter: float,
     waves: int,
@@ -148,14 +148,14 @@ def _answer(
     whole: bool,
 ) -> RaceShape:
     k = np.arange(1, waves + 1)
-    cosine, sine = found[1 : waves + 1], found[waves + 1 :]
+    cosine, sine = result[1 : waves + 1], result[waves + 1 :]
     amplitude, crest = np.hypot(cosine, sine), np.arctan2(sine, cosine) / k
     spread = np.sqrt(0.5 * (np.diag(covariance)[1 : waves + 1] + np.diag(covariance)[waves + 1 :]))
     with np.errstate(divide="ignore"):
         turned = np.minimum(spread / np.where(amplitude > 0.0, amplitude, np.inf), np.pi / np.sqrt(3.0)) / k
-    round_part = rows[:, [0, 1, waves + 1]] @ found[[0, 1, waves + 1]]
+    round_part = rows[:, [0, 1, waves + 1]] @ result[[0, 1, waves + 1]]
     fine = _rows(np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False), waves)
-    shape = np.delete(fine, [0, 1, waves + 1], axis=1) @ np.delete(found, [0, 1, waves + 1])
+    shape = np.delete(fine, [0, 1, waves + 1], axis=1) @ np.delete(result, [0, 1, waves + 1])
     over, points = ("order",), ("point",)
     data = {
         "amplitude": (over, amplitude[1:], "amplitude of the wave", "m"),
@@ -163,7 +163,7 @@ def _answer(
         "crest": (over, crest[1:], "angle of a crest in the rotor", "rad"),
         "crest_deviation": (over, turned[1:], "its standard deviation", "rad"),
         "profile": (points, r - round_part, "radius less circle and eccentricity", "m"),
-        "fitted": (points, rows @ found - round_part, "sum of the waves", "m"),
+        "fitted": (points, rows @ result - round_part, "sum of the waves", "m"),
     }
     answer = xr.Dataset(
         {name: (dims, values, {"long_name": text, "units": unit}) for name, (dims, values, text, unit) in data.items()},
@@ -181,7 +181,7 @@ def _answer(
     if center == "setup":
         warnings.append(f"an eccentricity of {1e6 * amplitude[0]:.3g} um of the setup was taken away")
     answer.attrs = {
-        "title": "Shape of a race", **provenance(), "radius": float(found[0]) if whole else float("nan"),
+        "title": "Shape of a race", **provenance(), "radius": float(result[0]) if whole else float("nan"),
         "radius_deviation": float(np.sqrt(covariance[0, 0])), "eccentricity": float(amplitude[0]),
         "eccentricity_angle": float(crest[0]), "eccentricity_deviation": float(spread[0]), "center": center,
         "roundness": float(np.ptp(shape)), "scatter": scatter, "waves": waves, "warnings": "\n".join(warnings),
@@ -213,16 +213,18 @@ class RaceShape(Answer):
 
     def facts(self) -> list[tuple[str, str]]:
         """Circle, center and roundness."""
-        told = [("roundness", f"{length_text(float(self.attrs['roundness']))} from the lowest to the highest point")]
+        messages = [
+            ("roundness", f"{length_text(float(self.attrs['roundness']))} from the lowest to the highest point")
+        ]
         if np.isfinite(self.attrs["radius"]):
             radius, sure = 1e3 * float(self.attrs["radius"]), length_text(float(self.attrs["radius_deviation"]))
-            told.append(("radius", f"{radius:.6g} mm +- {sure}"))
+            messages.append(("radius", f"{radius:.6g} mm +- {sure}"))
         of = "of the race" if self.attrs["center"] == "axis" else "of the setup, taken away"
         size, way = float(self.attrs["eccentricity"]), np.degrees(float(self.attrs["eccentricity_angle"])) % 360.0
         sure = length_text(float(self.attrs["eccentricity_deviation"]))
-        told.append(("eccentricity", f"{length_text(size)} +- {sure} at {way:.0f} deg, {of}"))
-        told.append(("points scatter by", length_text(float(self.attrs["scatter"]))))
-        return told
+        messages.append(("eccentricity", f"{length_text(size)} +- {sure} at {way:.0f} deg, {of}"))
+        messages.append(("points scatter by", length_text(float(self.attrs["scatter"]))))
+        return messages
 
     def has_table(self) -> bool:
         """The circle must be known, too."""
@@ -322,10 +324,12 @@ def rest_friction(machine: Machine | str | Path, angles: ArrayLike | str | Path,
             f"rest_friction: all {n} rests are at one angle; the friction is too small to be seen, or they are copies"
         )
     width, width_low, width_high = _widths(range_, n)
-    found = [_adherence(width, gain, load, ball.moment, ball.orbit_radius) for width in (width, width_low, width_high)]
+    rest_friction = [
+        _adherence(width, gain, load, ball.moment, ball.orbit_radius) for width in (width, width_low, width_high)
+    ]
     middle = 0.5 * float(rests.max() + rests.min())
     spread = width / np.sqrt(2.0 * (n + 1.0) * (n + 2.0))
-    ends = rest_ends(gain, load, ball.moment, ball.orbit_radius, found[0])
+    ends = rest_ends(gain, load, ball.moment, ball.orbit_radius, rest_friction[0])
     expected = 0.0 if ends is None else 0.5 * (ends[0] + ends[1])
     remarks = []
     if abs(middle - expected) > 3.0 * spread:
@@ -340,9 +344,9 @@ def rest_friction(machine: Machine | str | Path, angles: ArrayLike | str | Path,
             "the rests gather in the middle of their interval, so that friction is rather smaller than stated"
         )
     return RestFriction(
-        found[0],
-        found[1],
-        found[2],
+        rest_friction[0],
+        rest_friction[1],
+        rest_friction[2],
         width,
         width_low,
         width_high,
@@ -355,12 +359,12 @@ def rest_friction(machine: Machine | str | Path, angles: ArrayLike | str | Path,
 
 def _rests(angles: ArrayLike | str | Path) -> Floats:
     if isinstance(angles, (str, Path)):
-        found = read_table(Path(angles), REST_EXAMPLE).numbers("angle", "rad")
+        result = read_table(Path(angles), REST_EXAMPLE).numbers("angle", "rad")
     else:
-        found = np.atleast_1d(np.asarray(texts_argument("angles", angles, "rad"), float))
-    if found.ndim != 1 or found.size < FEWEST or not np.isfinite(found).all():
-        raise QuestionError(f"rest_friction: given {found.size} rests; at least {FEWEST} finite angles are needed")
-    wrapped = np.mod(found + np.pi, 2.0 * np.pi) - np.pi
+        result = np.atleast_1d(np.asarray(texts_argument("angles", angles, "rad"), float))
+    if result.ndim != 1 or result.size < FEWEST or not np.isfinite(result).all():
+        raise QuestionError(f"rest_friction: given {result.size} rests; at least {FEWEST} finite angles are needed")
+    wrapped = np.mod(result + np.pi, 2.0 * np.pi) - np.pi
     if np.abs(wrapped).max() > 0.5 * np.pi:
         far = float(wrapped[int(np.argmax(np.abs(wrapped)))])
         raise QuestionError(
@@ -478,7 +482,7 @@ def drag_from_lag(
     pulls = [lag, _sense(lag) * ball.moment * ball.orbit_radius * absolute**2]
     columns = [_integral(t, pull) for pull in (pulls if rolling else pulls[:1])]
     rows = np.column_stack([*columns, np.full(t.size, ball.inertia)])  # the last one: an error of the first speed
-    found, covariance, variance = _least(t, rows, known - known[0], ball.inertia)
+    drag, covariance, variance = _least(t, rows, known - known[0], ball.inertia)
     sure = np.sqrt(np.diag(covariance))
     correlation = float(covariance[0, 1] / (sure[0] * sure[1])) if rolling else 0.0
     remarks = []
@@ -486,14 +490,14 @@ def drag_from_lag(
         remarks.append(
             "drag and rolling resistance act alike in this record; only their sum is known: use several accelerations"
         )
-    if rolling and abs(found[1]) < 2.0 * sure[1]:
+    if rolling and abs(drag[1]) < 2.0 * sure[1]:
         remarks.append("no rolling resistance is seen beyond its uncertainty; without it the drag is surer")
-    if found[0] < -2.0 * sure[0] or (rolling and found[1] < -3.0 * sure[1] - 1e-6):
+    if drag[0] < -2.0 * sure[0] or (rolling and drag[1] < -3.0 * sure[1] - 1e-6):
         remarks.append(
             "a negative friction or drag: the ball gains where it should lose; check signs, and whether the rotor whirls much"
         )
     return LagFit(
-        float(found[0]), float(sure[0]), float(found[1]) if rolling else 0.0, float(sure[1]) if rolling else 0.0,
+        float(drag[0]), float(sure[0]), float(drag[1]) if rolling else 0.0, float(sure[1]) if rolling else 0.0,
         correlation, float(np.sqrt(variance)), tuple(remarks),
     )  # fmt: skip
 
@@ -549,12 +553,12 @@ def _least(time: Floats, rows: Floats, known: Floats, inertia: float) -> tuple[F
         mixed = inertia * np.eye(time.size) + beta * trapezes
         design = solve_triangular(mixed, rows / scale, lower=True)
         values = solve_triangular(mixed, known, lower=True)
-        found, _, rank, _ = np.linalg.lstsq(design, values, rcond=None)
+        result, _, rank, _ = np.linalg.lstsq(design, values, rcond=None)
         if rank < rows.shape[1]:
             raise QuestionError("drag_from_lag: the record does not determine the drag; the lag must change over it")
-        beta = max(0.0, float(found[0] / scale[0]))
-    variance = float(((values - design @ found) ** 2).sum()) / (time.size - rows.shape[1])
-    return found / scale, variance * np.linalg.inv(design.T @ design) / np.outer(scale, scale), variance
+        beta = max(0.0, float(result[0] / scale[0]))
+    variance = float(((values - design @ result) ** 2).sum()) / (time.size - rows.shape[1])
+    return result / scale, variance * np.linalg.inv(design.T @ design) / np.outer(scale, scale), variance
 
 
 def _sense(lag: Floats) -> Floats:

@@ -159,7 +159,7 @@ def _measured_points(
     names: tuple[str, ...],
 ) -> RubberPoints:  # fmt: skip
     motions: tuple[Motion, ...] = (motion,) * w.size if isinstance(motion, str) else tuple(motion)
-    wrong = [one for one in motions if one not in get_args(Motion)]
+    wrong = [motion for motion in motions if motion not in get_args(Motion)]
     if wrong or len(motions) != w.size:
         raise QuestionError(
             f"motion: given {wrong[0] if wrong else motions!r}; give line or circle, one or one of each point"
@@ -170,14 +170,14 @@ def _measured_points(
     return RubberPoints(w, x, k, loss, sure[0] * k, sure[1] * loss, motions, (kind,) * w.size, names)
 
 
-def _columns(owner: str, **given: tuple[ArrayLike, str]) -> list[Floats]:
-    found: list[Floats] = []
-    for name, (values, unit) in given.items():
+def _columns(owner: str, **arguments: tuple[ArrayLike, str]) -> list[Floats]:
+    columns: list[Floats] = []
+    for name, (values, unit) in arguments.items():
         array = np.atleast_1d(np.asarray(texts_argument(name, values, unit), dtype=float))
-        if array.ndim != 1 or (found and array.size != found[0].size):
-            first = next(iter(given))
+        if array.ndim != 1 or (columns and array.size != columns[0].size):
+            first = next(iter(arguments))
             raise QuestionError(
-                f"{owner}: {name}: given {array.size} values for {found[0].size if found else 0} of {first!r}; "
+                f"{owner}: {name}: given {array.size} values for {columns[0].size if columns else 0} of {first!r}; "
                 "give one for each"
             )
         bad = np.flatnonzero(~(np.isfinite(array) & (array > 0.0)))
@@ -186,8 +186,8 @@ def _columns(owner: str, **given: tuple[ArrayLike, str]) -> list[Floats]:
                 f"{owner}: {name}: value {bad[0] + 1} is {array[bad[0]]:g}; each must be a number above zero. The table has a "
                 "hole there: measure this point, or leave its row out"
             )
-        found.append(array)
-    return found
+        columns.append(array)
+    return columns
 
 
 def _where(frequency: float, amplitude: float) -> str:
@@ -256,8 +256,8 @@ def rubber(
         raise QuestionError(
             "rubber: the points show no softening with the amplitude; a plain stiffness and damping will do"
         )
-    found = RubberLaw(float(solved[0]), float(solved[1]), friction, maxwell, law)
-    return RubberFit(found, points, tuple(limits.tolist()), times, covariance, freedom)
+    rubber_law = RubberLaw(float(solved[0]), float(solved[1]), friction, maxwell, law)
+    return RubberFit(rubber_law, points, tuple(limits.tolist()), times, covariance, freedom)
 
 
 def chain(points: RubberPoints, spacing: float, reach: float) -> Floats:
@@ -300,15 +300,15 @@ def _solved(design: Floats, values: Floats, sure: Floats, elements: int) -> tupl
     rows = np.vstack([design / sure[:, None], pull])
     scale = np.linalg.norm(rows, axis=0)
     scale[scale == 0.0] = 1.0
-    found, _ = nnls(rows / scale, np.concatenate([values / sure, np.zeros(elements - 1)]))
-    free = found > 0.0
+    result, _ = nnls(rows / scale, np.concatenate([values / sure, np.zeros(elements - 1)]))
+    free = result > 0.0
     inverse = np.linalg.pinv((rows / scale)[:, free].T @ (rows / scale)[:, free])
     rest = values.size - int(free.sum())
-    miss = float((((design / scale) @ found - values) ** 2 / sure**2).sum())
+    miss = float((((design / scale) @ result - values) ** 2 / sure**2).sum())
     more = max(1.0, miss / rest) if rest > 0 else 1.0
-    covariance = np.zeros((found.size, found.size))
+    covariance = np.zeros((result.size, result.size))
     covariance[np.ix_(free, free)] = more * inverse / np.outer(scale[free], scale[free])
-    return np.asarray(found / scale), covariance, rest
+    return np.asarray(result / scale), covariance, rest
 
 
 # Measured points of rubber from a table.
@@ -358,12 +358,12 @@ def load_rubber(
 def _motions(table: Table) -> list[Motion]:
     if "motion" not in table.heads:
         return ["line"] * len(table.lines)
-    found: list[Motion] = []
+    motions: list[Motion] = []
     for (line, _), text in zip(table.lines, table.texts("motion"), strict=True):
         if text not in get_args(Motion):
             raise ResultError(f"{table.place}, line {line}: motion: given {text!r}; must be line or circle")
-        found.append("circle" if text == "circle" else "line")
-    return found
+        motions.append("circle" if text == "circle" else "line")
+    return motions
 
 
 # Tables that cannot be rubber: stiffness that rises with amplitude, holes, and points that contradict each other.
@@ -400,11 +400,11 @@ def refuse_impossible(points: RubberPoints) -> None:
 
 
 def _distinct(values: np.ndarray) -> list[float]:
-    found: list[float] = []
+    distinct: list[float] = []
     for value in np.sort(values).tolist():
-        if not found or value > found[-1] * (1.0 + SAME):
-            found.append(value)
-    return found
+        if not distinct or value > distinct[-1] * (1.0 + SAME):
+            distinct.append(value)
+    return distinct
 
 
 def _refuse_holes(points: RubberPoints) -> None:
@@ -546,10 +546,10 @@ def _signals_points(
     calibration: float,
     motion: Motion,
 ) -> RubberPoints:
-    found = record if isinstance(record, xr.Dataset) else load_signals(record)
-    place = str(found.attrs.get("origin") or "signals")
-    t = found["time"].values
-    x, f = (_channel(found, name, kind, place) for name, kind in ((deflection, "displacement"), (force, "force")))
+    result = record if isinstance(record, xr.Dataset) else load_signals(record)
+    place = str(result.attrs.get("origin") or "signals")
+    t = result["time"].values
+    x, f = (_channel(result, name, kind, place) for name, kind in ((deflection, "displacement"), (force, "force")))
     w = _frequency(t, x, place) if frequency is None else frequency
     step, period = float(t[1] - t[0]), 2.0 * np.pi / w
     if step > period / FEWEST:
@@ -574,20 +574,20 @@ def _signals_points(
     )  # fmt: skip
 
 
-def _channel(found: xr.Dataset, name: str | None, kind: str, place: str) -> Floats:
+def _channel(dataset: xr.Dataset, name: str | None, kind: str, place: str) -> Floats:
     if name is None:
-        fitting = [str(one) for one, entry in found.data_vars.items() if entry.attrs.get("quantity") == kind]
+        fitting = [str(one) for one, entry in dataset.data_vars.items() if entry.attrs.get("quantity") == kind]
         if len(fitting) != 1:
             raise QuestionError(f"{place}: {len(fitting)} channels are a {kind}; name the one to use")
         name = fitting[0]
-    if name not in found:
-        raise QuestionError(f"{place}: no channel {name!r}; there are {', '.join(map(str, found.data_vars))}")
-    if found[name].attrs.get("quantity") != kind:
-        raise QuestionError(f"{place}: channel {name!r} is a {found[name].attrs.get('quantity')}, not a {kind}")
-    values = np.asarray(found[name].values, float)
+    if name not in dataset:
+        raise QuestionError(f"{place}: no channel {name!r}; there are {', '.join(map(str, dataset.data_vars))}")
+    if dataset[name].attrs.get("quantity") != kind:
+        raise QuestionError(f"{place}: channel {name!r} is a {dataset[name].attrs.get('quantity')}, not a {kind}")
+    values = np.asarray(dataset[name].values, float)
     for extreme in (values.max(), values.min()):
         if np.mean(values == extreme) > CLIPPED and np.ptp(values) > 0.0:
-            at = float(found["time"].values[int(np.argmax(values == extreme))])
+            at = float(dataset["time"].values[int(np.argmax(values == extreme))])
             raise QuestionError(
                 f"{place}: channel {name!r} is clipped at {extreme:.4g}, first at {at:.4g} s; take a wider range"
             )
@@ -631,14 +631,14 @@ def _advance(moved: Complexes, loops: list[slice]) -> float:
 
 def _loops(size: Floats) -> list[slice]:
     """Neighboring periods of equal amplitude, without the first of each row."""
-    found, first = [], 0
+    loops, first = [], 0
     for n in range(1, size.size + 1):
         if n < size.size and abs(size[n] - np.median(size[first:n])) <= ALIKE * np.median(size[first:n]):
             continue
         if n - first >= PERIODS:
-            found.append(slice(first + 1, n))
+            loops.append(slice(first + 1, n))
         first = n
-    return found
+    return loops
 
 
 def _loop(

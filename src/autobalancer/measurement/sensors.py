@@ -88,9 +88,9 @@ def record(
         channels[name] = Channel(
             values, sensor.quantity, sensor.place, sensor.along, uncertainty=noise if noise else None
         )
-    found = signals(time, channels, origin=f"run of {run.attrs.get('machine_name', 'a machine')}")
-    found.attrs |= {"machine": run.attrs["machine"]} if "machine" in run.attrs else {}
-    return found
+    record = signals(time, channels, origin=f"run of {run.attrs.get('machine_name', 'a machine')}")
+    record.attrs |= {"machine": run.attrs["machine"]} if "machine" in run.attrs else {}
+    return record
 
 
 def _times(run: xr.Dataset, rate: float, start: float | str | None, end: float | str | None) -> np.ndarray:
@@ -310,14 +310,14 @@ class Sensor:
         if self.direction in ("x", "y"):
             return 0.0 if self.direction == "x" else 0.5 * math.pi
         try:
-            found = float(self.direction)
+            angle = float(self.direction)
         except ValueError:
-            found = math.nan
-        if not math.isfinite(found):
+            angle = math.nan
+        if not math.isfinite(angle):
             raise QuestionError(
                 f"sensor: direction: given {self.direction!r}; must be x, y or a number of degrees from x"
             )
-        return found * DEGREES
+        return angle * DEGREES
 
     @property
     def along(self) -> str | float:
@@ -380,10 +380,10 @@ def hertz(name: str, value: float | str) -> float:
     QuestionError
         If it is not greater than zero.
     """
-    found = argument(name, value, "rad/s") / (2.0 * math.pi) if isinstance(value, str) else argument(name, value, "Hz")
-    if not (math.isfinite(found) and found > 0.0):
-        raise QuestionError(f"{name}: given {found:g} Hz; must be greater than zero")
-    return found
+    hertz = argument(name, value, "rad/s") / (2.0 * math.pi) if isinstance(value, str) else argument(name, value, "Hz")
+    if not (math.isfinite(hertz) and hertz > 0.0):
+        raise QuestionError(f"{name}: given {hertz:g} Hz; must be greater than zero")
+    return hertz
 
 
 # Motions and forces between the samples of a run: splines, and how far they can be trusted.
@@ -451,8 +451,8 @@ def motion(run: xr.Dataset, sensor: Sensor, time: Floats) -> Motion:
 
 
 def _spline(times: Floats, values: Floats, order: int) -> BSpline:
-    found = make_interp_spline(times, values, k=DEGREE)
-    return found.derivative(order) if order else found
+    spline = make_interp_spline(times, values, k=DEGREE)
+    return spline.derivative(order) if order else spline
 
 
 def at_samples(run: xr.Dataset, sensor: Sensor, time: Floats) -> Floats:

@@ -107,7 +107,7 @@ def response(
 
 
 def polar_response(
-    found: xr.Dataset, *, part: str = "forward", speed_unit: str = "rpm", deflection_unit: str | None = None
+    dataset: xr.Dataset, *, part: str = "forward", speed_unit: str = "rpm", deflection_unit: str | None = None
 ) -> Figure:
     """Draw the response in the complex plane of the rotor: every resonance is a loop, passed through clockwise.
 
@@ -116,7 +116,7 @@ def polar_response(
 
     Parameters
     ----------
-    found
+    dataset
         From ``ab.rotor.response``.
     part
         ``"forward"``, ``"x"`` or ``"y"``.
@@ -126,21 +126,21 @@ def polar_response(
     Raises
     ------
     QuestionError
-        If ``found`` is no unbalance response, has fewer than two speeds, or a unit or part is unknown.
+        If ``dataset`` is no unbalance response, has fewer than two speeds, or a unit or part is unknown.
     """
-    found = result(found, "plot.polar_response", "rotor.response", _is_response)
-    unit, size = _checked(found, "plot.polar_response", speed_unit, deflection_unit)
+    dataset = result(dataset, "plot.polar_response", "rotor.response", _is_response)
+    unit, size = _checked(dataset, "plot.polar_response", speed_unit, deflection_unit)
     if part not in ("forward", "x", "y"):
         raise QuestionError(f"part: given {part!r}; must be forward, x or y")
-    found = found.sortby("speed")
-    speed = found["speed"].values
+    dataset = dataset.sortby("speed")
+    speed = dataset["speed"].values
     with look():
         figure = picture(5.8, 5.9)
         axes = figure.subplots()
         axes.axhline(0.0, color=CRITICAL, lw=0.8)
         axes.axvline(0.0, color=CRITICAL, lw=0.8)
-        for number, name in enumerate(found["station"].values):
-            station = found.isel(station=number)
+        for number, name in enumerate(dataset["station"].values):
+            station = dataset.isel(station=number)
             if part == "forward":
                 radius, angle = station["forward"].values, station["phase"].values
             else:
@@ -156,25 +156,28 @@ def polar_response(
                 text = significant(shown) if shown < 1e3 else f"{shown:.0f}"
                 label_point(axes, text, curve[place].real, curve[place].imag, size=8.0)
         axes.set_aspect("equal", adjustable="datalim")
-        where = "forward circle" if part == "forward" else f"{found.attrs['quantity']} along {part}"
+        where = "forward circle" if part == "forward" else f"{dataset.attrs['quantity']} along {part}"
         axes.set_xlabel(f"{where}, in the direction of the unbalance ({size.sign})")
         axes.set_ylabel(f"{where}, 90° ahead of it ({size.sign})")
         heading(
-            figure, with_ignored(f"{found.attrs.get('title', '')}\nnumbers: rotor speed in {unit.sign}", found.attrs)
+            figure,
+            with_ignored(f"{dataset.attrs.get('title', '')}\nnumbers: rotor speed in {unit.sign}", dataset.attrs),
         )
         legend(axes)
     return figure
 
 
-def _is_response(found: xr.Dataset) -> bool:
-    return "mean_of_greatest" in found and "quantity" in found.attrs
+def _is_response(dataset: xr.Dataset) -> bool:
+    return "mean_of_greatest" in dataset and "quantity" in dataset.attrs
 
 
-def _checked(found: xr.Dataset, owner: str, speed_unit: str, deflection_unit: str | None) -> tuple[AxisUnit, AxisUnit]:
-    if found["speed"].size < 2:
+def _checked(
+    dataset: xr.Dataset, owner: str, speed_unit: str, deflection_unit: str | None
+) -> tuple[AxisUnit, AxisUnit]:
+    if dataset["speed"].size < 2:
         raise QuestionError(f"{owner}: the result has one speed only; ask for several")
-    plain = length_axis(deflection_unit, float(found["semi_major"].max()))
-    rate = {"displacement": "", "velocity": "/s", "acceleration": "/s²"}[found.attrs["quantity"]]
+    plain = length_axis(deflection_unit, float(dataset["semi_major"].max()))
+    rate = {"displacement": "", "velocity": "/s", "acceleration": "/s²"}[dataset.attrs["quantity"]]
     return speed_axis(speed_unit), AxisUnit(plain.sign + rate, plain.factor)
 
 
@@ -326,33 +329,33 @@ def _branch(axes: Axes, branch: xr.Dataset, speed: np.ndarray, unit: AxisUnit) -
     )
 
 
-def _ends(found: xr.Dataset, unit: AxisUnit) -> list[End]:
+def _ends(dataset: xr.Dataset, unit: AxisUnit) -> list[End]:
     """The last known point of each branch with its name and damping ratio."""
     ends = []
-    for number in range(found["branch"].size):
-        frequency = found["frequency"].values[number]
+    for number in range(dataset["branch"].size):
+        frequency = dataset["frequency"].values[number]
         known = np.flatnonzero(np.isfinite(frequency))
         if known.size:
-            ratio = 100.0 * float(found["damping_ratio"].values[number, known[-1]])
+            ratio = 100.0 * float(dataset["damping_ratio"].values[number, known[-1]])
             height = float(frequency[known[-1]]) * unit.factor
-            ends.append(End(height, str(found["name"].values[number]), f"{ratio:.2g} %"))
+            ends.append(End(height, str(dataset["name"].values[number]), f"{ratio:.2g} %"))
     return ends
 
 
-def _greatest(found: xr.Dataset) -> float:
+def _greatest(dataset: xr.Dataset) -> float:
     """The greatest frequency to be seen, rad/s: of a branch, or of a torsional mode that the drawn lines meet."""
     met = [0.0]
-    if "torsional_intersection_speed" in found:
-        met += list((found["torsional_intersection_speed"] * found["torsional_intersection_harmonic"]).values)
-    return float(max(np.nanmax(found["frequency"].values), *met))
+    if "torsional_intersection_speed" in dataset:
+        met += list((dataset["torsional_intersection_speed"] * dataset["torsional_intersection_harmonic"]).values)
+    return float(max(np.nanmax(dataset["frequency"].values), *met))
 
 
-def _torsion(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> list[End]:
+def _torsion(axes: Axes, dataset: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> list[End]:
     """Torsional frequencies that fit into the picture, as dotted lines; their names."""
-    if "torsional_frequency" not in found:
+    if "torsional_frequency" not in dataset:
         return []
     ends: list[End] = []
-    for rate, name in zip(found["torsional_frequency"].values, found["torsional_name"].values, strict=True):
+    for rate, name in zip(dataset["torsional_frequency"].values, dataset["torsional_name"].values, strict=True):
         height = float(rate) * unit.factor
         if height < top:
             axes.plot(
@@ -362,10 +365,10 @@ def _torsion(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit, t
     return ends
 
 
-def _coincident(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> None:
+def _coincident(axes: Axes, dataset: xr.Dataset, speed: np.ndarray, unit: AxisUnit, top: float) -> None:
     """Dashes of the color below where one branch hides another."""
-    frequency, words = found["frequency"].values * unit.factor, found["whirl"].values
-    for upper in range(1, found["branch"].size):
+    frequency, words = dataset["frequency"].values * unit.factor, dataset["whirl"].values
+    for upper in range(1, dataset["branch"].size):
         for lower in range(upper):
             hidden = np.abs(frequency[upper] - frequency[lower]) < SAME * top
             hidden &= words[upper] != words[lower]
@@ -376,11 +379,11 @@ def _coincident(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit
                 axes.plot(speed, level, color=WHIRL[str(word)], lw=2.0, ls=(0, (4, 5)), label="_", zorder=2.1)
 
 
-def _crossings(axes: Axes, found: xr.Dataset, across: AxisUnit, up: AxisUnit) -> None:
-    speeds, harmonics = found["intersection_speed"].values, found["intersection_harmonic"].values
-    if "torsional_intersection_speed" in found:
-        speeds = np.append(speeds, found["torsional_intersection_speed"].values)
-        harmonics = np.append(harmonics, found["torsional_intersection_harmonic"].values)
+def _crossings(axes: Axes, dataset: xr.Dataset, across: AxisUnit, up: AxisUnit) -> None:
+    speeds, harmonics = dataset["intersection_speed"].values, dataset["intersection_harmonic"].values
+    if "torsional_intersection_speed" in dataset:
+        speeds = np.append(speeds, dataset["torsional_intersection_speed"].values)
+        harmonics = np.append(harmonics, dataset["torsional_intersection_harmonic"].values)
     top, written = axes.get_ylim()[1], list[tuple[float, float]]()
     for w, h in zip(speeds, harmonics, strict=True):
         if h * w * up.factor > top:
@@ -393,8 +396,8 @@ def _crossings(axes: Axes, found: xr.Dataset, across: AxisUnit, up: AxisUnit) ->
         label_point(axes, text, w * across.factor, h * w * up.factor, size=8.0)
 
 
-def _explain(axes: Axes, found: xr.Dataset) -> None:
-    drawn = found["whirl"].values[:, 1:]  # a piece of a branch has the color of its end
+def _explain(axes: Axes, dataset: xr.Dataset) -> None:
+    drawn = dataset["whirl"].values[:, 1:]  # a piece of a branch has the color of its end
     words = [word for word in WHIRL if (drawn == word).any()]
     handles = [Line2D([], [], color=WHIRL[word], lw=2.0, label=word) for word in words]
     lines = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
@@ -595,14 +598,14 @@ def whirl_along_axis(found: Given, *, deflection_unit: str | None = None, speed_
     return figure
 
 
-def _are_orbits(found: xr.Dataset) -> bool:
-    return "axis_x" in found and "rotor_angle" in found.dims
+def _are_orbits(dataset: xr.Dataset) -> bool:
+    return "axis_x" in dataset and "rotor_angle" in dataset.dims
 
 
-def _title(found: xr.Dataset, speed_unit: str) -> str:
+def _title(dataset: xr.Dataset, speed_unit: str) -> str:
     unit = speed_axis(speed_unit)
-    title = f"{found.attrs.get('title', '')} at {significant(found.attrs['speed'] * unit.factor)} {unit.sign}"
-    return with_ignored(title, found.attrs)
+    title = f"{dataset.attrs.get('title', '')} at {significant(dataset.attrs['speed'] * unit.factor)} {unit.sign}"
+    return with_ignored(title, dataset.attrs)
 
 
 def _arrow(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
@@ -669,8 +672,8 @@ def liquid_response(
     return figure
 
 
-def _is_liquid_response(found: xr.Dataset) -> bool:
-    return "without_liquid" in found and "share" in found
+def _is_liquid_response(dataset: xr.Dataset) -> bool:
+    return "without_liquid" in dataset and "share" in dataset
 
 
 # The torsional response of a drive train over the speed.
@@ -721,8 +724,8 @@ def torsional_response(found: Given, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def _is_torsional_response(found: xr.Dataset) -> bool:
-    return "link_torque" in found and "harmonic" in found.dims
+def _is_torsional_response(dataset: xr.Dataset) -> bool:
+    return "link_torque" in dataset and "harmonic" in dataset.dims
 
 
 # Picture of the planar oscillators of a rotor: receptances, and how far they hold.

@@ -65,22 +65,22 @@ def spectrum(found: Given, *, log: bool = True, highest: float | None = None, fr
     return figure
 
 
-def _one_unit(axes: Axes, found: Spectrum, names: list[str], before: int, unit: AxisUnit, log: bool) -> None:
+def _one_unit(axes: Axes, spectrum: Spectrum, names: list[str], before: int, unit: AxisUnit, log: bool) -> None:
     """Channels of one unit, of which the first ones of the others have ``before`` colors, and the lines of the first."""
-    size = found.amplitude_unit(names[0])
-    x = found["frequency"].values * unit.factor
+    size = spectrum.amplitude_unit(names[0])
+    x = spectrum["frequency"].values * unit.factor
     for k, name in enumerate(names, before):
-        y = found["amplitude"].sel(channel=name).values * size.factor
+        y = spectrum["amplitude"].sel(channel=name).values * size.factor
         axes.plot(x[1:], y[1:], color=BALLS[k % len(BALLS)], label=name)
-    at = np.flatnonzero(found["line_channel"].values.astype(str) == names[0])
-    strongest = at[np.argsort(-found["line_amplitude"].values[at])][:NAMED]
+    at = np.flatnonzero(spectrum["line_channel"].values.astype(str) == names[0])
+    strongest = at[np.argsort(-spectrum["line_amplitude"].values[at])][:NAMED]
     for number, k in enumerate(sorted(strongest), 1):
-        place = found["line_frequency"].values[k] * unit.factor, found["line_amplitude"].values[k] * size.factor
-        name = str(found["line_name"].values[k]).partition(":")[0]
+        place = spectrum["line_frequency"].values[k] * unit.factor, spectrum["line_amplitude"].values[k] * size.factor
+        name = str(spectrum["line_name"].values[k]).partition(":")[0]
         text = f"{number}: {place[0]:.4g} {unit.sign}" + f", {name}" * bool(name)
         axes.plot(*place, "o", ms=4, color=INK, label=text, zorder=5)
         label_point(axes, str(number), *place)
-    greatest = size.factor * float(found["amplitude"].sel(channel=names).max())
+    greatest = size.factor * float(spectrum["amplitude"].sel(channel=names).max())
     if log:
         axes.set_yscale("log")
         axes.set_ylim(DEEPEST * greatest, 2.0 * greatest)
@@ -163,12 +163,12 @@ def order_map(
     return figure
 
 
-def _window(found: xr.Dataset, over: str) -> str:
+def _window(dataset: xr.Dataset, over: str) -> str:
     """The line of the heading that says it; files of earlier versions do not."""
-    if "window_revolutions" not in found.attrs:
+    if "window_revolutions" not in dataset.attrs:
         return ""
     at = " at the mean speed" * (over == "frequency")
-    return f"\n{found.attrs['window']} window of {found.attrs['window_revolutions']:g} revolutions{at}"
+    return f"\n{dataset.attrs['window']} window of {dataset.attrs['window_revolutions']:g} revolutions{at}"
 
 
 # Pictures of the orders of measured signals: amplitude and phase over the speed.
@@ -263,8 +263,8 @@ def _one(above: Axes, below: Axes, x: np.ndarray, one: Any, unit: AxisUnit, styl
     below.fill_between(x, phase - sure, phase + sure, color=style["color"], alpha=0.2, lw=0)
 
 
-def _names(found: Orders, channels: list[str] | str | None) -> list[str]:
-    there = [str(name) for name in found["channel"].values]
+def _names(orders: Orders, channels: list[str] | str | None) -> list[str]:
+    there = [str(name) for name in orders["channel"].values]
     names = there if channels is None else [channels] if isinstance(channels, str) else list(channels)
     for name in names:
         if name not in there:
@@ -315,12 +315,12 @@ def damping(found: Given) -> Figure:
     return figure
 
 
-def _modes(found: xr.Dataset) -> list[str]:
+def _modes(dataset: xr.Dataset) -> list[str]:
     rows = []
-    for k in range(found.sizes["mode"]):
-        frequency = float(found["frequency"].values[k])
+    for k in range(dataset.sizes["mode"]):
+        frequency = float(dataset["frequency"].values[k])
         ratio, spread = (
-            100.0 * float(found[name].values[k]) for name in ("damping_ratio", "damping_ratio_uncertainty")
+            100.0 * float(dataset[name].values[k]) for name in ("damping_ratio", "damping_ratio_uncertainty")
         )
         rows.append(f"{frequency / (2.0 * np.pi):.5g} Hz, damping ratio {ratio:.4g} % ± {spread:.1g} %")
     return rows

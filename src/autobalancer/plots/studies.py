@@ -96,13 +96,13 @@ def study(found: Given, quantity: str = "balanced", *, speed_unit: str = "rpm") 
     return figure
 
 
-def _over(axes: Axes, given: Studied, name: str, quantity: str, speed_unit: str) -> None:
-    points, ran = given.at_points(), given.counted()
+def _over(axes: Axes, studied: Studied, name: str, quantity: str, speed_unit: str) -> None:
+    points, ran = studied.at_points(), studied.counted()
     first = [int(np.flatnonzero(where)[0]) for where in points]
-    shown = quantity_axis(given[name].isel(member=first), speed_unit)
+    shown = quantity_axis(studied[name].isel(member=first), speed_unit)
     values = np.asarray(shown.values)
-    if _is_share(given, quantity):
-        counts = np.array([(given[quantity].values & where & ran).sum() for where in points])
+    if _is_share(studied, quantity):
+        counts = np.array([(studied[quantity].values & where & ran).sum() for where in points])
         totals = np.array([max(int((where & ran).sum()), 1) for where in points])
         low, high = wilson_interval(counts, totals)
         share = counts / totals
@@ -113,8 +113,8 @@ def _over(axes: Axes, given: Studied, name: str, quantity: str, speed_unit: str)
         axes.set_ylabel(f"{quantity} runs, with 95 % interval (%)")
         axes.set_ylim(-3.0, 103.0)
     else:
-        unit = _unit(given, quantity, speed_unit)
-        levels = np.array([_levels(given[quantity].values[where & ran]) for where in points]).T
+        unit = _unit(studied, quantity, speed_unit)
+        levels = np.array([_levels(studied[quantity].values[where & ran]) for where in points]).T
         low, quarter, middle, upper, high = unit.shown(levels)
         axes.fill_between(values, low, high, color=BALLS[0], alpha=0.15, linewidth=0.0, label="90 % of the members")
         axes.fill_between(values, quarter, upper, color=BALLS[0], alpha=0.3, linewidth=0.0, label="50 %")
@@ -128,17 +128,17 @@ def _over(axes: Axes, given: Studied, name: str, quantity: str, speed_unit: str)
     axes.set_xlabel(shown.label)
 
 
-def _map(figure: Figure, axes: Axes, given: Studied, grid: list[str], quantity: str, speed_unit: str) -> None:
-    points, ran = given.at_points(), given.counted()
+def _map(figure: Figure, axes: Axes, studied: Studied, grid: list[str], quantity: str, speed_unit: str) -> None:
+    points, ran = studied.at_points(), studied.counted()
     first = [int(np.flatnonzero(where)[0]) for where in points]
-    shown = [quantity_axis(given[name].isel(member=first), speed_unit) for name in grid]
+    shown = [quantity_axis(studied[name].isel(member=first), speed_unit) for name in grid]
     across, up = (np.unique(one.values) for one in shown)
     field, texts = np.full((up.size, across.size), np.nan), dict[int, str]()
     written = np.full(field.shape, "", dtype=object)
-    share = _is_share(given, quantity)
-    unit = AxisUnit("%", 100.0) if share else _unit(given, quantity, speed_unit)
+    share = _is_share(studied, quantity)
+    unit = AxisUnit("%", 100.0) if share else _unit(studied, quantity, speed_unit)
     for number, where in enumerate(points):
-        values = given[quantity].values[where & ran].astype(float)
+        values = studied[quantity].values[where & ran].astype(float)
         known = values[np.isfinite(values)]
         value = np.nan if not known.size else known.mean() if share else np.median(known)
         texts[number] = f"{unit.shown(value):.3g}"
@@ -170,9 +170,9 @@ def _ticks(values: Any) -> tuple[range, list[str]]:
     return range(0, values.size, step), [f"{value:.4g}" for value in values[::step]]
 
 
-def _histogram(axes: Axes, given: Studied, quantity: str, speed_unit: str) -> None:
-    unit = _unit(given, quantity, speed_unit)
-    values = given[quantity].values[given.counted()].astype(float)
+def _histogram(axes: Axes, studied: Studied, quantity: str, speed_unit: str) -> None:
+    unit = _unit(studied, quantity, speed_unit)
+    values = studied[quantity].values[studied.counted()].astype(float)
     known = unit.shown(values[np.isfinite(values)])
     axes.hist(
         known, bins="auto" if known.size < 2000 else 60, color=BALLS[0], alpha=0.75, edgecolor="white", linewidth=0.4
@@ -188,16 +188,16 @@ def _levels(values: Any) -> Any:
     return np.quantile(known, (0.05, 0.25, 0.5, 0.75, 0.95)) if known.size else np.full(5, np.nan)
 
 
-def _is_share(given: Studied, quantity: str) -> bool:
+def _is_share(studied: Studied, quantity: str) -> bool:
     """Whether a quantity is true or false of each member; a file keeps it as a whole number."""
-    return given[quantity].dtype.kind in "bi" and quantity in SHARES
+    return studied[quantity].dtype.kind in "bi" and quantity in SHARES
 
 
-def _unit(given: Studied, quantity: str, speed_unit: str) -> AxisUnit:
-    if given[quantity].attrs.get("units") == "m":
-        values = given[quantity].values
+def _unit(studied: Studied, quantity: str, speed_unit: str) -> AxisUnit:
+    if studied[quantity].attrs.get("units") == "m":
+        values = studied[quantity].values
         return length_axis(None, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)) or 1.0)
-    return axis_unit(given[quantity], speed_unit)
+    return axis_unit(studied[quantity], speed_unit)
 
 
 def _label(quantity: str, unit: AxisUnit) -> str:
@@ -249,9 +249,9 @@ def design(designs: Given, *, title: str | None = None) -> Figure:
     return figure
 
 
-def _counts(panel: Axes, found: xr.Dataset) -> None:
+def _counts(panel: Axes, dataset: xr.Dataset) -> None:
     """How many candidates each question ruled out, and how many ran."""
-    counts = Counter(map(str, found["stage"].values))
+    counts = Counter(map(str, dataset["stage"].values))
     shown = [stage for stage in STAGES if counts[stage]]
     values = [counts[stage] for stage in shown]
     panel.barh(shown, values, color=[BALLS[0] if stage == "runs" else ALL_BALLS for stage in shown], height=0.6)
@@ -264,12 +264,12 @@ def _counts(panel: Axes, found: xr.Dataset) -> None:
     panel.grid(visible=False)
 
 
-def _front(panel: Axes, found: xr.Dataset, ran: xr.Dataset) -> None:
-    limits = json.loads(found.attrs["limits"])
-    names = [str(name) for name in found.attrs["objectives"]]
+def _front(panel: Axes, dataset: xr.Dataset, ran: xr.Dataset) -> None:
+    limits = json.loads(dataset.attrs["limits"])
+    names = [str(name) for name in dataset.attrs["objectives"]]
     for axis, name in zip("xy", names, strict=True):
-        sign, factor = UNITS[found[name].attrs["units"]]
-        below = f", {100.0 * found.attrs['share']:g} % of the runs below" if f"{name}_median" in found else ""
+        sign, factor = UNITS[dataset[name].attrs["units"]]
+        below = f", {100.0 * dataset.attrs['share']:g} % of the runs below" if f"{name}_median" in dataset else ""
         getattr(panel, f"set_{axis}label")(f"{name.replace('_', ' ')}{below} ({sign})")
         if name in limits:
             draw = panel.axvline if axis == "x" else panel.axhline
@@ -387,10 +387,10 @@ def sensitivity(found: Given, *, point: int = 1) -> Figure:
     return figure
 
 
-def _bars(axes: Axes, given: Any, name: str, number: int, count: int) -> None:
+def _bars(axes: Axes, argument: Any, name: str, number: int, count: int) -> None:
     text, color = BARS[name]
-    place = np.arange(given.sizes["input"]) + 0.34 * (0.5 * (count - 1) - number)
-    value, low, high = (given[f"{name}{end}"].values for end in ("", "_low", "_high"))
+    place = np.arange(argument.sizes["input"]) + 0.34 * (0.5 * (count - 1) - number)
+    value, low, high = (argument[f"{name}{end}"].values for end in ("", "_low", "_high"))
     axes.barh(place, value, height=0.3 if count > 1 else 0.5, color=color, label=text)
     axes.hlines(place, low, high, color=INK, linewidth=1.2)
 

@@ -145,9 +145,9 @@ def facts(rows: Sequence[tuple[str, str]]) -> Rows:
 
 def columns_table(columns: Sequence[Column]) -> Rows:
     """Columns of a result as a table, units in the heads."""
-    heads = tuple(f"{one.head} ({one.unit})" if one.unit else one.head for one in columns)
-    cells = zip(*(one.cells() for one in columns), strict=True)
-    numeric, wide = tuple(one.numeric for one in columns), tuple(one.wraps for one in columns)
+    heads = tuple(f"{column.head} ({column.unit})" if column.unit else column.head for column in columns)
+    cells = zip(*(column.cells() for column in columns), strict=True)
+    numeric, wide = tuple(column.numeric for column in columns), tuple(column.wraps for column in columns)
     return Rows(heads, tuple(tuple(row) for row in cells), numeric, wide)
 
 
@@ -224,20 +224,20 @@ def html_text(report: Report) -> str:
     environment = Environment(autoescape=True)
     page, table = environment.from_string(PAGE), environment.from_string(TABLE)
 
-    def block(one: Block) -> Markup:
-        if isinstance(one, Paragraph):
-            return Markup('<p class="strong">{}</p>' if one.strong else "<p>{}</p>").format(one.text)
-        if isinstance(one, Rows):
-            numeric = one.numeric or (False,) * 99
-            return Markup(table.render(rows=one, numeric=numeric))
-        if isinstance(one, Drawing):
-            data = base64.b64encode(one.png).decode()
-            words = escape(one.caption)
+    def block(block: Block) -> Markup:
+        if isinstance(block, Paragraph):
+            return Markup('<p class="strong">{}</p>' if block.strong else "<p>{}</p>").format(block.text)
+        if isinstance(block, Rows):
+            numeric = block.numeric or (False,) * 99
+            return Markup(table.render(rows=block, numeric=numeric))
+        if isinstance(block, Drawing):
+            data = base64.b64encode(block.png).decode()
+            words = escape(block.caption)
             return Markup(
                 f'<figure><img alt="{words}" src="data:image/png;base64,{data}"><figcaption>{words}</figcaption></figure>'
             )
-        assert isinstance(one, Listing)
-        return Markup("<pre>{}</pre>").format(one.text)
+        assert isinstance(block, Listing)
+        return Markup("<pre>{}</pre>").format(block.text)
 
     return page.render(report=report, about=Rows((), report.about), block=block)
 
@@ -254,11 +254,11 @@ DECIDES = ("release speed", "exact border")
 UNITS = {"viscosity": (1e6, "mm^2/s"), "drag": (1.0, "N*m*s")}
 
 
-def facts_page(found: Summary) -> Section:
+def facts_page(summary: Summary) -> Section:
     """What is known before a run."""
-    page = Section("Machine", [facts(found.rows(rpm_and_si))], "autobalancer check machine.toml")
-    page.blocks += [Paragraph(f"Note: {text}") for text in found.warnings]
-    if count := len(found.warnings):
+    page = Section("Machine", [facts(summary.rows(rpm_and_si))], "autobalancer check machine.toml")
+    page.blocks += [Paragraph(f"Note: {text}") for text in summary.warnings]
+    if count := len(summary.warnings):
         page.decisive.append(Decisive("notes on the machine", f"{count} note{'s' * (count > 1)} to read"))
     return page
 
@@ -271,11 +271,11 @@ def drawing_page(machine: Machine) -> Section:
     return page
 
 
-def capability_page(found: Summary) -> Section:
+def capability_page(summary: Summary) -> Section:
     """What the balls of each race, and of each plane, can balance, and what they have to."""
     page = Section("Capability", replay="autobalancer check machine.toml")
     rows = []
-    for race in found.races:
+    for race in summary.races:
         rows.append(
             (
                 f"balancer {race.balancer}, race {race.race}",
@@ -290,9 +290,11 @@ def capability_page(found: Summary) -> Section:
         return page
     heads = ("race", "balls", "mass of the balls", "capability", "of the race that balls take")
     page.blocks.append(Rows(heads, tuple(rows), (False, True, True, True, True)))
-    planes = [(one.name, one.capability, one.required) for one in found.stations if one.required > 0.0]
-    if not planes and found.unbalance > 0.0:
-        planes = [("all races", found.capability, found.unbalance)]
+    planes = [
+        (station.name, station.capability, station.required) for station in summary.stations if station.required > 0.0
+    ]
+    if not planes and summary.unbalance > 0.0:
+        planes = [("all races", summary.capability, summary.unbalance)]
     for name, capability, required in planes:
         ratio = capability / required
         word = NO if ratio < 1.0 else HARDLY if ratio < USUAL else YES
@@ -316,12 +318,12 @@ def capability_page(found: Summary) -> Section:
     return page
 
 
-def quality_page(found: Summary, settled: float, grade: float | None, command: str) -> Section:
+def quality_page(summary: Summary, settled: float, grade: float | None, command: str) -> Section:
     """Balance quality before, and with the balls settled, against the grade that is asked for.
 
     Parameters
     ----------
-    found
+    summary
         Of the machine.
     settled
         Residual unbalance at the end of the run-up, kg m; nan if it has none.
@@ -331,16 +333,16 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
         Makes the run-up again.
     """
     page = Section("Balance quality (ISO 21940-11)", replay=f"autobalancer check machine.toml\n{command}")
-    service = found.service
+    service = summary.service
     if service is None:
         page.blocks.append(Paragraph("Not stated: the drive names no service speed, or the machine has no unbalance."))
         return page
     mass = 1e3 * service.unbalance * service.speed / service.grade
-    size = moment_text(found.unbalance)
+    size = moment_text(summary.unbalance)
     rows = [
         ("without balancing", service.unbalance, ""),
         (SETTLED, settled, f"one run-up with {size}, from the start of the machine file"),
-        *worst_residuals(found, size),
+        *worst_residuals(summary, size),
     ]
     allowed = math.inf if grade is None else permissible_unbalance(grade, mass, service.speed)
     known = [row for row in rows if math.isfinite(row[1])]
@@ -357,8 +359,8 @@ def quality_page(found: Summary, settled: float, grade: float | None, command: s
         )
     page.blocks.append(Rows(heads, tuple(cells), (False, True, True, False, False)[: len(heads)]))
     for row, (_, value, condition) in list(zip(cells, known, strict=True))[1:]:
-        asked = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(value <= allowed)
-        page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", asked, condition))
+        requested = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(value <= allowed)
+        page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", requested, condition))
     return page
 
 
@@ -366,17 +368,17 @@ def _quality_row(name: str, unbalance: float, grade: float) -> tuple[str, ...]:
     return name, moment_text(unbalance), significant(grade), grade_name(grade)
 
 
-def worst_residuals(found: Summary, size: str) -> list[tuple[str, float, str]]:
+def worst_residuals(summary: Summary, size: str) -> list[tuple[str, float, str]]:
     """What eccentric races and friction may leave, and of what; ``size`` is the unbalance in words."""
     rows = []
-    if found.off_center is not None and len(found.off_center.planes) == 1:
-        (plane,) = found.off_center.planes
+    if summary.off_center is not None and len(summary.off_center.planes) == 1:
+        (plane,) = summary.off_center.planes
         kind = "race off the axis as given" if plane.given else TYPICAL
         rows.append(
             (kind, plane.residual, f"{length_text(plane.eccentricity)} off the axis, the balls in their best places")
         )
-    held = found.friction
-    if (below := found.friction_settled) is not None and all(plane.carried_on is False for plane in below.planes):
+    held = summary.friction
+    if (below := summary.friction_settled) is not None and all(plane.carried_on is False for plane in below.planes):
         held = below  # the drive rises slowly enough for balls to keep the places that they take there
     if held is not None and len(held.planes) == 1:
         (stuck,) = held.planes
@@ -389,37 +391,39 @@ def worst_residuals(found: Summary, size: str) -> list[tuple[str, float, str]]:
     return rows
 
 
-def margin_page(found: Summary) -> Section:
+def margin_page(summary: Summary) -> Section:
     """Border speeds, amplification and margins from the service speed."""
     page = Section("Border speeds and margins", replay="autobalancer borders machine.toml")
-    if found.no_borders_because:
-        page.blocks.append(Paragraph(found.no_borders_because))
-    top = found.highest_speed
+    if summary.no_borders_because:
+        page.blocks.append(Paragraph(summary.no_borders_because))
+    top = summary.highest_speed
     rows = []
-    for one in found.borders:
+    for border in summary.borders:
         margin = (
             "-"
-            if top is None or not math.isfinite(one.speed)
-            else f"{significant(100.0 * (top - one.speed) / one.speed)} %"
+            if top is None or not math.isfinite(border.speed)
+            else f"{significant(100.0 * (top - border.speed) / border.speed)} %"
         )
-        rows.append((one.name, rpm_and_si(one.speed), margin, one.note))
-        if one.name in DECIDES and top is not None and not math.isnan(one.speed):
+        rows.append((border.name, rpm_and_si(border.speed), margin, border.note))
+        if border.name in DECIDES and top is not None and not math.isnan(border.speed):
             said = (
-                "never" if math.isinf(one.speed) else f"{rpm_and_si(one.speed)}; the highest speed is {margin} above it"
+                "never"
+                if math.isinf(border.speed)
+                else f"{rpm_and_si(border.speed)}; the highest speed is {margin} above it"
             )
             page.decisive.append(
                 Decisive(
-                    one.name,
+                    border.name,
                     said,
-                    yes_or_no(one.speed < top),
-                    f"{moment_text(found.unbalance)}, fluid of the machine file",
+                    yes_or_no(border.speed < top),
+                    f"{moment_text(summary.unbalance)}, fluid of the machine file",
                 )
             )
     if rows:
         page.blocks.append(
             Rows(("border", "speed", "highest speed above it by", "note"), tuple(rows), (False, False, True, False))
         )
-    for speed, ratio in zip(found.critical_speeds, found.damping_ratios, strict=False):
+    for speed, ratio in zip(summary.critical_speeds, summary.damping_ratios, strict=False):
         text = f"Critical speed {rpm_and_si(speed)}: damping ratio {100.0 * ratio:.3g} %"
         if ratio > 0.0:
             text += f", amplification factor {0.5 / ratio:.3g}"
@@ -429,11 +433,11 @@ def margin_page(found: Summary) -> Section:
     return page
 
 
-def map_page(machine: Machine, found: Summary) -> Section:
+def map_page(machine: Machine, summary: Summary) -> Section:
     """Where balancing is stable over speed and viscosity, or drag."""
     page = Section("Where balancing is stable")
-    top = found.highest_speed or 0.0
-    lowest = min(found.critical_speeds, default=0.0)
+    top = summary.highest_speed or 0.0
+    lowest = min(summary.critical_speeds, default=0.0)
     if not top > lowest > 0.0:
         page.blocks.append(Paragraph("Not drawn: the machine does not run faster than its lowest critical speed."))
         return page
@@ -498,30 +502,32 @@ def run_page(run: xr.Dataset, held: xr.Dataset, command: str) -> Section:
 
 def residual_of(run: xr.Dataset) -> float:
     """Residual unbalance at the end of a run, kg m; nan if it has none."""
-    found = measures(run)
-    values = found["residual_unbalance"].values if "residual_unbalance" in found else np.array([np.nan])
+    result = measures(run)
+    values = result["residual_unbalance"].values if "residual_unbalance" in result else np.array([np.nan])
     return float(np.sum(values))
 
 
-def starts_page(found: Ensemble, command: str) -> Section:
+def starts_page(ensemble: Ensemble, command: str) -> Section:
     """How run-ups from random starts end."""
-    page = Section(f"{found.sizes['member']} random starts of the balls", replay=command)
-    page.blocks.append(columns_table(found.columns("rpm")))
+    page = Section(f"{ensemble.sizes['member']} random starts of the balls", replay=command)
+    page.blocks.append(columns_table(ensemble.columns("rpm")))
     page.blocks.append(Paragraph("95 %: the share of very many starts is in this interval with a probability of 95 %."))
-    page.blocks += [Paragraph(text) for text in (*found.spread(), *found.without())]
-    share, low, high = (100.0 * one for one in found.share_of(found["balanced"].values))
+    page.blocks += [Paragraph(text) for text in (*ensemble.spread(), *ensemble.without())]
+    share, low, high = (100.0 * one for one in ensemble.share_of(ensemble["balanced"].values))
     page.decisive.append(
         Decisive(
             "run-ups from random starts",
             f"{share:.3g} % ({low:.3g} to {high:.3g} %) end balanced",
-            condition=f"{found.sizes['member']} starts of the machine file, with its unbalance and its fluid",
+            condition=f"{ensemble.sizes['member']} starts of the machine file, with its unbalance and its fluid",
         )
     )
-    peaks = found["peak_deflection"].values
+    peaks = ensemble["peak_deflection"].values
     known = peaks[np.isfinite(peaks)]
     if known.size and np.ptp(known) > SCATTER * known.max():
         page.blocks.append(
-            drawing(ensemble_distribution(found, "peak_deflection"), "Share of the starts below each peak deflection.")
+            drawing(
+                ensemble_distribution(ensemble, "peak_deflection"), "Share of the starts below each peak deflection."
+            )
         )
     return page
 
@@ -556,55 +562,55 @@ def basin_page(machine: Machine, speed: float, starts: int, seed: int, command: 
     """Which states are reached at the highest speed, from random angles of the balls."""
     page = Section("Basins at the highest speed", replay=command)
     try:
-        found = basin(machine, speed, random=starts, seed=seed, progress=silent)
+        result = basin(machine, speed, random=starts, seed=seed, progress=silent)
     except AutobalancerError as reason:
         page.blocks.append(Paragraph(f"Not stated: {reason}"))
         return page
-    page.blocks.append(columns_table(found.columns("rpm")))
+    page.blocks.append(columns_table(result.columns("rpm")))
     page.blocks.append(
         Paragraph(
             "The rotor starts at its speed, the balls at random angles at rest in the rotor. "
             "95 %: the share of very many starts is in this interval with a probability of 95 %."
         )
     )
-    page.blocks += [Paragraph(text) for text in found.remarks()]
+    page.blocks += [Paragraph(text) for text in result.remarks()]
     return page
 
 
 def measured_page(run: xr.Dataset, measured: xr.Dataset, command: str) -> Section:
     """What was measured beside the run-up."""
-    found = compare(run, measured)
+    result = compare(run, measured)
     page = Section("Measured and computed", replay=command)
-    if rows := found.facts():
+    if rows := result.facts():
         page.blocks.append(facts(rows))
-    page.blocks.append(columns_table(found.columns("rpm")))
-    page.blocks += [Paragraph(text) for text in found.remarks()]
-    page.blocks.append(drawing(overlay(found), "What was measured, and the run-up of the model in its place."))
+    page.blocks.append(columns_table(result.columns("rpm")))
+    page.blocks += [Paragraph(text) for text in result.remarks()]
+    page.blocks.append(drawing(overlay(result), "What was measured, and the run-up of the model in its place."))
     return page
 
 
-def study_pages(found: Studied, file: str) -> list[Section]:
+def study_pages(studied: Studied, file: str) -> list[Section]:
     """A study with its pictures, and which scatter drives it."""
-    command = f"autobalancer study {quote(str(found.attrs.get('study_file', 'study.toml')))} --out {quote(file)}"
-    page = Section(f"Study {found.attrs.get('study_name', '')}".strip(), replay=command)
-    page.blocks.append(facts(_asked(found)))
-    page.blocks.append(columns_table(found.columns("rpm")))
-    page.blocks += [Paragraph(text) for text in found.remarks()]
+    command = f"autobalancer study {quote(str(studied.attrs.get('study_file', 'study.toml')))} --out {quote(file)}"
+    page = Section(f"Study {studied.attrs.get('study_name', '')}".strip(), replay=command)
+    page.blocks.append(facts(_asked(studied)))
+    page.blocks.append(columns_table(studied.columns("rpm")))
+    page.blocks += [Paragraph(text) for text in studied.remarks()]
     pages = [page]
-    driven, asked = Section("Which scatter drives the result"), list[str]()
-    for name in (name for name in SHOWN if name in found):
-        _add(page.blocks, lambda name=name: drawing(study_picture(found, name), f"{_words(name)} over the study."))
-        if _add(driven.blocks, lambda name=name: _driven(found, name)):
-            asked.append(f"{command} --sensitivity {name}")
-    driven.replay = "\n".join(asked)
+    driven, requested = Section("Which scatter drives the result"), list[str]()
+    for name in (name for name in SHOWN if name in studied):
+        _add(page.blocks, lambda name=name: drawing(study_picture(studied, name), f"{_words(name)} over the study."))
+        if _add(driven.blocks, lambda name=name: _driven(studied, name)):
+            requested.append(f"{command} --sensitivity {name}")
+    driven.replay = "\n".join(requested)
     if driven.blocks:
         pages.append(driven)
     return pages
 
 
-def _driven(found: Studied, name: str) -> Block:
+def _driven(studied: Studied, name: str) -> Block:
     return drawing(
-        sensitivity_picture(sensitivity(found, name)),
+        sensitivity_picture(sensitivity(studied, name)),
         f"What drives the scatter of {_words(name)}, with 95 % intervals.",
     )
 
@@ -618,15 +624,19 @@ def _add(blocks: list[Block], made: Any) -> bool:
     return True
 
 
-def _asked(found: Studied) -> list[tuple[str, str]]:
+def _asked(studied: Studied) -> list[tuple[str, str]]:
     import json
 
-    asked = json.loads(found.attrs["study"])
-    rows = [("plan", str(asked["plan"])), ("seed", str(asked["seed"])), ("members", str(found.sizes["member"]))]
-    points = math.prod(len(values) for values in asked["grid"].values())
-    rows += [("of them at each point of the grid", str(found.sizes["member"] // points))] if points > 1 else []
-    rows += [(f"grid: {name} (SI)", ", ".join(values)) for name, values in asked["grid"].items()]
-    return rows + [(f"scatter: {name} (SI)", str(text)) for name, (*_, text) in asked["scatter"].items()]
+    requested = json.loads(studied.attrs["study"])
+    rows = [
+        ("plan", str(requested["plan"])),
+        ("seed", str(requested["seed"])),
+        ("members", str(studied.sizes["member"])),
+    ]
+    points = math.prod(len(values) for values in requested["grid"].values())
+    rows += [("of them at each point of the grid", str(studied.sizes["member"] // points))] if points > 1 else []
+    rows += [(f"grid: {name} (SI)", ", ".join(values)) for name, values in requested["grid"].items()]
+    return rows + [(f"scatter: {name} (SI)", str(text)) for name, (*_, text) in requested["scatter"].items()]
 
 
 def _words(name: str) -> str:

@@ -176,11 +176,11 @@ def report(
         seed=seed,
     )
     pages = _pages(described, wanted, progress)
-    found = Report(f"{described.name}: automatic ball balancer", _identity(described, name), tuple(pages))
+    report = Report(f"{described.name}: automatic ball balancer", _identity(described, name), tuple(pages))
     if path.suffix.lower() == ".pdf":
-        write_pdf(found, path)
+        write_pdf(report, path)
     else:
-        write_text_safely(path, html_text(found))
+        write_text_safely(path, html_text(report))
     return path
 
 
@@ -259,10 +259,10 @@ def _in_rpm(block: Block) -> Block:
     return replace(block, text=speeds_in_rpm(block.text)) if isinstance(block, Paragraph) else block
 
 
-def _samples(machine: Machine, found: Summary) -> int:
+def _samples(machine: Machine, summary: Summary) -> int:
     """So many samples of the run-up that vibration can be compared."""
     assert machine.run is not None
-    turns = float(machine.run.duration) * (found.highest_speed or 0.0) / (2.0 * math.pi)
+    turns = float(machine.run.duration) * (summary.highest_speed or 0.0) / (2.0 * math.pi)
     return int(min(max(PER_TURN * turns, 2000.0), MOST_SAMPLES)) + 1
 
 
@@ -277,20 +277,20 @@ def _identity(machine: Machine, name: str) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _study(given: Studied | Designed | str | Path | None, machine: Machine) -> Studied | Designed | None:
-    if given is None:
+def _study(argument: Studied | Designed | str | Path | None, machine: Machine) -> Studied | Designed | None:
+    if argument is None:
         return None
-    found = load_run(given) if isinstance(given, (str, Path)) else given
-    if isinstance(found, Designed):
-        _place(found, machine)  # refuses a machine that is none of it
-        return found
-    if not isinstance(found, Studied):
+    study = load_run(argument) if isinstance(argument, (str, Path)) else argument
+    if isinstance(study, Designed):
+        _place(study, machine)  # refuses a machine that is none of it
+        return study
+    if not isinstance(study, Studied):
         raise QuestionError("study: this is no result of ab.study or ab.design")
-    if found.attrs.get("base_machine", found.attrs.get("machine")) != machine_text(machine):
+    if study.attrs.get("base_machine", study.attrs.get("machine")) != machine_text(machine):
         raise QuestionError(
-            f"study: it is of another machine, {found.attrs.get('machine_name')!r}; run the study with this machine file"
+            f"study: it is of another machine, {study.attrs.get('machine_name')!r}; run the study with this machine file"
         )
-    return found
+    return study
 
 
 # A report as a typeset PDF (typst).
@@ -331,7 +331,7 @@ def _source(report: Report, folder: Path) -> str:
     parts.append(_block(Rows((), report.about), folder, 0, 0))
     for number, section in enumerate(report.sections):
         parts.append(f"#heading(level: 1)[#{_text(section.title)}]")
-        parts += [_block(one, folder, number, place) for place, one in enumerate(section.blocks)]
+        parts += [_block(block, folder, number, place) for place, block in enumerate(section.blocks)]
         if section.replay:
             parts.append(f"#text(size: 8pt, fill: luma(80))[made by] #raw({_text(section.replay)}, block: true)")
         if not number and report.sign:  # the first page is the one that is signed
@@ -352,17 +352,17 @@ def _text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\\/", "/")
 
 
-def _block(one: Block, folder: Path, section: int, place: int) -> str:
-    if isinstance(one, Paragraph):
-        return f'#text(weight: "{"bold" if one.strong else "regular"}")[#{_text(one.text)}]'
-    if isinstance(one, Listing):
-        return f"#raw({_text(one.text)}, block: true)"
-    if isinstance(one, Drawing):
+def _block(block: Block, folder: Path, section: int, place: int) -> str:
+    if isinstance(block, Paragraph):
+        return f'#text(weight: "{"bold" if block.strong else "regular"}")[#{_text(block.text)}]'
+    if isinstance(block, Listing):
+        return f"#raw({_text(block.text)}, block: true)"
+    if isinstance(block, Drawing):
         name = f"picture-{section}-{place}.png"
-        (folder / name).write_bytes(one.png)
-        words = _text(one.caption)
+        (folder / name).write_bytes(block.png)
+        words = _text(block.caption)
         return f'#figure(image("{name}", width: 92%, alt: {words}), caption: [#{words}], numbering: none)'
-    return _table(one)
+    return _table(block)
 
 
 def _table(rows: Rows) -> str:
@@ -387,7 +387,7 @@ WIDTH = 24  # designs in the table
 OPEN = "undecided"  # too few runs to say
 
 
-def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
+def design_pages(designed: Designed, machine: Machine, file: str) -> list[Section]:
     """The design from which a machine was chosen.
 
     Raises
@@ -395,14 +395,14 @@ def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
     QuestionError
         If the machine is none of its designs.
     """
-    command = f"autobalancer design {quote(str(found.attrs.get('specification_file', 'design.toml')))}"
-    place = _place(found, machine)
-    page = Section(f"Design {found.attrs['design_name']}", replay=f"{command}  # written to {file}")
-    best = found.best()
+    command = f"autobalancer design {quote(str(designed.attrs.get('specification_file', 'design.toml')))}"
+    place = _place(designed, machine)
+    page = Section(f"Design {designed.attrs['design_name']}", replay=f"{command}  # written to {file}")
+    best = designed.best()
     label, count = str(best["label"].values[place - 1]), best.sizes["design"]
     page.blocks += [Paragraph(f"This machine is place {place} of {count}: {label}.", strong=True)]
-    out = ", ".join(f"{stage} {many}" for stage, many in found.ruled_out().items()) or "none"
-    about = _about(found)
+    out = ", ".join(f"{stage} {many}" for stage, many in designed.ruled_out().items()) or "none"
+    about = _about(designed)
     page.decisive.append(
         Decisive("design", f"place {place} of {count}: {label}; ruled out before: {out}", condition=about)
     )
@@ -411,15 +411,18 @@ def design_pages(found: Designed, machine: Machine, file: str) -> list[Section]:
         page.decisive.append(
             Decisive(f"instead of place {other + 1}", _beside(best, place - 1, other), condition=about)
         )
-    page.blocks += [facts(found.facts()), columns_table(found.isel(design=found.order()[:WIDTH]).columns("rpm"))]
-    page.blocks += [Paragraph(f"{text}.") for text in found.meanings()]
+    page.blocks += [
+        facts(designed.facts()),
+        columns_table(designed.isel(design=designed.order()[:WIDTH]).columns("rpm")),
+    ]
+    page.blocks += [Paragraph(f"{text}.") for text in designed.meanings()]
     page.blocks.append(
         drawing(
-            design_picture(found, title=""), "Candidates that each question ruled out; objectives of those that ran."
+            design_picture(designed, title=""), "Candidates that each question ruled out; objectives of those that ran."
         )
     )
-    why = Section("What was ruled out, and why", [Paragraph(text) for text in found.reasons()], command)
-    return [page, *_rotor(found, command), _limits(found, place, command), *([why] if why.blocks else [])]
+    why = Section("What was ruled out, and why", [Paragraph(text) for text in designed.reasons()], command)
+    return [page, *_rotor(designed, command), _limits(designed, place, command), *([why] if why.blocks else [])]
 
 
 def _beside(best: xr.Dataset, one: int, other: int) -> str:
@@ -433,15 +436,15 @@ def _beside(best: xr.Dataset, one: int, other: int) -> str:
     return f"{best['label'].values[other]}: {', '.join(said)}"
 
 
-def _about(found: Designed) -> str:
+def _about(designed: Designed) -> str:
     """Of which runs the numbers of a design are."""
-    known = dict(found.facts())
-    return f"{found.attrs['members']} runs from random starts, {known['unbalance']}, {known['temperature']}"
+    known = dict(designed.facts())
+    return f"{designed.attrs['members']} runs from random starts, {known['unbalance']}, {known['temperature']}"
 
 
-def _rotor(found: Designed, command: str) -> list[Section]:
+def _rotor(designed: Designed, command: str) -> list[Section]:
     """The measured rotor beside the fitted one; nothing if it was not measured."""
-    fit = read_back(found)
+    fit = read_back(designed)
     if fit is None:
         return []
     page = Section("Measured rotor", [facts(fit.facts()), columns_table(fit.columns("Hz"))], command)
@@ -460,13 +463,13 @@ def _rotor(found: Designed, command: str) -> list[Section]:
     return [page]
 
 
-def _place(found: Designed, machine: Machine) -> int:
+def _place(designed: Designed, machine: Machine) -> int:
     wanted = _bare(machine)
-    for place in range(1, found.best().sizes["design"] + 1):
-        if _bare(designed_machine(found, place)) == wanted:
+    for place in range(1, designed.best().sizes["design"] + 1):
+        if _bare(designed_machine(designed, place)) == wanted:
             return place
     raise QuestionError(
-        f"study: this machine is no design of {found.attrs['design_name']!r}; take a machine file that it wrote"
+        f"study: this machine is no design of {designed.attrs['design_name']!r}; take a machine file that it wrote"
     )
 
 
@@ -475,24 +478,25 @@ def _bare(machine: Machine) -> str:
     return machine_text(machine.model_copy(update={"name": "machine", "description": ""}))
 
 
-def _limits(found: Designed, place: int, command: str) -> Section:
+def _limits(designed: Designed, place: int, command: str) -> Section:
     """The limits, what the chosen design reaches, and the share of its runs beyond with its interval."""
-    one = found.isel(design=found.order()[place - 1])
+    one = designed.isel(design=designed.order()[place - 1])
     page, rows = Section("Limits of the design", replay=command), []
-    for name, value in json.loads(found.attrs["limits"]).items():
-        if row := _limit(one, name, value, float(found.attrs["share"])):
-            asked, reached, share, enough = row
+    for name, value in json.loads(designed.attrs["limits"]).items():
+        if row := _limit(one, name, value, float(designed.attrs["share"])):
+            requested, reached, share, enough = row
             words = name.replace("_", " ")
-            rows.append((words, asked, reached, share, enough))
+            rows.append((words, requested, reached, share, enough))
             beyond = f"; {share} of the runs are beyond it" if share != "-" else ""
-            many = f"{100.0 * float(found.attrs['share']):g} % of " * (name in found)
-            of = f"{many}{_about(found)}" if share != "-" else "the worst of all unbalances and temperatures"
-            page.decisive.append(Decisive(f"limit: {words} {asked}", f"{reached}{beyond}", enough, of))
+            many = f"{100.0 * float(designed.attrs['share']):g} % of " * (name in designed)
+            of = f"{many}{_about(designed)}" if share != "-" else "the worst of all unbalances and temperatures"
+            page.decisive.append(Decisive(f"limit: {words} {requested}", f"{reached}{beyond}", enough, of))
     head = ("limit", "asked", "reached", "share of the runs beyond it, 95 % interval", "kept")
     page.blocks.append(Rows(head, tuple(rows), (False, True, True, False, False)))
     page.blocks.append(
         Paragraph(
-            f"Reached is the value that {100.0 * float(found.attrs['share']):g} % of the runs stay below, at the worst operating "
+            f"Reached is the value that {100.0 * float(designed.attrs['share']):g} % of the runs stay below, at the worst "
+            "operating "
             "speed. A limit is kept if the upper end of the interval is not above the share that may be beyond "
             "it; undecided means that so few runs cannot tell."
         )
@@ -500,32 +504,34 @@ def _limits(found: Designed, place: int, command: str) -> Section:
     return page
 
 
-def _limit(one: xr.Dataset, name: str, value: float, share: float) -> tuple[str, str, str, str] | None:
+def _limit(dataset: xr.Dataset, name: str, value: float, share: float) -> tuple[str, str, str, str] | None:
     """What was asked and reached, the share of the runs beyond with its interval, and whether that is enough."""
-    if name in one and f"{name}_over" in one:
-        sign, factor = UNITS[one[name].attrs["units"]]
-        reached = f"{significant(factor * float(one[name]))} {sign}" if math.isfinite(float(one[name])) else "never"
-        return f"{factor * value:.4g} {sign}", reached, *_beyond(one, f"{name}_over", 1.0 - share)
+    if name in dataset and f"{name}_over" in dataset:
+        sign, factor = UNITS[dataset[name].attrs["units"]]
+        reached = (
+            f"{significant(factor * float(dataset[name]))} {sign}" if math.isfinite(float(dataset[name])) else "never"
+        )
+        return f"{factor * value:.4g} {sign}", reached, *_beyond(dataset, f"{name}_over", 1.0 - share)
     if name == STALL:
-        return f"{100.0 * value:.3g} %", f"{100.0 * float(one['stall']):.3g} %", *_beyond(one, "stall", value)
+        return f"{100.0 * value:.3g} %", f"{100.0 * float(dataset['stall']):.3g} %", *_beyond(dataset, "stall", value)
     if name == MARGIN:
-        speeds = [float(one[border]) for border in ("release", "border") if not math.isnan(float(one[border]))]
-        slowest = float(min(np.atleast_1d(one.attrs["speeds"])))
+        speeds = [float(dataset[border]) for border in ("release", "border") if not math.isnan(float(dataset[border]))]
+        slowest = float(min(np.atleast_1d(dataset.attrs["speeds"])))
         margin = slowest / max(speeds) - 1.0 if speeds and max(speeds) > 0.0 else math.inf
         said = f"{significant(100.0 * margin)} %" if math.isfinite(margin) else "no border"
         return f"{100.0 * value:.3g} %", said, "-", yes_or_no(margin >= value * (1.0 - ROUNDING))
     if name == ENOUGH:
-        margin = float(one["capability_margin"])
+        margin = float(dataset["capability_margin"])
         return f"{value:g} times", f"{margin:.3g} times", "-", yes_or_no(margin >= value * (1.0 - ROUNDING))
     if name == PRESSURE:
-        pressure = float(one["pressure"])
+        pressure = float(dataset["pressure"])
         return f"{1e-6 * value:.0f} MPa", f"{1e-6 * pressure:.0f} MPa", "-", yes_or_no(pressure <= value)
     return None
 
 
-def _beyond(one: xr.Dataset, name: str, allowed: float) -> tuple[str, str]:
+def _beyond(dataset: xr.Dataset, name: str, allowed: float) -> tuple[str, str]:
     """The share of the runs beyond a limit with its interval, and whether that is kept, by the rule of the order."""
-    share, low, high = (float(one[f"{name}{end}"]) for end in ("", "_low", "_high"))
+    share, low, high = (float(dataset[f"{name}{end}"]) for end in ("", "_low", "_high"))
     kept = YES if high <= allowed else NO if low > allowed else OPEN
     return f"{100.0 * share:.3g} % ({100.0 * low:.2g} to {100.0 * high:.2g} %)", kept
 
@@ -541,7 +547,7 @@ PRESSED = (
 )
 
 
-def balls_page(machine: Machine, found: Summary, run: xr.Dataset, command: str) -> Section:
+def balls_page(machine: Machine, summary: Summary, run: xr.Dataset, command: str) -> Section:
     """Force and pressure between ball and race at the highest speed; slip during a run.
 
     Parameters
@@ -555,21 +561,21 @@ def balls_page(machine: Machine, found: Summary, run: xr.Dataset, command: str) 
     """
     page = Section("Balls in their race", replay=f"autobalancer check machine.toml\n{command}")
     balls = resolve(machine)
-    top = found.highest_speed
+    top = summary.highest_speed
     if top is None:
         page.blocks.append(Paragraph("Force and pressure are not stated: the drive names no highest speed."))
     else:
         _pressure(page, balls, top)
-    _slip(page, balls, found, run)
+    _slip(page, balls, summary, run)
     return page
 
 
 def _races(balls: tuple[Ball, ...]) -> dict[str, list[int]]:
     """The balls of each race, counted from 0."""
-    found: dict[str, list[int]] = {}
+    races: dict[str, list[int]] = {}
     for number, ball in enumerate(balls):
-        found.setdefault(f"balancer {ball.balancer + 1}, race {ball.race + 1}", []).append(number)
-    return found
+        races.setdefault(f"balancer {ball.balancer + 1}, race {ball.race + 1}", []).append(number)
+    return races
 
 
 def _pressure(page: Section, balls: tuple[Ball, ...], top: float) -> None:
@@ -596,13 +602,13 @@ def _pressure(page: Section, balls: tuple[Ball, ...], top: float) -> None:
     )
 
 
-def _slip(page: Section, balls: tuple[Ball, ...], found: Summary, run: xr.Dataset) -> None:
+def _slip(page: Section, balls: tuple[Ball, ...], summary: Summary, run: xr.Dataset) -> None:
     """How fast the balls move in their race, and the friction without which they would slide."""
-    if "ball_speed_in_space" not in run or not run.sizes.get("time", 0) or not found.critical_speeds:
+    if "ball_speed_in_space" not in run or not run.sizes.get("time", 0) or not summary.critical_speeds:
         return
     time, rotor = run["time"].values, run["speed"].values
     own = _by_time(run["ball_speed_in_space"])
-    pressed = np.abs(own) > PRESSED * found.critical_speeds[0]
+    pressed = np.abs(own) > PRESSED * summary.critical_speeds[0]
     rate = np.gradient(own - rotor[:, None], time, axis=0)
     rows = []
     for name, numbers in _races(balls).items():
@@ -610,13 +616,13 @@ def _slip(page: Section, balls: tuple[Ball, ...], found: Summary, run: xr.Datase
         fastest = float((relative * [float(balls[i].orbit_radius) for i in numbers]).max())
         spin = np.array([float(balls[i].spin_ratio * balls[i].mass / balls[i].effective_mass) for i in numbers])
         with np.errstate(divide="ignore", invalid="ignore"):
-            asked = np.where(pressed[:, numbers], spin * np.abs(rate[:, numbers]) / own[:, numbers] ** 2, 0.0)
+            requested = np.where(pressed[:, numbers], spin * np.abs(rate[:, numbers]) / own[:, numbers] ** 2, 0.0)
         rows.append(
             (
                 name,
                 f"{significant(fastest)} m/s",
                 _share(float(relative[-1].max() / max(abs(rotor[-1]), 1e-12))),
-                significant(float(asked.max())) if spin.max() > 0.0 else "- (point balls)",
+                significant(float(requested.max())) if spin.max() > 0.0 else "- (point balls)",
             )
         )
     heads = (
@@ -678,30 +684,30 @@ def change_page(machine: Machine, file: str, starts: int, seed: int) -> Section:
     seed
         Of the first of them.
     """
-    page, asked = Section("What small changes do"), [f"autobalancer borders {file}"]
+    page, requested = Section("What small changes do"), [f"autobalancer borders {file}"]
     here, _ = standing_numbers(machine, STANDING)
     known = [name for name, key in STANDING.items() if math.isfinite(here[key]) and here[key] > 0.0]
     rows: list[tuple[str, ...]] = []
     middle, again = math.nan, f"--seeds {starts} --seed {seed}"
     if starts:
         middle = _median(ensemble(machine, seeds=starts, seed=seed, progress=silent)["peak_deflection"].values)
-        asked.append(f"autobalancer ensemble {file} {again}")
+        requested.append(f"autobalancer ensemble {file} {again}")
     for name in NAMES:
         value = _value(machine, name)
         if not value > 0.0 or (name == "drag" and rows and rows[-1][0] == text_of("viscosity")):
             continue
         try:
-            ends = [with_quantity(machine, name, one) for one in _ends(value)]
+            ends = [with_quantity(machine, name, end) for end in _ends(value)]
             runs = _runs(machine, name, value, starts, seed, middle)
         except AutobalancerError:
             continue
-        found = [standing_numbers(one, STANDING)[0] for one in ends]
-        cells = [_both([one[STANDING[key]] / here[STANDING[key]] for one in found]) for key in known]
+        items = [standing_numbers(end, STANDING)[0] for end in ends]
+        cells = [_both([item[STANDING[key]] / here[STANDING[key]] for item in items]) for key in known]
         rows.append((text_of(name), *cells, *runs))
-        asked.append(f'autobalancer borders {file} --over "{_span(name, value)}"')
+        requested.append(f'autobalancer borders {file} --over "{_span(name, value)}"')
         if starts:
-            values = ",".join(f"{one:.6g}" for one in _ends(value))
-            asked.append(f'autobalancer ensemble {file} --column "{name}={values} {named_unit(name)}" {again}')
+            values = ",".join(f"{end:.6g}" for end in _ends(value))
+            requested.append(f'autobalancer ensemble {file} --column "{name}={values} {named_unit(name)}" {again}')
     if not rows:
         page.blocks.append(Paragraph("Not stated: no number of the machine can be changed by itself."))
         return page
@@ -717,7 +723,7 @@ def change_page(machine: Machine, file: str, starts: int, seed: int) -> Section:
             "For scatter as it is expected, and how it acts together, add a study." + said * bool(starts)
         )
     )
-    page.replay = "\n".join(asked)
+    page.replay = "\n".join(requested)
     return page
 
 
@@ -742,9 +748,9 @@ def _runs(machine: Machine, name: str, value: float, starts: int, seed: int, mid
     """How run-ups with less and more change the median of the greatest deflection, and the shares that end balanced."""
     if not starts:
         return []
-    found: Any = ensemble(machine, {name: _ends(value)}, seeds=starts, seed=seed, progress=silent)
-    at = found[dimension_of(name)].values
-    parts = [found.isel(member=np.isclose(at, one, rtol=1e-9)) for one in _ends(value)]
+    result: Any = ensemble(machine, {name: _ends(value)}, seeds=starts, seed=seed, progress=silent)
+    at = result[dimension_of(name)].values
+    parts = [result.isel(member=np.isclose(at, end, rtol=1e-9)) for end in _ends(value)]
     ratios = [_median(part["peak_deflection"].values) / middle for part in parts]
     return [_both(ratios), " / ".join(f"{100.0 * float(part['balanced'].values.mean()):.3g}" for part in parts)]
 
@@ -756,7 +762,7 @@ def _median(values: Any) -> float:
 
 
 def _both(ratios: list[float]) -> str:
-    return " / ".join("-" if not math.isfinite(one) else _signed(100.0 * (one - 1.0)) for one in ratios)
+    return " / ".join("-" if not math.isfinite(ratio) else _signed(100.0 * (ratio - 1.0)) for ratio in ratios)
 
 
 def _signed(percent: float) -> str:

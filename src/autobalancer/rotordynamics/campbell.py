@@ -172,15 +172,15 @@ def intersections(
     model: LateralModel, branches: Branches, speeds: Floats, harmonics: Sequence[float], motions: Any
 ) -> list[tuple[float, float, int]]:
     """(speed, harmonic, branch) where a branch has the frequency h w, refined between the speeds, ascending."""
-    found = []
+    intersections = []
     for h in harmonics:
         above = branches.eigenvalue.imag - h * speeds
         for b, i in zip(*np.nonzero(above[:, :-1] * above[:, 1:] < 0.0), strict=True):
-            found.append((_refined(model, branches, speeds, h, int(b), int(i), motions), h, int(b)))
-        found += [
+            intersections.append((_refined(model, branches, speeds, h, int(b), int(i), motions), h, int(b)))
+        intersections += [
             (float(speeds[i]), h, int(b)) for b, i in zip(*np.nonzero(above == 0.0), strict=True) if speeds[i] > 0
         ]
-    return sorted(found)
+    return sorted(intersections)
 
 
 def _refined(
@@ -261,11 +261,11 @@ def critical_speeds(
         if not math.isfinite(limit):
             why = "with damping" if damped else "with cross-coupled stiffness"
             raise QuestionError(f"critical_speeds: highest: missing; {why} a speed is needed up to which to search")
-        found = _by_branches(model, limit, lines, damped)
+        result = _by_branches(model, limit, lines, damped)
     else:
-        found = [entry for h in lines for entry in critical_whirls(model, h, limit, intervals=GRID)]
-    found = sorted((entry for entry in found if entry[0] <= limit), key=lambda entry: entry[0])
-    return _dataset(machine, model, found, balls, damped)
+        result = [entry for h in lines for entry in critical_whirls(model, h, limit, intervals=GRID)]
+    result = sorted((entry for entry in result if entry[0] <= limit), key=lambda entry: entry[0])
+    return _dataset(machine, model, result, balls, damped)
 
 
 def _dataset(machine: Machine, model: LateralModel, found: Found, balls: bool, damped: bool) -> CriticalSpeeds:
@@ -293,11 +293,11 @@ def _by_branches(model: LateralModel, limit: float, harmonics: Sequence[float], 
     motions = cache(lambda speed: free_motions(model, speed, damped=damped))
     grid = np.linspace(0.0, limit, 201)
     branches = tracked(motions, grid, model.mass, model.size)
-    found: Found = []
+    result: Found = []
     for speed, h, branch in intersections(model, branches, grid, harmonics, motions):
         near = int(np.argmin(np.abs(grid - speed)))
-        found.append(Critical(speed, h, branches.vector[branch, near]))
-    return found
+        result.append(Critical(speed, h, branches.vector[branch, near]))
+    return result
 
 
 # Natural frequencies and mode shapes of a rotor at one speed.

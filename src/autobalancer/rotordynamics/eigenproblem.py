@@ -170,8 +170,8 @@ def tracked(motions: Callable[[float], FreeMotions], speeds: Floats, mass: Float
 def _advanced(
     motions: Callable[[float], FreeMotions], front: _Front, speed: float, mass: Floats, halvings: int
 ) -> _Front:
-    found = motions(speed)
-    likeness = correlation(front.vector, found.vector, mass)
+    result = motions(speed)
+    likeness = correlation(front.vector, result.vector, mass)
     rows, columns = linear_sum_assignment(-likeness)
     lost = likeness[rows, columns] < ANY_LIKENESS
     clear = likeness[rows, columns][~np.isnan(front.value[rows])].min(initial=1.0) >= ALIKE
@@ -180,7 +180,7 @@ def _advanced(
         return _advanced(motions, middle, speed, mass, halvings - 1)
     rows, columns = rows[~lost], columns[~lost]
     value, vector = np.full(front.value.size, np.nan + 0j), front.vector.copy()
-    value[rows], vector[rows] = found.eigenvalue[columns], found.vector[columns]
+    value[rows], vector[rows] = result.eigenvalue[columns], result.vector[columns]
     return _Front(speed, value, vector)
 
 

@@ -87,11 +87,11 @@ def place_modes(matrices: Pencil) -> list[PlaceMode]:
     if levels[0] <= 1e-12 * levels[-1]:
         raise QuestionError("equivalent_planar: the rotor is not held, and has no static stiffness; give it supports")
     inverse, vectors = eigh(matrices.inertia, hermitian)
-    found = []
+    place_modes = []
     for value, vector in zip(inverse, vectors.T, strict=True):
         if value > 1e-10 * np.abs(inverse).max():
-            found.append((float(value**-0.5), vector, complex(matrices.row @ vector)))
-    return sorted((PlaceMode(*entry) for entry in found), key=lambda mode: -(abs(mode.deflection) ** 2))
+            place_modes.append((float(value**-0.5), vector, complex(matrices.row @ vector)))
+    return sorted((PlaceMode(*entry) for entry in place_modes), key=lambda mode: -(abs(mode.deflection) ** 2))
 
 
 def damping_ratio(matrices: Pencil, mode: PlaceMode) -> float:
@@ -207,8 +207,8 @@ def equivalent_planar(
     place, rows = reference(machine, model)
     if station is not None:
         place, rows = str(station), rows_at(machine, model, station, "station")
-    found = [_direction(model, rows.deflection, axis, frequency) for axis in range(1 if model.isotropic else 2)]
-    both = [found[0], found[-1]]
+    items = [_direction(model, rows.deflection, axis, frequency) for axis in range(1 if model.isotropic else 2)]
+    both = [items[0], items[-1]]
     grid = _grid(speeds, both, model)
     data = xr.Dataset(
         coords={
@@ -219,7 +219,7 @@ def equivalent_planar(
     )
     md, d, ds, mds = ("way", "direction"), "direction", ("direction", "speed"), ("way", "direction", "speed")
     constants = np.array([[one.constants[m] for one in both] for m in METHODS])
-    curves = [_curves(model, rows.deflection, axis % len(found), frequency, one, grid) for axis, one in enumerate(both)]
+    curves = [_curves(model, rows.deflection, axis % len(items), frequency, one, grid) for axis, one in enumerate(both)]
     away = np.array(
         [[deviation(curve, grid, k, m, b) for curve, (k, m, b) in zip(curves, c, strict=True)] for c in constants]
     )
@@ -250,9 +250,9 @@ def equivalent_planar(
         data[key] = (dims, numbers, {"long_name": text, "units": unit})
     chosen = METHODS.index(method)
     planar, notes = planar_machine(
-        machine, model, rows, place, constants[chosen], [one.mode for one in found], method, frequency,
-        [(float(low), float(high)) for low, high in holds[chosen, : len(found)]],
-        tolerance, [float(away[chosen, i, np.argmin(np.abs(grid - one.mode.speed))]) for i, one in enumerate(found)],
+        machine, model, rows, place, constants[chosen], [item.mode for item in items], method, frequency,
+        [(float(low), float(high)) for low, high in holds[chosen, : len(items)]],
+        tolerance, [float(away[chosen, i, np.argmin(np.abs(grid - item.mode.speed))]) for i, item in enumerate(items)],
     )  # fmt: skip
     if min(one.share for one in both) < 0.5:
         notes.append(
@@ -462,7 +462,7 @@ def planar_machine(
 
 def _unbalances(machine: Machine, model: LateralModel, modes: list[PlaceMode]) -> tuple[tuple[Unbalance, ...], float]:
     """Point unbalances at the place that drive the mode as those of the rotor do, and how far x and y differ."""
-    found, worst = [], 0.0
+    unbalances, worst = [], 0.0
     largest = 0.0
     sizes = []
     for i, unbalance in enumerate(machine.unbalances):
@@ -471,12 +471,12 @@ def _unbalances(machine: Machine, model: LateralModel, modes: list[PlaceMode]) -
         moment = complex(np.mean(values))
         sizes.append(abs(values[0] - values[-1]))
         largest = max(largest, abs(moment))
-        found.append(
+        unbalances.append(
             Unbalance(moment=abs(moment), angle=cmath.phase(moment) if moment else 0.0, schedule=unbalance.schedule)
         )
     if largest:
         worst = max(sizes) / largest
-    return tuple(found), worst
+    return tuple(unbalances), worst
 
 
 def _driven(mode: PlaceMode, shape: Complexes, axis: int, model: LateralModel) -> complex:

@@ -71,12 +71,12 @@ def _ross() -> Any:
 
 def _check_version() -> None:
     try:
-        found = version("ross-rotordynamics")
+        result = version("ross-rotordynamics")
     except PackageNotFoundError:
         raise QuestionError(f"from_ross: ROSS is not installed; {INSTALL}") from None
-    if not found.startswith(KNOWN):
+    if not result.startswith(KNOWN):
         raise QuestionError(
-            f"from_ross: ROSS {found} is installed, but its rotors are known from version {KNOWN}x only"
+            f"from_ross: ROSS {result} is installed, but its rotors are known from version {KNOWN}x only"
         )
 
 
@@ -133,16 +133,16 @@ def _support(element: Any, places: Floats) -> Support:
         if np.any(np.asarray(getattr(element, name, 0.0), np.float64)):
             _refuse(element, f"{name} is not 0, which cannot be read")
     values = {name: np.asarray(getattr(element, name), np.float64).ravel() for name in ("kxx", "kyy", "cxx", "cyy")}
-    found: dict[str, Any] = {"position": _place(element, places)}
+    support: dict[str, Any] = {"position": _place(element, places)}
     if max(entry.size for entry in values.values()) == 1:
         single = {name: float(entry[0]) for name, entry in values.items()}
         if single["kxx"] or single["kyy"]:
-            found["stiffness"] = (single["kxx"], single["kyy"])
-        found["damping"] = (single["cxx"], single["cyy"])
+            support["stiffness"] = (single["kxx"], single["kyy"])
+        support["damping"] = (single["cxx"], single["cyy"])
     else:
         speed = np.asarray(element.frequency, np.float64)
         columns = {name: np.broadcast_to(entry, speed.shape).tolist() for name, entry in values.items()}
-        found["table"] = {
+        support["table"] = {
             "speed": speed.tolist(),
             "stiffness": list(zip(columns["kxx"], columns["kyy"], strict=True)),
             "damping": list(zip(columns["cxx"], columns["cyy"], strict=True)),
@@ -152,5 +152,5 @@ def _support(element: Any, places: Floats) -> Support:
         if np.ptp(entry) != 0.0:
             _refuse(element, f"{name} depends on the speed, which cannot be read")
     if any(entry[0] for entry in across):
-        found["cross_stiffness"] = (float(across[0][0]), float(across[1][0]))
-    return Support(**found)
+        support["cross_stiffness"] = (float(across[0][0]), float(across[1][0]))
+    return Support(**support)

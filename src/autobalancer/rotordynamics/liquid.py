@@ -109,8 +109,8 @@ def _slowest(machine: Machine, rings: tuple[Ring, ...]) -> float:
     """
     g = float(machine.gravity)
     if machine.axis == "vertical":
-        return max(math.sqrt(g * one.height / (one.radius**2 - one.surface**2)) for one in rings)
-    return max(math.sqrt(g / one.surface) for one in rings)
+        return max(math.sqrt(g * ring.height / (ring.radius**2 - ring.surface**2)) for ring in rings)
+    return max(math.sqrt(g / ring.surface) for ring in rings)
 
 
 class _Balance:
@@ -122,7 +122,7 @@ class _Balance:
         self.rings, self.mass, self.stiffness, self.damping = rings, mass, stiffness, damping
         self.unbalance, self.slowest = unbalance, slowest
         self.liquid, self.full = _shares_of_mass(rings)
-        thin, far = min(one.layer for one in rings), FARTHEST * min(one.radius for one in rings)
+        thin, far = min(ring.layer for ring in rings), FARTHEST * min(ring.radius for ring in rings)
         self.looked = np.concatenate([[0.0], np.geomspace(1e-3 * thin, far, LOOKS)])
 
     def moment(self, deflection: float) -> float:
@@ -141,10 +141,10 @@ class _Balance:
     def steady(self, speed: float, moments: Floats) -> list[float]:
         """All steady deflections, ascending, m; ``moments`` are those at the deflections that are looked at."""
         at = [self.excess(r, speed, s) for r, s in zip(self.looked, moments, strict=True)]
-        found = []
+        state = []
         for i in np.flatnonzero(np.sign(at[1:]) * np.sign(at[:-1]) < 0.0):
-            found.append(root(lambda r: self.excess(r, speed), self.looked[i], self.looked[i + 1], xtol=1e-15))
-        return found
+            state.append(root(lambda r: self.excess(r, speed), self.looked[i], self.looked[i + 1], xtol=1e-15))
+        return state
 
     def phase(self, deflection: float, speed: float) -> float:
         """Of the deflection against the unbalance, rad."""
@@ -184,9 +184,9 @@ def _labelled(machine: Machine, omega: Floats, balance: _Balance) -> LiquidRespo
     }
     walls = np.array([row[4] for row in rows], dtype=object)
     data["wall"] = ("speed", walls, {"long_name": "what the outer wall of the rings is like"})
-    found = xr.Dataset(data, {"speed": ("speed", omega, {"long_name": "rotor speed", "units": "rad/s"})})
-    found.attrs = _attributes(machine, balance)
-    return LiquidResponse.of(found)
+    dataset = xr.Dataset(data, {"speed": ("speed", omega, {"long_name": "rotor speed", "units": "rad/s"})})
+    dataset.attrs = _attributes(machine, balance)
+    return LiquidResponse.of(dataset)
 
 
 def _at(balance: _Balance, speed: float, moments: Floats) -> tuple[float, float, float, float, str]:
@@ -194,11 +194,11 @@ def _at(balance: _Balance, speed: float, moments: Floats) -> tuple[float, float,
     nothing = math.nan
     if speed < balance.slowest:
         return nothing, nothing, nothing, nothing, WALLS[3]
-    found = balance.steady(speed, moments)
-    if not found:
+    state = balance.steady(speed, moments)
+    if not state:
         return nothing, nothing, nothing, nothing, WALLS[2]
-    own = balance.moment(found[0]) - balance.liquid * found[0]
-    return found[0], found[-1], balance.phase(found[0], speed), own, balance.wall(found[0])
+    own = balance.moment(state[0]) - balance.liquid * state[0]
+    return state[0], state[-1], balance.phase(state[0], speed), own, balance.wall(state[0])
 
 
 def _linear(balance: _Balance, omega: Floats, mass: float) -> Floats:

@@ -119,13 +119,13 @@ def along_axis(machine: Machine, model: LateralModel) -> Places:
 
 def _overhanging(machine: Machine, model: LateralModel) -> list[tuple[float, Rows]]:
     known = {station.name: station for station in machine.stations}
-    found: list[tuple[float, Rows]] = []
+    overhanging: list[tuple[float, Rows]] = []
     for place in [*known, *(balancer.station for balancer in machine.balancers)]:
         if isinstance(place, str) and known[place].body is None:
-            found.append((float(known[place].position), rows_at(machine, model, place, "stations")))
+            overhanging.append((float(known[place].position), rows_at(machine, model, place, "stations")))
         elif isinstance(place, float):
-            found.append((float(place), rows_at(machine, model, place, "balancers")))
-    return found
+            overhanging.append((float(place), rows_at(machine, model, place, "balancers")))
+    return overhanging
 
 
 def attributes(machine: Machine, title: str, *, balls: bool, theory: Theory = Theory.ROTOR) -> dict[str, Any]:
@@ -179,10 +179,10 @@ class CriticalSpeeds(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """Speed, whirl and shape; the harmonic if there is one that is not the speed itself."""
-        found = [self.scaled("critical_speed", "critical speed", unit), self.texts("whirl", "whirl")]
+        columns = [self.scaled("critical_speed", "critical speed", unit), self.texts("whirl", "whirl")]
         if np.any(self["harmonic"].values != 1.0):
-            found.append(Column("frequency over speed", self["harmonic"].values, form="g"))
-        return [*found, self.texts("name", "mode")]
+            columns.append(Column("frequency over speed", self["harmonic"].values, form="g"))
+        return [*columns, self.texts("name", "mode")]
 
 
 class Campbell(Answer):
@@ -245,18 +245,18 @@ class Response(Answer):
 def rubber_remarks(attrs: Mapping[str, Any]) -> tuple[str, ...]:
     """Where rubber moves farther than its elements, and what its first harmonic leaves out."""
     beyond, third = attrs.get("rubber_beyond_its_elements", ()), attrs.get("rubber_third_harmonic", 0.0)
-    found = []
+    rubber_remarks = []
     if third > 0.0:
-        found.append(
+        rubber_remarks.append(
             "rubber in ellipses: first harmonic of its force; the third, left out, would move it by "
             f"{100.0 * third:.2g} % at most"
         )
     if len(beyond):
-        found.append(
+        rubber_remarks.append(
             f"rubber of {', '.join(beyond)}: moves farther than its largest breakaway amplitude; its loss force no longer grows "
             "there, as that of real rubber probably does. Give it a further element"
         )
-    return tuple(found)
+    return tuple(rubber_remarks)
 
 
 class ResponsePeaks(Answer):
@@ -285,7 +285,7 @@ class PlanarOscillators(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """Constants of each, its critical speed, and the speeds between which it holds."""
-        one = self[[*self.needed, "critical_speed"]].stack(one=("way", "direction"))
+        matrix = self[[*self.needed, "critical_speed"]].stack(one=("way", "direction"))
         speeds = (
             ("critical_speed", "critical speed", ".5g"),
             ("valid_from", "holds from", ".4g"),
@@ -293,12 +293,12 @@ class PlanarOscillators(Answer):
         )
         shown = speed_axis(unit or self.shown_in)
         return [
-            Column("way", [str(way) for way in one["way"].values]),
-            Column("along", [str(direction) for direction in one["direction"].values]),
-            Column("stiffness", one["stiffness"].values, "N/m"),
-            Column("mass", one["mass"].values, "kg", ".4g"),
-            Column("damping", one["damping"].values, "N s/m", ".4g"),
-            *(Column(head, one[name].values * shown.factor, shown.sign, form) for name, head, form in speeds),
+            Column("way", [str(way) for way in matrix["way"].values]),
+            Column("along", [str(direction) for direction in matrix["direction"].values]),
+            Column("stiffness", matrix["stiffness"].values, "N/m"),
+            Column("mass", matrix["mass"].values, "kg", ".4g"),
+            Column("damping", matrix["damping"].values, "N s/m", ".4g"),
+            *(Column(head, matrix[name].values * shown.factor, shown.sign, form) for name, head, form in speeds),
         ]
 
     def has_table(self) -> bool:

@@ -142,10 +142,10 @@ def response(
     steady = None if soft is None else steadily(soft, omega, load.load, owner)
     x, y = amplitudes(model, omega, load, places, soft) if steady is None else seen_at(steady, model, places)
     rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
-    found = _labeled(machine, omega, places, (x * rate, y * rate), load, quantity, balls, ball_angles)
+    response = _labeled(machine, omega, places, (x * rate, y * rate), load, quantity, balls, ball_angles)
     if soft is not None and steady is not None:
-        add_rubber(found, soft, steady)
-    return found
+        add_rubber(response, soft, steady)
+    return response
 
 
 def _labeled(
@@ -159,13 +159,13 @@ def _labeled(
     ball_angles: Sequence[float | str] | None,
 ) -> Response:
     title = f"Unbalance response of {machine.name}"
-    found = _dataset(omega, places, *seen, load.direction, quantity)
-    found.attrs = attributes(machine, title, balls=balls or ball_angles is not None) | {
+    dataset = _dataset(omega, places, *seen, load.direction, quantity)
+    dataset.attrs = attributes(machine, title, balls=balls or ball_angles is not None) | {
         "quantity": quantity,
         "unbalance_angle_in_rotor": load.direction,
         "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
     }
-    return Response.of(found)
+    return Response.of(dataset)
 
 
 def amplitudes(
@@ -204,15 +204,15 @@ def _motion(model: LateralModel, speeds: Floats, load: Complexes) -> Complexes:
         dynamic = dynamic + square * (1j * model.gyroscopic - model.mass)
         force = np.concatenate([load, -1j * load, np.zeros(model.size - 2 * n)])
     try:
-        found = np.linalg.solve(dynamic, (square * force)[:, 0, :, None])[..., 0]
+        motion = np.linalg.solve(dynamic, (square * force)[:, 0, :, None])[..., 0]
     except np.linalg.LinAlgError:
         raise QuestionError(
             "response: one of the speeds is a critical speed without any damping, where nothing limits the "
             "response; leave it out, or give the supports damping"
         ) from None
     if model.isotropic:
-        found = np.concatenate([found, -1j * found, np.zeros((speeds.size, model.size - 2 * n))], axis=1)
-    return np.asarray(found, np.complex128)
+        motion = np.concatenate([motion, -1j * motion, np.zeros((speeds.size, model.size - 2 * n))], axis=1)
+    return np.asarray(motion, np.complex128)
 
 
 def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes, rate: int) -> Complexes:
@@ -434,15 +434,15 @@ def response_peaks(
 
     grid = np.linspace(lowest, highest, samples)
     level = height(grid)
-    found = []
+    peaks = []
     for i in np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] >= level[2:])) + 1:
         speed, depth = least(lambda w: -height(np.array([w]))[0], grid[i - 1], grid[i + 1], xtol=1e-10 * grid[i])
-        found.append((speed, -depth))
+        peaks.append((speed, -depth))
     result = xr.Dataset()
     for column, (name, text, unit) in enumerate(
         (("peak_speed", "speed of the peak", "rad/s"), ("peak_amplitude", "amplitude at the peak", UNITS[quantity]))
     ):
-        result[name] = ("peak", [entry[column] for entry in found], {"long_name": text, "units": unit})
+        result[name] = ("peak", [entry[column] for entry in peaks], {"long_name": text, "units": unit})
     result.attrs = attributes(machine, f"Peaks of the unbalance response of {machine.name}", balls=balls) | {
         "measure": measure,
         "quantity": quantity,

@@ -55,9 +55,9 @@ def rubber_of(machine: Machine, model: LateralModel) -> Softened | None:
     return softened(machine, lateral_model(machine), model)
 
 
-def add_rubber(found: xr.Dataset, soft: Softened, steady: Ellipses) -> None:
+def add_rubber(dataset: xr.Dataset, soft: Softened, steady: Ellipses) -> None:
     """Add deflection, stiffness and loss of each piece of rubber, and what the first harmonic leaves out."""
-    found.coords["rubber"] = (
+    dataset.coords["rubber"] = (
         "rubber",
         np.array([mount.name for mount in soft.mounts], dtype=object),
         {"long_name": "rubber"},
@@ -69,16 +69,16 @@ def add_rubber(found: xr.Dataset, soft: Softened, steady: Ellipses) -> None:
         ("rubber_loss", steady.stiffness.imag, "loss of the rubber", "N/m"),
         ("rubber_third_harmonic", steady.third, "its deflection at three times the speed, left out", "m"),
     ):
-        found[name] = (("speed", "rubber"), numbers, {"long_name": text, "units": unit})
+        dataset[name] = (("speed", "rubber"), numbers, {"long_name": text, "units": unit})
     beyond = [
         mount.name
         for mount, law, size in zip(soft.mounts, soft.laws, steady.amplitude.max(axis=0), strict=True)
         if size > law.largest_amplitude
     ]
-    found.attrs["rubber_beyond_its_elements"] = beyond
+    dataset.attrs["rubber_beyond_its_elements"] = beyond
     apart = np.abs(steady.minor) < (1.0 - ROUND) * steady.amplitude
     if apart.any() and not np.isnan(steady.third).any():
-        found.attrs["rubber_third_harmonic"] = float((steady.third / steady.amplitude).max())
+        dataset.attrs["rubber_third_harmonic"] = float((steady.third / steady.amplitude).max())
 
 
 def at_amplitude(soft: Softened, speed: float, start: FreeMotions, amplitude: float, motion: ModeMotion) -> FreeMotions:

@@ -128,21 +128,21 @@ def torsional_critical_speeds(
             f"torsional_critical_speeds: harmonics: given {harmonics!r}; give at least one, greater than zero"
         )
     rates, shapes = undamped_torsion(model)
-    found = sorted((rate / h, h, i) for h in lines for i, rate in enumerate(rates))
+    answer = sorted((rate / h, h, i) for h in lines for i, rate in enumerate(rates))
     result = xr.Dataset()
     for key, numbers, text, unit in (
-        ("critical_speed", np.array([w for w, _, _ in found], np.float64), "critical speed of torsion", "rad/s"),
-        ("harmonic", np.array([h for _, h, _ in found], np.float64), "frequency over speed", ""),
-        ("name", _texts(shape_name(model.names, shapes[i]) for _, _, i in found), "name of the mode", ""),
+        ("critical_speed", np.array([w for w, _, _ in answer], np.float64), "critical speed of torsion", "rad/s"),
+        ("harmonic", np.array([h for _, h, _ in answer], np.float64), "frequency over speed", ""),
+        ("name", _texts(shape_name(model.names, shapes[i]) for _, _, i in answer), "name of the mode", ""),
         (
             "excited_by",
-            _texts(", ".join(causes.get(h, ())) for _, h, _ in found),
+            _texts(", ".join(causes.get(h, ())) for _, h, _ in answer),
             "what excites it in this machine",
             "",
         ),
     ):
         result[key] = ("critical", numbers, {"long_name": text, "units": unit})
-    damped = _crossings(machine, model, lines, max((w for w, _, _ in found), default=0.0))
+    damped = _crossings(machine, model, lines, max((w for w, _, _ in answer), default=0.0))
     for key, place, text, unit in (
         ("crossing_speed", 0, "speed at which a damped frequency is met", "rad/s"),
         ("crossing_harmonic", 1, "frequency over speed", ""),
@@ -169,7 +169,7 @@ def _crossings(
         return int((free_torsion(model, damping_at(machine, model, speed)).eigenvalue.imag > h * speed).sum())
 
     top = max(highest, *(float(w) for w in free_torsion(model, damping_at(machine, model, 0.0)).eigenvalue.imag), 1.0)
-    found = []
+    crossings = []
     for h in lines:
         grid = np.linspace(0.0, 1.1 * top / min(h, 1.0), SEARCHED)
         counts = [above(speed, h) for speed in grid.tolist()]
@@ -181,8 +181,8 @@ def _crossings(
             met = int(np.argmin(np.abs(modes.eigenvalue.imag - h * speed)))
             value = modes.eigenvalue[met]
             if abs(value.imag - h * speed) < MET * value.imag:  # else a mode stops to oscillate there
-                found.append((speed, h, shape_name(model.names, modes.shape[met]), float(-value.real / abs(value))))
-    return sorted(found)
+                crossings.append((speed, h, shape_name(model.names, modes.shape[met]), float(-value.real / abs(value))))
+    return sorted(crossings)
 
 
 def _texts(texts: object) -> np.ndarray:

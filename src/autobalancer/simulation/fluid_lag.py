@@ -114,10 +114,10 @@ def _diffusing(annulus: Annulus) -> Lag:
 
 def _flow_record(models: Mapping[Place, str], uncertainty: float) -> dict[str, Any]:
     """Attributes of a result: models that were taken, and how far the speed of an unsteady flow is certain."""
-    found: dict[str, Any] = {"flow_model": ", ".join(dict.fromkeys(models.values()))}
+    flow_record: dict[str, Any] = {"flow_model": ", ".join(dict.fromkeys(models.values()))}
     if uncertainty != 0.0:
-        found["flow_uncertainty"] = uncertainty
-    return found
+        flow_record["flow_uncertainty"] = uncertainty
+    return flow_record
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def _ends_early(machine: Machine, end: float) -> tuple[str, ...]:
 
 def critical_attributes(machine: Machine, assembly: Assembly) -> dict[str, Any]:
     """The critical speeds (rad/s); where the stiffness depends on the deflection, that they are those of small motions."""
-    found: dict[str, Any] = {"critical_speeds": list(assembly.critical_speeds)}
+    attributes: dict[str, Any] = {"critical_speeds": list(assembly.critical_speeds)}
     if has_rubber(machine) or has_hardening(machine):
-        found["critical_speeds_of"] = "small motions"
-    return found
+        attributes["critical_speeds_of"] = "small motions"
+    return attributes

@@ -117,7 +117,7 @@ def drag_range_attributes(assembly: Assembly, run: xr.Dataset, record: Record, s
     The same of the slipstream where there is one. Velocities are those saved with the run, along the race and relative to its
     fluid, which may lag.
     """
-    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     greatest: dict[Any, float] = {}
     in_line, stokes = -1.0, -1.0
     for number, ball in enumerate(assembly.balls):
@@ -137,11 +137,11 @@ def drag_range_attributes(assembly: Assembly, run: xr.Dataset, record: Record, s
                         greatest[ball.drag_curve] = max(greatest.get(ball.drag_curve, 0.0), velocity)
     for curve, velocity in greatest.items():
         one = curve.range_record(velocity)
-        if not found or one["drag_reynolds"] > found["drag_reynolds"]:
-            found = one
-    if not found and stokes >= 0.0:
-        found = stokes_record(stokes)
-    return found | (range_record(in_line) if in_line >= 0.0 else {})
+        if not attributes or one["drag_reynolds"] > attributes["drag_reynolds"]:
+            attributes = one
+    if not attributes and stokes >= 0.0:
+        attributes = stokes_record(stokes)
+    return attributes | (range_record(in_line) if in_line >= 0.0 else {})
 
 
 def _saved(record: Record, state: Memory) -> dict[str, tuple[Floats, Matrix]]:
@@ -169,16 +169,16 @@ def off_axis(e: Ended) -> str:
     run, speed = e.run, float(e.state.state[SPEED])
     if not 0.0 < abs(speed) < FASTEST:
         return ""
-    found = off_center(e.places, e.assembly.balls, speed)
-    if found is None or not found.sentence:
+    center = off_center(e.places, e.assembly.balls, speed)
+    if center is None or not center.sentence:
         return ""
-    if not any(plane.given and plane.eccentricity > 0.0 for plane in found.planes):
+    if not any(plane.given and plane.eccentricity > 0.0 for plane in center.planes):
         without = run["vibration_without_balls"].values if "vibration_without_balls" in run else [math.nan]
-        if not found.greatest >= MATTERS * max(without):
+        if not center.greatest >= MATTERS * max(without):
             return ""
-        size = length_text(found.greatest)
+        size = length_text(center.greatest)
         return f"race eccentricity: not given; a typical {size} would leave that much vibration (see check)"
-    return f"race eccentricity: {found.sentence}"
+    return f"race eccentricity: {center.sentence}"
 
 
 # Until when resolved balls lie on the floor of their annulus, in words.
@@ -191,11 +191,11 @@ def on_floor(e: Ended) -> str:
         return ""
     force = run["ball_floor_force"].values
     seconds, speeds = (lifted_from(run[name].values, force) for name in ("time", "speed"))
-    told = []
+    messages = []
     for number in np.flatnonzero(force.max(axis=0) > 0.0):
         name = f"ball {number + 1}"
         if np.isfinite(seconds[number]):
-            told.append(f"{name} until {significant(seconds[number])} s ({significant(speeds[number])} rad/s)")
+            messages.append(f"{name} until {significant(seconds[number])} s ({significant(speeds[number])} rad/s)")
             continue
         ball = e.balls[number]
         contact = machine.balancers[ball.balancer].races[ball.race].resolved
@@ -206,8 +206,8 @@ def on_floor(e: Ended) -> str:
             carried = f"friction of its wall carries it from {significant(needed)} rad/s on"
         else:
             carried = "its wall without friction never carries it"
-        told.append(f"{name} up to the end; {carried}")
-    return f"on the floor of the annulus: {', '.join(told)}" if told else ""
+        messages.append(f"{name} up to the end; {carried}")
+    return f"on the floor of the annulus: {', '.join(messages)}" if messages else ""
 
 
 # What friction means for the end of a run, in words.

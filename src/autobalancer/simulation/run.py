@@ -177,8 +177,8 @@ def simulate_races(
     names = [event.name for event in events]
     seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
     last = names[int(record.event_states[seen - 1, 0])] if seen else ""
-    asked = machine, assembly.balls, assembly.system
-    fault = _force_at_fault(*asked) or friction_at_fault(*asked)
+    requested = machine, assembly.balls, assembly.system
+    fault = _force_at_fault(*requested) or friction_at_fault(*requested)
     ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last, fault=fault)
     run = run_dataset(
         assembly,
@@ -409,11 +409,11 @@ class Noted:
 
 def with_impacts(run: xr.Dataset, noted: Noted) -> xr.Dataset:
     """The run with the impacts that were noted, over the dimension ``impact``."""
-    found = noted.found()
-    if found is None:
+    result = noted.found()
+    if result is None:
         return run
-    variables = {kept: ("impact", getattr(found, name)) for kept, name in VARIABLES.items()}
-    run = label(run.assign(variables).assign_coords(impact_time=("impact", found.time)))
+    variables = {kept: ("impact", getattr(result, name)) for kept, name in VARIABLES.items()}
+    run = label(run.assign(variables).assign_coords(impact_time=("impact", result.time)))
     return run.assign_attrs(impacts_not_kept=noted.lost) if noted.lost else run
 
 

@@ -213,31 +213,31 @@ def in_order(ring: Matrix, written: int) -> Matrix:
 
 def place_names(places: Places) -> dict[str, Any]:
     """Coordinates of a result: names of planes, places and supports, and the plane of each ball."""
-    found: dict[str, Any] = {
+    place_names: dict[str, Any] = {
         "place": np.array(places.names, dtype=object),
         "place_kind": ("place", np.array(places.kinds, dtype=object)),
         "support": np.array(places.supports, dtype=object),
     }
     if places.planes:
-        found["plane"] = np.array(places.planes, dtype=object)
-        found["ball_plane"] = ("ball", np.array(places.plane_of_ball, np.int64) + 1)
-    return found
+        place_names["plane"] = np.array(places.planes, dtype=object)
+        place_names["ball_plane"] = ("ball", np.array(places.plane_of_ball, np.int64) + 1)
+    return place_names
 
 
 def over_time(seen: Observables, places: Places) -> dict[str, Any]:
     """Deflection, unbalance and balls of each plane, and force on each support, over time."""
-    found = _forces("", "time", seen)
+    forces = _forces("", "time", seen)
     if places.planes:
         z = seen.z[:, : len(places.planes)]
-        found |= {"plane_x": (("time", "plane"), z.real), "plane_y": (("time", "plane"), z.imag)}
-        found |= _unbalances("", "time", seen)
-    return found
+        forces |= {"plane_x": (("time", "plane"), z.real), "plane_y": (("time", "plane"), z.imag)}
+        forces |= _unbalances("", "time", seen)
+    return forces
 
 
 def over_turns(seen: Observables, places: Places) -> dict[str, Any]:
     """The same over the last revolutions, with deflection and velocity of all places."""
     both = ("turn", "place")
-    found = {
+    values = {
         "turn_place_x": (both, seen.z.real),
         "turn_place_y": (both, seen.z.imag),
         "turn_place_vx": (both, seen.v.real),
@@ -245,14 +245,14 @@ def over_turns(seen: Observables, places: Places) -> dict[str, Any]:
         **_forces("turn_", "turn", seen),
     }
     if places.planes:
-        found |= _unbalances("turn_", "turn", seen)
+        values |= _unbalances("turn_", "turn", seen)
         left = sizes(seen.wanted + seen.held)
-        found |= {
+        values |= {
             "turn_plane_residual": (("turn", "plane"), left),
             "turn_unbalance": ("turn", sizes(seen.unbalance[:, 0])),
             "turn_residual_unbalance": ("turn", sizes(seen.left[:, 0])),
         }
-    return found
+    return values
 
 
 def seen_at(states: Matrix, assembly: Assembly, gauges: MeasureInputs) -> Observables:
@@ -286,11 +286,11 @@ def ball_states_of(states: Matrix, assembly: Assembly) -> Any:
 
 
 def _unbalances(prefix: str, dimension: str, seen: Observables) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    unbalances: dict[str, Any] = {}
     for name, vector in (("unbalance", seen.wanted), ("balls", seen.held)):
-        found[f"{prefix}plane_{name}"] = ((dimension, "plane"), sizes(vector))
-        found[f"{prefix}plane_{name}_angle_in_rotor"] = ((dimension, "plane"), np.angle(vector))
-    return found
+        unbalances[f"{prefix}plane_{name}"] = ((dimension, "plane"), sizes(vector))
+        unbalances[f"{prefix}plane_{name}_angle_in_rotor"] = ((dimension, "plane"), np.angle(vector))
+    return unbalances
 
 
 def _forces(prefix: str, dimension: str, seen: Observables) -> dict[str, Any]:
@@ -418,21 +418,24 @@ def left_race(times: Floats, states: Matrix, run: dict[str, Any], assembly: Asse
 def axis_coordinates(places: Places, assembly: Assembly) -> dict[str, Any]:
     """Names of the balancers of the balls, and where planes and stations are along the axis, m."""
     machine, balls = places.machine, assembly.balls
-    found: dict[str, Any] = {}
+    axis_coordinates: dict[str, Any] = {}
     if balls:
         names = balancer_names(machine)
-        found["balancer_name"] = ("ball", np.array([names[ball.balancer] for ball in balls], dtype=object))
+        axis_coordinates["balancer_name"] = ("ball", np.array([names[ball.balancer] for ball in balls], dtype=object))
     if isinstance(machine.rotor, PlanarRotor):
-        return found
+        return axis_coordinates
     if places.planes:
         first: dict[int, float | str | None] = {}
         for ball, plane in zip(balls, places.plane_of_ball, strict=True):
             first.setdefault(plane, machine.balancers[ball.balancer].station)
         where = [_position(machine, first.get(plane)) for plane in range(len(places.planes))]
-        found["plane_position"] = ("plane", np.array(where, np.float64))
+        axis_coordinates["plane_position"] = ("plane", np.array(where, np.float64))
     if machine.stations:
-        found["station_position"] = ("station", np.array([float(s.position) for s in machine.stations], np.float64))
-    return found
+        axis_coordinates["station_position"] = (
+            "station",
+            np.array([float(s.position) for s in machine.stations], np.float64),
+        )
+    return axis_coordinates
 
 
 def couple_unbalance(places: Places, times: Floats) -> dict[str, Any]:

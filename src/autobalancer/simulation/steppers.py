@@ -253,10 +253,10 @@ def long_steps(assembly: Assembly, memory: Memory, near: float | None = None) ->
     if assembly.model is Model.PLANAR:
         nodes, watch, unknowns = planar_nodes, contacts_in_steps, planar_amplitudes(assembly)
     else:
-        found = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds, near)
-        if found is None:
+        modes = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds, near)
+        if modes is None:
             return None
-        (nodes, watch), unknowns = _long_steps_equations(assembly), found
+        (nodes, watch), unknowns = _long_steps_equations(assembly), modes
     width = memory.trial.size
     own = memory._replace(stages=np.zeros((NODES, width)), dense=np.zeros((NODES, width)), shares=np.zeros(NODES))
     return LongSteps(nodes, watch, by_powers(), own, unknowns)
@@ -324,14 +324,14 @@ def rotor_modes(
     elif gyroscopic.any():
         low, high = _reach(system.drive, state[SPEED], critical_speeds)
         speeds = np.linspace(low, high, BASES if h.size <= SMALL_ROTOR else FEW_BASES)
-    found = _bases(stiffness, damping, gyroscopic, speeds, bool(system.rotating))
-    if found is None:
+    bases = _bases(stiffness, damping, gyroscopic, speeds, bool(system.rotating))
+    if bases is None:
         return None
     rest = BALLS + 2 * n
     rows, each = system.work.inert.shape
     numbers = np.zeros(room(h.size, rows, each, n))
     numbers[0] = float(gyroscopic.any())
-    exponents, shapes = found[0, 1 : 1 + 2 * h.size], found[0, 1 + 4 * h.size :][: 4 * h.size**2]
+    exponents, shapes = bases[0, 1 : 1 + 2 * h.size], bases[0, 1 + 4 * h.size :][: 4 * h.size**2]
     return amplitudes(
         exponents[0::2] + 1j * exponents[1::2],
         shapes.reshape(2 * h.size, 2 * h.size),
@@ -340,7 +340,7 @@ def rotor_modes(
         numbers,
         state.size,
         turning=bool(system.rotating),
-        bases=np.concatenate([found.ravel(), np.zeros(room_of_change(h.size))]),
+        bases=np.concatenate([bases.ravel(), np.zeros(room_of_change(h.size))]),
     )
 
 

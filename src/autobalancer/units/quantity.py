@@ -127,9 +127,9 @@ def conversion(written: str, unit: str, value: str = "") -> tuple[float, float]:
     UnitError
         If it is no unit, or one of another dimension; the message quotes ``value``, by default the unit.
     """
-    found = factor(written, unit)
-    if found is not None:
-        return found, added(written)
+    conversion = factor(written, unit)
+    if conversion is not None:
+        return conversion, added(written)
     value = value or written
     if lacks_turns(written, unit) and unit in _TURNING:
         raise UnitError(f"given {value!r}; turns or radians a second? Write {_TURNING[unit]}")
@@ -371,10 +371,10 @@ def listed(name: str, text: str, unit: str) -> list[float]:
 
 def whole(name: str, text: str) -> list[int]:
     """``"3,5,8"``: whole numbers from 1 on."""
-    found = listed(name, text, "")
-    if any(value != round(value) or value < 1 for value in found):
+    quantity = listed(name, text, "")
+    if any(value != round(value) or value < 1 for value in quantity):
         raise QuestionError(f"{name}: given {text!r}; must be whole numbers from 1 on, with commas between")
-    return [round(value) for value in found]
+    return [round(value) for value in quantity]
 
 
 def ends(name: str, text: str, unit: str) -> tuple[float, float]:

@@ -169,11 +169,11 @@ def factor(written: str, unit: str) -> float | None:
     UnitError
         If it is no unit.
     """
-    found, wanted = meanings(written), meanings(unit)[0].dimension
-    for one in found:
+    result, wanted = meanings(written), meanings(unit)[0].dimension
+    for one in result:
         if _same(one.dimension, wanted):
             return one.factor
-    for one in found:
+    for one in result:
         if not _same(one.dimension[:-1], wanted[:-1]):
             continue
         angle = one.dimension[-1], wanted[-1]
@@ -192,8 +192,10 @@ def _nested(written: str) -> str:
 
 def lacks_turns(written: str, unit: str) -> bool:
     """Whether it would be of this dimension if only it said of what: 1/s, where turns or radians in a second are wanted."""
-    found, wanted = meanings(written), meanings(unit)[0].dimension
-    return any(one.dimension[-1] == 0.0 != wanted[-1] and _same(one.dimension[:-1], wanted[:-1]) for one in found)
+    lacks_turns, wanted = meanings(written), meanings(unit)[0].dimension
+    return any(
+        unit.dimension[-1] == 0.0 != wanted[-1] and _same(unit.dimension[:-1], wanted[:-1]) for unit in lacks_turns
+    )
 
 
 def meant(written: str, unit: str) -> str:
@@ -232,25 +234,25 @@ def meanings(written: str) -> tuple[Meaning, ...]:
         If it is no unit; the message says which word is not known, and which is perhaps meant.
     """
     words: dict[str, Meaning] = {}
-    found = [_read(written, lambda name: words.setdefault(name, _word(name, written)))]
+    meanings = [_read(written, lambda name: words.setdefault(name, _word(name, written)))]
     for second in SECOND:
         if second.keys() & words.keys():
             others = words | {name: table()[other] for name, other in second.items()}
-            found.append(_read(written, others.__getitem__))
-    return tuple(found)
+            meanings.append(_read(written, others.__getitem__))
+    return tuple(meanings)
 
 
 @cache
 def table() -> dict[str, Meaning]:
     """Every single word of the trade with its meaning."""
-    found = {name: Meaning(1.0, tuple(float(name == one) for one in BASE)) for name in BASE}
+    table = {name: Meaning(1.0, tuple(float(name == one) for one in BASE)) for name in BASE}
     for spellings, value, of, prefixes in itertools.chain.from_iterable(WORDS.values()):
-        plain = _read(of, found.__getitem__) if of else ONE
+        plain = _read(of, table.__getitem__) if of else ONE
         symbol, *names = spellings.split()
         for name in (symbol, *names):
-            found[name] = plain._replace(factor=value * plain.factor, minutes=float(value == 60.0))
+            table[name] = plain._replace(factor=value * plain.factor, minutes=float(value == 60.0))
         for prefix in prefixes.split():
-            found[prefix + symbol] = plain._replace(factor=PREFIXES[prefix] * value * plain.factor)
+            table[prefix + symbol] = plain._replace(factor=PREFIXES[prefix] * value * plain.factor)
     full = {
         "meter": "m",
         "metre": "m",
@@ -262,9 +264,9 @@ def table() -> dict[str, Meaning]:
         "hertz": "Hz",
     }
     for (long, prefix), (name, symbol) in itertools.product({"": "", **LONG}.items(), full.items()):
-        if prefix + symbol in found:
-            found[long + name] = found[f"{long}{name}s"] = found[prefix + symbol]
-    return found
+        if prefix + symbol in table:
+            table[long + name] = table[f"{long}{name}s"] = table[prefix + symbol]
+    return table
 
 
 def _read(written: str, word: Callable[[str], Meaning]) -> Meaning:
@@ -319,11 +321,11 @@ def _plain(written: str) -> str:
 
 def _word(name: str, written: str) -> Meaning:
     known = table()
-    found = known.get(CASES.get(name, name))
-    if found is None and name not in ASKED:
-        found = _full_name(name)
-    if found is not None:
-        return found
+    result = known.get(CASES.get(name, name))
+    if result is None and name not in ASKED:
+        result = _full_name(name)
+    if result is not None:
+        return result
     whole = "" if name == written else f" in {written!r}"
     if name in ASKED:
         raise UnitError(f"{ASKED[name]}{whole}")
@@ -353,5 +355,5 @@ def _registry() -> Any:
     return pint.UnitRegistry(cache_folder=None, on_redefinition="ignore")
 
 
-def _same(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    return all(abs(a - b) < 1e-9 for a, b in zip(one, other, strict=True))
+def _same(values: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    return all(abs(a - b) < 1e-9 for a, b in zip(values, other, strict=True))

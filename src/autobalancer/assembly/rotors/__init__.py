@@ -78,12 +78,12 @@ def rows_at(machine: Machine, model: LateralModel, place: float | str | None, *p
     """The rows of a place: a position, the name of a station, or ``None``; ``path`` names the key in errors."""
     body = None
     if isinstance(place, str):
-        found = [i for i, station in enumerate(machine.stations) if station.name == place]
-        if not found:
+        items = [i for i, station in enumerate(machine.stations) if station.name == place]
+        if not items:
             known = ", ".join(repr(station.name) for station in machine.stations) or "none"
             raise MachineError.of("Machine", [(path, f"no station is named {place!r}; there is {known}")])
-        station = machine.stations[found[0]]
-        place, body, path = float(station.position), station.body, ("stations", found[0])
+        station = machine.stations[items[0]]
+        place, body, path = float(station.position), station.body, ("stations", items[0])
     try:
         return model.axis.rows(place, body)
     except ValueError as reason:

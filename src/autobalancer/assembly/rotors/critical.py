@@ -37,7 +37,7 @@ def critical_speeds(model: LateralModel) -> tuple[float, ...]:
     Tables are taken at the frequency of the whirl, which is the speed itself. On isotropic supports forward whirl only, since
     unbalance excites no other. There may be fewer than pairs of coordinates, or none.
     """
-    return tuple(sorted(found.speed for found in critical_whirls(model, directions=(1.0,))))
+    return tuple(sorted(critical_speeds.speed for critical_speeds in critical_whirls(model, directions=(1.0,))))
 
 
 @remembered(8)
@@ -67,14 +67,14 @@ def critical_whirls(
         dynamic = _Dynamic(model.stiffness_at, _inertia(model.mass, model.gyroscopic, harmonic))
         return [Critical(w, harmonic, vector) for w, vector in dynamic.roots(model, limit, intervals)]
     mass, circling = _joined(model.mass, n), _joined(model.gyroscopic, n)
-    found = []
+    critical_whirls = []
     for sign in directions:
         dynamic = _Dynamic(lambda w: _joined(model.stiffness_at(w), n), _inertia(mass, circling, sign * harmonic))
         for w, vector in dynamic.roots(model, limit, intervals):
             part = vector if sign > 0.0 else vector.conj()
             whole = np.concatenate([part, -1j * sign * part, np.zeros(model.size - 2 * n)])
-            found.append(Critical(w, harmonic, whole))
-    return found
+            critical_whirls.append(Critical(w, harmonic, whole))
+    return critical_whirls
 
 
 class _Dynamic(NamedTuple):
@@ -88,8 +88,8 @@ class _Dynamic(NamedTuple):
         return 0.5 * (matrix + matrix.conj().T)
 
     def roots(self, model: LateralModel, limit: float, intervals: int) -> list[tuple[float, Complexes]]:
-        found = self._direct() if model.speeds.size == 1 else self._over_tables(model.speeds, limit, intervals)
-        return [(w, vector) for w, vector in found if w <= limit]
+        roots = self._direct() if model.speeds.size == 1 else self._over_tables(model.speeds, limit, intervals)
+        return [(w, vector) for w, vector in roots if w <= limit]
 
     def _direct(self) -> list[tuple[float, Complexes]]:
         """Eigenvalues 1/w^2 of the inertia over the stiffness; a tiny spring holds a rotor that is free to move."""
@@ -111,15 +111,15 @@ class _Dynamic(NamedTuple):
             return np.asarray(self.held(speed) - speed**2 * self.inertia)
 
         levels = np.array([np.linalg.eigvalsh(dynamic(float(w))) for w in grid])
-        found = []
+        roots = []
         for i, k in zip(*np.nonzero(levels[:-1] * levels[1:] < 0.0), strict=True):
 
             def level(w: float, k: int = k) -> float:
                 return float(np.linalg.eigvalsh(dynamic(w))[k])
 
             speed = root(level, grid[i], grid[i + 1], rtol=1e-13)
-            found.append((speed, np.linalg.eigh(dynamic(speed))[1][:, k]))
-        return found
+            roots.append((speed, np.linalg.eigh(dynamic(speed))[1][:, k]))
+        return roots
 
 
 def _joined(matrix: Floats, n: int) -> Complexes:

@@ -86,15 +86,15 @@ def steadily(soft: Softened, speeds: Floats, load: Complexes, owner: str, *, twi
         As of :func:`ellipses`.
     """
     square, n = speeds[:, None] ** 2, soft.sliding.pairs
-    found = soft.circles(speeds, square * load)
+    circling = soft.circles(speeds, square * load)
     rest = np.zeros(soft.sliding.size - 2 * n)
-    if found is None:
+    if circling is None:
         return ellipses(soft, speeds, square * np.concatenate([load, -1j * load, rest]), owner, twice=twice)
-    motion: Complexes = np.hstack([found.motion, -1j * found.motion, np.zeros((speeds.size, rest.size))])
+    motion: Complexes = np.hstack([circling.motion, -1j * circling.motion, np.zeros((speeds.size, rest.size))])
     circles = seen(soft, motion)
     plain = plain_stiffness(soft, speeds)
-    third = np.array([0.0 if one == "circle" else np.nan for one in soft.motions]) * np.ones((speeds.size, 1))
-    return Ellipses(motion, circles, (found.stiffness - plain)[..., None] * circles, plain, third)
+    third = np.array([0.0 if motion == "circle" else np.nan for motion in soft.motions]) * np.ones((speeds.size, 1))
+    return Ellipses(motion, circles, (circling.stiffness - plain)[..., None] * circles, plain, third)
 
 
 def seen(soft: Softened, motion: Complexes) -> Complexes:
@@ -121,15 +121,15 @@ def ellipses(
         If no motion is found or two are, at a speed that is named; ``owner`` is who asks.
     """
     problem = _Problem(soft, speeds, force, over)
-    stiff, found = problem.solved(problem.linear(1.0))
-    if found.all() and not twice:
+    stiff, converged = problem.solved(problem.linear(1.0))
+    if converged.all() and not twice:
         return problem.answer(stiff)
     loose, other = problem.solved(problem.linear(0.0))
     apart = np.abs(loose - stiff).max(axis=(1, 2)) > SAME * np.abs(stiff).max(axis=(1, 2))
-    if (apart & found & other).any():
-        _refuse(owner, speeds[apart & found & other], "two steady motions were found")
-    stiff[~found] = loose[~found]
-    left = np.flatnonzero(~found & ~other)
+    if (apart & converged & other).any():
+        _refuse(owner, speeds[apart & converged & other], "two steady motions were found")
+    stiff[~converged] = loose[~converged]
+    left = np.flatnonzero(~converged & ~other)
     if left.size:
         stiff[left], grown = problem.grown(left)
         if not grown.all():
@@ -146,13 +146,13 @@ def attempted(soft: Softened, speeds: Floats, force: Complexes, *, over: float |
         If an element has no periodic force.
     """
     problem = _Problem(soft, speeds, force, over)
-    u, found = problem.solved(problem.linear(1.0))
-    left = np.flatnonzero(~found)
+    u, converged = problem.solved(problem.linear(1.0))
+    left = np.flatnonzero(~converged)
     if left.size:
-        u[left], found[left] = problem.solved(problem.linear(0.0)[left], left)
-    u[~found] = problem.linear(0.0)[~found]
+        u[left], converged[left] = problem.solved(problem.linear(0.0)[left], left)
+    u[~converged] = problem.linear(0.0)[~converged]
     answer = problem.answer(u)
-    return replace(answer, motion=np.where(found[:, None], answer.motion, np.nan))
+    return replace(answer, motion=np.where(converged[:, None], answer.motion, np.nan))
 
 
 def _refuse(owner: str, speeds: Floats, what: str) -> None:
@@ -175,11 +175,11 @@ class _Problem:
 
     def dynamic(self, harmonic: float) -> Complexes:
         """D of the rotor whose elements all slide, at a harmonic of the speeds, (S, N, N)."""
-        model, found = self.soft.sliding, []
+        model, matrices = self.soft.sliding, []
         for v, w in zip(self.speeds.tolist(), self.rotor, strict=True):
             whirl, turning = harmonic * v, model.damping_at(w) + w * model.gyroscopic
-            found.append(model.stiffness_at(w) + 1j * whirl * turning - whirl**2 * model.mass)
-        return np.array(found)
+            matrices.append(model.stiffness_at(w) + 1j * whirl * turning - whirl**2 * model.mass)
+        return np.array(matrices)
 
     def _between(self, dynamic: Complexes) -> Complexes:
         """H between the circles of all pieces, (S, 2 M, 2 M)."""
@@ -189,7 +189,9 @@ class _Problem:
 
     def linear(self, share: float) -> Complexes:
         """Circles u (S, M, 2) on elements of which a ``share`` of the stiffness of small motions acts."""
-        rest = np.stack([one.at_rest(self.speeds) * np.ones(self.speeds.size) for one in self.elements], axis=-1)
+        rest = np.stack(
+            [element.at_rest(self.speeds) * np.ones(self.speeds.size) for element in self.elements], axis=-1
+        )
         whole = np.eye(2 * self.count) + self.across * (share * np.repeat(rest, 2, axis=1))[:, None, :]
         return np.asarray(np.linalg.solve(whole, self._flat(self.free)[..., None]).reshape(self.free.shape))
 
@@ -201,10 +203,10 @@ class _Problem:
         """u + H F(u) - u_0, (n, 2 M), and its slopes, real and imaginary parts apart, (n, 4 M, 4 M)."""
         size = 4 * self.count
         force, slope = np.zeros(u.shape, np.complex128), np.zeros((which.size, size, size))
-        for m, one in enumerate(self.elements):
-            found = one.on(which, u[:, m], self.speeds[which], sloped)
-            force[:, m] = found.force
-            slope[:, 4 * m : 4 * m + 4, 4 * m : 4 * m + 4] = found.slope
+        for m, element in enumerate(self.elements):
+            forces = element.on(which, u[:, m], self.speeds[which], sloped)
+            force[:, m] = forces.force
+            slope[:, 4 * m : 4 * m + 4, 4 * m : 4 * m + 4] = forces.slope
         h = self.across[which]
         miss = self._flat(u - share[:, None, None] * self.free[which]) + (h @ self._flat(force)[..., None])[..., 0]
         if not sloped:
@@ -251,24 +253,24 @@ class _Problem:
 
     def grown(self, which: np.ndarray) -> tuple[Complexes, np.ndarray]:
         """The same while the load grows from nearly nothing, at speeds at which the whole of it is not solved at once."""
-        u, found = LOADS[0] * self.linear(1.0)[which], np.ones(which.size, np.bool_)
+        u, converged = LOADS[0] * self.linear(1.0)[which], np.ones(which.size, np.bool_)
         before = LOADS[0]
         for share in LOADS:
-            u, found = self.solved(u * share / before, which, float(share))
+            u, converged = self.solved(u * share / before, which, float(share))
             before = share
-        return u, found
+        return u, converged
 
     def answer(self, u: Complexes) -> Ellipses:
         """All that is asked of the motion."""
         every, forces, third = np.arange(self.speeds.size), np.zeros_like(u), np.zeros_like(u)
-        for m, one in enumerate(self.elements):
-            found = one.on(every, u[:, m], self.speeds, False)
-            if (found.miss > PERIODIC).any():
+        for m, element in enumerate(self.elements):
+            elements = element.on(every, u[:, m], self.speeds, False)
+            if (elements.miss > PERIODIC).any():
                 raise QuestionError(
-                    f"rubber: no periodic force was found at {self.speeds[found.miss > PERIODIC][0]:.5g} rad/s; "
+                    f"rubber: no periodic force was found at {self.speeds[elements.miss > PERIODIC][0]:.5g} rad/s; "
                     "simulate the machine there"
                 )
-            forces[:, m], third[:, m] = found.force, found.third
+            forces[:, m], third[:, m] = elements.force, elements.third
         pushed = (forces @ FROM_CIRCLES.T).reshape(len(u), -1) @ self.rows
         motion = np.linalg.solve(self.dynamic(1.0), (self.force - pushed)[..., None])[..., 0]
         plain = plain_stiffness(self.soft, self.speeds)
@@ -399,7 +401,7 @@ def _slopes(turned: Complexes, size: Floats, radial: Complexes, slopes: Complexe
     near = size <= ROUND * size.sum(axis=1, keepdims=True)
     own = np.stack([slopes[:, 0, 0], slopes[:, 1, 1]], axis=-1)
     around = 1j * np.where(near, own, radial / np.where(near, 1.0, size))  # over a turn of its own phase
-    found = np.zeros((size.shape[0], 4, 4))
+    result = np.zeros((size.shape[0], 4, 4))
     for i in range(2):
         for j in range(2):
             for part, direction in enumerate((1.0, 1j)):
@@ -409,5 +411,5 @@ def _slopes(turned: Complexes, size: Floats, radial: Complexes, slopes: Complexe
                 force = np.asarray(turned[:, i] * (cross * change.real), np.complex128)
                 if i == j:
                     force = force + turned[:, i] * around[:, i] * change.imag + relaxing[:, 0] * direction
-                found[:, 2 * i, 2 * j + part], found[:, 2 * i + 1, 2 * j + part] = force.real, force.imag
-    return found
+                result[:, 2 * i, 2 * j + part], result[:, 2 * i + 1, 2 * j + part] = force.real, force.imag
+    return result

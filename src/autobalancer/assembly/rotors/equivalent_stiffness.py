@@ -60,10 +60,10 @@ def mounts(machine: Machine, model: LateralModel) -> tuple[Mount, ...]:
     return tuple(_mounts(machine, model))
 
 
-def sliding_model(machine: Machine, model: LateralModel, found: tuple[Mount, ...]) -> LateralModel:
+def sliding_model(machine: Machine, model: LateralModel, mounts: tuple[Mount, ...]) -> LateralModel:
     """The rotor with the stiffness and the damping of large motions only: what a run adds the elements to."""
     damping, stiffness = model.damping.copy(), model.stiffness.copy()
-    for mount in found:
+    for mount in mounts:
         square = mount.rows.T @ mount.rows
         more_stiffness, more_damping = beyond_sliding(machine, model, mount)
         stiffness -= more_stiffness[:, None, None] * square
@@ -113,10 +113,10 @@ def _on_joints(rotor: MultibodyRotor, model: LateralModel) -> Iterator[Mount]:
         spots = axis.rig.spots(joint)
         for place, six in enumerate(spots, 1):
             name = f"joint {number}" + (f", {place} of {len(spots)}" if len(spots) > 1 else "")
-            for one in joint.rubbers():
+            for rubber in joint.rubbers():
                 rows = np.zeros((2, len(kept)))
-                rows[: len(one.motions)] = six[np.ix_(one.motions, kept)]
-                yield Mount(f"{name}, {one.name}", one.rubber, rows, number, GROUND in joint.between)
+                rows[: len(rubber.motions)] = six[np.ix_(rubber.motions, kept)]
+                yield Mount(f"{name}, {rubber.name}", rubber.rubber, rows, number, GROUND in joint.between)
 
 
 SAME = 1e-9  # relative difference of two places that count as one
@@ -163,12 +163,12 @@ class Softened:
 
     def added(self, amplitude: Floats, speed: Floats) -> Complexes:
         """kappa (..., M) at amplitudes (..., M) and speeds (...,)."""
-        found = np.zeros(amplitude.shape, np.complex128)
+        result = np.zeros(amplitude.shape, np.complex128)
         for law, motion in dict.fromkeys(zip(self.laws, self.motions, strict=True)):
             same = [m for m, one in enumerate(zip(self.laws, self.motions, strict=True)) if one == (law, motion)]
             elements = replace(law, elastic=0.0, viscous=0.0)
-            found[..., same] = elements.stiffness(amplitude[..., same], np.asarray(speed)[..., None], motion)
-        return found
+            result[..., same] = elements.stiffness(amplitude[..., same], np.asarray(speed)[..., None], motion)
+        return result
 
     def steady(self, speeds: Floats, force: Complexes, owner: str, *, over: float = 1.0) -> Steady:
         """Circles under a ``force`` F at each of the whirl ``speeds``, (S, n).
@@ -180,10 +180,10 @@ class Softened:
         QuestionError
             If the machine moves in ellipses; ``owner`` is who asks.
         """
-        found = self.circles(speeds, force, over=over)
-        if found is None:
+        circles = self.circles(speeds, force, over=over)
+        if circles is None:
             raise QuestionError(ELLIPSES.format(owner))
-        return found
+        return circles
 
     def circles(
         self, speeds: Floats, force: Complexes, *, over: float | Floats = 1.0, attempted: bool = False
@@ -270,12 +270,12 @@ def _uneven(matrix: Complexes, n: int) -> bool:
 
 def softened(machine: Machine, bare: LateralModel, model: LateralModel | None = None) -> Softened | None:
     """The softening rubber of a machine with its ``bare`` model, and the mass of ``model`` if given; none without any."""
-    found = mounts(machine, bare)
-    if not found:
+    equivalent = mounts(machine, bare)
+    if not equivalent:
         return None
-    sliding = sliding_model(machine, bare, found)
+    sliding = sliding_model(machine, bare, equivalent)
     sliding = sliding if model is None else replace(sliding, mass=model.mass)
-    return Softened(sliding, found, tuple(law_of(mount.rubber) for mount in found))
+    return Softened(sliding, equivalent, tuple(law_of(mount.rubber) for mount in equivalent))
 
 
 def law_of(rubber: Rubber) -> RubberLaw:
@@ -297,11 +297,11 @@ def _dynamics(model: LateralModel, whirls: Floats, speeds: Floats) -> Complexes:
         turning = model.complex_matrices(1.0)[1] - damping
         v, w = whirls[:, None, None], speeds[:, None, None]
         return np.asarray(stiffness + 1j * v * (damping + w * turning) - v**2 * mass)
-    found = []
+    dynamics = []
     for v, w in zip(whirls.tolist(), speeds.tolist(), strict=True):
         mass, damping, stiffness = model.complex_matrices(w)
-        found.append(stiffness + 1j * v * damping - v**2 * mass)
-    return np.array(found)
+        dynamics.append(stiffness + 1j * v * damping - v**2 * mass)
+    return np.array(dynamics)
 
 
 # How far pieces of rubber are stretched in circles, so that their stiffness and the motion of the rotor suit each
@@ -339,31 +339,31 @@ def in_turns(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) -> 
     before = np.zeros_like(amplitude)
     ahead = np.ones(speeds.size)
     for number in range(ROUNDS):
-        found = _in_turn(laws, speeds[left], across[left], free[left], amplitude[left])
-        change = found - amplitude[left]
-        moved = np.abs(change).max(axis=1) > SURE * found.max(axis=1)
-        amplitude[left[~moved]] = found[~moved]
+        result = _in_turn(laws, speeds[left], across[left], free[left], amplitude[left])
+        change = result - amplitude[left]
+        moved = np.abs(change).max(axis=1) > SURE * result.max(axis=1)
+        amplitude[left[~moved]] = result[~moved]
         if not moved.any():
             return amplitude, np.zeros(0, np.int64)
-        left, found, change = left[moved], found[moved], change[moved]
+        left, result, change = left[moved], result[moved], change[moved]
         if number:
             bend = change - before[left]
             size = np.maximum((bend**2).sum(axis=1), 1e-300)
             ahead[left] = np.clip(-ahead[left] * (before[left] * bend).sum(axis=1) / size, *FARTHER)
         before[left] = change
-        amplitude[left] = np.maximum(amplitude[left] + ahead[left, None] * change, 0.1 * found)
-    return amplitude, left[np.abs(change).max(axis=1) > NEAR * found.max(axis=1)]
+        amplitude[left] = np.maximum(amplitude[left] + ahead[left, None] * change, 0.1 * result)
+    return amplitude, left[np.abs(change).max(axis=1) > NEAR * result.max(axis=1)]
 
 
 def _in_turn(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, amplitude: Floats) -> Floats:
     """The amplitude of each group that suits those of the others, one after the other."""
-    found = amplitude.copy()
-    kappa = np.stack([_elements(law, found[:, g], speeds) for g, law in enumerate(laws)], axis=1)
+    result = amplitude.copy()
+    kappa = np.stack([_elements(law, result[:, g], speeds) for g, law in enumerate(laws)], axis=1)
     for g, law in enumerate(laws):
         h, s = _alone(g, across, free, kappa)
-        found[:, g] = _root(law, speeds, h, np.abs(s))
-        kappa[:, g] = _elements(law, found[:, g], speeds)
-    return found
+        result[:, g] = _root(law, speeds, h, np.abs(s))
+        kappa[:, g] = _elements(law, result[:, g], speeds)
+    return result
 
 
 def _alone(g: int, across: Complexes, free: Complexes, kappa: Complexes) -> tuple[Complexes, Complexes]:
@@ -419,8 +419,8 @@ def by_newton(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) ->
         return in_turns(laws, speeds, across, free)
     amplitude, left = np.abs(free), np.arange(speeds.size)
     for size in (0.0, np.inf):
-        found, done = _newton(laws, speeds[left], across[left], free[left], size)
-        amplitude[left[done]] = found[done]
+        result, done = _newton(laws, speeds[left], across[left], free[left], size)
+        amplitude[left[done]] = result[done]
         left = left[~done]
         if not left.size:
             break

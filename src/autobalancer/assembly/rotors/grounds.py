@@ -35,14 +35,14 @@ class Ground:
 
 def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
     """All supports of a machine, in the order of its file; those without force across the axis are left out."""
-    rotor, found = machine.rotor, []
+    rotor, grounds = machine.rotor, []
     across = _translation(model)
     if isinstance(rotor, PlanarRotor):
         return (Ground("support", across.T @ model.stiffness, across.T @ model.damping, np.eye(2)),)
     if isinstance(rotor, MultibodyRotor):
         for number, joint in enumerate(rotor.joints, 1):
             if isinstance(joint, PointJoint) and GROUND in joint.between:
-                found.append(_joint(model, number, joint, across))
+                grounds.append(_joint(model, number, joint, across))
     else:
         factor = float(rotor.stiffness_proportional_damping)
         for number, support in enumerate(rotor.supports, 1):
@@ -51,11 +51,13 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
             add_support(support, place, model.speeds, damping, stiffness)
             damping = damping + factor * stiffness
             name = _name(machine, model, place, f"support {number}")
-            found.append(
+            grounds.append(
                 Ground(name, across.T @ stiffness, across.T @ damping, model.both(place.deflection[None]), number)
             )
     hard = {number for _, number, _ in hardenings(machine)}
-    return tuple(one for one in found if one.stiffness.any() or one.damping.any() or one.number in hard)
+    return tuple(
+        ground for ground in grounds if ground.stiffness.any() or ground.damping.any() or ground.number in hard
+    )
 
 
 def sag(model: LateralModel, gravity: float) -> Floats:
@@ -71,15 +73,15 @@ def sag(model: LateralModel, gravity: float) -> Floats:
 
 
 def large_motions(
-    machine: Machine, model: LateralModel, ground: Ground, found: tuple[Mount, ...]
+    machine: Machine, model: LateralModel, ground: Ground, mounts: tuple[Mount, ...]
 ) -> tuple[Matrix, Matrix, Matrix]:
     """Stiffness and damping of a support, each (k, 2, N), without the elements of its rubber, and of these the rows of force.
 
     The rows are (2, 2 M), along x and y for a force along the two directions of each of the M pieces of rubber.
     """
     across, stiffness, damping = _translation(model).T, ground.stiffness.copy(), ground.damping.copy()
-    rows = np.zeros((2, len(found), 2))
-    for i, mount in enumerate(found):
+    rows = np.zeros((2, len(mounts), 2))
+    for i, mount in enumerate(mounts):
         if mount.grounded and mount.support == ground.number:
             rows[:, i] = across @ mount.rows.T
             more_stiffness, more_damping = beyond_sliding(machine, model, mount)
@@ -88,14 +90,14 @@ def large_motions(
     return stiffness, damping, rows.reshape(2, -1)
 
 
-def carried(model: LateralModel, found: tuple[Ground, ...], hard: tuple[HardPlace, ...]) -> Matrix:
+def carried(model: LateralModel, grounds: tuple[Ground, ...], hard: tuple[HardPlace, ...]) -> Matrix:
     """Rows of the force on each support along x and y for the forces along both directions of each bearing, (S, 2, 2 H)."""
-    across, rows = _translation(model).T, np.zeros((len(found), 2, len(hard), 2))
-    for i, ground in enumerate(found):
+    across, rows = _translation(model).T, np.zeros((len(grounds), 2, len(hard), 2))
+    for i, ground in enumerate(grounds):
         for j, place in enumerate(hard):
             if place.grounded and place.support == ground.number:
                 rows[i, :, j] = across @ place.rows.T
-    return rows.reshape(len(found), 2, 2 * len(hard))
+    return rows.reshape(len(grounds), 2, 2 * len(hard))
 
 
 def _translation(model: LateralModel) -> Matrix:

@@ -46,7 +46,7 @@ def hardenings(machine: Machine) -> Iterator[tuple[str, int, Hardening]]:
     elif isinstance(rotor, MultibodyRotor):
         for number, joint in enumerate(rotor.joints, 1):
             if isinstance(joint, PointJoint):
-                yield from ((f"joint {number}", number, one) for one in joint.hardenings())
+                yield from ((f"joint {number}", number, hardening) for hardening in joint.hardenings())
     else:
         for number, support in enumerate(rotor.supports, 1):
             if support.hardening is not None:

@@ -87,17 +87,17 @@ class Reducer:
         MachineError
             If the modes that are wanted cannot move the places.
         """
-        found = None
+        result = None
         with self._lock:
-            for one in self._candidates():
-                found = one, self._answers.error_of(one.basis, one.small, loads)
-                if found[1] <= AIM:
+            for candidate in self._candidates():
+                result = candidate, self._answers.error_of(candidate.basis, candidate.small, loads)
+                if result[1] <= AIM:
                     break
-        if found is None:
+        if result is None:
             text = f"rotor.modes: given {self._wanted}; too few modes to move the plane of the balancer in x and y"
             raise MachineError(text)
-        one, error = found
-        return Reduction(one.whole, error, self._top, one.basis.shape[1], self._modes.shape[1])
+        candidate, error = result
+        return Reduction(candidate.whole, error, self._top, candidate.basis.shape[1], self._modes.shape[1])
 
     def _candidates(self) -> Iterator[Tried]:
         """Bases, fewest modes first; what was tried for other loads is kept."""
@@ -154,12 +154,12 @@ def fewest(
     model: LateralModel, candidates: Iterable[Matrix], places: Matrix, loads: Complexes, top: float
 ) -> tuple[Matrix, float] | None:
     """The first of several bases whose :func:`receptance_error` is below 1e-3, else the last, and its error."""
-    found, answers = None, Answers(model, places, top)
+    modes, answers = None, Answers(model, places, top)
     for basis in candidates:
-        found = basis, answers.error_of(basis, answers.reduced(basis), loads)
-        if found[1] <= AIM:
+        modes = basis, answers.error_of(basis, answers.reduced(basis), loads)
+        if modes[1] <= AIM:
             break
-    return found
+    return modes
 
 
 def receptance_error(model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, top: float) -> float:

@@ -78,13 +78,13 @@ class Rig:
 
     def spots(self, joint: PointJoint) -> list[Matrix]:
         """The six motions of the first body of a joint relative to the second in its axes, at each of its places, (6, N)."""
-        found = []
+        spots = []
         for spot in joint.spots():
             axes = np.array(spot.axes)
             rows = self.motion(joint.between[0], spot.point) - self.motion(joint.between[1], spot.point)
             turned = np.array([-rows[SLOPE_Y], rows[SLOPE_X], rows[TURN]])
-            found.append(np.vstack([axes @ rows[:3], axes @ turned]))
-        return found
+            spots.append(np.vstack([axes @ rows[:3], axes @ turned]))
+        return spots
 
 
 def rig_of(rotor: MultibodyRotor) -> Rig:
@@ -162,9 +162,9 @@ class RigAxis:
         elif body not in known:
             raise ValueError(f"no body is named {body!r}; there is {', '.join(map(repr, known))}")
         else:
-            found = self.rig.of(body)
-            assert found is not None
-            merged = found
+            result = self.rig.of(body)
+            assert result is not None
+            merged = result
         return self._place(merged, _middle(merged) if position is None else float(position))
 
     def line(self) -> list[tuple[float, Rows]]:
@@ -293,14 +293,14 @@ MOTIONS = (
 
 def unresisted(rig: Rig, parts: list[Strut], mass: Matrix) -> list[int]:
     """Coordinates along z, or turning angles, if nothing resists any of them and nothing is moved by them."""
-    found: list[int] = []
+    values: list[int] = []
     for kind in (2, 5):
         columns = [merged.columns[kind] for merged in rig.merged if merged.columns[kind] >= 0]
         others = [i for i in range(rig.size) if i not in columns]
         felt = any(np.abs(strut.row[columns]).max(initial=0.0) > 0.0 for strut in parts)
         if not felt and np.abs(mass[np.ix_(columns, others)]).max(initial=0.0) <= 1e-12 * np.abs(mass).max():
-            found += columns
-    return found
+            values += columns
+    return values
 
 
 def refuse_free_motion(rig: Rig, parts: list[Strut], kept: list[int]) -> None:
@@ -373,15 +373,15 @@ def rig_speeds(rotor: MultibodyRotor) -> Floats:
 
 def struts(rotor: MultibodyRotor, rig: Rig, speeds: Floats) -> tuple[list[Strut], list[Coupling]]:
     """All struts of a rig, and what joins its motions without being symmetric."""
-    found: list[Strut] = []
+    struts: list[Strut] = []
     skew: list[Coupling] = []
     turning = {body.name: body.rotating for body in rotor.bodies}
     for number, joint in enumerate(rotor.joints):
         if isinstance(joint, PointJoint):
             ends = sum(turning.get(name, False) for name in joint.between)
             one, other = joint_struts(joint, rig, speeds, number, ends)
-            found, skew = found + one, skew + other
-    return found, skew
+            struts, skew = struts + one, skew + other
+    return struts, skew
 
 
 def joint_struts(
@@ -389,13 +389,13 @@ def joint_struts(
 ) -> tuple[list[Strut], list[Coupling]]:
     """The struts of one joint, the ``number`` of its rotor (from 0), of which ``turning`` bodies rotate."""
     stiffness, damping = joint_matrices(joint, speeds, number, turning)
-    found: list[Strut] = []
+    struts: list[Strut] = []
     skew: list[Coupling] = []
     for spot, six in zip(joint.spots(), rig.spots(joint), strict=True):
-        found += _principal(joint, spot, six, _symmetric(stiffness), _symmetric(damping))
+        struts += _principal(joint, spot, six, _symmetric(stiffness), _symmetric(damping))
         if not joint.symmetric:
             skew.append(Coupling(six, stiffness - _symmetric(stiffness), damping - _symmetric(damping)))
-    return found, skew
+    return struts, skew
 
 
 def assembled(parts: list[Strut], skew: list[Coupling], size: int, count: int) -> tuple[Matrix, Matrix]:
@@ -421,15 +421,15 @@ def _principal(joint: PointJoint, spot: Spot, six: Matrix, stiffness: Matrix, da
             for i in range(6)
         ]
         return [strut for strut in every if strut.stiffness.any() or strut.damping.any()]
-    found: list[Strut] = []
+    struts: list[Strut] = []
     for which, stack in enumerate((stiffness, damping)):
         for i, (values, vectors) in enumerate(zip(*np.linalg.eigh(stack), strict=True)):
             for value, vector in zip(values, vectors.T, strict=True):
                 if value > SMALL * max(values[-1], 0.0):
                     own = np.zeros((2, len(stack)))
                     own[which, i] = value
-                    found.append(Strut(vector @ six, own[0], own[1], joint.between, spot.point, vector @ directions))
-    return found
+                    struts.append(Strut(vector @ six, own[0], own[1], joint.between, spot.point, vector @ directions))
+    return struts
 
 
 def _symmetric(stack: Matrix) -> Matrix:
@@ -453,8 +453,8 @@ def joint_matrices(joint: PointJoint, speeds: Floats, number: int, turning: int)
         If they are not finite, not symmetric although the joint says so, push away or drive, or cannot be on rotating
         bodies; with the ``number`` of the joint, from 0, the speed and the entry.
     """
-    found = [_pair(joint, float(speed), number) for speed in speeds]
-    stiffness, damping = (np.array([pair[which] for pair in found]) for which in range(2))
+    items = [_pair(joint, float(speed), number) for speed in speeds]
+    stiffness, damping = (np.array([pair[which] for pair in items]) for which in range(2))
     if turning:
         _refuse_turning(joint, stiffness, damping, number, turning)
     return stiffness, damping

@@ -117,8 +117,8 @@ def cowper(poisson: float, hollow: float) -> float:
 
 
 def _product(rows: Matrix, weights: Floats) -> Matrix:
-    found = rows.T @ (weights[:, None] * rows)
-    return np.asarray(0.5 * (found + found.T))  # exactly symmetric
+    product = rows.T @ (weights[:, None] * rows)
+    return np.asarray(0.5 * (product + product.T))  # exactly symmetric
 
 
 NEAR = 0.01  # share of an element below which its end gives way to a place that must be a node
@@ -212,7 +212,7 @@ def shaft(rotor: ShaftRotor, gravity: float) -> LateralModel:
 
 
 def _cut_key(rotor: ShaftRotor) -> tuple[Any, ...]:
-    places = *(float(disk.position) for disk in rotor.disks), *(float(one.position) for one in rotor.supports)
+    places = *(float(disk.position) for disk in rotor.disks), *(float(support.position) for support in rotor.supports)
     return rotor.segments, rotor.material, places, rotor.thrust_bearing
 
 
@@ -221,7 +221,7 @@ def _without_disks(rotor: ShaftRotor) -> tuple[Mesh, Matrix, Matrix, Matrix]:
     """The mesh of a shaft; mass, gyroscopic part and stiffness of its elements in one plane."""
     cut = mesh(rotor)
     inertia, polar, elastic = zip(
-        *((one.inertia(), one.gyroscopic(), one.stiffness()) for one in cut.elements), strict=True
+        *((element.inertia(), element.gyroscopic(), element.stiffness()) for element in cut.elements), strict=True
     )
     return cut, assembled(cut, inertia), assembled(cut, polar), assembled(cut, elastic)
 
@@ -246,15 +246,15 @@ def tensions(rotor: ShaftRotor, cut: Mesh, gravity: float) -> list[tuple[float, 
         weights[cut.node(float(disk.position))] += gravity * float(disk.mass)
     own = np.array([gravity * element.mass * element.length for element in cut.elements])
     sign = 1.0 if rotor.up == "-z" else -1.0  # of the pull on the part towards greater z
-    found = []
+    tensions = []
     for i in range(own.size):
         if i >= carried:
             outer = sign * (weights[i + 1 :].sum() + own[i + 1 :].sum())
-            found.append((outer + sign * own[i], outer))
+            tensions.append((outer + sign * own[i], outer))
         else:
             outer = -sign * (weights[: i + 1].sum() + own[:i].sum())
-            found.append((outer, outer - sign * own[i]))
-    return found
+            tensions.append((outer, outer - sign * own[i]))
+    return tensions
 
 
 def weight_stiffness(rotor: ShaftRotor, axis: ShaftAxis, gravity: float) -> Matrix:
@@ -343,14 +343,14 @@ class ShaftAxis:
         return line
 
     def _named(self, position: float | None, body: str) -> Rows:
-        found = [disk for disk in self.disks if disk.name == body]
-        if not body or not found:
+        rows = [disk for disk in self.disks if disk.name == body]
+        if not body or not rows:
             known = ", ".join(repr(disk.name) for disk in self.disks if disk.name) or "none with a name"
             raise ValueError(f"body {body!r}: no disk has this name; there is {known}")
-        if position is not None and not _reaches(found[0], position):
-            low, high = found[0].reach
+        if position is not None and not _reaches(rows[0], position):
+            low, high = rows[0].reach
             raise ValueError(f"position {position:g} m: disk {body!r} reaches from {low:g} to {high:g} m only")
-        return self.on_disk(found[0], position)
+        return self.on_disk(rows[0], position)
 
 
 @remembered(256)

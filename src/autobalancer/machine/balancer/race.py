@@ -306,8 +306,8 @@ class Race(Part):
             )
         unsized = [i for i, group in enumerate(self.balls) if group.unsized]
         if unsized and self.bearing is None:
-            told = f"{INCOMPLETE}; or name the 'bearing' of the race, whose balls they are"
-            raise MachineError.of("Race", [(("balls", i), told) for i in unsized])
+            message = f"{INCOMPLETE}; or name the 'bearing' of the race, whose balls they are"
+            raise MachineError.of("Race", [(("balls", i), message) for i in unsized])
         if self.fluid is None and self.drag.needs_fluid:
             raise ValueError(f"drag: the law {self.drag.word()!r} needs a fluid; add 'fluid', or use the law 'beta'")
         if self.coincidence and self.contact is not None:

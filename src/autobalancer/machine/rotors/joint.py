@@ -93,7 +93,7 @@ class PointJoint(Joint):
     def frequencies(self) -> tuple[tuple[float, ...], ...]:
         """Angular frequencies of each of its tables, and of rubber that relaxes, ascending, rad/s."""
         tabled = [tuple(map(float, table.speed)) for table in self.tables() if table is not None]
-        return *tabled, *filter(None, (one.rubber.frequencies() for one in self.rubbers()))
+        return *tabled, *filter(None, (rubber.rubber.frequencies() for rubber in self.rubbers()))
 
     def tables(self) -> tuple[SpeedTable | None, ...]:
         """Its tables over the speed."""
@@ -108,8 +108,8 @@ class PointJoint(Joint):
         return ()
 
     @staticmethod
-    def _there(*given: tuple[tuple[int, ...], Rubber | None, str]) -> tuple[Elements, ...]:
-        return tuple(Elements(motions, rubber, name) for motions, rubber, name in given if rubber is not None)
+    def _there(*values: tuple[tuple[int, ...], Rubber | None, str]) -> tuple[Elements, ...]:
+        return tuple(Elements(motions, rubber, name) for motions, rubber, name in values if rubber is not None)
 
 
 def one_of(table: SpeedTable | None, name: str, constants: tuple[tuple[str, object], ...], pairs: bool = False) -> None:
@@ -132,18 +132,18 @@ def only_one_rubber(rubber: Rubber | None, name: str, constants: tuple[tuple[str
 
 def unfit_at(joint: PointJoint, turning: int, offset: tuple[float, float], damped: bool) -> list[Problem]:
     """What is wrong with springs and dampers at a point where ``turning`` of their two bodies rotate."""
-    found: list[Problem] = []
+    problems: list[Problem] = []
     if turning and offset != (0.0, 0.0):
-        found.append((("offset",), "a joint on a rotating body must be on its axis; leave it out"))
+        problems.append((("offset",), "a joint on a rotating body must be on its axis; leave it out"))
     for name in ("torsional_stiffness", "torsional_damping"):
         if turning and getattr(joint, name, None):
             text = "a body that rotates with the rotor cannot be held against rotation; leave it out"
-            found.append(((name,), text))
+            problems.append(((name,), text))
     hardening = getattr(joint, "hardening", None)
     if turning == 2 and hardening is not None and hardening.center != (0.0, 0.0):
         text = "between two rotating bodies the middle would rotate with them; leave it out"
-        found.append((("hardening", "center"), text))
+        problems.append((("hardening", "center"), text))
     if turning == 2 and damped:
         text = "damping between two rotating bodies rotates with them and can cause whirl; this is not modelled, leave it out"
-        found.append((("damping",), text))
-    return found
+        problems.append((("damping",), text))
+    return problems

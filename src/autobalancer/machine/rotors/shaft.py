@@ -221,9 +221,9 @@ class ShaftRotor(Part):
 
     def material_of(self, segment: ShaftSegment) -> ShaftMaterial:
         """The segment's own material, or that of all."""
-        found = segment.material if segment.material is not None else self.material
-        assert found is not None
-        return found
+        material = segment.material if segment.material is not None else self.material
+        assert material is not None
+        return material
 
     @property
     def length(self) -> float:

@@ -169,13 +169,17 @@ class Rubber(Part):
 
     def frequencies(self) -> tuple[float, ...]:
         """Angular frequencies between which :meth:`small_motions` is linear within a hundredth; empty if it is constant."""
-        found: set[float] = set()
+        frequencies: set[float] = set()
         for tau in self.maxwell.relaxation_time if self.maxwell else ():
             one = REACH[0] / tau
             while one < REACH[1] / tau:
-                found.add(one)
+                frequencies.add(one)
                 one *= RATIO
-        return (0.0, *sorted(one for one in found if one < FASTEST), FASTEST) if found else ()
+        return (
+            (0.0, *sorted(frequency for frequency in frequencies if frequency < FASTEST), FASTEST)
+            if frequencies
+            else ()
+        )
 
 
 def small_free_motions(rubber: Rubber, mass: float) -> tuple[float, float]:
@@ -186,9 +190,9 @@ def small_free_motions(rubber: Rubber, mass: float) -> tuple[float, float]:
     return rubber.small_motions((stiffness / mass) ** 0.5)
 
 
-def _as_many(given: int, wanted: int, of: str) -> None:
-    if given != wanted:
-        raise ValueError(f"stiffness: given {given} values for {wanted} {of}; give one for each")
+def _as_many(argument: int, wanted: int, of: str) -> None:
+    if argument != wanted:
+        raise ValueError(f"stiffness: given {argument} values for {wanted} {of}; give one for each")
 
 
 def _rising(name: str, values: tuple[float, ...]) -> None:

@@ -82,7 +82,7 @@ def _searched(a: Complexes, b: Complexes, plain: Complexes, goal: Goal, limits: 
     }
     v = np.concatenate([start.real, start.imag])
     if goal == "mean":
-        found = minimize(
+        result = minimize(
             lambda v: 0.5 * float((np.abs(residual(v)) ** 2).sum()), v, method="SLSQP", constraints=[held],
             jac=lambda v: gradient(rows.conj().T @ residual(v)), options={"ftol": TIGHT, "maxiter": 500},
         )  # fmt: skip
@@ -95,13 +95,13 @@ def _searched(a: Complexes, b: Complexes, plain: Complexes, goal: Goal, limits: 
                 [-2.0 * gradient(rows.conj() * residual(v)[:, None]), np.full(rest.size, 2.0 * v[-1])]
             ),
         }
-        found = minimize(
+        result = minimize(
             lambda v: v[-1], np.append(v, top), method="SLSQP", constraints=[below, held],
             jac=lambda v: np.eye(v.size)[-1], options={"ftol": TIGHT, "maxiter": 500},
         )  # fmt: skip
-    if not found.success and found.status not in (8, 9):
-        raise QuestionError(f"balance: no correction was found: {found.message}")
-    return masses(found.x) * size
+    if not result.success and result.status not in (8, 9):
+        raise QuestionError(f"balance: no correction was found: {result.message}")
+    return masses(result.x) * size
 
 
 def _limit_rows(masses: Complexes, bound: np.ndarray, size: int) -> Floats:
@@ -137,8 +137,8 @@ def influence(job: Job, readings: Complexes | None = None) -> Influence:
     used = ~np.array(job.trim)
     rows = np.zeros((1 + len(job.planes), len(job.runs)), complex)
     rows[:, used] = np.linalg.pinv(_design(job)[used])
-    found = rows @ readings
-    return Influence(found[0], found[1:].T, rows, used)
+    influence = rows @ readings
+    return Influence(influence[0], influence[1:].T, rows, used)
 
 
 def _design(job: Job) -> Complexes:
@@ -178,7 +178,7 @@ def refuse_undetermined(job: Job, owner: str) -> None:
     )
 
 
-def refuse_silent(job: Job, found: Influence, owner: str) -> None:
+def refuse_silent(job: Job, influence: Influence, owner: str) -> None:
     """Refuse a trial mass that changes no reading.
 
     Raises
@@ -186,15 +186,15 @@ def refuse_silent(job: Job, found: Influence, owner: str) -> None:
     QuestionError
         It names the run.
     """
-    sure = row_deviation(job, found.rows)
+    sure = row_deviation(job, influence.rows)
     for p, plane in enumerate(job.planes):
-        moved = np.abs(job.masses[found.used, p] - job.masses[found.used, p][0])
-        run = job.runs[int(np.flatnonzero(found.used)[int(np.argmax(moved))])]
-        change = np.abs(found.coefficients[:, p]) * np.abs(job.masses[found.used, p]).max()
-        size = np.abs(job.readings[found.used]).max(axis=0)
+        moved = np.abs(job.masses[influence.used, p] - job.masses[influence.used, p][0])
+        run = job.runs[int(np.flatnonzero(influence.used)[int(np.argmax(moved))])]
+        change = np.abs(influence.coefficients[:, p]) * np.abs(job.masses[influence.used, p]).max()
+        size = np.abs(job.readings[influence.used]).max(axis=0)
         known = np.isfinite(sure[1 + p])
         clear = np.where(
-            known, np.abs(found.coefficients[:, p]) > SURE * np.nan_to_num(sure[1 + p]), change > LEAST * size
+            known, np.abs(influence.coefficients[:, p]) > SURE * np.nan_to_num(sure[1 + p]), change > LEAST * size
         )
         if not clear.any():
             share = float((change / np.where(size > 0.0, size, 1.0)).max())
@@ -209,8 +209,8 @@ def row_deviation(job: Job, rows: Complexes) -> Floats:
     square = np.nan_to_num(0.5 * (job.along**2 + job.across**2), nan=np.inf)
     with np.errstate(invalid="ignore"):
         weighted = np.where(np.abs(rows)[:, :, None] > 0.0, np.abs(rows)[:, :, None] ** 2 * square[None], 0.0)
-    found = np.sqrt(weighted.sum(axis=1))
-    return np.where(np.isinf(found), np.nan, found)
+    deviation = np.sqrt(weighted.sum(axis=1))
+    return np.where(np.isinf(deviation), np.nan, deviation)
 
 
 OWNER = "balance"
@@ -282,10 +282,10 @@ def balance(
     chosen = _chosen(job, planes)
     scales = _scales(job, weights)
     limits = _limits(job, chosen, largest)
-    found = influence(job)
-    job, estimated = _with_scatter(job, found)
-    refuse_silent(job, found, OWNER)
-    condition = _condition(scales[:, None] * found.coefficients[:, chosen], job, chosen)
+    balance = influence(job)
+    job, estimated = _with_scatter(job, balance)
+    refuse_silent(job, balance, OWNER)
+    condition = _condition(scales[:, None] * balance.coefficients[:, chosen], job, chosen)
 
     def corrections(readings: Complexes) -> Complexes:
         known = influence(job, readings)
@@ -296,7 +296,7 @@ def balance(
     masses = corrections(job.readings)
     covariance = mass_covariance(job, corrections)
     return dataset(
-        Found(job, found, chosen, masses, covariance, scales, condition, goal, phase, angles, estimated, limits)
+        Found(job, balance, chosen, masses, covariance, scales, condition, goal, phase, angles, estimated, limits)
     )
 
 
@@ -341,7 +341,7 @@ def _limits(job: Job, chosen: list[int], largest: float | str | Mapping[str, flo
     for name in given:
         if name not in names:
             raise QuestionError(f"largest: no plane {name!r} is corrected; there are {', '.join(map(repr, names))}")
-    found = np.full(len(names), np.inf)
+    limits = np.full(len(names), np.inf)
     for i, name in enumerate(names):
         value = given.get(name)
         if value is None:
@@ -353,17 +353,17 @@ def _limits(job: Job, chosen: list[int], largest: float | str | Mapping[str, flo
             )
         if not number > 0.0:
             raise QuestionError(f"largest: given {value!r}; must be above zero")
-        found[i] = number
-    return found
+        limits[i] = number
+    return limits
 
 
-def _with_scatter(job: Job, found: Influence) -> tuple[Job, bool]:
+def _with_scatter(job: Job, influence: Influence) -> tuple[Job, bool]:
     """Deviations from runs beyond those needed, where none are given."""
-    spare = int(found.used.sum()) - 1 - len(job.planes)
+    spare = int(influence.used.sum()) - 1 - len(job.planes)
     if spare < 1 or np.isfinite(job.along).all():
         return job, False
     design = np.column_stack([np.ones(len(job.runs)), job.masses])
-    missed = (job.readings - design @ (found.rows @ job.readings))[found.used]
+    missed = (job.readings - design @ (influence.rows @ job.readings))[influence.used]
     scatter = np.sqrt(0.5 * (np.abs(missed) ** 2).sum(axis=0) / spare)  # of each of two directions
     along = np.where(np.isfinite(job.along), job.along, scatter)
     return replace(job, along=along, across=np.where(np.isfinite(job.across), job.across, scatter)), True
@@ -562,7 +562,7 @@ def mass_covariance(job: Job, corrections: Callable[[Complexes], Complexes]) -> 
     count = corrections(job.readings).size
     if not (np.isfinite(job.along).all() and np.isfinite(job.across).all()):
         return np.full((2 * count, 2 * count), np.nan)
-    found = np.zeros((2 * count, 2 * count))
+    mass_covariance = np.zeros((2 * count, 2 * count))
     size = np.abs(job.readings)
     way = np.where(size > 0.0, job.readings / np.where(size > 0.0, size, 1.0), 1.0)
     for index in np.ndindex(job.readings.shape):
@@ -574,8 +574,8 @@ def mass_covariance(job: Job, corrections: Callable[[Complexes], Complexes]) -> 
                 masses = corrections(readings)
                 moved.append(np.concatenate([masses.real, masses.imag]))
             change = (moved[0] - moved[1]) / (2.0 * STEP)
-            found += np.outer(change, change)
-    return found
+            mass_covariance += np.outer(change, change)
+    return mass_covariance
 
 
 def polar_deviations(masses: Complexes, covariance: Floats) -> tuple[Floats, Floats]:
@@ -631,7 +631,7 @@ class Balancing(Answer):
 
     def facts(self) -> list[tuple[str, str]]:
         """What remains."""
-        found = []
+        facts = []
         for c in range(self.sizes["channel"]):
             sign, factor = shown_unit(self["original"].attrs["units"])
             speed = float(self["speed"].values[c])
@@ -640,13 +640,13 @@ class Balancing(Answer):
             more = "" if np.isnan(sure) else f" +- {significant(sure, 2)}"
             before, after = (factor * float(self[name].values[c]) for name in ("original", "residual"))
             after = 0.0 if after < 1e-9 * before else after
-            found.append(
+            facts.append(
                 (
                     f"sensor {self['sensor'].values[c]}{at}",
                     f"{significant(before)} to {significant(after)}{more} {sign}",
                 )
             )
-        return found
+        return facts
 
     def remarks(self) -> Sequence[str]:
         """What to be careful about."""

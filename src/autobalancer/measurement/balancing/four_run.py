@@ -81,8 +81,8 @@ def four_run(
             f"{OWNER}: {why} ({', '.join(map(repr, job.runs))}), so that two places do equally well; "
             "make one more run with the mass at another place off this line, or ask for both answers"
         )
-    found = [_solved(job, c, both) for c in range(len(job.sensors))]
-    return _dataset(job, found, counted, share)
+    four_run = [_solved(job, c, both) for c in range(len(job.sensors))]
+    return _dataset(job, four_run, counted, share)
 
 
 def _solved(job: Job, c: int, both: bool) -> list[Meeting]:
@@ -136,11 +136,11 @@ def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float 
     spare = max(1, len(job.runs) - 3)
     for c, points in enumerate(found):
         missed[:, c] = points[0].missed
-        for s, one in enumerate(points):
-            more = one.misfit / spare if one.misfit / spare > ODD else 1.0
-            sizes, turned = polar_deviations(np.array([one.correction]), more * one.covariance[:2, :2])
-            row = (abs(one.correction), sizes[0], count * np.angle(one.correction), turned[0], one.sensitivity,
-                   np.sqrt(more * one.covariance[2, 2]), np.sqrt(one.misfit / spare))  # fmt: skip
+        for s, point in enumerate(points):
+            more = point.misfit / spare if point.misfit / spare > ODD else 1.0
+            sizes, turned = polar_deviations(np.array([point.correction]), more * point.covariance[:2, :2])
+            row = (abs(point.correction), sizes[0], count * np.angle(point.correction), turned[0], point.sensitivity,
+                   np.sqrt(more * point.covariance[2, 2]), np.sqrt(point.misfit / spare))  # fmt: skip
             for name, value in zip(names, row, strict=True):
                 values[name][c, s] = value
     texts = ("correction mass", "its standard deviation", "angle of the correction mass", "its standard deviation",
@@ -259,10 +259,10 @@ def closed_form(amplitudes: Floats, masses: Complexes) -> tuple[complex, float] 
     rows = np.column_stack([np.abs(masses) ** 2, -2.0 * masses.real, -2.0 * masses.imag, np.ones(masses.size)])
     size = np.abs(masses).max()
     scale = np.array([size**2, size, size, 1.0])
-    found, _, rank, _ = np.linalg.lstsq(rows / scale, amplitudes**2, rcond=1e-9)
+    result, _, rank, _ = np.linalg.lstsq(rows / scale, amplitudes**2, rcond=1e-9)
     if rank < 4:
         return None
-    square, x, y, _ = found / scale
+    square, x, y, _ = result / scale
     return (complex(x, y) / square, float(np.sqrt(square))) if square > 0.0 else None
 
 
@@ -277,12 +277,12 @@ def meetings(amplitudes: Floats, masses: Complexes, sure: Floats) -> list[Meetin
         for angle in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
             place = far * step * np.exp(1j * angle)
             starts.append((place, float(amplitudes.sum() / np.abs(masses - place).sum())))
-    found: list[Meeting] = []
+    meetings: list[Meeting] = []
     for one in _minima(amplitudes, masses, sure, np.array([[s.real, s.imag, h] for s, h in starts]), step):
-        apart = [abs(one.correction - other.correction) for other in found]
+        apart = [abs(one.correction - other.correction) for other in meetings]
         if not apart or min(apart) > 1e-4 * max(step, abs(one.correction)):
-            found.append(one)
-    return sorted(found, key=lambda one: one.misfit)
+            meetings.append(one)
+    return sorted(meetings, key=lambda one: one.misfit)
 
 
 def _minima(amplitudes: Floats, masses: Complexes, sure: Floats, starts: Floats, step: float) -> list[Meeting]:
@@ -313,7 +313,7 @@ def _minima(amplitudes: Floats, masses: Complexes, sure: Floats, starts: Floats,
         damping = np.clip(np.where(better, 0.2 * damping, 8.0 * damping), 1e-12, 1e8)
         if np.abs(change).max() < CLOSE:
             break
-    found = []
+    minima = []
     for n in range(len(u)):
         normal = rows[n].T @ rows[n]
         slope = np.abs(rows[n].T @ missed[n])
@@ -321,8 +321,8 @@ def _minima(amplitudes: Floats, masses: Complexes, sure: Floats, starts: Floats,
         if flat.all() and u[n, 2] > 0.0:
             c = complex(*(u[n, :2] * scale[:2]))
             covariance = np.linalg.pinv(normal) * np.outer(scale, scale)
-            found.append(Meeting(c, float(u[n, 2] * scale[2]), covariance, float(cost[n]), missed[n]))
-    return sorted(found, key=lambda one: one.misfit)
+            minima.append(Meeting(c, float(u[n, 2] * scale[2]), covariance, float(cost[n]), missed[n]))
+    return sorted(minima, key=lambda one: one.misfit)
 
 
 def _rows(u: Floats, amplitudes: Floats, masses: Complexes, sure: Floats) -> tuple[Floats, Floats]:

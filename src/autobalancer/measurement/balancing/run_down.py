@@ -76,31 +76,33 @@ def unbalance_from_run_down(
         If channels or speeds are missing, or planes cannot be told apart; it names the combination.
     """
     machine = balls_in_races(machine)
-    asked = _planes(machine, planes)
+    requested = _planes(machine, planes)
     known = _used(given_orders(orders), lowest, highest)
-    rows = _rows(machine, known, asked)
+    rows = _rows(machine, known, requested)
     values, spread, given = _flat(known)
     weighted = rows / spread[:, None]
     size = np.linalg.norm(weighted, axis=0)
     if not (size > 0.0).all():
         raise QuestionError(
-            f"{OWNER}: unbalance in plane {asked[int(np.argmin(size))]!r} moves no sensor of these; leave it out"
+            f"{OWNER}: unbalance in plane {requested[int(np.argmin(size))]!r} moves no sensor of these; leave it out"
         )
     _, singular, turned = np.linalg.svd(weighted / size, full_matrices=False)
-    condition = float(singular[0] / singular[-1]) if singular.size == len(asked) and singular[-1] > 0.0 else np.inf
-    if values.size < len(asked) or condition > INSEPARABLE:
+    condition = float(singular[0] / singular[-1]) if singular.size == len(requested) and singular[-1] > 0.0 else np.inf
+    if values.size < len(requested) or condition > INSEPARABLE:
         raise QuestionError(
-            f"{OWNER}: planes {', '.join(map(str, asked))} cannot be told apart by {values.size} readings: "
-            f"{_words(turned[-1] / size, asked)} "
+            f"{OWNER}: planes {', '.join(map(str, requested))} cannot be told apart by {values.size} readings: "
+            f"{_words(turned[-1] / size, requested)} "
             "moves no sensor. Ask for fewer planes, or use more speeds and sensors"
         )
-    found = np.linalg.lstsq(weighted, values / spread, rcond=None)[0]
-    freedom = values.size - len(asked)
-    miss = float((np.abs((values - rows @ found) / spread) ** 2).sum()) / 2.0  # of each of two directions
+    unbalance = np.linalg.lstsq(weighted, values / spread, rcond=None)[0]
+    freedom = values.size - len(requested)
+    miss = float((np.abs((values - rows @ unbalance) / spread) ** 2).sum()) / 2.0  # of each of two directions
     chi = miss / freedom if freedom > 0 else 1.0
     more = chi if not given else max(1.0, chi)
     covariance = more * np.linalg.inv((weighted.conj().T @ weighted).astype(complex))
-    return _dataset(machine, known, asked, found, covariance, rows, condition, chi if given else np.nan, turned, size)
+    return _dataset(
+        machine, known, requested, unbalance, covariance, rows, condition, chi if given else np.nan, turned, size
+    )
 
 
 def _planes(machine: Machine, planes: Sequence[str | float] | None) -> list[str | float | None]:
@@ -144,20 +146,20 @@ def _words(vector: Complexes, planes: list[str | float | None]) -> str:
 
 
 def _dataset(
-    machine: Machine, known: Orders, planes: list[str | float | None], found: Any, covariance: Any, rows: Complexes,
+    machine: Machine, known: Orders, planes: list[str | float | None], result: Any, covariance: Any, rows: Complexes,
     condition: float, chi: float, turned: Complexes, size: Floats,
 ) -> PlaneUnbalances:  # fmt: skip
     real = np.block([[covariance.real, -covariance.imag], [covariance.imag, covariance.real]])
-    sizes, angles = polar_deviations(found, real)
+    sizes, angles = polar_deviations(result, real)
     spread, vectors = np.linalg.eigh(covariance)
     names = ["plane of the first balancer" if plane is None else str(plane) for plane in planes]
     shape = known.readings.shape
-    fitted = (rows @ found).reshape(shape)
+    fitted = (rows @ result).reshape(shape)
     over, both = ("plane",), ("speed", "channel")
     data: dict[str, tuple[Any, Any, str, str]] = {
-        "unbalance": (over, np.abs(found), "unbalance", "kg m"),
+        "unbalance": (over, np.abs(result), "unbalance", "kg m"),
         "unbalance_deviation": (over, sizes, "its standard deviation", "kg m"),
-        "unbalance_angle": (over, np.angle(found), "angle of the unbalance in the rotor", "rad"),
+        "unbalance_angle": (over, np.angle(result), "angle of the unbalance in the rotor", "rad"),
         "unbalance_angle_deviation": (over, angles, "its standard deviation", "rad"),
         "covariance": (("component", "other_component"), real, "covariance, real parts of all planes first", "kg^2 m^2"),
         "combination_deviation": (("combination",), np.sqrt(np.maximum(spread[::-1], 0.0)), "standard deviation of a "
@@ -229,7 +231,7 @@ class PlaneUnbalances(Answer):
 
     def facts(self) -> list[tuple[str, str]]:
         """How well the model explains the readings, and what is known worst."""
-        told = [
+        messages = [
             ("of the readings not explained", share_text(float(self.attrs["left_over"]))),
             ("condition number", f"{self.attrs['condition']:.3g}"),
         ]
@@ -241,8 +243,10 @@ class PlaneUnbalances(Answer):
                     worst["weight"].values, worst["weight_phase"].values, self["plane"].values, strict=True
                 )
             ]
-            told.append(("known worst", f"{', '.join(parts)}: +- {moment_text(float(worst['combination_deviation']))}"))
-        return told
+            messages.append(
+                ("known worst", f"{', '.join(parts)}: +- {moment_text(float(worst['combination_deviation']))}")
+            )
+        return messages
 
     def has_table(self) -> bool:
         """Its numbers must be there, too."""
@@ -334,9 +338,9 @@ def _quantity(table: Table) -> str:
             f"{table.place}: no column 'amplitude' with a unit; the first line must name the columns, such as: {EXAMPLE}"
         )
     written = table.heads["amplitude"][1]
-    found = quantity_of("", written)
-    if found in UNITS:
-        return found
+    quantity = quantity_of("", written)
+    if quantity in UNITS:
+        return quantity
     raise ResultError(f"{table.place}: amplitude in {written!r}; must be a displacement, a velocity or an acceleration")
 
 
@@ -492,7 +496,7 @@ def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str
     if known.course is not None and follows_speed(machine, known):  # a resonance is late when the speed changes
         options["time"], speeds = known.course
         passed = known.passed
-    found = np.empty((known.speeds.size, len(known.places)), complex)
+    result = np.empty((known.speeds.size, len(known.places)), complex)
     stations = None if places == [""] else places
     for quantity in dict.fromkeys(known.quantities):
         kind_of_all: Any = quantity
@@ -502,5 +506,5 @@ def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str
         for c, (place, way, kind) in enumerate(zip(known.places, known.directions, known.quantities, strict=True)):
             if kind == quantity:
                 s = places.index(place)
-                found[:, c] = x[:, s] * np.cos(way) + y[:, s] * np.sin(way)
-    return found
+                result[:, c] = x[:, s] * np.cos(way) + y[:, s] * np.sin(way)
+    return result

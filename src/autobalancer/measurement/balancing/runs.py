@@ -44,9 +44,9 @@ class Sized(float):
 def _sized(units: tuple[str, ...], amplitude: bool = False) -> PlainValidator:
     """Reads a quantity that may have one of several dimensions."""
 
-    def read(given: Any) -> Sized:
+    def read(argument: Any) -> Sized:
         try:
-            return given if isinstance(given, Sized) else Sized(*one_of("it", given, units, amplitude))
+            return argument if isinstance(argument, Sized) else Sized(*one_of("it", argument, units, amplitude))
         except UnitError as reason:
             raise ValueError(str(reason).removeprefix("it: ")) from None
 
@@ -265,13 +265,15 @@ def job_of(
     turn, count = (1.0 if phase == "lead" else -1.0), (1.0 if angles == "with rotation" else -1.0)
     for r, run in enumerate(runs):
         for c, (sensor, speed, _) in enumerate(channels):
-            one = _reading(run, sensor, speed)
-            assert one is not None
-            size_of = float(one.amplitude)
-            readings[r, c] = size_of * np.exp(1j * turn * _number(one.phase)) if phases else size_of
+            reading = _reading(run, sensor, speed)
+            assert reading is not None
+            size_of = float(reading.amplitude)
+            readings[r, c] = size_of * np.exp(1j * turn * _number(reading.phase)) if phases else size_of
             share = np.nan if deviation is None else deviation * size_of
-            along[r, c] = share if math.isnan(_number(one.amplitude_deviation)) else _number(one.amplitude_deviation)
-            turned = size_of * _number(one.phase_deviation)
+            along[r, c] = (
+                share if math.isnan(_number(reading.amplitude_deviation)) else _number(reading.amplitude_deviation)
+            )
+            turned = size_of * _number(reading.phase_deviation)
             across[r, c] = along[r, c] if math.isnan(turned) else turned
         for mass in run.masses:
             masses[r, planes.index(mass.plane)] += float(mass.mass) * np.exp(1j * count * float(mass.angle))
@@ -286,14 +288,16 @@ def _number(value: object) -> float:
 
 
 def _channels(run: BalanceRun, owner: str) -> list[tuple[str, float, str]]:
-    found = [(one.sensor, _number(one.speed), one.unit) for one in run.readings]
-    if not found:
+    channels = [(reading.sensor, _number(reading.speed), reading.unit) for reading in run.readings]
+    if not channels:
         raise QuestionError(f"{owner}: run {run.name!r} has no readings")
-    return found
+    return channels
 
 
 def _reading(run: BalanceRun, sensor: str, speed: float) -> Reading | None:
-    return next((one for one in run.readings if one.sensor == sensor and _same(_number(one.speed), speed)), None)
+    return next(
+        (reading for reading in run.readings if reading.sensor == sensor and _same(_number(reading.speed), speed)), None
+    )
 
 
 def _same(one: float, other: float) -> bool:
@@ -303,17 +307,17 @@ def _same(one: float, other: float) -> bool:
 def _check_channels(run: BalanceRun, channels: list[tuple[str, float, str]], phases: bool, owner: str) -> None:
     where = f"{owner}: run {run.name!r}"
     for sensor, speed, unit in channels:
-        one = _reading(run, sensor, speed)
+        reading = _reading(run, sensor, speed)
         at = "" if math.isnan(speed) else f" at {rpm_and_si(speed)}"
-        if one is None:
+        if reading is None:
             raise QuestionError(
                 f"{where} has no reading of sensor {sensor!r}{at}, as the first run has; all runs need the same"
             )
-        if one.unit != unit:
+        if reading.unit != unit:
             raise QuestionError(
-                f"{where}: sensor {sensor!r}{at} is in {one.unit}, in the first run in {unit}; keep to one"
+                f"{where}: sensor {sensor!r}{at} is in {reading.unit}, in the first run in {unit}; keep to one"
             )
-        if phases and math.isnan(_number(one.phase)):
+        if phases and math.isnan(_number(reading.phase)):
             raise QuestionError(f"{where}: sensor {sensor!r}{at} has no phase; without phases use the four-run method")
     if len(run.readings) != len(channels):
         raise QuestionError(

@@ -81,19 +81,19 @@ def split_mass(
     wanted = complex(wanted_size * np.exp(1j * where))
     if masses is None:
         limit = np.inf if largest is None else _of_kind("largest", largest, unit)
-        found = _any_size(wanted, places, limit)
+        result = _any_size(wanted, places, limit)
     else:
         if largest is not None:
             raise QuestionError("split_mass: largest: given with masses; leave those out that are too large")
-        sizes = np.array(sorted({_of_kind("masses", one, unit) for one in masses}))
+        sizes = np.array(sorted({_of_kind("masses", mass, unit) for mass in masses}))
         if not sizes.size or not most >= 1:
             raise QuestionError("split_mass: give at least one of 'masses', and 'most' from 1 on")
-        found = _of_stock(wanted, places, sizes, min(int(most), places.size))
-    used = np.flatnonzero(found > 1e-9 * max(wanted_size, 1e-300))
-    left = wanted - complex((found * np.exp(1j * places)).sum())
+        result = _of_stock(wanted, places, sizes, min(int(most), places.size))
+    used = np.flatnonzero(result > 1e-9 * max(wanted_size, 1e-300))
+    left = wanted - complex((result * np.exp(1j * places)).sum())
     return Split(
         tuple(places[used].tolist()),
-        tuple(found[used].tolist()),
+        tuple(result[used].tolist()),
         abs(left),
         float(np.angle(left)),
         unit.replace("*", " "),
@@ -122,18 +122,18 @@ def _any_size(wanted: complex, places: Floats, limit: float) -> Floats:
     from scipy.optimize import linprog
 
     scale = abs(wanted) or 1.0
-    found = linprog(
+    result = linprog(
         np.ones(places.size),
         A_eq=np.stack([np.cos(places), np.sin(places)]),
         b_eq=np.array([wanted.real, wanted.imag]) / scale,
         bounds=(0.0, limit / scale if np.isfinite(limit) else None),
     )
-    if not found.success:
+    if not result.success:
         raise QuestionError(
             f"split_mass: {places.size} holes cannot hold this mass; there must be holes within 180 deg around its angle, and "
             "'largest' must not be too small"
         )
-    return np.asarray(found.x * scale)
+    return np.asarray(result.x * scale)
 
 
 def _of_stock(wanted: complex, places: Floats, sizes: Floats, most: int) -> Floats:
@@ -305,6 +305,6 @@ def _gain(
         )
     load: Any = 1.0 if plane is None else (Unbalance(moment=1.0, station=plane),)
     quantity: Any = QUANTITIES[unit]
-    found = response(machine, [speed], None if station is None else [station], load, quantity=quantity)
-    one = found.isel(speed=0, station=0)
+    result = response(machine, [speed], None if station is None else [station], load, quantity=quantity)
+    one = result.isel(speed=0, station=0)
     return complex(float(one[f"{direction}_real"]), float(one[f"{direction}_imag"]))

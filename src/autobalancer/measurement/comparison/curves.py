@@ -157,34 +157,34 @@ def _sensors(known: Orders) -> list[Sensor]:
 def _passages(tracks: Tracks, speeds: Floats, how: How) -> Floats:
     """When the run has each speed for the last time with a whole window about it, s; nan where never."""
     rows = np.flatnonzero(tracks.whole(how))
-    speed, found = tracks.speed[rows], np.full(speeds.size, np.nan)
+    speed, passages = tracks.speed[rows], np.full(speeds.size, np.nan)
     for k, wanted in enumerate(speeds):
         away = speed - wanted
         passed = np.flatnonzero((away[1:] * away[:-1] <= 0.0) | (np.abs(away[1:]) < NEAR * wanted))
         if passed.size:
             a, b = passed[-1], passed[-1] + 1
             share = 1.0 if away[a] * away[b] >= 0.0 else away[a] / (away[a] - away[b])
-            found[k] = tracks.time[rows[a]] + share * (tracks.time[rows[b]] - tracks.time[rows[a]])
-    return found
+            passages[k] = tracks.time[rows[a]] + share * (tracks.time[rows[b]] - tracks.time[rows[a]])
+    return passages
 
 
 def _tracked(tracks: Tracks, times: Floats, how: How) -> NDArray[np.complex128]:
     """First orders of the run at these times, (time, channel); nan where there is no whole window."""
-    found = np.full((times.size, len(tracks.seen)), np.nan, np.complex128)
+    tracked = np.full((times.size, len(tracks.seen)), np.nan, np.complex128)
     inside = tracks.time[tracks.whole(how)]
     if not inside.size:
-        return found
+        return tracked
     rows = np.flatnonzero((times >= inside[0]) & (times <= inside[-1]))
     if how.bandwidth:
         rate = 1.0 / float(tracks.time[1] - tracks.time[0])
         every = filtered_orders(tracks.angle, tracks.seen, how.orders, how.bandwidth, rate).amplitude
         first = every[int(np.argmin(np.abs(how.orders - 1.0)))]
-        found[rows] = np.array([np.interp(times[rows], tracks.time, one) for one in first]).T
-        return found
+        tracked[rows] = np.array([np.interp(times[rows], tracks.time, one) for one in first]).T
+        return tracked
     centers = np.interp(times[rows], tracks.time, tracks.angle)
     every = fitted_orders(tracks.angle, tracks.seen, how.orders, centers, how.revolutions).amplitude
-    found[rows] = every[int(np.argmin(np.abs(how.orders - 1.0)))].T
-    return found
+    tracked[rows] = every[int(np.argmin(np.abs(how.orders - 1.0)))].T
+    return tracked
 
 
 def _peaks(
@@ -285,15 +285,15 @@ class MeasuredRunUp:
 
     def rows(self) -> Rows:
         """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
-        found = stated(self.measured)
-        values, error = (np.concatenate([one[k] for one in found]) for k in (3, 4))
-        units = "/".join(sorted({one.unit for one in found}))
+        result = stated(self.measured)
+        values, error = (np.concatenate([one[k] for one in result]) for k in (3, 4))
+        units = "/".join(sorted({one.unit for one in result}))
         return Rows(self.label, "run-up", units, values, error, np.full(values.size, np.nan))
 
     def predict(self, trial: Trial) -> Floats:
         """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
-        found = self.pairs(trial)
-        return np.concatenate([pair.shifted for pair in found]) if found else np.full(self.rows().measured.size, np.nan)
+        pairs = self.pairs(trial)
+        return np.concatenate([pair.shifted for pair in pairs]) if pairs else np.full(self.rows().measured.size, np.nan)
 
     def pairs(self, trial: Trial) -> list[Pair]:
         """Measured beside simulated; nothing if the run does not come to its end."""

@@ -74,13 +74,13 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
             raise QuestionError(f"compare: orders have their speed already; leave out {', '.join(tacho)}")
         return _titled(run, *order_curves(run, measured, seed))
     part = _together(run, _at_the_end(run, measured))
-    found = pairs(run, part)
-    rows, notes = measure_rows(run, part, found, seed, _turned(part, tacho))
-    sensors = [] if is_film(part) else [sensor_of(part[pair.measured.name]) for pair in found]
-    where = place_doubt(run, sensors, [pair.measured.name for pair in found][: len(sensors)])
-    notes = [*filter(None, [where, *map(scale_doubt, found)]), *notes]
-    ordered, more = _orders(run, part, found, tacho)
-    data = _curves(run, part, found).merge(ordered).merge(measure_table(rows))
+    result = pairs(run, part)
+    rows, notes = measure_rows(run, part, result, seed, _turned(part, tacho))
+    sensors = [] if is_film(part) else [sensor_of(part[pair.measured.name]) for pair in result]
+    where = place_doubt(run, sensors, [pair.measured.name for pair in result][: len(sensors)])
+    notes = [*filter(None, [where, *map(scale_doubt, result)]), *notes]
+    ordered, more = _orders(run, part, result, tacho)
+    data = _curves(run, part, result).merge(ordered).merge(measure_table(rows))
     return _titled(run, data, [*notes, *more])
 
 
@@ -116,35 +116,35 @@ def _titled(run: xr.Dataset, data: xr.Dataset, notes: list[str]) -> Overlay:
     return Overlay.of(data.assign_attrs(provenance() | about))
 
 
-def _curves(run: xr.Dataset, part: xr.Dataset, found: list[Pair]) -> xr.Dataset:
+def _curves(run: xr.Dataset, part: xr.Dataset, pairs: list[Pair]) -> xr.Dataset:
     time = np.asarray(part["time"].values, np.float64)
 
     def table(values: list[Floats]) -> Floats:
-        grid = np.full((len(found), time.size), np.nan)
-        for row, pair, one in zip(grid, found, values, strict=True):
+        grid = np.full((len(pairs), time.size), np.nan)
+        for row, pair, one in zip(grid, pairs, values, strict=True):
             row[np.searchsorted(time, pair.measured.time)] = one
         return grid
 
     both = ("channel", "time")
-    away = [pair.shifted - pair.measured.values for pair in found]
+    away = [pair.shifted - pair.measured.values for pair in pairs]
     about = {"long_name": "one standard deviation of the measurement, SI"}
     entries: dict[str, Any] = {
-        "measured": (both, table([pair.measured.values for pair in found]), {"long_name": "measured, SI"}),
-        "simulated": (both, table([pair.shifted for pair in found]), {"long_name": "of the run, SI"}),
-        "deviation": (both, table([pair.measured.deviation for pair in found]), about),
-        "units": ("channel", np.array([pair.measured.unit for pair in found], dtype=object)),
-        "rms_measured": ("channel", [_rms(p.measured.values - p.measured.values.mean()) for p in found]),
+        "measured": (both, table([pair.measured.values for pair in pairs]), {"long_name": "measured, SI"}),
+        "simulated": (both, table([pair.shifted for pair in pairs]), {"long_name": "of the run, SI"}),
+        "deviation": (both, table([pair.measured.deviation for pair in pairs]), about),
+        "units": ("channel", np.array([pair.measured.unit for pair in pairs], dtype=object)),
+        "rms_measured": ("channel", [_rms(p.measured.values - p.measured.values.mean()) for p in pairs]),
         "rms_away": ("channel", [_rms(one) for one in away]),
-        "rms_expected": ("channel", [_rms(pair.measured.deviation) for pair in found]),
+        "rms_expected": ("channel", [_rms(pair.measured.deviation) for pair in pairs]),
         "speed": ("time", np.interp(time, run["time"].values, run["speed"].values), {"units": "rad/s"}),
     }
-    entries["place"] = "channel", np.array([pair.place for pair in found], dtype=object)
-    names = np.array([pair.measured.name for pair in found], dtype=object)
+    entries["place"] = "channel", np.array([pair.place for pair in pairs], dtype=object)
+    names = np.array([pair.measured.name for pair in pairs], dtype=object)
     return xr.Dataset(entries, {"channel": names, "time": ("time", time, {"units": "s", "long_name": "time"})})
 
 
 def _has_tacho(part: xr.Dataset) -> bool:
-    return any(one.attrs.get("quantity") in ("tacho", "angle") for one in part.data_vars.values())
+    return any(data_var.attrs.get("quantity") in ("tacho", "angle") for data_var in part.data_vars.values())
 
 
 def _turned(part: xr.Dataset, tacho: dict[str, Any]) -> xr.Dataset | None:
@@ -159,17 +159,17 @@ def _turned(part: xr.Dataset, tacho: dict[str, Any]) -> xr.Dataset | None:
 
 
 def _orders(
-    run: xr.Dataset, part: xr.Dataset, found: list[Pair], tacho: dict[str, Any]
+    run: xr.Dataset, part: xr.Dataset, pairs: list[Pair], tacho: dict[str, Any]
 ) -> tuple[xr.Dataset, list[str]]:
     """The first order of both; nothing without a tacho."""
     if not _has_tacho(part):
-        return xr.Dataset(), [] if found[0].measured.unit == "rad" else ["no orders: the measurement has no tacho"]
-    names = [pair.measured.name for pair in found]
+        return xr.Dataset(), [] if pairs[0].measured.unit == "rad" else ["no orders: the measurement has no tacho"]
+    names = [pair.measured.name for pair in pairs]
     try:
         seen = orders(part, channels=names, **tacho).sel(order=1.0)
         time = np.asarray(part["time"].values, np.float64)
         angle = np.interp(time, run["time"].values, run["rotor_angle"].values)
-        channels = {p.measured.name: Channel(p.simulated, str(part[p.measured.name].attrs["quantity"])) for p in found}
+        channels = {p.measured.name: Channel(p.simulated, str(part[p.measured.name].attrs["quantity"])) for p in pairs}
         known = orders(signals(time, {**channels, "rotor": Channel(angle, "angle")}), channels=names).sel(order=1.0)
     except QuestionError as reason:
         return xr.Dataset(), [f"no orders: {reason}"]

@@ -70,10 +70,10 @@ def pairs(run: xr.Dataset, measured: xr.Dataset, dense: bool = True) -> list[Pai
     QuestionError
         If a place is not in the run, or it has fewer balls.
     """
-    found = stated(measured)
+    pairs = stated(measured)
     if is_film(measured):
-        return _of_balls(run, found)
-    return [_of_channel(run, measured[one.name], one, dense) for one in found]
+        return _of_balls(run, pairs)
+    return [_of_channel(run, measured[pair.name], pair, dense) for pair in pairs]
 
 
 def sensor_of(entry: xr.DataArray) -> Sensor:
@@ -122,27 +122,27 @@ def _size(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _of_channel(run: xr.Dataset, entry: xr.DataArray, one: Stated, dense: bool) -> Pair:
+def _of_channel(run: xr.Dataset, entry: xr.DataArray, value: Stated, dense: bool) -> Pair:
     sensor = sensor_of(entry)
     between = dense or ORDER[sensor.quantity] > 0
-    simulated = motion(run, sensor, one.time)(one.time) if between else at_samples(run, sensor, one.time)
-    return Pair(one, simulated, sensor.quantity != "force", place_seen(run, sensor))
+    simulated = motion(run, sensor, value.time)(value.time) if between else at_samples(run, sensor, value.time)
+    return Pair(value, simulated, sensor.quantity != "force", place_seen(run, sensor))
 
 
-def _of_balls(run: xr.Dataset, found: list[Stated]) -> list[Pair]:
+def _of_balls(run: xr.Dataset, values: list[Stated]) -> list[Pair]:
     if "ball_angle_in_rotor" not in run:
         raise QuestionError("the run has no samples of its balls; run it with save=Samples(count)")
     known, clock = run["ball_angle_in_rotor"].values.T, run["time"].values
-    if len(known) < len(found):
-        raise QuestionError(f"{len(found)} balls were measured; the run has {len(known)}")
-    simulated = [[np.interp(one.time, clock, angle) for angle in known] for one in found]
+    if len(known) < len(values):
+        raise QuestionError(f"{len(values)} balls were measured; the run has {len(known)}")
+    simulated = [[np.interp(value.time, clock, angle) for angle in known] for value in values]
     cost = np.array(
-        [[np.abs(wrapped(s - one.values)).sum() for s in row] for one, row in zip(found, simulated, strict=True)]
+        [[np.abs(wrapped(s - value.values)).sum() for s in row] for value, row in zip(values, simulated, strict=True)]
     )
     twins = linear_sum_assignment(cost)[1]  # balls look alike
     return [
-        Pair(one, np.asarray(one.values + wrapped(row[twin] - one.values), np.float64))
-        for one, row, twin in zip(found, simulated, twins, strict=True)
+        Pair(value, np.asarray(value.values + wrapped(row[twin] - value.values), np.float64))
+        for value, row, twin in zip(values, simulated, twins, strict=True)
     ]
 
 
@@ -236,25 +236,25 @@ class Row(NamedTuple):
 
 
 def measure_rows(
-    run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int, turned: xr.Dataset | None
+    run: xr.Dataset, measured: xr.Dataset, pairs: list[Pair], seed: int, turned: xr.Dataset | None
 ) -> tuple[list[Row], list[str]]:
     """The measures that can be computed from the pairs, and why the others cannot.
 
     ``turned`` has the measured speed over its time, held before the first pulse and after the last; without a tacho it is taken
     to be that of the run.
     """
-    if found[0].measured.unit == "rad":
-        return _of_film(run, measured, found, seed)
+    if pairs[0].measured.unit == "rad":
+        return _of_film(run, measured, pairs, seed)
     place = str(run.attrs.get("reference_station", ""))
-    sensors = [sensor_of(measured[pair.measured.name]) for pair in found]
-    here = [k for k, one in enumerate(sensors) if one.quantity == "displacement" and one.place in ("", place)]
+    sensors = [sensor_of(measured[pair.measured.name]) for pair in pairs]
+    here = [k for k, sensor in enumerate(sensors) if sensor.quantity == "displacement" and sensor.place in ("", place)]
     angles = np.array([sensors[k].angle for k in here])
     if len(here) < 2 or np.abs(np.sin(angles - angles[0])).max() < FLAT:
         return [], [
             f"no measures of the deflection: they need displacements in two directions at the reference station {place!r}"
         ]
     across = np.linalg.pinv(np.column_stack([np.cos(angles), np.sin(angles)]))
-    time = found[here[0]].measured.time
+    time = pairs[here[0]].measured.time
     of_run = np.interp(time, run["time"].values, run["speed"].values)
     own = of_run if turned is None else np.interp(time, turned["time"].values, turned["speed"].values)
 
@@ -264,11 +264,11 @@ def measure_rows(
         data = xr.Dataset({"deflection": ("time", np.hypot(x, y)), "speed": ("time", speed)}, {"time": time})
         return Recorded(float(time[-1]), True, critical_speed_of(run), bins_of(data))
 
-    rows = _rows([found[k] for k in here], recorded, "bins", seed)
+    rows = _rows([pairs[k] for k in here], recorded, "bins", seed)
     return rows, ["no measures of balls, supports and residual unbalance: they are not in signals of displacement"]
 
 
-def _of_film(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int) -> tuple[list[Row], list[str]]:
+def _of_film(run: xr.Dataset, measured: xr.Dataset, pairs: list[Pair], seed: int) -> tuple[list[Row], list[str]]:
     """Of the motion of the balls; frames in which one was not seen are bridged."""
     time = np.asarray(measured["time"].values, np.float64)
     if time.size < 2:
@@ -277,28 +277,28 @@ def _of_film(run: xr.Dataset, measured: xr.Dataset, found: list[Pair], seed: int
 
     def recorded(values: list[Floats], _seen: bool) -> Recorded:
         angle = np.array(
-            [np.interp(time, pair.measured.time, np.unwrap(one)) for pair, one in zip(found, values, strict=True)]
+            [np.interp(time, pair.measured.time, np.unwrap(one)) for pair, one in zip(pairs, values, strict=True)]
         ).T
         rate = np.gradient(angle, time, axis=0)
         empty = Bins(*[np.zeros(0)] * 6)
         balls = Balls(float(time[0]), time, speed, angle, rate)
         return Recorded(float(time[-1]), True, critical_speed_of(run), empty, balls)
 
-    return _rows(found, recorded, "balls", seed), ["no measures of the deflection: a film of balls does not show it"]
+    return _rows(pairs, recorded, "balls", seed), ["no measures of the deflection: a film of balls does not show it"]
 
 
-def _rows(found: list[Pair], recorded: Callable[[list[Floats], bool], Recorded], known: str, seed: int) -> list[Row]:
+def _rows(pairs: list[Pair], recorded: Callable[[list[Floats], bool], Recorded], known: str, seed: int) -> list[Row]:
     """Of the measures that need nothing else than what is ``known``; without deviation where a sensor states none.
 
     ``recorded`` is told whether the values are the measured ones.
     """
     random = generator(seed)
-    stated = all(np.isfinite(pair.measured.deviation).any() for pair in found)
-    true = recorded([pair.measured.values - (pair.shifted - pair.simulated) for pair in found], True)
+    stated = all(np.isfinite(pair.measured.deviation).any() for pair in pairs)
+    true = recorded([pair.measured.values - (pair.shifted - pair.simulated) for pair in pairs], True)
     draws = []
     for _ in range(DRAWS):
-        noise = [np.nan_to_num(pair.measured.deviation) * random.standard_normal(pair.simulated.size) for pair in found]
-        draws.append(recorded([pair.simulated + part for pair, part in zip(found, noise, strict=True)], False))
+        noise = [np.nan_to_num(pair.measured.deviation) * random.standard_normal(pair.simulated.size) for pair in pairs]
+        draws.append(recorded([pair.simulated + part for pair, part in zip(pairs, noise, strict=True)], False))
     rows = []
     for measure in MEASURES:
         if set(needed(measure)) != {known} or measure.name in OF_REST:
@@ -306,7 +306,7 @@ def _rows(found: list[Pair], recorded: Callable[[list[Floats], bool], Recorded],
         seen = np.array([np.atleast_1d(measure.of(draw)) for draw in draws], np.float64)
         values = np.atleast_1d(measure.of(true))
         for k, value in enumerate(values):
-            several = [found[k].measured.name] if measure.along else [""]
+            several = [pairs[k].measured.name] if measure.along else [""]
             known_draws = seen[:, k][np.isfinite(seen[:, k])]
             mean = float(known_draws.mean()) if known_draws.size > DRAWS // 2 else math.nan
             spread = float(known_draws.std(ddof=1)) if stated and known_draws.size > DRAWS // 2 else math.nan

@@ -94,12 +94,12 @@ def fit_run_up(
     values = sum(part.rows().measured.size for part in parts)
     if values <= len(parameters):
         raise QuestionError(f"fit_run_up: {values} measured values for {len(parameters)} parameters; give more values")
-    found = identify(machine, parameters, parts, loss=loss, starts=starts, seed=seed)
-    wide = float(norm.ppf(0.5 + 0.5 * COVERED)) * found.data["uncertainty"]
+    run_up = identify(machine, parameters, parts, loss=loss, starts=starts, seed=seed)
+    wide = float(norm.ppf(0.5 + 0.5 * COVERED)) * run_up.data["uncertainty"]
     for name, sign, text in (("interval_low", -1.0, "lower"), ("interval_high", 1.0, "upper")):
-        found.data[name] = found.data["value"] + sign * wide
-        found.data[name].attrs = {"long_name": f"{text} end of the interval of 95 %, SI"}
-    return found
+        run_up.data[name] = run_up.data["value"] + sign * wide
+        run_up.data[name].attrs = {"long_name": f"{text} end of the interval of 95 %, SI"}
+    return run_up
 
 
 # Amplitude and phase over the speed as something that a machine is fitted to, by its steady response or by its run-up.
@@ -160,19 +160,19 @@ class MeasuredOrders:
     @cached_property
     def known(self) -> Orders:
         """As arrays."""
-        found = given_orders(self.data, self.label, biased=self.steady)
+        orders = given_orders(self.data, self.label, biased=self.steady)
         low, high = (argument(name, getattr(self, name), "rad/s") for name in ("lowest", "highest"))
-        inside = (found.speeds >= low) & (found.speeds <= high)
+        inside = (orders.speeds >= low) & (orders.speeds <= high)
         if not inside.any():
             raise QuestionError(
-                f"{self.label}: no speed from {low:g} to {high:g} rad/s was measured; there are {found.speeds.min():.5g} to "
-                f"{found.speeds.max():.5g} rad/s"
+                f"{self.label}: no speed from {low:g} to {high:g} rad/s was measured; there are {orders.speeds.min():.5g} to "
+                f"{orders.speeds.max():.5g} rad/s"
             )
-        if not (self.steady or np.isfinite(found.times).all()):
+        if not (self.steady or np.isfinite(orders.times).all()):
             raise QuestionError(
                 f"{self.label}: orders over the speed have no times of a run-up; leave out steady=False"
             )
-        return found.at(inside)
+        return orders.at(inside)
 
     @cached_property
     def deviations(self) -> tuple[Floats, Floats]:
@@ -204,7 +204,7 @@ class MeasuredOrders:
         """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
         known, size = self.known, np.abs(self.known.readings)
         wide = np.hypot(1.0, np.linalg.norm(self._of_angle, axis=1)).reshape(2, -1, known.speeds.size)
-        along, across = (one * more.T for one, more in zip(self.deviations, wide, strict=True))
+        along, across = (deviation * more.T for deviation, more in zip(self.deviations, wide, strict=True))
         names = [self._channel(c) for c in range(len(known.places))]
         parts = tuple(f"{name}, {what}" for what in ("amplitude", "phase") for name in names for _ in known.speeds)
         error = np.concatenate([along.T.ravel(), np.arctan2(across, size).T.ravel()])
@@ -221,17 +221,17 @@ class MeasuredOrders:
         """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
         if self.steady:
             options: dict[str, Any] = {"balls": self.balls, "ball_angles": self.ball_angles}
-            found = _flat(seen_by_channels(trial.machine, self.known, None, self.label, **options))
+            values = _flat(seen_by_channels(trial.machine, self.known, None, self.label, **options))
         else:
-            found = _flat(orders_of_a_run(trial.machine, self.data, self.known))
-        half = found.size // 2
+            values = _flat(orders_of_a_run(trial.machine, self.data, self.known))
+        half = values.size // 2
         measured = _flat(self.known.readings)[half:]
-        found[half:] = measured + (found[half:] - measured + np.pi) % (2.0 * np.pi) - np.pi
-        return found
+        values[half:] = measured + (values[half:] - measured + np.pi) % (2.0 * np.pi) - np.pi
+        return values
 
     def residual(self, predicted: Floats) -> Floats:
         """Along and across the measured amplitudes, in standard deviations; what a channel shares counts once."""
-        along, across = (one.T.ravel() for one in self.deviations)
+        along, across = (deviation.T.ravel() for deviation in self.deviations)
         size, phase = np.split(predicted, 2)
         measured = self.known.readings.T.ravel()
         away = size * np.exp(1j * (phase - np.angle(measured))) - np.abs(measured)
@@ -289,7 +289,7 @@ class MeasuredOrders:
             )
             moved += [0.5j * size * (up + down), 0.5 * size * (up - down)]
         turned = np.exp(-1j * np.angle(known.readings))[:, :, None] * np.concatenate(moved, axis=2)
-        along, across = (one[:, :, None] for one in self.deviations)
+        along, across = (deviation[:, :, None] for deviation in self.deviations)
         parts = (part.swapaxes(0, 1) for part in (turned.real / along, turned.imag / across))
         return np.asarray(np.concatenate([part.reshape(-1, turned.shape[2]) for part in parts]))
 
@@ -298,11 +298,11 @@ class MeasuredOrders:
         count = len(self.known.places)
         seen, given = (np.split(one, 2)[0].reshape(count, -1) for one in (self.predict(trial), self.rows().measured))
         units = [UNITS[quantity] for quantity in self.known.quantities]
-        found = [
+        doubts = [
             size_doubt(f"{self.label}, {self._channel(c)}", units[c], float(given[c].max()), float(seen[c].max()))
             for c in range(count)
         ]
-        return list(filter(None, found))
+        return list(filter(None, doubts))
 
     def notes(self, trial: Trial) -> list[str]:
         """Whether the measured speed was followed; if not, whether it changed too fast for a steady response."""
@@ -334,15 +334,15 @@ def _shifted(readings: NDArray[np.complex128], speed: Floats, rate: Floats) -> N
 
     Parts reach from one turning point of the speed to the next, and no further. (S, C, W).
     """
-    found = np.empty((*readings.shape, rate.size), np.complex128)
+    shifted = np.empty((*readings.shape, rate.size), np.complex128)
     turns = np.flatnonzero(np.diff(np.sign(np.diff(speed)))) + 1
     for part in map(np.asarray, np.split(np.arange(speed.size), turns)):
         order = part[np.argsort(speed[part])]
         there = np.clip(speed[part, None] + rate, speed[order[0]], speed[order[-1]])
         for c, row in enumerate(readings[order].T):
             seen = np.interp(there, speed[order], row.real) + 1j * np.interp(there, speed[order], row.imag)
-            found[part, c] = seen * (speed[part, None] / there) ** 2
-    return found
+            shifted[part, c] = seen * (speed[part, None] / there) ** 2
+    return shifted
 
 
 def _flat(values: NDArray[np.complex128]) -> Floats:
@@ -420,17 +420,22 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
     ResultError
         If a table or a result cannot be read.
     """
-    free, found = read_measurements(path, RunUpFile)
-    return free, _sharing(found)
+    free, measurements = read_measurements(path, RunUpFile)
+    return free, _sharing(measurements)
 
 
-def _sharing(found: list[Measurement]) -> list[Measurement]:
+def _sharing(measurements: list[Measurement]) -> list[Measurement]:
     """Run-ups with the same seed are one run, sampled for all of them."""
-    times = {one.seed: np.zeros(0) for one in found if isinstance(one, MeasuredRunUp)}
-    for one in found:
-        if isinstance(one, MeasuredRunUp):
-            times[one.seed] = np.union1d(times[one.seed], one.measured["time"].values)
-    return [replace(one, times=times[one.seed].tolist()) if isinstance(one, MeasuredRunUp) else one for one in found]
+    times = {measurement.seed: np.zeros(0) for measurement in measurements if isinstance(measurement, MeasuredRunUp)}
+    for measurement in measurements:
+        if isinstance(measurement, MeasuredRunUp):
+            times[measurement.seed] = np.union1d(times[measurement.seed], measurement.measured["time"].values)
+    return [
+        replace(measurement, times=times[measurement.seed].tolist())
+        if isinstance(measurement, MeasuredRunUp)
+        else measurement
+        for measurement in measurements
+    ]
 
 
 class OrdersEntry(Entry):
@@ -479,10 +484,10 @@ class RunUpEntry(Entry):
 
 def _part(given: xr.Dataset, low: float, high: float, name: str) -> xr.Dataset:
     time = given["time"].values
-    found = given.isel(time=(time >= low) & (time <= high))
-    if found.sizes["time"] < 2:
+    dataset = given.isel(time=(time >= low) & (time <= high))
+    if dataset.sizes["time"] < 2:
         raise QuestionError(f"{name}: nothing from {low:g} s to {high:g} s; it has {time[0]:g} s to {time[-1]:g} s")
-    return found
+    return dataset
 
 
 class RunUpFile(MeasurementFile):

@@ -144,7 +144,10 @@ class Background:
         angle = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
         circles = self.radius[:, None] * np.exp(1j * angle)
         seen = np.array(
-            [sampled(one, view.pixels(in_space(at + circles, 0.0))) for one, at in zip(pictures, centers, strict=True)]
+            [
+                sampled(picture, view.pixels(in_space(at + circles, 0.0)))
+                for picture, at in zip(pictures, centers, strict=True)
+            ]
         )
         level = np.median(seen, axis=(0, 2))
         waves = _waves(angle)

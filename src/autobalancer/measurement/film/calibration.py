@@ -100,8 +100,8 @@ def calibrate(
         return np.concatenate([away, prior, change[6 + (focal_length is None) :] / BENT])
 
     scale = np.array([1e-2] * 3 + [1e-2 * float(np.linalg.norm(first.position))] * 3 + [0.1] * (free - 6))
-    found = least_squares(miss, np.zeros(free), x_scale=scale, method="trf", max_nfev=200)
-    view = _changed(first, _whole(found.x, focal_length is None))
+    solution = least_squares(miss, np.zeros(free), x_scale=scale, method="trf", max_nfev=200)
+    view = _changed(first, _whole(solution.x, focal_length is None))
     away = view.pixels(in_space(places, 0.0)) - u
     residual = float(np.sqrt((away**2).mean()))
     if not np.isfinite(residual) or residual > 0.05 * size[1]:
@@ -111,7 +111,7 @@ def calibrate(
         )
     freedom = max(2 * len(u) - free, 1)
     worse = max(1.0, float((away**2).sum()) / freedom / deviation**2) if 2 * len(u) > free else 1.0
-    covariance = np.linalg.pinv(found.jac.T @ found.jac, rcond=1e-15) * worse
+    covariance = np.linalg.pinv(solution.jac.T @ solution.jac, rcond=1e-15) * worse
     if focal_length is not None:
         covariance = np.insert(np.insert(covariance, 6, 0.0, axis=0), 6, 0.0, axis=1)
     return Calibration(view, covariance, residual)
@@ -282,11 +282,11 @@ def camera_of(picture: Gray, setup: FilmSetup) -> Calibration:
     pixels = np.array(
         [_spot(picture, mark, at, rough, noise, n) for n, (mark, at) in enumerate(zip(marks, given, strict=True), 1)]
     )
-    found = fitted(pixels, 0.5)
+    camera = fitted(pixels, 0.5)
     for _ in range(TOGETHER):
-        pixels = _edges(picture, marks, found, noise)
-        found = fitted(pixels, FLOOR)
-    return found
+        pixels = _edges(picture, marks, camera, noise)
+        camera = fitted(pixels, FLOOR)
+    return camera
 
 
 def _spot(picture: Gray, mark: Mark, at: Floats, scale: float, noise: float, number: int) -> Floats:
@@ -309,18 +309,18 @@ def _spot(picture: Gray, mark: Mark, at: Floats, scale: float, noise: float, num
     return np.asarray(middles[far.argmin()], np.float64)
 
 
-def _edges(picture: Gray, marks: Sequence[Mark], found: Calibration, noise: float) -> Floats:
+def _edges(picture: Gray, marks: Sequence[Mark], calibration: Calibration, noise: float) -> Floats:
     """Middles of marks by their edges."""
     pixels = []
     for number, mark in enumerate(marks, 1):
         place = np.array([mark.z])
-        outline = mark_outlines(found.view, place, 0.0, float(mark.radius), POINTS)
+        outline = mark_outlines(calibration.view, place, 0.0, float(mark.radius), POINTS)
         edge = located(picture, outline, rises=False, noise=noise, usable=np.ones((1, POINTS), np.bool_))
         if not edge.share[0] >= 0.4:
             raise QuestionError(
                 f"mark {number}: its edge is not a circle of radius {float(mark.radius):g} m where the other marks say that it "
                 "is; check its pixel, its place and its radius"
             )
-        middle = found.view.pixels(np.array([mark.z.real, mark.z.imag, 0.0]))
+        middle = calibration.view.pixels(np.array([mark.z.real, mark.z.imag, 0.0]))
         pixels.append(middle + edge.shift[0])
     return np.array(pixels)

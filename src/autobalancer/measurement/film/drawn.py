@@ -192,8 +192,8 @@ def scenery(
     QuestionError
         If the run has no such race, or its balls have no diameter.
     """
-    found = given_race_run(run, "measure.render_film")
-    races = races_of(found)
+    scenery = given_race_run(run, "measure.render_film")
+    races = races_of(scenery)
     places = sorted(set(zip(races.balancer.tolist(), races.race.tolist(), strict=True)))
     if not 1 <= race <= len(places):
         raise QuestionError(f"race: given {race}; the run has {len(places)} races with balls, counted from 1")
@@ -213,7 +213,7 @@ def scenery(
     height = ball if ball_height is None else argument("ball_height", ball_height, "m")
     on, around = (float(marks[0].radius) if marks else spot for marks in (rotor_marks, frame_marks))
     sizes = Sizes(orbit, ball, height, disc, on, around)
-    return Scenery(Motion(found), races, balls, sizes, tuple(rotor_marks), tuple(frame_marks))
+    return Scenery(Motion(scenery), races, balls, sizes, tuple(rotor_marks), tuple(frame_marks))
 
 
 @shows_progress

@@ -254,11 +254,11 @@ def located(
     radius = np.linalg.norm(outline.edge - outline.edge.mean(axis=1, keepdims=True), axis=-1).mean(axis=1)
     between = 2.0 * np.pi * radius / place.shape[1]
     floor = SHADED * np.maximum(1.0, LARGE / radius) if rises else np.full(radius.size, FLOOR)
-    found = _together(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
+    located = _together(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
     if not rises:
-        return found
-    wide = np.where(found.misfit < UNLIKE, GROWTH * np.maximum(found.misfit - ALIKE, 0.0), ANYWHERE * radius)
-    return found._replace(covariance=found.covariance + wide[:, None, None] ** 2 * np.eye(2))
+        return located
+    wide = np.where(located.misfit < UNLIKE, GROWTH * np.maximum(located.misfit - ALIKE, 0.0), ANYWHERE * radius)
+    return located._replace(covariance=located.covariance + wide[:, None, None] ** 2 * np.eye(2))
 
 
 def _together(

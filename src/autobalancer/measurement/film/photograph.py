@@ -83,8 +83,8 @@ def photographed_angles(
 def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> Seen:
     if pixels.shape != (setup.balls, 2) or not np.isfinite(pixels).all():
         raise QuestionError(f"clicked: given {pixels.shape}; give column and row of each of the {setup.balls} balls")
-    found = camera.view.places(pixels, setup.ball_height)
-    place = found[:, 0] + 1j * found[:, 1]
+    places = camera.view.places(pixels, setup.ball_height)
+    place = places[:, 0] + 1j * places[:, 1]
     off = np.abs(np.abs(place - complex(*setup.race_center)) - setup.orbit_radius)
     for number in np.flatnonzero(off > 0.5 * setup.ball_diameter):
         raise QuestionError(
@@ -104,18 +104,18 @@ def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> Seen:
     return Seen(place, setup.pixel_deviation * np.hypot(*slopes), np.ones(len(place)))
 
 
-def _gray(given: str | Path | ArrayLike) -> Gray:
-    if isinstance(given, str | Path):
+def _gray(argument: str | Path | ArrayLike) -> Gray:
+    if isinstance(argument, str | Path):
         from PIL import Image, UnidentifiedImageError
 
-        if reason := not_to_read(Path(given)):
-            raise ResultError(f"{given}: {reason}")
+        if reason := not_to_read(Path(argument)):
+            raise ResultError(f"{argument}: {reason}")
         try:
-            with Image.open(given) as found:
-                return np.asarray(found.convert("L"), np.uint8)
+            with Image.open(argument) as gray:
+                return np.asarray(gray.convert("L"), np.uint8)
         except (OSError, UnidentifiedImageError, ValueError) as reason:
-            raise ResultError(f"{given}: cannot be read as a picture: {reason}") from None
-    picture = np.asarray(given)
+            raise ResultError(f"{argument}: cannot be read as a picture: {reason}") from None
+    picture = np.asarray(argument)
     if picture.dtype != np.uint8 or picture.ndim not in (2, 3) or (picture.ndim == 3 and picture.shape[2] < 3):
         raise QuestionError(
             f"photograph: an array {picture.shape} of {picture.dtype}; must be (rows, columns) or (rows, columns, 3) of uint8"

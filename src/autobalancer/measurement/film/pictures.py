@@ -204,7 +204,7 @@ class RotorMarks:
 
     def coarse(self, picture: Gray) -> float:
         """The angle at which all marks together are most marked; nan if no angle is by far the best."""
-        scores = [one.scores(picture) for one in self.circles]
+        scores = [circle.scores(picture) for circle in self.circles]
         total = np.zeros(self.steps)
         for place, which in zip(self.places, self.which, strict=True):
             turn = np.angle(place) / (2.0 * np.pi) * self.steps
@@ -245,8 +245,8 @@ class RotorMarks:
         for _ in range(2):
             z = center + self.places * np.exp(1j * angle)
             grid = self.view.places(self._middles(picture, self.view.pixels(in_space(z, 0.0))))
-            found = grid[:, 0] + 1j * grid[:, 1]
-            angle, center, _ = _fitted(self.places, found, np.ones(found.size), angle, center)
+            result = grid[:, 0] + 1j * grid[:, 1]
+            angle, center, _ = _fitted(self.places, result, np.ones(result.size), angle, center)
         return angle, center
 
     def _middles(self, picture: Gray, pixels: Floats) -> Floats:

@@ -50,13 +50,13 @@ def places_of(marks: Sequence[Mark]) -> NDArray[np.complex128]:
     return np.array([mark.z for mark in marks], np.complex128)
 
 
-def _terms(given: Any) -> Any:
+def _terms(argument: Any) -> Any:
     """The number of terms of the distortion, or the terms."""
-    if isinstance(given, int) and not isinstance(given, bool) and 0 <= given <= 2:
-        return given
-    if not isinstance(given, (list, tuple)):
-        raise ValueError(f"given {shortened(given)}; must be the number of terms, 0, 1 or 2, or a list of the terms")
-    return tuple(float(to_si(one, "")) for one in given)
+    if isinstance(argument, int) and not isinstance(argument, bool) and 0 <= argument <= 2:
+        return argument
+    if not isinstance(argument, (list, tuple)):
+        raise ValueError(f"given {shortened(argument)}; must be the number of terms, 0, 1 or 2, or a list of the terms")
+    return tuple(float(to_si(one, "")) for one in argument)
 
 
 class FilmSetup(Question):
@@ -143,11 +143,11 @@ OWN = {
 }
 
 
-def labeled(found: xr.Dataset) -> xr.Dataset:
+def labeled(dataset: xr.Dataset) -> xr.Dataset:
     """The same data with long names, units and frames."""
-    for name, variable in found.variables.items():
+    for name, variable in dataset.variables.items():
         entry = OWN.get(str(name)) or LABELS[str(name)]
         variable.attrs.update(long_name=entry.long_name, units=entry.units)
         if entry.frame:
             variable.attrs["frame"] = entry.frame
-    return found
+    return dataset

@@ -86,26 +86,27 @@ def track_balls(
     known = _known(setup, rotor_angle, when)
     speed, slip = argument("first_speed", first_speed, "rad/s"), argument("first_ball_speed", first_ball_speed, "rad/s")
     critical = optional_argument("critical_speed", critical_speed, "rad/s")
-    found = read_all(pictures, setup, known, about, progress if callable(progress) else silent)
-    count = len(found.seen)
+    tracked = read_all(pictures, setup, known, about, progress if callable(progress) else silent)
+    count = len(tracked.seen)
     if when.size < count and time is not None:
         raise QuestionError(f"time: given {when.size} times; the film has {count} pictures or more")
     when = when[:count] if when.size >= count else np.arange(count) / float(frame_rate or 1.0)
-    faults = _judged(found, setup, when)
-    turns = unwrapped_rotor(when, found.rotor, speed) if setup.camera == "rest" or known else np.full(count, np.nan)
+    faults = _judged(tracked, setup, when)
+    turns = unwrapped_rotor(when, tracked.rotor, speed) if setup.camera == "rest" or known else np.full(count, np.nan)
     rotor = [
-        place._replace(angle=float(a)) if np.isfinite(a) else place for place, a in zip(found.rotor, turns, strict=True)
+        place._replace(angle=float(a)) if np.isfinite(a) else place
+        for place, a in zip(tracked.rotor, turns, strict=True)
     ]
     if setup.camera == "turning":
         rotor = [place._replace(angle=0.0, center=0j, deviation=0.0) for place in rotor]
-    followed = follow(when, rotor, found.seen, _deviations(found, rotor, setup), setup, slip)
+    followed = follow(when, rotor, tracked.seen, _deviations(tracked, rotor, setup), setup, slip)
     _judge_lost(faults, followed, when)
     hits = impacts(when, followed.angle, followed.deviation, setup.contact_angle, setup.orbit_radius)
     breaks = [hits.time[(hits.ball == i) | (hits.partner == i)] for i in range(1, setup.balls + 1)]
     rate, unsure = speeds(when, followed.angle, followed.deviation, breaks)
     rotor_speed = _rotor_speed(when, turns)
     events = stalls(when, rotor_speed, rate, critical) if critical is not None else []
-    return ball_film(when, turns, rotor_speed, rotor, followed, (rate, unsure), hits, events, faults, found, setup)
+    return ball_film(when, turns, rotor_speed, rotor, followed, (rate, unsure), hits, events, faults, tracked, setup)
 
 
 def _opened(
@@ -152,14 +153,14 @@ def _known(setup: FilmSetup, rotor_angle: ArrayLike | None, when: Floats) -> lis
     return [RotorPlace(float(a), 0j, 0.0) for a in angle]
 
 
-def _judged(found: Pictures, setup: FilmSetup, when: Floats) -> list[str]:
+def _judged(pictures: Pictures, setup: FilmSetup, when: Floats) -> list[str]:
     """Faults of all pictures, balls that are missing among them."""
-    usual = np.median([h for seen in found.seen for h in seen.height] or [0.0])
-    faults = list(found.faults)
-    for k, seen in enumerate(found.seen):
+    usual = np.median([h for seen in pictures.seen for h in seen.height] or [0.0])
+    faults = list(pictures.faults)
+    for k, seen in enumerate(pictures.seen):
         good = seen.height > 0.35 * usual
         if not good.all():
-            found.seen[k] = type(seen)(seen.place[good], seen.deviation[good], seen.height[good])
+            pictures.seen[k] = type(seen)(seen.place[good], seen.deviation[good], seen.height[good])
         if not faults[k] and good.sum() < setup.balls:
             faults[k] = f"{int(good.sum())} of {setup.balls} balls seen"
     _refuse_many(faults, when)
@@ -187,12 +188,12 @@ def _refuse_many(faults: list[str], when: Floats) -> None:
         )
 
 
-def _deviations(found: Pictures, rotor: Sequence[RotorPlace], setup: FilmSetup) -> list[Floats]:
+def _deviations(pictures: Pictures, rotor: Sequence[RotorPlace], setup: FilmSetup) -> list[Floats]:
     """Of the angles of the finds: their edges, the rotor and the camera."""
     grid = 2.0 * np.pi * np.arange(72) / 72
-    of_camera = found.calibration.angle_deviation(setup.orbit_radius * np.exp(1j * grid), setup.ball_height, 0j)
+    of_camera = pictures.calibration.angle_deviation(setup.orbit_radius * np.exp(1j * grid), setup.ball_height, 0j)
     answer = []
-    for seen, place in zip(found.seen, rotor, strict=True):
+    for seen, place in zip(pictures.seen, rotor, strict=True):
         at = np.angle(seen.place - place.center)
         camera = np.interp(at, grid, of_camera, period=2.0 * np.pi)
         turn = place.deviation if np.isfinite(place.deviation) else 0.0
@@ -336,7 +337,7 @@ def stalls(time: Floats, speed: Floats, rate: Floats, critical: float) -> list[t
     2 % above the critical speed, the rule of ``release_speed``; it is captured where that begins after it ran with the rotor,
     and released where it runs with the rotor again.
     """
-    found: list[tuple[float, str]] = []
+    stalls: list[tuple[float, str]] = []
     for i in range(rate.shape[1]):
         known = np.flatnonzero(np.isfinite(rate[:, i]) & np.isfinite(speed))
         w, own = speed[known], speed[known] + rate[known, i]
@@ -346,13 +347,13 @@ def stalls(time: Floats, speed: Floats, rate: Floats, critical: float) -> list[t
         for k, row in enumerate(known):
             if stalled[k]:
                 if state == "with":
-                    found.append((float(time[row]), f"ball {i + 1} captured at the critical speed"))
+                    stalls.append((float(time[row]), f"ball {i + 1} captured at the critical speed"))
                 state = "stalled"
             elif with_rotor[k]:
                 if state == "stalled":
-                    found.append((float(time[row]), f"ball {i + 1} released"))
+                    stalls.append((float(time[row]), f"ball {i + 1} released"))
                 state = "with"
-    return sorted(found)
+    return sorted(stalls)
 
 
 # Balls followed from picture to picture: identity, angle in the rotor and speed.
@@ -371,16 +372,16 @@ class Followed(NamedTuple):
 
 def unwrapped_rotor(time: Floats, rotor: list[RotorPlace], first_speed: float) -> Floats:
     """Rotor angle with its turns counted: at each picture the turn nearest to where the last speed leads; nan where unknown."""
-    found = np.array([place.angle for place in rotor])
+    unwrapped_rotor = np.array([place.angle for place in rotor])
     speed, last = first_speed, -1
-    for k in np.flatnonzero(np.isfinite(found)):
+    for k in np.flatnonzero(np.isfinite(unwrapped_rotor)):
         if last >= 0:
             step = time[k] - time[last]
-            expected = found[last] + speed * step
-            found[k] = expected + float(wrapped(np.array(found[k] - expected)))
-            speed = (found[k] - found[last]) / step
+            expected = unwrapped_rotor[last] + speed * step
+            unwrapped_rotor[k] = expected + float(wrapped(np.array(unwrapped_rotor[k] - expected)))
+            speed = (unwrapped_rotor[k] - unwrapped_rotor[last]) / step
         last = int(k)
-    return np.asarray(found)
+    return np.asarray(unwrapped_rotor)
 
 
 def angles_in_rotor(seen: Seen, place: RotorPlace, setup: FilmSetup) -> tuple[Floats, NDArray[np.intp]]:
@@ -533,9 +534,9 @@ def matched(expected: Floats, seen: Floats, spread: float) -> Match:
     return Match(best, float(min(other - ranked[0][1], 1e6)))
 
 
-def _differs(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
+def _differs(values: tuple[int, ...], other: tuple[int, ...]) -> bool:
     """Whether a ball has another find, not just none."""
-    return any(a != b and a >= 0 and b >= 0 for a, b in zip(one, other, strict=True))
+    return any(a != b and a >= 0 and b >= 0 for a, b in zip(values, other, strict=True))
 
 
 def _aligned(cost: Floats) -> tuple[float, NDArray[np.intp]]:

@@ -109,12 +109,12 @@ def rotor_angle(
     if edge not in ("rising", "falling"):
         raise QuestionError(f"edge: given {edge!r}; must be rising or falling")
     t = signals["time"].values
-    found = repaired(
+    result = repaired(
         crossings(t, signals[name], threshold=threshold, hysteresis=hysteresis, falling=edge == "falling"),
         repair=repair,
     )
-    smooth = smooth_angle(found.times, np.asarray(2.0 * math.pi / pulses * found.counts, np.float64))
-    first, last = np.searchsorted(t, found.times[0]), np.searchsorted(t, found.times[-1], side="right")
+    smooth = smooth_angle(result.times, np.asarray(2.0 * math.pi / pulses * result.counts, np.float64))
+    first, last = np.searchsorted(t, result.times[0]), np.searchsorted(t, result.times[-1], side="right")
     inside = signals.isel(time=slice(int(first), int(last)))
     time = inside["time"].values
     if time.size < 8:
@@ -127,7 +127,7 @@ def rotor_angle(
             raise QuestionError(
                 f"tacho: the speed is not above zero at {time[i]:.6g} s; use a piece in which the rotor turns"
             )
-    remarks = [*odd_remarks(found), *_left_out(t, found.times)]
+    remarks = [*odd_remarks(result), *_left_out(t, result.times)]
     zero = 0.0
     if index:
         zero = _at_index(signals, index, smooth.spline, time)
@@ -142,8 +142,8 @@ def rotor_angle(
         "pulse_jitter": smooth.jitter,
         "pulses_of_a_turn": pulses,
         "angle_bandwidth": smooth.bandwidth,
-        "missing_pulses": found.missing.tolist(),
-        "extra_pulses": found.extra.tolist(),
+        "missing_pulses": result.missing.tolist(),
+        "extra_pulses": result.extra.tolist(),
     }
     start = _looks(signals[name]) if tacho_angle is None else argument("tacho_angle", tacho_angle, "rad")
     turned = _over(time, lambda at: start + (smooth.spline(at) - zero))
@@ -172,14 +172,14 @@ def _chosen(signals: xr.Dataset, tacho: str) -> str:
     there = ", ".join(map(str, signals.data_vars))
     if tacho:
         raise QuestionError(f"tacho: no channel {tacho!r}; there are {there}")
-    found = by["tacho"] or by["angle"]
-    if len(found) != 1:
-        what = f"several, {', '.join(found)}; choose one by tacho='{found[0]}'" if found else f"none; there are {there}"
+    text = by["tacho"] or by["angle"]
+    if len(text) != 1:
+        what = f"several, {', '.join(text)}; choose one by tacho='{text[0]}'" if text else f"none; there are {there}"
         likely = next((str(n) for n, v in signals.data_vars.items() if _pulses(str(n), v)), "")
-        if likely and not found:
+        if likely and not text:
             what += f". If {likely!r} is the tacho, say tacho='{likely}' (--tacho {shlex.quote(likely)})"
         raise QuestionError(f"tacho: of the channels with the quantity tacho or angle there is {what}")
-    return found[0]
+    return text[0]
 
 
 def _pulses(name: str, channel: xr.DataArray) -> bool:
@@ -343,10 +343,10 @@ class _Fit:
         """Coefficients, leverage of the pulses that are tried, residuals of all pulses in units of the clock."""
         band = _lower_band((self.gram + 10.0**power * self.rough).tocsr(), DEGREE)
         factor = cholesky_banded(band, lower=True)
-        found = cho_solve_banded((factor, True), self.right)
+        solution = cho_solve_banded((factor, True), self.right)
         rows = self.design[self.tried].toarray()
         leverage = (rows * cho_solve_banded((factor, True), rows.T).T).sum(axis=1)
-        return found, np.asarray(leverage, np.float64), np.asarray(self.design @ found - self.target, np.float64)
+        return solution, np.asarray(leverage, np.float64), np.asarray(self.design @ solution - self.target, np.float64)
 
     def score(self, power: float) -> float:
         """Generalized cross-validation."""
@@ -447,7 +447,7 @@ def crossings(
     half = 0.5 * (HYSTERESIS * (top - foot) if hysteresis is None else hysteresis)
     if not least < level - half or not most >= level + half:
         raise QuestionError(f"tacho: no pulse crosses the threshold; the signal is between {low:.4g} and {high:.4g}")
-    state, up, found = (
+    state, up, crossings = (
         0,
         -1,
         [],
@@ -467,9 +467,9 @@ def crossings(
         if inside.size < at.size:  # the step stands in a piece before
             steps.insert(0, tuple(sign * np.asarray(values[int(at[0]) : int(at[0]) + 2], np.float64)[:, None]))
         a, b = (np.concatenate(side) for side in zip(*steps, strict=True))
-        found.append(t[at] + (t[at + 1] - t[at]) * (level - a) / (b - a))
+        crossings.append(t[at] + (t[at + 1] - t[at]) * (level - a) / (b - a))
         state, up = int(before[-1]), int(ups[-1])
-    return np.concatenate(found)
+    return np.concatenate(crossings)
 
 
 def repaired(times: Floats, *, repair: bool = True) -> Pulses:

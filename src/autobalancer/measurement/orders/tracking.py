@@ -104,14 +104,14 @@ def orders(
     if "rotor_angle" in signals and tacho:
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
     signals = with_rotor_angle(signals, **tacho)
-    asked = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
+    requested = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
-        found = _by_fit(signals, asked, progress if callable(progress) else silent)
+        dataset = _by_fit(signals, requested, progress if callable(progress) else silent)
     elif method == "vold-kalman":
-        found = _by_filter(signals, asked, bandwidth)
+        dataset = _by_filter(signals, requested, bandwidth)
     else:
         raise QuestionError(f"method: given {method!r}; must be 'fit' or 'vold-kalman'")
-    return found if slow_roll is None else subtracted(found, slow_roll)
+    return dataset if slow_roll is None else subtracted(dataset, slow_roll)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,24 +122,26 @@ class _Asked:
     revolutions: float
 
 
-def _by_fit(signals: xr.Dataset, asked: _Asked, progress: Progress) -> Orders:
+def _by_fit(signals: xr.Dataset, requested: _Asked, progress: Progress) -> Orders:
     begin, end = (float(signals["rotor_angle"][k]) for k in (0, -1))
-    half, turns = math.pi * asked.revolutions, (end - begin) / (2.0 * math.pi)
-    least = 1.5 / min(1.0, float(asked.orders.min()))
-    if not least <= asked.revolutions < turns:
+    half, turns = math.pi * requested.revolutions, (end - begin) / (2.0 * math.pi)
+    least = 1.5 / min(1.0, float(requested.orders.min()))
+    if not least <= requested.revolutions < turns:
         raise QuestionError(
-            f"revolutions: given {asked.revolutions:g}; must be from {least:g} to less than the {turns:.1f} that were measured"
+            f"revolutions: given {requested.revolutions:g}; must be from {least:g} to less than the {turns:.1f} that were "
+            "measured"
         )
     step = max(2.0 * math.pi / A_TURN, (end - begin - 2.0 * half) / MOST)
     centers = np.arange(begin + half, end - half, step)
-    tracked, narrow, middles = _fitted(signals, asked, centers, progress)
+    tracked, narrow, middles = _fitted(signals, requested, centers, progress)
     bent = 4.0 / 3.0 * (tracked.amplitude - narrow.amplitude)  # the bias is of fourth order in the width
-    text = f"local fit of second degree over {asked.revolutions:g} revolutions"
-    how = {"method": text, "window_revolutions": asked.revolutions}
-    reach = asked.orders[-1] + REACH / asked.revolutions
-    ratio = np.linspace(0.0, reach, 1 + math.ceil(16.0 * asked.revolutions * reach))
+    text = f"local fit of second degree over {requested.revolutions:g} revolutions"
+    how = {"method": text, "window_revolutions": requested.revolutions}
+    reach = requested.orders[-1] + REACH / requested.revolutions
+    ratio = np.linspace(0.0, reach, 1 + math.ceil(16.0 * requested.revolutions * reach))
     shares = [
-        passed_by_fit(asked.orders, width, ratio) for width in (asked.revolutions, asked.revolutions / math.sqrt(2.0))
+        passed_by_fit(requested.orders, width, ratio)
+        for width in (requested.revolutions, requested.revolutions / math.sqrt(2.0))
     ]
     shares[1] = 4.0 / 3.0 * (shares[0] - shares[1])
 
@@ -147,35 +149,37 @@ def _by_fit(signals: xr.Dataset, asked: _Asked, progress: Progress) -> Orders:
         at = frequency / rotation[:, None]
         return np.array([[np.interp(at, ratio, row, right=0.0) for row in share] for share in shares])
 
-    longest = asked.revolutions * 2.0 * math.pi / extremes(signals["speed"])[0]
-    deviation, unsure, notes = _sure(signals, asked, (centers, tracked), passes, longest)
+    longest = requested.revolutions * 2.0 * math.pi / extremes(signals["speed"])[0]
+    deviation, unsure, notes = _sure(signals, requested, (centers, tracked), passes, longest)
     bias = np.sqrt(np.maximum(0.0, np.abs(bent) ** 2 - BEYOND * unsure**2))
-    return _dataset(signals, asked, middles, tracked, (deviation, bias), how, notes)
+    return _dataset(signals, requested, middles, tracked, (deviation, bias), how, notes)
 
 
-def _fitted(signals: xr.Dataset, asked: _Asked, centers: Floats, progress: Progress) -> tuple[Tracked, Tracked, Floats]:
+def _fitted(
+    signals: xr.Dataset, requested: _Asked, centers: Floats, progress: Progress
+) -> tuple[Tracked, Tracked, Floats]:
     """Amplitudes in windows about angles, in windows half as large in area, and the instants there; a block at a time."""
     angle, time = signals["rotor_angle"], signals["time"].values
-    half, found, middles = math.pi * asked.revolutions, [], []
+    half, items, middles = math.pi * requested.revolutions, [], []
     starts, ends = places(angle, centers + np.array([[-half], [half]]))
     for group in together(starts, ends):
         part = slice(max(0, int(starts[group][0]) - 1), int(ends[group][-1]) + 1)
-        turned, seen = angle[part].values, _values(signals, asked, part)
-        widths = (asked.revolutions, asked.revolutions / math.sqrt(2.0))
-        found.append([fitted_orders(turned, seen, asked.orders, centers[group], width) for width in widths])
+        turned, seen = angle[part].values, _values(signals, requested, part)
+        widths = (requested.revolutions, requested.revolutions / math.sqrt(2.0))
+        items.append([fitted_orders(turned, seen, requested.orders, centers[group], width) for width in widths])
         middles.append(np.interp(centers[group], turned, time[part]))
         progress(group.stop, centers.size)
     wide, narrow = (
         Tracked(*(np.concatenate(parts, axis=-1) for parts in zip(*side, strict=True)))
-        for side in zip(*found, strict=True)
+        for side in zip(*items, strict=True)
     )
     return wide, narrow, np.concatenate(middles)
 
 
-def _by_filter(signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None) -> Orders:
-    signals, full = _slower(signals, asked), float(signals.attrs["sampling_rate"])
+def _by_filter(signals: xr.Dataset, requested: _Asked, bandwidth: float | str | None) -> Orders:
+    signals, full = _slower(signals, requested), float(signals.attrs["sampling_rate"])
     rate = float(signals.attrs["sampling_rate"])
-    lowest = extremes(signals["speed"])[0] * float(asked.orders.min()) / (2.0 * math.pi)
+    lowest = extremes(signals["speed"])[0] * float(requested.orders.min()) / (2.0 * math.pi)
     width = max(1.0, 0.1 * lowest) if bandwidth is None else hertz_argument("bandwidth", bandwidth)
     if width > 0.2 * rate:
         raise QuestionError(
@@ -185,13 +189,13 @@ def _by_filter(signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None
     angle = signals["rotor_angle"].values
 
     def passes(frequency: Floats, rotation: Floats) -> Floats:
-        away = frequency - asked.orders[:, None, None] * rotation[:, None]
+        away = frequency - requested.orders[:, None, None] * rotation[:, None]
         return np.array([share(away, width, rate) for share in (passed_by_filter, noise_in_bias)])
 
     for _ in range(WIDER):
-        tracked = filtered_orders(angle, _values(signals, asked), asked.orders, width, rate)
+        tracked = filtered_orders(angle, _values(signals, requested), requested.orders, width, rate)
         bent = bias_of(tracked.amplitude, width / rate)
-        deviation, unsure, notes = _sure(signals, asked, (angle, tracked), passes, 2.0 / width)
+        deviation, unsure, notes = _sure(signals, requested, (angle, tracked), passes, 2.0 / width)
         bias = np.sqrt(np.maximum(0.0, bent**2 - BEYOND * unsure**2))
         flat = float((bias.max(axis=2) / np.maximum(np.abs(tracked.amplitude).max(axis=(0, 2)), 1e-300)).max())
         if flat < 0.5 * FLAT or width >= widest:
@@ -202,17 +206,27 @@ def _by_filter(signals: xr.Dataset, asked: _Asked, bandwidth: float | str | None
     slower = f", of the signals at {rate:.4g} Hz" * (rate < full)
     how = {"method": f"Vold-Kalman filter of two poles, bandwidth {width:.4g} Hz{slower}", "bandwidth": width}
     return _dataset(
-        signals, asked, signals["time"].values[::every], thin, (deviation[..., ::every], bias[..., ::every]), how, notes
+        signals,
+        requested,
+        signals["time"].values[::every],
+        thin,
+        (deviation[..., ::every], bias[..., ::every]),
+        how,
+        notes,
     )
 
 
-def _slower(signals: xr.Dataset, asked: _Asked) -> xr.Dataset:
+def _slower(signals: xr.Dataset, requested: _Asked) -> xr.Dataset:
     """A long record at five times the highest frequency that its orders need, by a filter that is even about each sample.
 
     What would be folded to these frequencies is a millionth (120 dB) of itself, and they are as they were to the same share.
     """
     size, rate = signals.sizes["time"], float(signals.attrs["sampling_rate"])
-    highest = (asked.orders[-1] + REACH / max(1.0, asked.revolutions)) * extremes(signals["speed"])[1] / (2.0 * math.pi)
+    highest = (
+        (requested.orders[-1] + REACH / max(1.0, requested.revolutions))
+        * extremes(signals["speed"])[1]
+        / (2.0 * math.pi)
+    )
     every = int(0.2 * rate / highest)
     if size > LONG and every > 1:
         taps, shape = kaiserord(FOLDED, 1.2 / every)
@@ -223,19 +237,19 @@ def _slower(signals: xr.Dataset, asked: _Asked) -> xr.Dataset:
         for group in together(starts, starts + 2 * half + 1):
             part = slice(int(starts[group][0]), int(starts[group][-1]) + 2 * half + 1)
             rows.append(
-                upfirdn(weights, _values(signals, asked, part), 1, every, axis=1)[:, 2 * half // every :][
+                upfirdn(weights, _values(signals, requested, part), 1, every, axis=1)[:, 2 * half // every :][
                     :, : starts[group].size
                 ]
             )
         slow = signals.isel(time=slice(half, half + int(starts[-1]) + 1, every)).drop_vars(signals.data_vars)
         for name in ("rotor_angle", "speed", "rotor_angle_deviation"):
             slow[name] = signals[name][half : half + int(starts[-1]) + 1 : every].load()
-        for name, values in zip(asked.channels, np.concatenate(rows, axis=1), strict=True):
+        for name, values in zip(requested.channels, np.concatenate(rows, axis=1), strict=True):
             slow[name] = ("time", values, signals[name].attrs)
         signals = slow.assign_attrs(sampling_rate=rate / every)
-    unknowns = 2 * asked.orders.size
+    unknowns = 2 * requested.orders.size
     each = (
-        8.0 * unknowns * (2 * (2 * unknowns + 1) + 4 * len(asked.channels))
+        8.0 * unknowns * (2 * (2 * unknowns + 1) + 4 * len(requested.channels))
     )  # of the band, twice, and of what it gives
     cure = "; take the fit, a piece of the record, or fewer orders"
     refuse_what_does_not_fit("orders: vold-kalman", signals.sizes["time"], "samples", each, cure)
@@ -244,7 +258,7 @@ def _slower(signals: xr.Dataset, asked: _Asked) -> xr.Dataset:
 
 def _sure(
     signals: xr.Dataset,
-    asked: _Asked,
+    requested: _Asked,
     tracked: tuple[Floats, Tracked],
     passes: Callable[[Floats, Floats], Floats],
     longest: float,
@@ -255,7 +269,7 @@ def _sure(
     perhaps how much another number does whose deviations are wanted, too; ``longest`` (s) is the longest piece of which an
     amplitude is made.
     """
-    centers, found = tracked
+    centers, result = tracked
     rate = float(signals.attrs["sampling_rate"])
     first, last = (int(k) for k in places(signals["rotor_angle"], centers[[0, -1]]))
     angle, speed = (signals[name][first : last + 1] for name in ("rotor_angle", "speed"))
@@ -264,10 +278,10 @@ def _sure(
         return at_samples(speed, samples) / (2.0 * math.pi)
 
     def rest(begin: int, end: int) -> Floats:
-        turned, left = angle[begin:end].values, _values(signals, asked, slice(first + begin, first + end))
-        for n, order in enumerate(asked.orders):
+        turned, left = angle[begin:end].values, _values(signals, requested, slice(first + begin, first + end))
+        for n, order in enumerate(requested.orders):
             wave = np.exp(1j * order * turned)
-            for c, amplitude in enumerate(found.amplitude[n]):
+            for c, amplitude in enumerate(result.amplitude[n]):
                 at = np.interp(turned, centers, amplitude.real) + 1j * np.interp(turned, centers, amplitude.imag)
                 left[c] -= (at * wave).real
         return left
@@ -276,12 +290,12 @@ def _sure(
 
     def left(frequency: Floats, samples: Floats) -> Floats:
         rotation = turning(samples)
-        away = frequency / rotation[:, None] - asked.orders[:, None, None]
+        away = frequency / rotation[:, None] - requested.orders[:, None, None]
         return np.asarray((1.0 - (passes(frequency, rotation)[0] * np.sinc(step * away) ** 2).sum(axis=0)) ** 2)
 
     times = np.unique(np.linspace(0, angle.size - 1, min(GRID, centers.size)).astype(int)).astype(np.float64)
     length = int(np.clip(2.0 * longest * rate, 16, max(16, angle.size // FRAMES)))
-    highest = (asked.orders[-1] + REACH / max(1.0, asked.revolutions)) * extremes(speed)[1] / (2.0 * math.pi)
+    highest = (requested.orders[-1] + REACH / max(1.0, requested.revolutions)) * extremes(speed)[1] / (2.0 * math.pi)
     end = last + 1 - first
     frequency, density = densities(
         lambda a, b: rest(a, min(b, end)), end, rate, length, times, left, min(highest, 0.5 * rate)
@@ -291,7 +305,7 @@ def _sure(
     taken = every[0]
     variance = np.einsum("ntf,ctf->nct", taken, density)
     smooth = np.minimum(density, LINE * median_filter(density, (1, 1, 9), mode="nearest"))
-    size = np.abs(found.amplitude[..., np.searchsorted(centers, grid).clip(max=centers.size - 1)])
+    size = np.abs(result.amplitude[..., np.searchsorted(centers, grid).clip(max=centers.size - 1)])
     lines = variance > np.maximum(DOUBT * np.einsum("ntf,ctf->nct", taken, smooth), (MATTERS * size) ** 2)
     notes = []
     for n, c in np.argwhere(lines.sum(axis=2) >= ROWS):
@@ -303,8 +317,8 @@ def _sure(
         hum = float(np.average(frequency[about], weights=density[c, most, about]))
         speeds = rotation[rows[[0, -1]]]
         notes.append(
-            f"{asked.channels[c]}: a vibration at about {hum:.3g} Hz, which is no order, lies within the window of order "
-            f"{asked.orders[n]:g} from {60.0 * speeds.min():.4g} to {60.0 * speeds.max():.4g} rpm; the deviations there "
+            f"{requested.channels[c]}: a vibration at about {hum:.3g} Hz, which is no order, lies within the window of order "
+            f"{requested.orders[n]:g} from {60.0 * speeds.min():.4g} to {60.0 * speeds.max():.4g} rpm; the deviations there "
             "contain it. More revolutions, or less bandwidth, may keep it out"
         )
 
@@ -317,35 +331,36 @@ def _sure(
     return deviations(variance), deviations(other), notes
 
 
-def _flattened(asked: _Asked, tracked: Tracked, bias: Floats, how: dict[str, Any]) -> list[str]:
+def _flattened(requested: _Asked, tracked: Tracked, bias: Floats, how: dict[str, Any]) -> list[str]:
     """Notes on orders whose greatest amplitude the window or the filter makes much too small."""
     cure = "more bandwidth" if "bandwidth" in how else "fewer revolutions"
     share = bias.max(axis=2) / np.maximum(np.abs(tracked.amplitude).max(axis=(0, 2)), 1e-300)
     return [
-        f"{asked.channels[c]}: the amplitude of order {asked.orders[n]:g} changes so fast that it is wrong by up to about "
+        f"{requested.channels[c]}: the amplitude of order {requested.orders[n]:g} changes so fast that it is wrong by up to "
+        "about "
         f"{100.0 * share[n, c]:.2g} % of the greatest; take {cure}, or a slower run-up"
         for n, c in np.argwhere(share > FLAT)
     ]
 
 
-def _values(signals: xr.Dataset, asked: _Asked, part: slice = slice(None)) -> Floats:
-    return np.array([signals[name][part].values for name in asked.channels])
+def _values(signals: xr.Dataset, requested: _Asked, part: slice = slice(None)) -> Floats:
+    return np.array([signals[name][part].values for name in requested.channels])
 
 
-def _orders(given: float | Sequence[float], signals: xr.Dataset) -> Floats:
-    found = np.unique(np.atleast_1d(np.asarray(given, np.float64)))
-    if not found.size or not np.isfinite(found).all() or found[0] <= 0.0:
-        raise QuestionError(f"orders: given {given!r}; must be numbers above zero")
-    highest = found[-1] * extremes(signals["speed"])[1] / (2.0 * math.pi)
+def _orders(values: float | Sequence[float], signals: xr.Dataset) -> Floats:
+    orders = np.unique(np.atleast_1d(np.asarray(values, np.float64)))
+    if not orders.size or not np.isfinite(orders).all() or orders[0] <= 0.0:
+        raise QuestionError(f"orders: given {values!r}; must be numbers above zero")
+    highest = orders[-1] * extremes(signals["speed"])[1] / (2.0 * math.pi)
     if highest > 0.5 * signals.attrs["sampling_rate"]:
         raise QuestionError(
-            f"orders: order {found[-1]:g} reaches {highest:.4g} Hz, beyond half of the sampling rate of "
+            f"orders: order {orders[-1]:g} reaches {highest:.4g} Hz, beyond half of the sampling rate of "
             f"{signals.attrs['sampling_rate']:.4g} Hz"
         )
-    return found
+    return orders
 
 
-def vibrations(signals: xr.Dataset, given: str | Sequence[str] | None) -> list[str]:
+def vibrations(signals: xr.Dataset, values: str | Sequence[str] | None) -> list[str]:
     """Names of the vibrations that were chosen, by default all.
 
     Raises
@@ -354,23 +369,23 @@ def vibrations(signals: xr.Dataset, given: str | Sequence[str] | None) -> list[s
         If there is none, or not the one that was named.
     """
     there = [str(name) for name, entry in signals.data_vars.items() if entry.attrs.get("quantity") in VIBRATIONS]
-    if given is None:
+    if values is None:
         if not there:
             own = [str(name) for name in signals.data_vars if not str(name).startswith(("rotor_angle", "speed"))]
             left = "; ".join(line for line in str(signals.attrs.get("warnings", "")).split("\n") if "left out" in line)
             words = f"none of {', '.join(own)} is a vibration" + f" ({left})" * bool(left)
             raise QuestionError(f"channels: {words}; say of the others what they are with channels (--channels)")
         return there
-    asked = [given] if isinstance(given, str) else list(given)
-    for name in asked:
+    requested = [values] if isinstance(values, str) else list(values)
+    for name in requested:
         if name not in there:
             raise QuestionError(f"channels: no vibration {name!r}; there are {', '.join(there)}")
-    return asked
+    return requested
 
 
 def _dataset(
     signals: xr.Dataset,
-    asked: _Asked,
+    requested: _Asked,
     at: Floats,
     tracked: Tracked,
     errors: tuple[Floats, Floats],
@@ -378,7 +393,7 @@ def _dataset(
     notes: list[str],
 ) -> Orders:
     deviation, bias = errors
-    notes = [*notes, *_flattened(asked, tracked, bias, how)]
+    notes = [*notes, *_flattened(requested, tracked, bias, how)]
     for text in notes:
         warn(text, RangeWarning)
     t = signals["time"].values
@@ -387,9 +402,9 @@ def _dataset(
     size = np.abs(tracked.amplitude)
     with np.errstate(divide="ignore", invalid="ignore"):
         phase_deviation = np.minimum(deviation / size, math.pi / math.sqrt(3.0))
-    phase_deviation = np.hypot(phase_deviation, asked.orders[:, None, None] * sure)
+    phase_deviation = np.hypot(phase_deviation, requested.orders[:, None, None] * sure)
     dims = ("order", "channel", "time")
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {
             "amplitude": (dims, size, {"long_name": "amplitude of the order"}),
             "phase": (dims, np.angle(tracked.amplitude), {"long_name": "lead over the zero mark", "units": "rad"}),
@@ -403,15 +418,15 @@ def _dataset(
             "residual": (dims[1:], tracked.residual, {"long_name": "standard deviation of what the orders leave"}),
         },
         {
-            "order": ("order", asked.orders, {"long_name": "order of the rotor speed", "units": "1"}),
-            "channel": ("channel", asked.channels, {"long_name": "channel"}),
+            "order": ("order", requested.orders, {"long_name": "order of the rotor speed", "units": "1"}),
+            "channel": ("channel", requested.channels, {"long_name": "channel"}),
             "time": ("time", at, {"long_name": "time", "units": "s"}),
             "speed": ("time", speed, {"long_name": "rotor speed", "units": "rad/s"}),
         },
     )
     for key in ("units", "quantity", "place", "direction"):
-        words = [str(signals[name].attrs.get(key, "")) for name in asked.channels]
-        found = found.assign_coords({key: ("channel", words)})
+        words = [str(signals[name].attrs.get(key, "")) for name in requested.channels]
+        dataset = dataset.assign_coords({key: ("channel", words)})
     head = {"title": f"orders of {signals.attrs.get('origin') or 'signals'}", **how}
     doubts = "\n".join(filter(None, [str(signals.attrs.get("warnings", "")), *notes]))
     more = {"origin": signals.attrs.get("origin", ""), "warnings": doubts}
@@ -419,7 +434,7 @@ def _dataset(
         step = float(t[-1] - t[0]) / (t.size - 1)
         more["edge_deviation"] = max(float(signals.attrs["pulse_jitter"]), step / math.sqrt(12.0))
         more |= {key: signals.attrs[key] for key in ("pulses_of_a_turn", "angle_bandwidth")}
-    return Orders.of(found.assign_attrs(head | more | provenance()))
+    return Orders.of(dataset.assign_attrs(head | more | provenance()))
 
 
 # Run-out of a shaft: what displacement sensors see although nothing vibrates, found at slow roll and subtracted.
@@ -433,7 +448,7 @@ STEADY = 1.05  # a ratio below which not even the first of them can be told
 LEAST = 4  # points
 
 
-def subtracted(found: Orders, slow_roll: Any) -> Orders:
+def subtracted(orders: Orders, slow_roll: Any) -> Orders:
     """Orders without run-out.
 
     Within the interval the complex amplitude is R + D w² + E w⁴ of the speed w: unbalance below the resonance grows in even
@@ -444,7 +459,7 @@ def subtracted(found: Orders, slow_roll: Any) -> Orders:
 
     Parameters
     ----------
-    found
+    orders
         Orders with run-out.
     slow_roll
         Interval of time, s, or orders measured at slow roll.
@@ -455,14 +470,14 @@ def subtracted(found: Orders, slow_roll: Any) -> Orders:
         If the interval holds fewer than four points, or the other orders lack a channel or an order.
     """
     if isinstance(slow_roll, xr.Dataset):
-        slow, where = _matching(found, slow_roll), "of its own measurement"
+        slow, where = _matching(orders, slow_roll), "of its own measurement"
     else:
         start, end = ends_argument("slow_roll", slow_roll, "s")
-        at = found["time"].values
-        slow = found.isel(time=(at >= start) & (at <= end))
+        at = orders["time"].values
+        slow = orders.isel(time=(at >= start) & (at <= end))
         where = f"from {start:g} s to {end:g} s"
     if slow.sizes["time"] < LEAST:
-        span = f"{found['time'].values[0]:.4g} s to {found['time'].values[-1]:.4g} s"
+        span = f"{orders['time'].values[0]:.4g} s to {orders['time'].values[-1]:.4g} s"
         raise QuestionError(f"slow_roll: {slow.sizes['time']} points {where}; the orders have {span}")
     speed = slow["speed"].values
     values = (slow["amplitude"].values * np.exp(1j * slow["phase"].values)).reshape(-1, speed.size).T
@@ -472,7 +487,7 @@ def subtracted(found: Orders, slow_roll: Any) -> Orders:
     if speed.max() > STEADY * speed.min() and speed.size > LEAST:
         spread = np.hypot(spread, np.abs(_at_speed_zero(speed, values, noise, 2 + grows, speed.size)[0] - runout))
     shape = slow["amplitude"].shape[:2]
-    return _without(found, runout.reshape(shape), spread.reshape(shape), where)
+    return _without(orders, runout.reshape(shape), spread.reshape(shape), where)
 
 
 def _at_speed_zero(
@@ -486,40 +501,40 @@ def _at_speed_zero(
     return parts[0], np.sqrt(own * np.maximum(rest, (noise**2).mean(axis=0)))
 
 
-def _without(found: Orders, runout: np.ndarray, spread: np.ndarray, where: str) -> Orders:
-    left = found["amplitude"].values * np.exp(1j * found["phase"].values) - runout[:, :, None]
-    before, size = found["amplitude_deviation"].values, np.abs(left)
+def _without(orders: Orders, runout: np.ndarray, spread: np.ndarray, where: str) -> Orders:
+    left = orders["amplitude"].values * np.exp(1j * orders["phase"].values) - runout[:, :, None]
+    before, size = orders["amplitude_deviation"].values, np.abs(left)
     deviation = np.hypot(before, spread[:, :, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         added = np.minimum(deviation / size, np.pi / np.sqrt(3.0))
-        of_angle = found["phase_deviation"].values ** 2 - (before / found["amplitude"].values) ** 2
-    found = found.copy()
+        of_angle = orders["phase_deviation"].values ** 2 - (before / orders["amplitude"].values) ** 2
+    orders = orders.copy()
     for name, values in (
         ("amplitude", size),
         ("phase", np.angle(left)),
         ("amplitude_deviation", deviation),
         ("phase_deviation", np.sqrt(added**2 + np.maximum(0.0, of_angle))),
     ):
-        found[name] = (found[name].dims, values, found[name].attrs)
-    found["runout_amplitude"] = (("order", "channel"), np.abs(runout), {"long_name": "run-out that was subtracted"})
+        orders[name] = (orders[name].dims, values, orders[name].attrs)
+    orders["runout_amplitude"] = (("order", "channel"), np.abs(runout), {"long_name": "run-out that was subtracted"})
     about = {"long_name": "standard deviation of its parts, which all points share"}
-    found["runout_deviation"] = (("order", "channel"), spread, about)
-    found["runout_phase"] = (
+    orders["runout_deviation"] = (("order", "channel"), spread, about)
+    orders["runout_phase"] = (
         ("order", "channel"),
         np.angle(runout),
         {"long_name": "its lead over the mark", "units": "rad"},
     )
-    return Orders.of(found.assign_attrs(runout=f"subtracted, found at slow roll {where}"))
+    return Orders.of(orders.assign_attrs(runout=f"subtracted, found at slow roll {where}"))
 
 
-def _matching(found: Orders, slow: xr.Dataset) -> xr.Dataset:
+def _matching(orders: Orders, slow: xr.Dataset) -> xr.Dataset:
     if "amplitude" not in slow or "order" not in slow.coords:
         raise QuestionError("slow_roll: give an interval of time, or orders from ab.measure.orders")
     for name in ("order", "channel"):
-        lacking = [value for value in found[name].values if value not in slow[name].values]
+        lacking = [value for value in orders[name].values if value not in slow[name].values]
         if lacking:
             raise QuestionError(f"slow_roll: its orders lack {name} {lacking[0]}")
-    return slow.sel(order=found["order"].values, channel=found["channel"].values)
+    return slow.sel(order=orders["order"].values, channel=orders["channel"].values)
 
 
 # Orders by a local fit: computed order tracking in which the amplitude may change within the window.
@@ -568,12 +583,12 @@ def fitted_orders(
         weighted = design * weight[:, None]
         inverse = np.linalg.inv(weighted.T @ design)
         y = values[:, first:last]
-        found = (y @ weighted) @ inverse  # (channel, unknown)
-        rest = y - found @ design.T
+        result = (y @ weighted) @ inverse  # (channel, unknown)
+        rest = y - result @ design.T
         free = weight.sum() * (1.0 - design.shape[1] / max(last - first, design.shape[1] + 1))
         variance = (weight * rest**2).sum(axis=1) / free
         at = degree + 1 + 2 * (degree + 1) * np.arange(orders.size)
-        amplitude[:, :, k] = (found[:, at] - 1j * found[:, at + 1]).T
+        amplitude[:, :, k] = (result[:, at] - 1j * result[:, at + 1]).T
         residual[:, k] = np.sqrt(variance)
     return Tracked(amplitude, residual)
 
@@ -608,13 +623,13 @@ def passed_by_fit(orders: Floats, revolutions: float, ratio: Floats, degree: int
 
 def window_of_fit(angle: Floats, rows: NDArray[np.intp], revolutions: float, degree: int = SPREAD) -> Floats:
     """Weights (row, angle) with which an amplitude given at angles enters that of :func:`fitted_orders` at some of these."""
-    half, found = np.pi * revolutions, np.zeros((rows.size, angle.size))
+    half, window = np.pi * revolutions, np.zeros((rows.size, angle.size))
     for k, row in enumerate(rows):
         first, last = np.searchsorted(angle, [angle[row] - half, angle[row] + half])
         s = (angle[first:last] - angle[row]) / half
         weighted = np.cos(0.5 * np.pi * s) * s ** np.arange(degree + 1)[:, None]
-        found[k, first:last] = np.linalg.pinv(weighted.T)[0] * np.cos(0.5 * np.pi * s)
-    return found
+        window[k, first:last] = np.linalg.pinv(weighted.T)[0] * np.cos(0.5 * np.pi * s)
+    return window
 
 
 # Orders by the Vold–Kalman filter of the second generation: smooth complex amplitudes, several orders at once.
@@ -719,8 +734,8 @@ def bias_of(amplitude: NDArray[np.complex128], share: float, poles: int = POLES)
 
     once = lost(rows)
     bent = maximum_filter1d(np.abs(once + lost(once)).T, max(1, round(1.0 / (share * step))), axis=-1)
-    found = np.array([np.interp(np.arange(size), thin, row) for row in bent])
-    return np.asarray(found.reshape(amplitude.shape), np.float64)
+    bias = np.array([np.interp(np.arange(size), thin, row) for row in bent])
+    return np.asarray(bias.reshape(amplitude.shape), np.float64)
 
 
 def passed_at(rows: NDArray[np.intp], size: int, share: float, poles: int = POLES) -> Floats:

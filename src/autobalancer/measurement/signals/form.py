@@ -98,13 +98,13 @@ def signals(time: ArrayLike, channels: Mapping[str, Channel], *, origin: str = "
         raise QuestionError("signals: no channels; give at least one")
     rate = (t.size - 1) / float(t[-1] - t[0])
     held = pd.Index(t, copy=t.size <= LONG)
-    found = xr.Dataset(coords={"time": ("time", held, {"long_name": "time", "units": "s"})})
+    dataset = xr.Dataset(coords={"time": ("time", held, {"long_name": "time", "units": "s"})})
     for name, channel in channels.items():
         values = _values(name, channel, t)
         held = values.variable() if isinstance(values, Samples) else values
-        found[name] = ("time", held, _attributes(name, channel))
+        dataset[name] = ("time", held, _attributes(name, channel))
     head = {"title": title or f"signals of {origin}".removesuffix(" of "), "sampling_rate": rate, "origin": origin}
-    return Signals.of(found.assign_attrs(head | provenance()))
+    return Signals.of(dataset.assign_attrs(head | provenance()))
 
 
 def _check_time(t: Floats) -> None:
@@ -193,12 +193,12 @@ def hertz_argument(name: str, value: float | str) -> float:
         If it is not above zero.
     """
     try:
-        found = argument(name, value, "1/s")
+        hertz_argument = argument(name, value, "1/s")
     except UnitError:
-        found = argument(name, value, "rad/s") / (2.0 * math.pi)
-    if not 0.0 < found < math.inf:
+        hertz_argument = argument(name, value, "rad/s") / (2.0 * math.pi)
+    if not 0.0 < hertz_argument < math.inf:
         raise QuestionError(f"{name}: given {value!r}; must be above zero")
-    return found
+    return hertz_argument
 
 
 def quantity_of(name: str, unit: str) -> str:
@@ -211,12 +211,12 @@ def quantity_of(name: str, unit: str) -> str:
     if not unit.strip():
         return "tacho" if is_tacho(name) else ""
     try:
-        found = next((quantity for quantity, (si, *_) in UNITS.items() if factor(unit, si) is not None), "")
-        if not found and factor(unit, "1/s") is not None:
+        quantity = next((quantity for quantity, (si, *_) in UNITS.items() if factor(unit, si) is not None), "")
+        if not quantity and factor(unit, "1/s") is not None:
             return "speed"
     except UnitError:
         return ""
-    return "voltage" if found == "tacho" and not is_tacho(name) else found
+    return "voltage" if quantity == "tacho" and not is_tacho(name) else quantity
 
 
 def is_tacho(name: str) -> bool:

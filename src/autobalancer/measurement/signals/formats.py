@@ -251,7 +251,7 @@ def _time_column(table: Table, heads: list[tuple[str, str]]) -> int | None:
 
 def _clock_times(table: Table, column: int) -> Floats:
     """Seconds after the first of times of day, whose date may be given; a clock that falls by half a day passed midnight."""
-    found, days, before, last = np.empty(len(table.lines)), 0.0, None, ""
+    clock_times, days, before, last = np.empty(len(table.lines)), 0.0, None, ""
     for k, cell in enumerate(table.cells(column)):
         match = _STAMP.match(cell)
         if match is None:
@@ -264,8 +264,8 @@ def _clock_times(table: Table, column: int) -> Floats:
         if before is not None and (day != last or not day):
             known = _days(last, day)
             days += known if known is not None else float(clock < before - 0.5 * DAY)
-        found[k], before, last = DAY * days + clock, clock, day
-    return np.asarray(found - found[0], np.float64)
+        clock_times[k], before, last = DAY * days + clock, clock, day
+    return np.asarray(clock_times - clock_times[0], np.float64)
 
 
 _STAMP = re.compile(r"^(?:([\d./-]{6,10})[T ,]+)?(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?: ?([AP]M))?", re.IGNORECASE)
@@ -299,27 +299,29 @@ def _digits(cell: str) -> int:
 def _universal(path: Path) -> RawFile:
     """All time records of a universal file, which must have the same instants."""
     functions, remarks = _functions(path)
-    found = [one for one in functions if one.kind == TIME_RECORD]
-    if not found:
+    channels = [function for function in functions if function.kind == TIME_RECORD]
+    if not channels:
         others = f"; its {len(functions)} functions are none" if functions else ""
         raise ResultError(f"{path.name}: no dataset 58 with a time record{others}")
-    if len(functions) > len(found):
-        remarks.append(f"{len(functions) - len(found)} of {len(functions)} functions are no time records, left out")
-    first, columns = found[0], {}
-    for one in found:
-        if one.axes[0].kind != TIME and not _is_time(one.axes[0].unit):
-            raise ResultError(f"{path.name}: a time record is over {one.axes[0].unit or 'nothing known'}; export time")
-        if one.abscissa.shape != first.abscissa.shape or any(
+    if len(functions) > len(channels):
+        remarks.append(f"{len(functions) - len(channels)} of {len(functions)} functions are no time records, left out")
+    first, columns = channels[0], {}
+    for channel in channels:
+        if channel.axes[0].kind != TIME and not _is_time(channel.axes[0].unit):
+            raise ResultError(
+                f"{path.name}: a time record is over {channel.axes[0].unit or 'nothing known'}; export time"
+            )
+        if channel.abscissa.shape != first.abscissa.shape or any(
             not np.array_equal(a, b)
-            for (_, a), (_, b) in zip(pieces(one.abscissa), pieces(first.abscissa), strict=True)
+            for (_, a), (_, b) in zip(pieces(channel.abscissa), pieces(first.abscissa), strict=True)
         ):
             raise ResultError(
-                f"{path.name}: {one.words[0]} has other instants than {first.words[0]}; put them into files of their own"
+                f"{path.name}: {channel.words[0]} has other instants than {first.words[0]}; put them into files of their own"
             )
         try:
-            name, column = _record(one)
+            name, column = _record(channel)
         except (ValueError, UnitError) as reason:
-            raise ResultError(f"{path.name}: {one.words[0]}: {reason}") from None
+            raise ResultError(f"{path.name}: {channel.words[0]}: {reason}") from None
         while name in columns:
             name += "'"
         columns[name] = column
@@ -336,18 +338,18 @@ def _functions(path: Path) -> tuple[list[Function], list[str]]:
         return read_universal(content, path.name, path)
 
 
-def _record(one: Function) -> tuple[str, RawColumn]:
-    if np.iscomplexobj(one.values):
+def _record(function: Function) -> tuple[str, RawColumn]:
+    if np.iscomplexobj(function.values):
         raise ValueError("the values are not real")
-    values = one.values if isinstance(one.values, Samples) else np.asarray(one.values, np.float64)
-    label = one.axes[1].unit
-    quantity = NAMES.get(one.axes[1].kind, "")
+    values = function.values if isinstance(function.values, Samples) else np.asarray(function.values, np.float64)
+    label = function.axes[1].unit
+    quantity = NAMES.get(function.axes[1].kind, "")
     si = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", "force": "N", "pressure": "Pa"}.get(
         quantity, ""
     )
-    (node, direction), own = one.response, one.words[4].split()
+    (node, direction), own = function.response, function.words[4].split()
     if not label:
-        values = (one.length if quantity in ("displacement", "velocity", "acceleration") else 1.0) * values
+        values = (function.length if quantity in ("displacement", "velocity", "acceleration") else 1.0) * values
         label = si
     elif quantity:
         try:
@@ -357,9 +359,9 @@ def _record(one: Function) -> tuple[str, RawColumn]:
     if own[:1] == [OWN] and len(own) > 1:
         way = "".join(own[2:3])
         known: str | float = way if way in ("", *AXES) else float(way)
-        return one.words[0], RawColumn(values, label, own[1], node, known)
+        return function.words[0], RawColumn(values, label, own[1], node, known)
     axis = next((word for word, code in AXES.items() if code == abs(direction)), "")
-    title = one.words[0] if node in ("", "0") and not axis and one.words[0] not in ("", "NONE") else ""
+    title = function.words[0] if node in ("", "0") and not axis and function.words[0] not in ("", "NONE") else ""
     name = title or "_".join(part for part in (quantity or "signal", node, axis) if part)
     return name, RawColumn((-1.0 if direction < 0 else 1.0) * values, label, quantity, node, axis)
 
@@ -399,7 +401,7 @@ def _of_arrays(origin: str, arrays: dict[str, tuple[ArrayLike, str]], rate: floa
 
 
 def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
-    found: dict[str, tuple[Any, str]] = {}
+    arrays: dict[str, tuple[Any, str]] = {}
     together = 0  # bytes of the packed arrays that are brought into memory
     with zipfile.ZipFile(path) as archive:
         packed = [entry for entry in archive.infolist() if entry.compress_type != zipfile.ZIP_STORED]
@@ -422,16 +424,16 @@ def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
                 with archive.open(entry) as file:
                     file.read(before)
                     parts = iter(partial(file.read, BLOCK * kind.itemsize), b"")
-                    found[name] = _kept(path, (np.frombuffer(part, kind)[:, None] for part in parts))[0], ""
+                    arrays[name] = _kept(path, (np.frombuffer(part, kind)[:, None] for part in parts))[0], ""
                 continue
             with path.open("rb") as raw:  # what is not packed stands in the file as in memory
                 raw.seek(entry.header_offset + 26)
                 lengths = raw.read(4)
             start = entry.header_offset + 30 + sum(int.from_bytes(lengths[k : k + 2], "little") for k in (0, 2))
-            found[name] = (_numbers(_stored(path, start + before, kind, size), size), "")
+            arrays[name] = (_numbers(_stored(path, start + before, kind, size), size), "")
     with np.load(path, allow_pickle=False) as held:
-        others = {name: held[name] for name in held.files if name not in found}
-    return found | {name: (values, "") for name, values in others.items() if values.dtype.kind in "fiub"}
+        others = {name: held[name] for name in held.files if name not in arrays}
+    return arrays | {name: (values, "") for name, values in others.items() if values.dtype.kind in "fiub"}
 
 
 def _numbers(rows: Callable[[int, int], NDArray[Any]], size: int) -> Samples:
@@ -447,14 +449,14 @@ def _matlab(path: Path) -> dict[str, tuple[ArrayLike, str]]:
         _refuse_damage(begin, size, order)
     shapes = {name: int(np.prod(shape, dtype=object)) for name, shape, _ in whosmat(path)}
     _refuse_bomb(path, 8 * sum(shapes.values()))
-    found: dict[str, tuple[ArrayLike, str]] = {}
+    arrays: dict[str, tuple[ArrayLike, str]] = {}
     for name, size in shapes.items():
         value = loadmat(path, variable_names=[name]).get(name)
         if size > LONG and isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and max(value.shape) == size:
             value = _kept(path, [value.reshape(-1, 1)])[0]
         if value is not None:
-            found[name] = (value, "")
-    return found
+            arrays[name] = (value, "")
+    return arrays
 
 
 def _elements(path: Path) -> Iterator[tuple[bytes, int, Literal["little", "big"]]]:
@@ -542,10 +544,10 @@ def _stored(
     """Reads rows of ``count`` numbers of a file, from one to before another."""
 
     def rows(first: int, end: int) -> NDArray[Any]:
-        found = np.fromfile(path, kind, (end - first) * count, offset=offset + first * count * kind.itemsize)
-        if found.size < (end - first) * count:
+        values = np.fromfile(path, kind, (end - first) * count, offset=offset + first * count * kind.itemsize)
+        if values.size < (end - first) * count:
             raise ResultError(f"{path.name}: ends before its {size} samples do")
-        return found.reshape(-1, count)
+        return values.reshape(-1, count)
 
     return rows
 
@@ -596,14 +598,14 @@ def _library(name: str, path: Path, what: str) -> Any:
 def _hdf(path: Path) -> RawFile:
     """The one-dimensional datasets of an HDF5 file, as of MATLAB 7.3, called by their names in it; units from attributes."""
     h5py = _library("h5py", path, "HDF5 (MATLAB 7.3, .h5)")
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     if endless := endless_heap(path):
         raise ResultError(f"{path.name}: is damaged: {endless}")
     with h5py.File(path, "r") as file:
-        file.visititems(lambda name, one: found.update({name: one}) if isinstance(one, h5py.Dataset) else None)
+        file.visititems(lambda name, one: entries.update({name: one}) if isinstance(one, h5py.Dataset) else None)
         wanted = {
             name: one
-            for name, one in found.items()
+            for name, one in entries.items()
             if one.dtype.kind in "fiub" and one.size and max(one.shape, default=1) == one.size and name[0] != "#"
         }
         for long, most in ((False, LARGEST), (True, math.inf)):
@@ -666,8 +668,8 @@ def _labview(path: Path) -> RawFile:
     """The first segment of a text file of LabVIEW (.lvm)."""
     library = _library("lvm_read", path, "a LabVIEW measurement (.lvm)")
     try:
-        found = library.read_str(read_text(path, TABLE, ResultError, path.name, WINDOWS))
-        segment, several = found[0], int(found["Segments"]) > 1
+        result = library.read_str(read_text(path, TABLE, ResultError, path.name, WINDOWS))
+        segment, several = result[0], int(result["Segments"]) > 1
         names, rows = segment["Channel names"], segment["data"]
         units = ["s", *segment.get("Y_Unit_Label", [])] if names[0] == "X_Value" else segment.get("Y_Unit_Label", [])
     except ResultError:

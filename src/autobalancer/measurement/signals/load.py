@@ -92,9 +92,9 @@ def load_signals(
     known = None if rate is None else hertz_argument("rate", rate)
     t = instants(raw, known)
     used = _piece(t, optional_argument("start", start, "s"), optional_argument("end", end, "s"), raw.origin)
-    found, left = _channels(raw, described, used, t, implausible)
+    signals, left = _channels(raw, described, used, t, implausible)
     remarks = [*raw.remarks, *rate_remarks(raw, t, known), *left]
-    return _signals(raw if known is None else replace(raw, time=None), t[used], found, wanted, remarks)
+    return _signals(raw if known is None else replace(raw, time=None), t[used], signals, wanted, remarks)
 
 
 def _timed(raw: RawFile, described: dict[str, DescribedChannel]) -> tuple[RawFile, dict[str, DescribedChannel]]:
@@ -127,10 +127,10 @@ def _column(raw: RawFile, name: str, words: DescribedChannel) -> RawColumn:
     return column
 
 
-def _own(found: xr.Dataset, path: Path) -> Signals:
-    if not isinstance(found, Signals):
+def _own(dataset: xr.Dataset, path: Path) -> Signals:
+    if not isinstance(dataset, Signals):
         raise QuestionError(f"{path}: holds no measured signals; ab.measure.signals and load_signals make them")
-    return found
+    return dataset
 
 
 def _piece(t: Floats, start: float | None, end: float | None, origin: str) -> slice:
@@ -161,7 +161,7 @@ def _channels(
             'channels={"x": {"column": "NAME", "quantity": "displacement", "unit": "um"}}. '
             f"There are {', '.join(raw.columns)}"
         )
-    found = {}
+    channels = {}
     for name, words in described.items():
         column = _column(raw, name, words)
         channel = _channel(raw.origin, name, words, column, column.values[used])
@@ -169,14 +169,14 @@ def _channels(
         refuse_missing(name, t[used], values)
         if not implausible:
             refuse_implausible(name, channel.quantity, values)
-        found[name] = channel
+        channels[name] = channel
         if channel.direction != "" and not (
             words.direction != "" or column.direction or _direction(words.column or name)
         ):
             left.append(
                 f"{words.column or name} is taken to be along {channel.direction}; give its direction if it is not"
             )
-    return found, left
+    return channels, left
 
 
 def _channel(origin: str, name: str, words: DescribedChannel, column: RawColumn, values: Floats | Samples) -> Channel:
@@ -280,12 +280,14 @@ class DescribedChannel:
 Described = Mapping[str, Mapping[str, Any] | DescribedChannel]
 
 
-def described_channels(given: Described | str | Path | None, beside: Path | None = None) -> dict[str, DescribedChannel]:
+def described_channels(
+    argument: Described | str | Path | None, beside: Path | None = None
+) -> dict[str, DescribedChannel]:
     """The channels that were described, by name; empty if none were.
 
     Parameters
     ----------
-    given
+    argument
         By name, a TOML file with a table ``channels``, or ``None``.
     beside
         The file of the signals; where nothing was given, ``NAME.channels.toml`` beside it is read if it exists.
@@ -295,42 +297,42 @@ def described_channels(given: Described | str | Path | None, beside: Path | None
     QuestionError
         If a key is unknown.
     """
-    if given is None and beside is not None:
+    if argument is None and beside is not None:
         own = beside.with_name(f"{beside.stem}.channels.toml")
-        given = own if own.is_file() else None
-    if given is None:
+        argument = own if own.is_file() else None
+    if argument is None:
         return {}
     place = ""
-    if isinstance(given, (str, Path)):
-        place, given = f"{given}: ", _from_file(Path(given))
+    if isinstance(argument, (str, Path)):
+        place, argument = f"{argument}: ", _from_file(Path(argument))
     return {
         str(name): one if isinstance(one, DescribedChannel) else _one(place, str(name), one)
-        for name, one in given.items()
+        for name, one in argument.items()
     }
 
 
 def _from_file(path: Path) -> Mapping[str, Any]:
     try:
-        found = tomllib.loads(read_text(path, MACHINE, QuestionError)).get("channels")
+        result = tomllib.loads(read_text(path, MACHINE, QuestionError)).get("channels")
     except tomllib.TOMLDecodeError as reason:
         raise QuestionError(f"{path}: {reason}") from None
-    if not isinstance(found, dict) or not found:
+    if not isinstance(result, dict) or not result:
         raise QuestionError(f"{path}: no table of channels; write for each\n{EXAMPLE}")
-    return found
+    return result
 
 
-def _one(place: str, name: str, given: Any) -> DescribedChannel:
-    if not isinstance(given, Mapping):
-        raise QuestionError(f"{place}channels.{name}: given {given!r}; must be a table, such as\n{EXAMPLE}")
+def _one(place: str, name: str, argument: Any) -> DescribedChannel:
+    if not isinstance(argument, Mapping):
+        raise QuestionError(f"{place}channels.{name}: given {argument!r}; must be a table, such as\n{EXAMPLE}")
     known = [field.name for field in fields(DescribedChannel)]
-    for key, value in given.items():
+    for key, value in argument.items():
         if key not in known:
             near = get_close_matches(str(key), known, 1)
             meant = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}"
             raise QuestionError(f"{place}channels.{name}: no key {key!r}{meant}")
         if not isinstance(value, str) and not (key == "direction" and isinstance(value, (int, float))):
             raise QuestionError(f"{place}channels.{name}.{key}: given {value!r}; must be a text")
-    return DescribedChannel(**given)
+    return DescribedChannel(**argument)
 
 
 # Instants of samples: even ones as they are, rounded ones made even, uneven ones refused or resampled.
@@ -528,17 +530,17 @@ def doubts(name: str, quantity: str, t: Floats, values: Floats | Samples) -> lis
     span = high - low
     if span == 0.0:
         return [f"channel {name!r} is constant, {low:.4g} at every sample; is the sensor connected?"]
-    found = []
+    doubts = []
     if quantity in LEAST and span < LEAST[quantity]:
-        found.append(f"channel {name!r}: only {span:.3g} (SI) from peak to peak; is its unit right?")
+        doubts.append(f"channel {name!r}: only {span:.3g} (SI) from peak to peak; is its unit right?")
     if quantity != "tacho":
         clipped = clipped_samples(values)
         if clipped.size:
-            found.append(
+            doubts.append(
                 f"channel {name!r} is clipped: {clipped.size} samples stand at its least or greatest value, "
                 f"{_times(t, clipped)}; amplitudes there are too small"
             )
-    return found
+    return doubts
 
 
 def clipped_samples(values: Floats | Samples) -> NDArray[np.int64]:
@@ -557,7 +559,7 @@ def clipped_samples(values: Floats | Samples) -> NDArray[np.int64]:
         """From one sample to the next, without a sign."""
         return float(np.abs(np.diff(np.asarray(values[k : k + 2], np.float64)))[0])
 
-    found = []
+    clipped_samples = []
     for extreme in extremes(values)[::-1]:
         at = np.zeros(size + 2, np.int8)  # with a place before the first sample and one behind the last
         for first, part in pieces(values):
@@ -570,8 +572,8 @@ def clipped_samples(values: Floats | Samples) -> NDArray[np.int64]:
             before = step(first - 2) if first >= 2 else 0.0
             after = step(end) if end < size - 1 else 0.0
             if max(before, after) > 1.5 * quantum * (4.0 / length + 12.0 / length**2):
-                found.append(np.arange(first, end))
-    return np.sort(np.concatenate(found)) if found else np.array([], np.int64)
+                clipped_samples.append(np.arange(first, end))
+    return np.sort(np.concatenate(clipped_samples)) if clipped_samples else np.array([], np.int64)
 
 
 def _times(t: Floats, indices: NDArray[np.int64]) -> str:

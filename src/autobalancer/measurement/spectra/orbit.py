@@ -92,7 +92,7 @@ def orbit(
         "forward": (np.abs(forward), "circle with the rotor", "m"),
         "backward": (np.abs(backward), "circle against it", "m"),
     }
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {key: ("order", numbers, {"long_name": text, "units": unit}) for key, (numbers, text, unit) in entries.items()},
         {
             "order": ("order", wanted, {"long_name": "order of the rotor speed", "units": "1"}),
@@ -101,15 +101,19 @@ def orbit(
         },
     )
     for k, name in enumerate("xy"):
-        found[name] = ("time", values[k, inside] - values[k, inside].mean(), own)
-        found[f"filtered_{name}"] = (("order", "turned"), waves[:, k].real, {"long_name": "of one order", "units": "m"})
+        dataset[name] = ("time", values[k, inside] - values[k, inside].mean(), own)
+        dataset[f"filtered_{name}"] = (
+            ("order", "turned"),
+            waves[:, k].real,
+            {"long_name": "of one order", "units": "m"},
+        )
     speed = float(np.interp(center, angle, signals["speed"].values))
     head = {
         "title": f"orbit of {x} and {y} at {float(np.interp(center, angle, time)):.4g} s",
         "speed": speed,
         "revolutions": revolutions,
     }
-    return Labeled.of(found.assign_attrs(head | provenance()))
+    return Labeled.of(dataset.assign_attrs(head | provenance()))
 
 
 def _pair(signals: xr.Dataset, x: str, y: str) -> tuple[str, str]:
@@ -240,21 +244,21 @@ def envelope(
         np.array([cut.reduceat(signals[name].values, starts)[:-1] for name in names])
         for cut in (np.minimum, np.maximum)
     )
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         coords={"channel": ("channel", names), "units": ("channel", [signals[n].attrs["units"] for n in names])}
     )
     entries = {"envelope_time": 0.5 * (time[starts[:-1]] + ends), "envelope_end": ends}
     if "speed" in signals:
         entries["envelope_speed"] = signals["speed"].values[starts[1:]]
     for key, values in entries.items():
-        found[key] = ("bin", values, {"long_name": LABELS[key].long_name, "units": LABELS[key].units})
+        dataset[key] = ("bin", values, {"long_name": LABELS[key].long_name, "units": LABELS[key].units})
     for key, values, text in (
         ("envelope_low", low, "least value in the bin"),
         ("envelope_high", high, "greatest value in the bin"),
     ):
-        found[key] = (("channel", "bin"), values, {"long_name": text})
+        dataset[key] = (("channel", "bin"), values, {"long_name": text})
     title = f"envelope of {signals.attrs.get('origin') or 'signals'}"
-    return Labeled.of(found.assign_attrs({"title": title} | provenance()))
+    return Labeled.of(dataset.assign_attrs({"title": title} | provenance()))
 
 
 # Damping from a decay, and from the width of a resonance.
@@ -309,23 +313,23 @@ def damping(
     if first is None:
         first = float(time[np.argmax(np.abs(values - np.median(values)))])
     kept = (time >= first) & (time <= (time[-1] if last is None else last))
-    found = decay_rate(time[kept], values[kept], modes, robust=robust)
-    doubts = _doubts(found)
+    rate = decay_rate(time[kept], values[kept], modes, robust=robust)
+    doubts = _doubts(rate)
     unit = {"units": str(signals[names[0]].attrs.get("units", ""))}
     for name in ("signal", "fitted", "amplitude", "amplitude_uncertainty"):
-        found[name].attrs |= unit
+        rate[name].attrs |= unit
     origin = signals.attrs.get("origin", "")
     return Labeled.of(
-        found.assign_attrs(
+        rate.assign_attrs(
             title=f"decay of {names[0]}" + f" of {origin}" * bool(origin), channel=names[0], warnings="\n".join(doubts)
         )
     )
 
 
-def _doubts(found: xr.Dataset) -> list[str]:
+def _doubts(dataset: xr.Dataset) -> list[str]:
     """Why a piece is probably no free decay: waves that the fit leaves, or a vibration that does not decay."""
-    signal = found["signal"].values
-    rest, size = signal - found["fitted"].values, float(np.std(signal))
+    signal = dataset["signal"].values
+    rest, size = signal - dataset["fitted"].values, float(np.std(signal))
     left, alike = float(np.std(rest)) / size, float(np.corrcoef(rest[1:], rest[:-1])[0, 1])
     doubts = []
     if left > WAVES and alike > 0.5:
@@ -333,7 +337,7 @@ def _doubts(found: xr.Dataset) -> list[str]:
             f"the fit leaves {100.0 * left:.3g} % of the signal, in waves and not as noise: the numbers are wrong if something "
             "still drives the vibration, or if there are more modes"
         )
-    undamped = found["damping_ratio"].values < SURE * found["damping_ratio_uncertainty"].values
+    undamped = dataset["damping_ratio"].values < SURE * dataset["damping_ratio_uncertainty"].values
     if undamped.any():
         doubts.append("no damping is seen beyond its uncertainty: this is a vibration that is driven, not a decay")
     return doubts
@@ -394,11 +398,11 @@ def half_power(orders: xr.Dataset, channel: str = "", *, order: float = 1.0) -> 
         "damping_ratio": (ratio, "damping ratio", ""),
         "damping_ratio_deviation": (deviation, "standard deviation of the damping ratio", ""),
     }
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {key: ((), value, {"long_name": text, "units": unit}) for key, (value, text, unit) in entries.items()}
     )
     head = {"title": f"resonance of {name}", "warnings": "\n".join(texts)}
-    return Labeled.of(found.assign_attrs(head | provenance()))
+    return Labeled.of(dataset.assign_attrs(head | provenance()))
 
 
 def _edge(w: Floats, size: Floats, k: int, level: float, side: int) -> tuple[float, float, int] | None:

@@ -114,10 +114,12 @@ def _dataset(
 ) -> Spectrum:
     dims = ("channel", "frequency")
     near = 2.0 * math.pi * how["resolution"]
-    texts = [text for one in lines for text in named_lines(one.frequency, one.amplitude, how["speed"], natural, near)]
+    texts = [
+        text for line in lines for text in named_lines(line.frequency, line.amplitude, how["speed"], natural, near)
+    ]
     every = Lines(*(np.concatenate(parts) for parts in zip(*lines, strict=True)))
-    of = [name for name, one in zip(names, lines, strict=True) for _ in one.frequency]
-    found = xr.Dataset(
+    of = [name for name, line in zip(names, lines, strict=True) for _ in line.frequency]
+    dataset = xr.Dataset(
         {
             "amplitude": (dims, amplitude, {"long_name": "amplitude of a sinusoid"}),
             "density": (dims, density, {"long_name": "mean square a hertz", "units_form": "{}^2/Hz"}),
@@ -143,7 +145,7 @@ def _dataset(
         },
         {"title": f"spectrum of {signals.attrs.get('origin') or 'signals'}", **how, **provenance()},
     )
-    return Spectrum.of(found)
+    return Spectrum.of(dataset)
 
 
 # Lines of a spectrum: where they are, how large, and what they may come from.
@@ -192,7 +194,7 @@ def found_lines(frequency: Floats, amplitude: Floats, weights: Floats, averages:
     peaks = np.sort(peaks[np.argsort(-amplitude[peaks])][:MOST])
     step = float(frequency[1] - frequency[0])
     median = math.sqrt(2.0 * float(gammaincinv(averages, 0.5)) / averages)  # of noise over its deviation
-    found = []
+    lines = []
     for k in peaks:
         side = 1 if amplitude[k + 1] >= amplitude[k - 1] else -1
         offset, to_offset, size, to_size = _line(float(amplitude[k]), float(amplitude[k + side]), weights)
@@ -200,8 +202,8 @@ def found_lines(frequency: Floats, amplitude: Floats, weights: Floats, averages:
         unsure, size_unsure = (spread * _spread(parts, offset, weights, averages) for parts in (to_offset, to_size))
         if abs(amplitude[k + 1] - amplitude[k - 1]) < SURE * spread:  # the line may be on the other side
             unsure = math.hypot(unsure, 2.0 * offset)
-        found.append((frequency[k] + side * offset * step, unsure * step, size, size_unsure))
-    return Lines(*np.array(found, np.float64).reshape(-1, 4).T)
+        lines.append((frequency[k] + side * offset * step, unsure * step, size, size_unsure))
+    return Lines(*np.array(lines, np.float64).reshape(-1, 4).T)
 
 
 def _line(high: float, beside: float, weights: Floats) -> tuple[float, Floats, float, Floats]:
@@ -271,7 +273,7 @@ def named_lines(frequency: Floats, amplitude: Floats, speed: float, natural: Seq
     synchronous = (np.abs(frequency - orders * speed) <= near) & (orders > 0)
     slow = np.flatnonzero((frequency < speed - near) & ~synchronous)
     first = float(frequency[slow[np.argmax(amplitude[slow])]]) if slow.size else math.nan
-    found = []
+    lines = []
     for f, order, exact, text in zip(frequency, orders, synchronous, names, strict=True):
         if exact:
             own = f"order {order:g}"
@@ -281,8 +283,8 @@ def named_lines(frequency: Floats, amplitude: Floats, speed: float, natural: Seq
             own = _of_the_first(float(f), first, speed, near)
         else:
             own = f"{f / speed:.3f} of the speed"
-        found.append("; ".join(part for part in (own, text) if part))
-    return found
+        lines.append("; ".join(part for part in (own, text) if part))
+    return lines
 
 
 def _of_the_first(f: float, first: float, speed: float, near: float) -> str:
@@ -383,7 +385,7 @@ def order_map(
         unit, text = "rad/s", "frequency"
     time = signals["time"].values
     speed = at_samples(signals["speed"], (along - time[0]) * (time.size - 1) / (time[-1] - time[0]))
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {
             "amplitude": (
                 ("time", over),
@@ -404,7 +406,7 @@ def order_map(
             **provenance(),
         },
     )
-    return Labeled.of(found)
+    return Labeled.of(dataset)
 
 
 def _orders(
@@ -521,14 +523,14 @@ def converted(
     if to not in POWERS:
         raise QuestionError(f"to: given {to!r}; must be one of {', '.join(POWERS)}")
     there = [str(n) for n, v in signals.data_vars.items() if v.attrs.get("quantity") in POWERS]
-    asked = there if channels is None else [channels] if isinstance(channels, str) else list(channels)
-    for name in asked:
+    requested = there if channels is None else [channels] if isinstance(channels, str) else list(channels)
+    for name in requested:
         if name not in there:
             raise QuestionError(f"channels: no motion {name!r}; there are {', '.join(there) or 'none'}")
     low = 0.0 if corner is None else hertz_argument("corner", corner)
     length = signals.sizes["time"] / float(signals.attrs["sampling_rate"])
-    found = signals.copy()
-    for name in asked:
+    spectrum = signals.copy()
+    for name in requested:
         attrs = dict(signals[name].attrs)
         power = POWERS[to] - POWERS[str(attrs["quantity"])]
         if power == 0:
@@ -543,8 +545,8 @@ def converted(
         attrs |= {"quantity": to, "units": UNITS[to], "corner": low if power < 0 else 0.0}
         attrs["long_name"] = str(attrs["long_name"]).replace(str(signals[name].attrs["quantity"]), to)
         attrs.pop("uncertainty", None)
-        found[name] = ("time", values, attrs)
-    return Signals.of(found)
+        spectrum[name] = ("time", values, attrs)
+    return Signals.of(spectrum)
 
 
 def _turned(values: Floats, rate: float, power: int, corner: float) -> Floats:

@@ -97,24 +97,28 @@ def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
     from matplotlib.ticker import SymmetricalLogLocator
 
     run = given_chamber_run(run, "plot.chamber_collisions")
-    found = collision_statistics(run)
+    statistics = collision_statistics(run)
     with look():
         figure = picture(7.2, 5.8)
         rates, power, force = figure.subplots(3, 1, sharex=True)
-        time = found["part_time"].values
+        time = statistics["part_time"].values
         rates.step(
-            time, found["contacts_ball_rate"].values, where="mid", color=BALLS[0], label=f"between {bodies_of(run)}"
+            time,
+            statistics["contacts_ball_rate"].values,
+            where="mid",
+            color=BALLS[0],
+            label=f"between {bodies_of(run)}",
         )
-        rates.step(time, found["contacts_wall_rate"].values, where="mid", color=BALLS[1], label="with the chamber")
+        rates.step(time, statistics["contacts_wall_rate"].values, where="mid", color=BALLS[1], label="with the chamber")
         rates.set_ylabel("contacts begun (1/s)")
         rates.set_yscale("symlog", linthresh=10.0)
         rates.yaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=10.0, subs=(1.0, 2.0, 5.0)))
         rates.yaxis.set_major_formatter("{x:g}")
         legend(rates)
-        power.step(time, found["impact_power"].values, where="mid", color=INK)
+        power.step(time, statistics["impact_power"].values, where="mid", color=INK)
         power.set_ylabel("lost in impacts (W)")
         power.set_ylim(bottom=0.0)
-        force.step(time, found["greatest_force"].values, where="mid", color=INK)
+        force.step(time, statistics["greatest_force"].values, where="mid", color=INK)
         force.set_ylabel("hardest contact (N)")
         force.set_xlabel("time (s)")
         force.set_xlim(run["time"].values[[0, -1]])
@@ -154,11 +158,11 @@ def _angles(axes: Axes, run: xr.Dataset) -> None:
 
 def _left(axes: Axes, run: xr.Dataset) -> None:
     static, couple = unbalance_of(run) or (0.0 + 0.0j, 0.0 + 0.0j)
-    found = residual_of_balls(run, static, couple)
-    unit = moment_axis(float(np.nanmax(found["static"].values, initial=abs(static))))
+    residual = residual_of_balls(run, static, couple)
+    unit = moment_axis(float(np.nanmax(residual["static"].values, initial=abs(static))))
     axes.plot(
-        found["time"].values,
-        unit.factor * found["static"].values,
+        residual["time"].values,
+        unit.factor * residual["static"].values,
         color=INK,
         lw=0.8,
         label=f"with the {bodies_of(run)}",

@@ -70,8 +70,8 @@ def chamber_carried(study: Given, *, title: str | None = None) -> Figure:
         for panel, layer in zip(axes, layers, strict=True):
             held = study["share_carried"].sel(layers=layer)
             # a number of balls that was asked for at one friction only makes no curve
-            asked = held.notnull().any("seed") if "seed" in held.dims else held.notnull()
-            several = study["balls"].values[asked.sum("friction").values > 1]
+            requested = held.notnull().any("seed") if "seed" in held.dims else held.notnull()
+            several = study["balls"].values[requested.sum("friction").values > 1]
             shown = several if several.size else study["balls"].values
             beside = 0.02 * float(np.ptp(study["friction"].values)) / max(len(shown) - 1, 1)
             for i, balls in enumerate(shown):
@@ -250,12 +250,12 @@ def _shown(values: xr.DataArray) -> QuantityAxis:
     return shown._replace(label=shown.label.replace("_", " "))
 
 
-def _is_study(found: xr.Dataset) -> bool:
-    return "layers" in found.dims and "balls" in found.dims
+def _is_study(dataset: xr.Dataset) -> bool:
+    return "layers" in dataset.dims and "balls" in dataset.dims
 
 
-def _are_means(found: xr.Dataset) -> bool:
-    return "layers" in found.dims and "balls" not in found.dims
+def _are_means(dataset: xr.Dataset) -> bool:
+    return "layers" in dataset.dims and "balls" not in dataset.dims
 
 
 # Picture of a search for designs of a deep chamber.
@@ -320,21 +320,21 @@ def chamber_designs(designs: Given, *, title: str | None = None) -> Figure:
     return figure
 
 
-def _stages(panel: Axes, found: xr.Dataset, colors: dict[float, Any]) -> None:
+def _stages(panel: Axes, dataset: xr.Dataset, colors: dict[float, Any]) -> None:
     """All designs over number and mass of their balls: a cross, an open or a filled mark by where they stopped."""
-    mass = found["total_mass"].values
+    mass = dataset["total_mass"].values
     width = max(float(np.ptp(mass)), 0.1 * float(mass.max()))
     for i, (friction, color) in enumerate(colors.items()):
-        own = found["friction"].values == friction
+        own = dataset["friction"].values == friction
         at = mass + (i - 0.5 * (len(colors) - 1)) * BESIDE * width
-        ran = np.isfinite(found["place"].values)
-        ruled = (found["stage"].values == "bounds") & (found["reason"].values != "")
+        ran = np.isfinite(dataset["place"].values)
+        ruled = (dataset["stage"].values == "bounds") & (dataset["reason"].values != "")
         for chosen, mark, fill in ((ruled, "x", color), (~ruled & ~ran, "o", "none"), (ran, "o", color)):
             there = own & chosen
-            panel.plot(at[there], found["balls"].values[there], mark, ms=5, color=color, mfc=fill, mew=1.0)
+            panel.plot(at[there], dataset["balls"].values[there], mark, ms=5, color=color, mfc=fill, mew=1.0)
     panel.set_xlim(float(mass.min()) - 0.15 * width, float(mass.max()) + 0.15 * width)
     panel.set_yscale("log")
-    counts = sorted(set(found["balls"].values.tolist()))
+    counts = sorted(set(dataset["balls"].values.tolist()))
     panel.set_yticks(counts, [str(count) for count in counts])
     panel.minorticks_off()
     panel.set_ylabel("number of balls")

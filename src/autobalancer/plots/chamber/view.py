@@ -311,12 +311,12 @@ def animate_chamber(
     ResultError
         If the file cannot be written.
     """
-    asked = film_question(
+    requested = film_question(
         path, start=start, end=end, duration=duration, fps=fps, frame=frame, speed_unit=speed_unit, width=width
     )
     if not (np.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
         raise QuestionError(f"elevation: given {elevation:g} degrees, azimuth {azimuth:g}; the first is from -90 to 90")
-    times = frame_times(run["time"].values, asked.start, asked.end, asked.frames)
+    times = frame_times(run["time"].values, requested.start, requested.end, requested.frames)
     chambers = chambers_of(run)
     inside = (run["time"].values >= times[0]) & (run["time"].values <= times[-1])
     greatest = float(np.abs(run["body_position"].values[inside]).max(initial=0.0))
@@ -326,10 +326,10 @@ def animate_chamber(
     with look():
         poses = poses_of(run, times, in_rotor=frame == "rotor", chambers=chambers, scale=scale, heavy=heavy)
         view = "in the frame of the rotor" if frame == "rotor" else "in space"
-        caption = f"{view}, {pace(asked.duration, times)}, {size_words('displacement', scale)}"
-        scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), asked.unit, caption, width)
-        write_film(asked.path, frames_of(scene.frame, asked.frames, progress), fps)
-    return Film(asked.path)
+        caption = f"{view}, {pace(requested.duration, times)}, {size_words('displacement', scale)}"
+        scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), requested.unit, caption, width)
+        write_film(requested.path, frames_of(scene.frame, requested.frames, progress), fps)
+    return Film(requested.path)
 
 
 class _Scene(FilmCanvas):

@@ -150,21 +150,21 @@ class Labels(Artist):
 
     def _curves(self, frame: Bbox) -> Floats:
         """Points of all curves in pixels, close enough to each other that no label slips between them."""
-        found = [np.empty((0, 2))]
+        items = [np.empty((0, 2))]
         for line in self.panel.get_lines():
             if not line.get_visible() or line.get_animated():
                 continue
             place = np.asarray(line.get_transform().transform(line.get_xydata()), np.float64)
             place = place[np.isfinite(place).all(axis=1)]
             if place.shape[0] < 2:
-                found.append(place)
+                items.append(place)
                 continue
             way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))])
             if way[-1] > 0.0:
                 even = np.linspace(0.0, way[-1], int(np.clip(way[-1], 2.0, 20000.0)))
                 place = np.column_stack([np.interp(even, way, column) for column in place.T])
-            found.append(place)
-        every = np.concatenate(found)
+            items.append(place)
+        every = np.concatenate(items)
         return np.asarray(every[(every[:, 1] > frame.y0 - 1.0) & (every[:, 1] < frame.y1 + 1.0)])
 
 
@@ -202,19 +202,19 @@ def stacked(wanted: Floats, height: float, highest: float) -> Floats:
         while len(stacks) > 1 and wanted[stacks[-2][-1]] + height * len(stacks[-2]) > wanted[stacks[-1][0]]:
             above = stacks.pop()
             stacks[-1] += above
-    found = np.empty(len(wanted))
+    result = np.empty(len(wanted))
     top = np.inf
     for stack in reversed(stacks):
         base = min(float(wanted[stack[-1]]), highest - height * (len(stack) - 1), top - height * len(stack))
-        found[stack] = base + height * np.arange(len(stack))
+        result[stack] = base + height * np.arange(len(stack))
         top = base
-    return found
+    return result
 
 
-def _common(one: Bbox, other: Bbox) -> float:
+def _common(box: Bbox, other: Bbox) -> float:
     """Area of what two boxes have in common."""
-    wide = min(one.x1, other.x1) - max(one.x0, other.x0)
-    high = min(one.y1, other.y1) - max(one.y0, other.y0)
+    wide = min(box.x1, other.x1) - max(box.x0, other.x0)
+    high = min(box.y1, other.y1) - max(box.y0, other.y0)
     return float(max(wide, 0.0) * max(high, 0.0))
 
 

@@ -126,11 +126,11 @@ def animate_races(
     ResultError
         If the file cannot be written.
     """
-    asked = film_question(
+    requested = film_question(
         path, start=start, end=end, duration=duration, fps=fps, frame=frame, speed_unit=speed_unit, width=width
     )
     motion, races = Motion(run), races_of(run)
-    times = _frame_times(motion.time, asked.start, asked.end, asked.frames)
+    times = _frame_times(motion.time, requested.start, requested.end, requested.frames)
     moments = motion.at(times)
     index = np.arange(times.size)
     fine = motion.at(np.interp(np.arange((times.size - 1) * PATH_POINTS + 1) / PATH_POINTS, index, times))
@@ -148,12 +148,12 @@ def animate_races(
             in_space=turns,
             per_frame=PATH_POINTS,
             magnification=scale,
-            unit=asked.unit,
-            caption=_caption(moments, turns, asked.duration, scale, bool(races.orbit_radius.size)),
+            unit=requested.unit,
+            caption=_caption(moments, turns, requested.duration, scale, bool(races.orbit_radius.size)),
             width=width,
         )
-        write_film(asked.path, frames_of(scene.frame, times.size, progress), fps)
-    return Film(asked.path)
+        write_film(requested.path, frames_of(scene.frame, times.size, progress), fps)
+    return Film(requested.path)
 
 
 def _frame_times(samples: Floats, start: float | None, end: float | None, count: int) -> Floats:
@@ -505,15 +505,15 @@ class RotorView:
 
     def _lines(self, balls: Complexes, speed: float) -> Complexes:
         """Symbols of the forces with balls at these places, one after the other with a gap between."""
-        found: list[complex] = []
+        paths: list[complex] = []
         for (balancer, race), forces in self.forces.items():
             here = np.flatnonzero((self.races.balancer == balancer) & (self.races.race == race))
             if here.size:
                 orbits = self.races.orbit_radius[here]
                 places = list(balls[here] * self.length)
                 for line in lines_of(forces, float(orbits.mean()), places, speed):
-                    found += [*(np.array(line) / self.length + self.places[here[0]]), complex(np.nan, np.nan)]
-        return np.array(found, np.complex128)
+                    paths += [*(np.array(line) / self.length + self.places[here[0]]), complex(np.nan, np.nan)]
+        return np.array(paths, np.complex128)
 
     def _races(self, axes: Axes, diameter: Floats, channel: Floats, outside: float) -> None:
         """The disc with its zero mark and the walls of its races."""

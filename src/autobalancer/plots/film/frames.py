@@ -260,7 +260,7 @@ def frame_times(samples: Floats, start: float | None, end: float | None, count: 
     return np.linspace(first, last, count)
 
 
-def magnification(asked: float | Literal["auto"], greatest: float, size: float, share: float) -> float:
+def magnification(requested: float | Literal["auto"], greatest: float, size: float, share: float) -> float:
     """How much larger a deflection is drawn; by default so that ``greatest`` is at most ``share`` of ``size``.
 
     Raises
@@ -268,10 +268,10 @@ def magnification(asked: float | Literal["auto"], greatest: float, size: float, 
     QuestionError
         If a number is asked for that is not greater than zero.
     """
-    if asked != "auto":
-        if not (np.isfinite(asked) and asked > 0.0):
-            raise QuestionError(f"deflection_scale: given {asked!r}; must be 'auto' or a number greater than zero")
-        return float(asked)
+    if requested != "auto":
+        if not (np.isfinite(requested) and requested > 0.0):
+            raise QuestionError(f"deflection_scale: given {requested!r}; must be 'auto' or a number greater than zero")
+        return float(requested)
     return round_down(share * size / greatest) if greatest > 1e-12 * size else 1.0
 
 

@@ -166,16 +166,16 @@ def run_down(found: Given, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def _readings(axes: Axes, found: xr.Dataset) -> None:
-    sign, factor = UNITS.get(str(found["original"].attrs["units"]), (str(found["original"].attrs["units"]), 1.0))
-    readings = factor * found["reading"].values * np.exp(1j * found["reading_phase"].values)
-    left = factor * found["residual"].values * np.exp(1j * found["residual_phase"].values)
-    original = factor * found["original"].values * np.exp(1j * found["original_phase"].values)
-    sure = factor * found["residual_deviation"].values
-    few = found.sizes["channel"] <= FEW
-    sensors = list(dict.fromkeys(map(str, found["sensor"].values)))
+def _readings(axes: Axes, dataset: xr.Dataset) -> None:
+    sign, factor = UNITS.get(str(dataset["original"].attrs["units"]), (str(dataset["original"].attrs["units"]), 1.0))
+    readings = factor * dataset["reading"].values * np.exp(1j * dataset["reading_phase"].values)
+    left = factor * dataset["residual"].values * np.exp(1j * dataset["residual_phase"].values)
+    original = factor * dataset["original"].values * np.exp(1j * dataset["original_phase"].values)
+    sure = factor * dataset["residual_deviation"].values
+    few = dataset.sizes["channel"] <= FEW
+    sensors = list(dict.fromkeys(map(str, dataset["sensor"].values)))
     told: set[str] = set()
-    for c, name in enumerate(map(str, found["sensor"].values)):
+    for c, name in enumerate(map(str, dataset["sensor"].values)):
         color = BALLS[(c if few else sensors.index(name)) % len(BALLS)]
         if few:
             for reading in readings[:, c]:
@@ -191,18 +191,18 @@ def _readings(axes: Axes, found: xr.Dataset) -> None:
             axes.add_patch(Circle((left[c].real, left[c].imag), sure[c], fill=False, ec=color, lw=0.8))
     _square(axes, np.concatenate([readings.ravel() if few else original, left, original]))
     axes.set_xlabel(f"in phase with the mark ({sign})")
-    axes.set_ylabel(f"90° {'ahead of' if found.attrs['phase'] == 'lead' else 'behind'} it ({sign})")
+    axes.set_ylabel(f"90° {'ahead of' if dataset.attrs['phase'] == 'lead' else 'behind'} it ({sign})")
     legend(axes)
     axes.set_title("readings (o) and what remains (x)", fontsize=9.0, pad=20.0)
 
 
-def _masses(axes: Axes, found: xr.Dataset) -> None:
-    sign, factor = UNITS[str(found["correction"].attrs["units"])]
-    values = factor * found["correction"].values * np.exp(1j * found["correction_angle"].values)
-    names = [str(name) for name in found["plane"].values]
-    trial = factor * found["run_mass"].values * np.exp(1j * found["run_mass_angle"].values)
+def _masses(axes: Axes, dataset: xr.Dataset) -> None:
+    sign, factor = UNITS[str(dataset["correction"].attrs["units"])]
+    values = factor * dataset["correction"].values * np.exp(1j * dataset["correction_angle"].values)
+    names = [str(name) for name in dataset["plane"].values]
+    trial = factor * dataset["run_mass"].values * np.exp(1j * dataset["run_mass_angle"].values)
     for n, name in enumerate(names):
-        column = trial[:, [str(one) for one in found["all_planes"].values].index(name)]
+        column = trial[:, [str(one) for one in dataset["all_planes"].values].index(name)]
         for at in np.unique(np.round(column[np.abs(column) > 0.0], 12)):
             axes.plot(at.real, at.imag, "s", color=BALLS[n % len(BALLS)], ms=5.0 + 3.0 * n, mfc="none", mew=1.0)
     _vectors(
@@ -210,7 +210,7 @@ def _masses(axes: Axes, found: xr.Dataset) -> None:
         values,
         [f"plane {name}" for name in names],
         sign,
-        factor * found["correction_deviation"].values,
+        factor * dataset["correction_deviation"].values,
         trial.ravel(),
     )
     axes.set_xlabel(f"mass towards the zero mark ({sign})")
@@ -240,14 +240,14 @@ def _square(axes: Axes, values: Any) -> None:
     axes.set_aspect("equal")
 
 
-def _before_and_after(axes: Axes, found: xr.Dataset) -> None:
-    sign, factor = UNITS.get(str(found["original"].attrs["units"]), (str(found["original"].attrs["units"]), 1.0))
-    before, after = factor * found["original"].values, factor * found["residual"].values
-    sure = factor * found["residual_deviation"].values
-    speeds = found["speed"].values * 30.0 / np.pi
-    for name in dict.fromkeys(map(str, found["sensor"].values)):
-        rows = [str(one) == name for one in found["sensor"].values]
-        color = BALLS[list(dict.fromkeys(map(str, found["sensor"].values))).index(name) % len(BALLS)]
+def _before_and_after(axes: Axes, dataset: xr.Dataset) -> None:
+    sign, factor = UNITS.get(str(dataset["original"].attrs["units"]), (str(dataset["original"].attrs["units"]), 1.0))
+    before, after = factor * dataset["original"].values, factor * dataset["residual"].values
+    sure = factor * dataset["residual_deviation"].values
+    speeds = dataset["speed"].values * 30.0 / np.pi
+    for name in dict.fromkeys(map(str, dataset["sensor"].values)):
+        rows = [str(one) == name for one in dataset["sensor"].values]
+        color = BALLS[list(dict.fromkeys(map(str, dataset["sensor"].values))).index(name) % len(BALLS)]
         x = speeds[rows] if np.isfinite(speeds).all() else np.flatnonzero(rows) + 1.0
         axes.plot(x, before[rows], "o-", color=color, mfc="white", lw=1.0, label=f"{name}, before")
         axes.errorbar(x, after[rows], np.nan_to_num(sure[rows]), fmt="x--", color=color, lw=1.0, label=f"{name}, after")

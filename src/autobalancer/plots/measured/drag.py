@@ -117,9 +117,9 @@ def ball_drag(found: Given) -> Figure:
     return figure
 
 
-def _flow(figure: Figure, axes: Axes, found: xr.Dataset) -> None:
-    x, y = found["x"].values * 1e3, found["y"].values * 1e3
-    u, v = found["velocity_x"].values.T, found["velocity_y"].values.T
+def _flow(figure: Figure, axes: Axes, dataset: xr.Dataset) -> None:
+    x, y = dataset["x"].values * 1e3, dataset["y"].values * 1e3
+    u, v = dataset["velocity_x"].values.T, dataset["velocity_y"].values.T
     speed = np.ma.masked_invalid(np.hypot(u, v))
     shade = axes.pcolormesh(x, y, speed, cmap="cividis", shading="gouraud", rasterized=True, vmin=0.0)
     axes.streamplot(
@@ -132,10 +132,10 @@ def _flow(figure: Figure, axes: Axes, found: xr.Dataset) -> None:
         density=(1.6, 0.9),
         arrowsize=0.7,
     )
-    radius = 0.5e3 * float(found.attrs["ball_diameter"])
-    for center in _centers(found):
+    radius = 0.5e3 * float(dataset.attrs["ball_diameter"])
+    for center in _centers(dataset):
         axes.add_patch(Circle(center, radius, facecolor=FILL, edgecolor=INK, lw=0.9, zorder=5))
-    for wall, beyond in zip(_walls(found, x), (y[0] - radius, y[-1] + radius), strict=True):
+    for wall, beyond in zip(_walls(dataset, x), (y[0] - radius, y[-1] + radius), strict=True):
         axes.fill_between(x, wall, beyond, color="white", lw=0.0, zorder=2.2)
         axes.plot(x, wall, color=INK, lw=1.6, zorder=2.3)
     axes.set_aspect("equal")
@@ -144,22 +144,22 @@ def _flow(figure: Figure, axes: Axes, found: xr.Dataset) -> None:
     axes.set_ylim(y[0] - 0.05 * radius, y[-1] + 0.05 * radius)
     axes.set_xlabel("ahead of the ball (mm); outer wall below")
     axes.set_ylabel("inward (mm)")
-    axes.set_title(f"seen from the ball, Re = {float(found['reynolds'][-1]):.4g}", fontsize=9.0)
+    axes.set_title(f"seen from the ball, Re = {float(dataset['reynolds'][-1]):.4g}", fontsize=9.0)
     figure.colorbar(shade, ax=axes, label="speed over that of the ball", shrink=0.8)
 
 
-def _centers(found: xr.Dataset) -> list[tuple[float, float]]:
+def _centers(dataset: xr.Dataset) -> list[tuple[float, float]]:
     """Of the balls, mm."""
-    orbit, along = 1e3 * float(found.attrs["orbit_radius"]), 1e3 * float(found.attrs["ball_ahead"])
+    orbit, along = 1e3 * float(dataset.attrs["orbit_radius"]), 1e3 * float(dataset.attrs["ball_ahead"])
     if np.isnan(along):
         return [(0.0, 0.0)]
     angle = along / orbit
     return [(0.0, 0.0), (orbit * np.sin(angle), orbit * (1.0 - np.cos(angle))) if np.isfinite(orbit) else (along, 0.0)]
 
 
-def _walls(found: xr.Dataset, x: Floats) -> list[Floats]:
+def _walls(dataset: xr.Dataset, x: Floats) -> list[Floats]:
     """Both walls over x, mm."""
-    attrs = found.attrs
+    attrs = dataset.attrs
     radius, orbit = 0.5e3 * float(attrs["ball_diameter"]), 1e3 * float(attrs["orbit_radius"])
     outer = radius * (1.0 + float(attrs["mesh_gap"]))
     depths = [0.0, 1e3 * float(attrs["width"])]
@@ -168,8 +168,8 @@ def _walls(found: xr.Dataset, x: Floats) -> list[Floats]:
     return [orbit - np.sqrt(np.maximum((orbit + outer - depth) ** 2 - x**2, 0.0)) for depth in depths]
 
 
-def _curve(axes: Axes, found: xr.Dataset, moving: NDArray[np.bool_]) -> None:
-    re, cd_re = found["reynolds"].values, found["cd_re"].values
+def _curve(axes: Axes, dataset: xr.Dataset, moving: NDArray[np.bool_]) -> None:
+    re, cd_re = dataset["reynolds"].values, dataset["cd_re"].values
     axes.plot(re[moving], cd_re[moving], "o-", color=ball_color(0), label="with inertia of the fluid")
     if not moving.all():
         axes.axhline(cd_re[0], color=INK, ls="--", lw=0.9, label="without")
@@ -179,7 +179,7 @@ def _curve(axes: Axes, found: xr.Dataset, moving: NDArray[np.bool_]) -> None:
     axes.set_ylim(0.0, 1.15 * float(cd_re.max()))
     axes.set_xlabel("Reynolds number of the ball")
     axes.set_ylabel(r"$c_d\,\mathrm{Re}$")
-    axes.set_title(f"gap of {1e6 * float(found.attrs['gap']):.3g} µm", fontsize=9.0)
+    axes.set_title(f"gap of {1e6 * float(dataset.attrs['gap']):.3g} µm", fontsize=9.0)
     axes.legend(loc="lower left")
 
 

@@ -200,5 +200,5 @@ def _stream_lines(figure: Figure, axes: Axes, flow: xr.Dataset, moment: int, spe
     figure.colorbar(shade, ax=axes, label=f"lag ({unit.sign})")
 
 
-def _is_flow(found: xr.Dataset) -> bool:
-    return "fluid_speed" in found and "moment" in found.dims
+def _is_flow(dataset: xr.Dataset) -> bool:
+    return "fluid_speed" in dataset and "moment" in dataset.dims

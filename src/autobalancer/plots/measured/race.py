@@ -85,12 +85,12 @@ def race_shape(found: Given) -> Figure:
     return figure
 
 
-def rests(found: Any) -> Figure:
+def rests(result: Any) -> Figure:
     """Draw where a ball came to rest: a polar histogram around the balanced place, with the interval that friction holds.
 
     Parameters
     ----------
-    found
+    result
         From ``ab.measure.rest_friction``.
 
     Raises
@@ -98,9 +98,9 @@ def rests(found: Any) -> Figure:
     QuestionError
         If it is something else.
     """
-    if not hasattr(found, "adherence") or not hasattr(found, "angles"):
-        raise refusal(found, "plot.rests", "a result of measure.rest_friction")
-    angles = np.array(found.angles)
+    if not hasattr(result, "adherence") or not hasattr(result, "angles"):
+        raise refusal(result, "plot.rests", "a result of measure.rest_friction")
+    angles = np.array(result.angles)
     edges = np.linspace(-np.pi, np.pi, BINS + 1)
     counts, _ = np.histogram(angles, edges)
     with look():
@@ -110,7 +110,7 @@ def rests(found: Any) -> Figure:
         axes.bar(edges[:-1], counts / angles.size, width=np.diff(edges), align="edge", color=FILL, ec=INK, lw=0.7)
         top = 1.12 * float(counts.max()) / angles.size
         for side in (-0.5, 0.5):
-            axes.plot([found.middle + side * found.width] * 2, [0.0, top], "--", color=BALLS[0], lw=1.4)
+            axes.plot([result.middle + side * result.width] * 2, [0.0, top], "--", color=BALLS[0], lw=1.4)
         axes.plot([np.pi, np.pi], [0.0, 0.6 * top], "-", color=UNBALANCE, lw=2.0)
         axes.text(np.pi, 0.72 * top, "unbalance", color=UNBALANCE, ha="center", va="center")
         axes.set_rlim(0.0, top)
@@ -121,7 +121,7 @@ def rests(found: Any) -> Figure:
             figure,
             f"Rests of a ball in {angles.size} run-ups, 0° opposite the unbalance\n"
             f"held between the dashed lines by an adherence\n"
-            f"of {found.adherence:.3g} ({found.low:.3g} to {found.high:.3g} with 95 %)",
+            f"of {result.adherence:.3g} ({result.low:.3g} to {result.high:.3g} with 95 %)",
         )
     return figure
 
@@ -216,8 +216,8 @@ def rectified_picture(found: Given) -> Figure:
     QuestionError
         If ``found`` is no such result.
     """
-    asked = "plot.rectified_picture"
-    found = result(found, asked, "measure.rectified_picture", lambda it: "brightness" in it and "ball_x" in it)
+    requested = "plot.rectified_picture"
+    found = result(found, requested, "measure.rectified_picture", lambda it: "brightness" in it and "ball_x" in it)
     x, y = 1e3 * found["x"].values, 1e3 * found["y"].values
     radius = 1e3 * float(found.attrs["orbit_radius"])
     with look():

@@ -134,10 +134,10 @@ def ends_at(run: xr.Dataset, end: float) -> bool:
 
 def _of_held(held: xr.Dataset, start: float, end: float) -> Curve | None:
     """The vibration of the reference place over the time of another run."""
-    found = deflections_of(held, start, end)
-    if found is None:
+    deflections = deflections_of(held, start, end)
+    if deflections is None:
         return None
-    return found.curves[0] if found.static else Curve("", found.time, found.high)
+    return deflections.curves[0] if deflections.static else Curve("", deflections.time, deflections.high)
 
 
 def _at_last_speed(run: xr.Dataset, start: float, end: float) -> Curve | None:
@@ -174,16 +174,16 @@ def places_of(run: xr.Dataset, start: float, end: float) -> tuple[str, complex, 
     inside = (time >= start - 1e-9) & (time <= end + 1e-9)
     if inside.sum() < 2 or "rotor_angle" not in run or "x" not in run:
         return "", 0j, ()
-    angle, found = _column(run, "rotor_angle"), places(run)
-    rest = [static_part(run, time, angle, place.deflection, end) for place in found]
-    moving = [np.abs(place.deflection - still) for place, still in zip(found, rest, strict=True)]
+    angle, result = _column(run, "rotor_angle"), places(run)
+    rest = [static_part(run, time, angle, place.deflection, end) for place in result]
+    moving = [np.abs(place.deflection - still) for place, still in zip(result, rest, strict=True)]
     aside = abs(rest[0]) > 0.1 * float(moving[0][inside][-1]) and abs(rest[0]) > 1e-9
     curves = []
-    for place, values in zip(found, moving, strict=True):
-        if aside or place is not found[0]:
-            label = place.name if len(found) > 1 else ""
+    for place, values in zip(result, moving, strict=True):
+        if aside or place is not result[0]:
+            label = place.name if len(result) > 1 else ""
             curves.append(Curve(label, *_greatest(time[inside], values[inside])))
-    return found[0].name if len(found) > 1 else "", rest[0] if aside else 0j, tuple(curves)
+    return result[0].name if len(result) > 1 else "", rest[0] if aside else 0j, tuple(curves)
 
 
 def quiet(deflections: Deflections) -> bool:
@@ -246,7 +246,7 @@ def places(run: xr.Dataset, prefix: str = "") -> list[Place]:
     A station in the plane of a balancer is named after it once, not twice.
     """
     reference = np.asarray(run[f"{prefix}x"].values + 1j * run[f"{prefix}y"].values)
-    found: list[Place] = []
+    places: list[Place] = []
     for kind in ("place",) if f"{prefix}place_x" in run else ("plane", "station"):
         if f"{prefix}{kind}_x" not in run:
             continue
@@ -256,12 +256,12 @@ def places(run: xr.Dataset, prefix: str = "") -> list[Place]:
         z = np.asarray(run[f"{prefix}{kind}_x"].values + 1j * run[f"{prefix}{kind}_y"].values)
         where = run[f"{kind}_position"].values if f"{kind}_position" in run else np.full(z.shape[1], np.nan)
         for name, position, column in zip(names, where, z.T, strict=True):
-            if not any(np.allclose(column, place.deflection, rtol=1e-9, atol=0.0) for place in found):
-                found.append(Place(str(name), float(position), column))
-    same = [place for place in found if np.allclose(place.deflection, reference, rtol=1e-9, atol=0.0)]
+            if not any(np.allclose(column, place.deflection, rtol=1e-9, atol=0.0) for place in places):
+                places.append(Place(str(name), float(position), column))
+    same = [place for place in places if np.allclose(place.deflection, reference, rtol=1e-9, atol=0.0)]
     if not same:
-        return [Place("rotor", float("nan"), reference), *found]
-    return [same[0], *(place for place in found if place is not same[0])]
+        return [Place("rotor", float("nan"), reference), *places]
+    return [same[0], *(place for place in places if place is not same[0])]
 
 
 class PlacesInRotor(NamedTuple):
@@ -325,8 +325,8 @@ def static_part(
     columns = np.column_stack([np.ones(near.size), turned, turned.conj()])
     if np.linalg.cond(columns) > APART:
         return 0j
-    standing, *turning = found = np.linalg.lstsq(columns, deflection[near], rcond=None)[0]
-    rest = float(np.sqrt(np.mean(np.abs(deflection[near] - columns @ found) ** 2)))
+    standing, *turning = result = np.linalg.lstsq(columns, deflection[near], rcond=None)[0]
+    rest = float(np.sqrt(np.mean(np.abs(deflection[near] - columns @ result) ** 2)))
     return complex(standing) if abs(standing) > max(LEAST * sum(map(abs, turning)), rest) else 0j
 
 

@@ -235,9 +235,9 @@ def _paths(part: xr.Dataset, prefix: str) -> list[OrbitPath]:
         angle = np.asarray(part[f"{prefix}rotor_angle"].values, np.float64)
     else:  # measured: from the speed, counted from the first sample
         angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    found = []
+    paths = []
     for place in places(part, prefix):
         static = static_part(part, time, angle, place.deflection, float(time[-1]), samples=time.size)
         moved = (place.deflection - static) * np.exp(-1j * angle)
-        found.append(OrbitPath(place.name, time, speed, angle, np.asarray(moved), static))
-    return found
+        paths.append(OrbitPath(place.name, time, speed, angle, np.asarray(moved), static))
+    return paths

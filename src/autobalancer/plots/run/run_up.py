@@ -372,16 +372,16 @@ def impacts(
     """
     run = given_race_run(run, "plot.impacts")
     first, last = span_of(run, optional_argument("start", start, "s"), optional_argument("end", end, "s"))
-    found, speeds, history = impacts_of(run), speed_axis(speed_unit), history_of(run, first, last)
-    if found is None or not found.time.size:
+    impacts, speeds, history = impacts_of(run), speed_axis(speed_unit), history_of(run, first, last)
+    if impacts is None or not impacts.time.size:
         raise QuestionError("plot.impacts: no ball hit another one, a partition or a wall in this run")
     with look():
         figure = picture(8.0, 6.6 if history is not None else 4.6)
         panels = list(figure.subplots(2 + (history is not None), 1, sharex=True))
         if history is not None:
             speed_panel(panels[0], history, critical_speeds_of(run), speeds, ball_looks(run))
-        _speeds(panels[-2], found)
-        _power(panels[-1], found, np.linspace(first, last, PARTS + 1))
+        _speeds(panels[-2], impacts)
+        _power(panels[-1], impacts, np.linspace(first, last, PARTS + 1))
         panels[-1].set_xlabel("time (s)")
         panels[-1].set_xlim(first, last)
         figure.align_ylabels(panels)
@@ -389,18 +389,18 @@ def impacts(
     return figure
 
 
-def _speeds(axes: Axes, found: Impacts) -> None:
+def _speeds(axes: Axes, impacts: Impacts) -> None:
     for low, high, label, color in KINDS:
-        its = (found.partner >= low) & (found.partner <= high)
+        its = (impacts.partner >= low) & (impacts.partner <= high)
         if its.any():
-            axes.plot(found.time[its], found.speed[its], ".", ms=4.0, color=color, alpha=0.7, label=label)
+            axes.plot(impacts.time[its], impacts.speed[its], ".", ms=4.0, color=color, alpha=0.7, label=label)
     axes.set_yscale("log")
     axes.set_ylabel("impact speed (m/s)")
     legend(axes)
 
 
-def _power(axes: Axes, found: Impacts, edges: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:
-    power = np.histogram(found.time, edges, weights=found.lost)[0] / np.diff(edges)
+def _power(axes: Axes, impacts: Impacts, edges: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:
+    power = np.histogram(impacts.time, edges, weights=impacts.lost)[0] / np.diff(edges)
     _, sign, factor = next(entry for entry in POWERS if power.max(initial=0.0) < 1e3 * entry[0])
     axes.stairs(factor * power, edges, color=INK, fill=True, alpha=0.75)
     axes.set_ylabel(f"power of impacts ({sign})")

@@ -133,12 +133,12 @@ def _above(panel: Axes, handles: list[Line2D]) -> None:
     panel.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
 
 
-def _legs(found: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    if found.attrs.get("start") == "fixed":
-        return [("fixed", found)]
-    if "direction" in found.dims:
-        return [(str(name), found.sel(direction=name)) for name in found["direction"].values]
-    return [(str(found["direction"].values), found)]
+def _legs(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    if dataset.attrs.get("start") == "fixed":
+        return [("fixed", dataset)]
+    if "direction" in dataset.dims:
+        return [(str(name), dataset.sel(direction=name)) for name in dataset["direction"].values]
+    return [(str(dataset["direction"].values), dataset)]
 
 
 def _amplitudes(
@@ -215,21 +215,21 @@ def _angles(panel: Axes, leg: xr.Dataset, speeds: AxisUnit, zero: float, *, holl
         panel.plot(x[moving], np.degrees(middle[moving]), **look_of)
 
 
-def _handles(found: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:
+def _handles(dataset: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:
     handles = [
         Line2D([], [], ls="", marker=MARKERS[name], mec="#404040", mfc="white" if name == "down" else "#404040", label=WAYS[name])
         for name in names
     ]  # fmt: skip
     handles.append(Line2D([], [], color="#B0B0B0", lw=1.0, label="joined: no jump, same motion"))
-    critical = np.atleast_1d(found.attrs.get("critical_speeds", []))
-    if ((found["speed"].values[0] < critical) & (critical < found["speed"].values[-1])).any():
+    critical = np.atleast_1d(dataset.attrs.get("critical_speeds", []))
+    if ((dataset["speed"].values[0] < critical) & (critical < dataset["speed"].values[-1])).any():
         handles.append(
             Line2D(
-                [], [], color=CRITICAL, lw=0.9, ls=(0, (1, 2)), label=f"critical speed{critical_speeds_of(found).of}"
+                [], [], color=CRITICAL, lw=0.9, ls=(0, (1, 2)), label=f"critical speed{critical_speeds_of(dataset).of}"
             )
         )
     if balls:
-        there = set(np.unique(found["motion"].values))
+        there = set(np.unique(dataset["motion"].values))
         handles += [
             Line2D([], [], ls="", marker="s", color=color, label=f"balls {motion}")
             for number, (motion, color) in enumerate(COLORS.items())

@@ -94,31 +94,31 @@ def basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def _verdicts(found: xr.Dataset) -> str:
+def _verdicts(dataset: xr.Dataset) -> str:
     """The shares of the verdicts in one line; empty without unbalance."""
-    if "verdict_share" not in found or not float(found["unbalance"]) > 0.0:
+    if "verdict_share" not in dataset or not float(dataset["unbalance"]) > 0.0:
         return ""
-    shares = {str(word): float(found["verdict_share"].sel(verdict=word)) for word in found["verdict"].values}
+    shares = {str(word): float(dataset["verdict_share"].sel(verdict=word)) for word in dataset["verdict"].values}
     return "Verdict: " + ", ".join(f"{word} {100 * share:.3g} %" for word, share in shares.items() if share > 0.0)
 
 
 def _shade(
     figure: Figure,
     axes: Axes,
-    found: xr.Dataset,
+    dataset: xr.Dataset,
     held: int,
     x: np.ndarray,
     y: np.ndarray,
     shading: Literal["nearest", "auto"],
 ) -> None:
     """Held states by what they leave: the darker, the more of the unbalance."""
-    left = 100.0 * found["residual_unbalance"].values / max(float(found["unbalance"]), 1e-300)
-    left = np.where(found["state"].values == held, left, np.nan)
+    left = 100.0 * dataset["residual_unbalance"].values / max(float(dataset["unbalance"]), 1e-300)
+    left = np.where(dataset["state"].values == held, left, np.nan)
     left = left if left.ndim == 2 else np.column_stack([left, left])
     drawn = axes.pcolormesh(x, y, left.T, cmap=HELD, vmin=0.0, vmax=100.0, shading=shading, rasterized=True)
     extend = "max" if np.nanmax(left) > 100.0 else "neither"
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, fraction=0.05, extend=extend)
-    bar.set_label("residual unbalance (%)" if found["state"].ndim == 2 else "residual\nunbalance (%)")
+    bar.set_label("residual unbalance (%)" if dataset["state"].ndim == 2 else "residual\nunbalance (%)")
     bar.outline.set_visible(False)
 
 
@@ -168,35 +168,37 @@ QUANTITIES = {  # drawn as a distribution: with which value without balls, under
 }
 
 
-def shares_of_ends(found: xr.Dataset, title: str) -> Figure:
+def shares_of_ends(dataset: xr.Dataset, title: str) -> Figure:
     """Bars of the ends, beside them of the verdicts if those are others; below what each start leaves.
 
     Parameters
     ----------
-    found
+    dataset
         From :func:`autobalancer.basin` with random starts.
     title
         Machine and speed.
     """
-    verdicts = "vibration" in found
-    drawn = [name for name, (whole, _) in QUANTITIES.items() if whole in found and _values(found, name).size]
+    verdicts = "vibration" in dataset
+    drawn = [name for name, (whole, _) in QUANTITIES.items() if whole in dataset and _values(dataset, name).size]
     if not verdicts:  # the deflection of balls at rest is their residual in another unit
-        drawn = drawn[:1] if float(found["unbalance"]) > 0.0 else []
-    shares = {str(name): float(found["share"].sel(end=name)) for name in found["end"].values}
-    words = {} if verdicts else {str(w): float(found["verdict_share"].sel(verdict=w)) for w in found["verdict"].values}
-    words = words if words and sum(words.values()) > words[MOVING] and float(found["unbalance"]) > 0.0 else {}
+        drawn = drawn[:1] if float(dataset["unbalance"]) > 0.0 else []
+    shares = {str(name): float(dataset["share"].sel(end=name)) for name in dataset["end"].values}
+    words = (
+        {} if verdicts else {str(w): float(dataset["verdict_share"].sel(verdict=w)) for w in dataset["verdict"].values}
+    )
+    words = words if words and sum(words.values()) > words[MOVING] and float(dataset["unbalance"]) > 0.0 else {}
     rows = max(sum(value > 0.0 for value in some.values()) for some in (shares, words))
     heights = [0.9 + 0.34 * rows, *([2.9] if drawn else [])]
     figure = picture(9.2 if len(drawn) > 2 else 6.6 if verdicts or not words else 8.0, sum(heights) + 0.35)
-    count = found["state"].size
-    run_ups = f"{count} run-ups from random starts, {found.attrs['acceleration']:.3g} rad/s²"
+    count = dataset["state"].size
+    run_ups = f"{count} run-ups from random starts, {dataset.attrs['acceleration']:.3g} rad/s²"
     figure.suptitle(
-        f"{title}: {run_ups if 'peak_without_balls' in found else f'{count} random starts'}", x=0.01, ha="left"
+        f"{title}: {run_ups if 'peak_without_balls' in dataset else f'{count} random starts'}", x=0.01, ha="left"
     )
     parts = figure.add_gridspec(len(heights), 1, height_ratios=heights)
     above = parts[0].subgridspec(1, 2 if words else 1)
     axes = figure.add_subplot(above[0])
-    low, high = (found[f"share_{end}"].to_series().to_dict() for end in ("low", "high"))
+    low, high = (dataset[f"share_{end}"].to_series().to_dict() for end in ("low", "high"))
     _bars(axes, shares, {name: (low[name], high[name]) for name in shares}, rows)
     axes.set_xlabel("share of the starts, with its 95 % interval (%)")
     if words:
@@ -208,7 +210,7 @@ def shares_of_ends(found: xr.Dataset, title: str) -> Figure:
         below = parts[1].subgridspec(1, len(drawn))
         panels = [figure.add_subplot(below[column]) for column in range(len(drawn))]
         for panel, name in zip(panels, drawn, strict=True):
-            _distribution(panel, found, name)
+            _distribution(panel, dataset, name)
         next((panel for panel in panels if panel.axison), panels[0]).set_ylabel("share of the starts (%)")
     return figure
 
@@ -228,22 +230,22 @@ def _bars(axes: Axes, share: dict[str, float], interval: dict[str, tuple[float, 
     axes.grid(False)
 
 
-def _values(found: xr.Dataset, quantity: str) -> NDArray[np.float64]:
+def _values(dataset: xr.Dataset, quantity: str) -> NDArray[np.float64]:
     """Of the starts that count, in ascending order: all whose run finished, or of planar machines those at rest."""
-    names = list(found.attrs["states"])
-    verdicts = "vibration" in found
+    names = list(dataset.attrs["states"])
+    verdicts = "vibration" in dataset
     counted = [name for name in names if name != "failed"] if verdicts else [name for name in names if name in AT_REST]
-    chosen = np.isin(found["state"].values, [names.index(name) for name in counted])
-    left: NDArray[np.float64] = np.sort(found[quantity].values[chosen])
+    chosen = np.isin(dataset["state"].values, [names.index(name) for name in counted])
+    left: NDArray[np.float64] = np.sort(dataset[quantity].values[chosen])
     finite: NDArray[np.float64] = left[np.isfinite(left)]
     return finite
 
 
-def _distribution(axes: Axes, found: xr.Dataset, quantity: str) -> None:
+def _distribution(axes: Axes, dataset: xr.Dataset, quantity: str) -> None:
     """Share of the starts below a residual unbalance, a vibration or a peak, with median and 95 %."""
     without, name = QUANTITIES[quantity]
-    moment, verdicts = quantity == "residual_unbalance", "vibration" in found
-    whole, left = float(found[without]), _values(found, quantity)
+    moment, verdicts = quantity == "residual_unbalance", "vibration" in dataset
+    whole, left = float(dataset[without]), _values(dataset, quantity)
     text = moment_text if moment else length_text
     if left[-1] < DUST * whole:
         axes.set_axis_off()

@@ -119,8 +119,8 @@ def drawable(speeds: np.ndarray, high: float) -> np.ndarray:
     return np.where(np.isposinf(speeds), 1e3 * high, speeds)
 
 
-def _is_curve(found: xr.Dataset) -> bool:
-    return "parameter" in found.attrs and any(name in found and found[name].ndim == 1 for name in BORDERS)
+def _is_curve(dataset: xr.Dataset) -> bool:
+    return "parameter" in dataset.attrs and any(name in dataset and dataset[name].ndim == 1 for name in BORDERS)
 
 
 def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dict[str, Any], sign: str) -> list[str]:
@@ -144,29 +144,29 @@ def _who_ignores(axes: Axes) -> str:
     return f"{' and '.join(kinds)} border {'ignore' if len(kinds) > 1 else 'ignores'}" if kinds else "ignores"
 
 
-def _high(found: xr.Dataset, dim: str, log: bool, critical: float, unit: AxisUnit) -> float:
+def _high(dataset: xr.Dataset, dim: str, log: bool, critical: float, unit: AxisUnit) -> float:
     """So that the exact border fills the picture but for narrow peaks, and others fit if they are near it."""
-    x = np.log(found[dim].values) if log else found[dim].values
+    x = np.log(dataset[dim].values) if log else dataset[dim].values
 
     def level(name: str, share: float) -> float:
-        speeds = found[name].values * unit.factor
+        speeds = dataset[name].values * unit.factor
         known = np.isfinite(speeds)
         if not known.any():
             return critical
         even = np.interp(np.linspace(x[known][0], x[known][-1], 200), x[known], speeds[known])
         return float(np.quantile(even, share))
 
-    others = [level(name, 0.5) - critical for name in BORDERS if name in found]
-    base = level("exact_border", 0.85) - critical if "exact_border" in found else max(others) / 2.2
+    others = [level(name, 0.5) - critical for name in BORDERS if name in dataset]
+    base = level("exact_border", 0.85) - critical if "exact_border" in dataset else max(others) / 2.2
     top = max((value for value in others if value < 4.0 * base), default=base)
     return max(critical + max(2.2 * base, 1.4 * top), 1.15 * critical)
 
 
-def _mark_machine(axes: Axes, found: xr.Dataset, dim: str, unit: AxisUnit) -> None:
+def _mark_machine(axes: Axes, dataset: xr.Dataset, dim: str, unit: AxisUnit) -> None:
     """The unbalance of the machine itself, where the parameter is the unbalance."""
-    if dim != "unbalance" or not found.attrs.get("unbalance"):
+    if dim != "unbalance" or not dataset.attrs.get("unbalance"):
         return
-    own = unit.shown(float(found.attrs["unbalance"]))
+    own = unit.shown(float(dataset.attrs["unbalance"]))
     axes.axvline(own, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
     axes.annotate(
         f"machine: {significant(own)} {unit.sign}",
@@ -236,10 +236,10 @@ def eigenvalues(found: Given, *, speed_unit: str = "rpm", ranges: xr.Dataset | N
 LEADING = "leading mode: "  # what it is whose motion is named
 
 
-def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, edges: np.ndarray) -> None:
-    rate = found["growth_rate"].values
+def _growth_panel(axes: Axes, dataset: xr.Dataset, speed: np.ndarray, edges: np.ndarray) -> None:
+    rate = dataset["growth_rate"].values
     axes.axhline(0.0, color=INK, lw=0.8)
-    changes, gaps = _changes(found), _gaps(found)  # at a change the growth rate is zero
+    changes, gaps = _changes(dataset), _gaps(dataset)  # at a change the growth rate is zero
     places = np.concatenate([changes, gaps])
     x = np.insert(speed, places, np.concatenate([edges[changes], np.full(gaps.size, np.nan)]))
     y = np.insert(rate, places, np.concatenate([np.zeros(changes.size), np.full(gaps.size, np.nan)]))
@@ -249,7 +249,7 @@ def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, edges: np.nd
     room = 0.22 * (high - low) or 1.0
     axes.set_ylim(low - 0.3 * room, high + room)
     span = speed[-1] - speed[0]
-    for start, end, text in _runs([str(word) for word in found["leading_motion"].values]):
+    for start, end, text in _runs([str(word) for word in dataset["leading_motion"].values]):
         left, right = edges[start], edges[end + 1]
         room_for = (right - left) / (0.0088 * span)  # letters
         if room_for < len(text) or text.startswith("periodic state"):
@@ -269,13 +269,13 @@ def _growth_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, edges: np.nd
     legend(axes)
 
 
-def _frequency_panel(axes: Axes, found: xr.Dataset, speed: np.ndarray, unit: AxisUnit) -> None:
-    real, imag = found["eigenvalue_real"].values, found["eigenvalue_imag"].values * unit.factor
+def _frequency_panel(axes: Axes, dataset: xr.Dataset, speed: np.ndarray, unit: AxisUnit) -> None:
+    real, imag = dataset["eigenvalue_real"].values, dataset["eigenvalue_imag"].values * unit.factor
     across = np.broadcast_to(speed[:, None], real.shape)
     kept = imag >= 0.0
-    if "Floquet" in str(found.attrs.get("theory", "")):  # what dies out within a revolution is noise
-        kept &= real > -np.log(1e6) / (2.0 * np.pi) * found["speed"].values[:, None]
-    margin = 1e-9 * np.abs(found["speed"].values)[:, None]
+    if "Floquet" in str(dataset.attrs.get("theory", "")):  # what dies out within a revolution is noise
+        kept &= real > -np.log(1e6) / (2.0 * np.pi) * dataset["speed"].values[:, None]
+    margin = 1e-9 * np.abs(dataset["speed"].values)[:, None]
     groups = (
         (real < -margin, BALLS[2], "mode that decays", 6),
         (np.abs(real) <= margin, "#8A8A8A", "mode that does neither", 8),
@@ -303,25 +303,25 @@ def _shade(axes: Axes, speed: np.ndarray, edges: np.ndarray, verdicts: list[str]
             axes.axvspan(left, right, color=SHADES.get(word, MARGINAL), lw=0, zorder=0.5, label=label)
 
 
-def _gaps(found: xr.Dataset) -> np.ndarray:
+def _gaps(dataset: xr.Dataset) -> np.ndarray:
     """Places between two speeds at which there is no such state."""
-    missing = np.atleast_1d(np.asarray(found.attrs.get("speeds_without_state", []), np.float64))
-    places = np.unique(np.searchsorted(found["speed"].values, missing))
-    return np.asarray(places[(places > 0) & (places < found["speed"].size)])
+    missing = np.atleast_1d(np.asarray(dataset.attrs.get("speeds_without_state", []), np.float64))
+    places = np.unique(np.searchsorted(dataset["speed"].values, missing))
+    return np.asarray(places[(places > 0) & (places < dataset["speed"].size)])
 
 
-def _changes(found: xr.Dataset) -> np.ndarray:
+def _changes(dataset: xr.Dataset) -> np.ndarray:
     """Number of the speed before which the verdict changes, where the state exists in between."""
-    verdict = found["verdict"].values
+    verdict = dataset["verdict"].values
     changes = 1 + np.flatnonzero(verdict[1:] != verdict[:-1])
-    return np.asarray(np.setdiff1d(changes, _gaps(found)), np.int64)
+    return np.asarray(np.setdiff1d(changes, _gaps(dataset)), np.int64)
 
 
-def _edges(found: xr.Dataset, ranges: xr.Dataset | None) -> np.ndarray:
+def _edges(dataset: xr.Dataset, ranges: xr.Dataset | None) -> np.ndarray:
     """Ends of what is true at each speed (rad/s): halfway to the next one, but at the border where the verdict changes."""
-    speed, rate = found["speed"].values, found["growth_rate"].values
+    speed, rate = dataset["speed"].values, dataset["growth_rate"].values
     edges = np.concatenate([[speed[0]], 0.5 * (speed[1:] + speed[:-1]), [speed[-1]]])
-    for i in _changes(found):
+    for i in _changes(dataset):
         low, high = rate[i - 1], rate[i]
         if low * high < 0.0:
             edges[i] = speed[i - 1] + (speed[i] - speed[i - 1]) * low / (low - high)
@@ -335,13 +335,13 @@ def _edges(found: xr.Dataset, ranges: xr.Dataset | None) -> np.ndarray:
 
 def _runs(words: list[str]) -> list[tuple[int, int, str]]:
     """(first, last, word) of every run of equal words."""
-    found: list[tuple[int, int, str]] = []
+    runs: list[tuple[int, int, str]] = []
     for i, word in enumerate(words):
-        if found and found[-1][2] == word:
-            found[-1] = (found[-1][0], i, word)
+        if runs and runs[-1][2] == word:
+            runs[-1] = (runs[-1][0], i, word)
         else:
-            found.append((i, i, word))
-    return found
+            runs.append((i, i, word))
+    return runs
 
 
 # The border speeds of a machine side by side.
@@ -358,12 +358,12 @@ class BorderSpeed(Protocol):
     known: bool
 
 
-def borders(found: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str = "Border speeds") -> Figure:
+def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str = "Border speeds") -> Figure:
     """Draw border speeds, one below the other: blue those of the balanced state, orange those of stalled balls.
 
     Parameters
     ----------
-    found
+    border_speeds
         From ``ab.stability.borders``, or the borders of ``ab.check``.
     speed_unit
         ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
@@ -379,18 +379,22 @@ def borders(found: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str
     QuestionError
         If there is no border, or the unit is unknown.
     """
-    if hasattr(found, "rotor"):
+    if hasattr(border_speeds, "rotor"):
         raise QuestionError("plot.borders: given a machine; it draws a result of stability.borders")
-    if not isinstance(found, Sequence) or not found or not all(hasattr(border, "speed") for border in found):
+    if (
+        not isinstance(border_speeds, Sequence)
+        or not border_speeds
+        or not all(hasattr(border, "speed") for border in border_speeds)
+    ):
         raise QuestionError("plot.borders: give the result of stability.borders")
     unit = speed_axis(speed_unit)
-    speeds = [border.speed * unit.factor for border in found]
+    speeds = [border.speed * unit.factor for border in border_speeds]
     far = max((speed for speed in speeds if math.isfinite(speed)), default=1.0)
     with look():
-        figure = picture(7.2, 0.95 + 0.36 * len(found))
+        figure = picture(7.2, 0.95 + 0.36 * len(border_speeds))
         axes = figure.subplots()
         axes.set_title(title)
-        for row, (border, speed) in enumerate(zip(found, speeds, strict=True)):
+        for row, (border, speed) in enumerate(zip(border_speeds, speeds, strict=True)):
             color = BALLS[1] if border.name in STALLED else BALLS[0]
             if math.isfinite(speed):
                 axes.plot([0.0, speed], [row, row], color=color, lw=1.2, alpha=0.45)
@@ -400,8 +404,8 @@ def borders(found: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str
                 text = "  never" if speed > 0.0 else "  none" if border.known else "  not known"
             at = speed if math.isfinite(speed) else 0.0
             axes.text(at, row, text, va="center", color=INK if math.isfinite(speed) else CRITICAL, fontsize=8.5)
-        axes.set_yticks(range(len(found)), [border.name for border in found])
-        axes.set_ylim(len(found) - 0.4, -0.6)
+        axes.set_yticks(range(len(border_speeds)), [border.name for border in border_speeds])
+        axes.set_ylim(len(border_speeds) - 0.4, -0.6)
         axes.set_xlim(0.0, 1.22 * far)
         axes.set_xlabel(f"rotor speed ({unit.sign})")
         axes.grid(False, axis="y")

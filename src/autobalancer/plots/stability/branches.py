@@ -257,7 +257,7 @@ class CloseUp(NamedTuple):
 def close_ups(data: xr.Dataset) -> list[CloseUp]:
     """Of the branches that are too narrow, up to three: the widest, by their parameter."""
     parameter, branch = data["parameter"].values, data["branch"].values
-    span, found = float(np.ptp(parameter)), []
+    span, items = float(np.ptp(parameter)), []
     for number in np.unique(branch):
         here = branch == number
         low, high = float(parameter[here].min()), float(parameter[here].max())
@@ -266,8 +266,8 @@ def close_ups(data: xr.Dataset) -> list[CloseUp]:
                 float(data["deflection_min"].values[here].min()),
                 float(data["deflection_max"].values[here].max()),
             )
-            found.append(CloseUp(int(number), "", low, high, bottom, top))
-    widest = sorted(found, key=lambda one: one.low - one.high)[:MOST]
+            items.append(CloseUp(int(number), "", low, high, bottom, top))
+    widest = sorted(items, key=lambda one: one.low - one.high)[:MOST]
     return [
         one._replace(letter=letter) for letter, one in zip("abc", sorted(widest, key=lambda w: w.low), strict=False)
     ]
@@ -292,7 +292,7 @@ def mark(axes: Axes, narrow: list[CloseUp], across: AxisUnit, span: float) -> No
 
 def empty_panels(figure: Figure, row: SubplotSpec, narrow: list[CloseUp], across: AxisUnit) -> list[Axes]:
     """An empty panel for each with its range along the parameter, and its letter."""
-    grid, found = row.subgridspec(1, len(narrow)), []
+    grid, empty_panels = row.subgridspec(1, len(narrow)), []
     for column, one in enumerate(narrow):
         axes = figure.add_subplot(grid[column])
         room = 0.12 * (one.high - one.low)
@@ -300,11 +300,11 @@ def empty_panels(figure: Figure, row: SubplotSpec, narrow: list[CloseUp], across
         axes.xaxis.set_major_locator(MaxNLocator(3))
         axes.ticklabel_format(axis="x", useOffset=False)
         axes.set_title(f"{one.letter}: branch {one.branch}, enlarged", fontsize=9.0)
-        found.append(axes)
-    return found
+        empty_panels.append(axes)
+    return empty_panels
 
 
-def fit(axes: Axes, one: CloseUp, unit: AxisUnit) -> None:
+def fit(axes: Axes, close_up: CloseUp, unit: AxisUnit) -> None:
     """The range of its deflection; after everything is drawn."""
-    room = 0.08 * (one.top - one.bottom) or 0.05 * one.top or 1e-9
-    axes.set_ylim((one.bottom - room) * unit.factor, (one.top + room) * unit.factor)
+    room = 0.08 * (close_up.top - close_up.bottom) or 0.05 * close_up.top or 1e-9
+    axes.set_ylim((close_up.bottom - room) * unit.factor, (close_up.top + room) * unit.factor)

@@ -22,12 +22,12 @@ PARTS = 12  # parts of equal numbers of members into which a column of many valu
 OTHERS = ("#8A7A1F", "#CC79A7", "#222222")  # outcomes of members that did not finish
 
 
-def ensemble(found: Given, *, over: str | None = None, speed_unit: str = "rpm") -> Figure:
+def ensemble(result: Given, *, over: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Shares of the ends of an ensemble with their 95 % intervals, as bars, or over a column.
 
     Parameters
     ----------
-    found
+    result
         From :func:`autobalancer.ensemble`.
     over
         Name of a coordinate; by default the only column. A column of many values is cut into parts of equal numbers of members.
@@ -37,9 +37,9 @@ def ensemble(found: Given, *, over: str | None = None, speed_unit: str = "rpm") 
     Raises
     ------
     QuestionError
-        If ``found`` holds no ensemble, or no such coordinate.
+        If ``result`` holds no ensemble, or no such coordinate.
     """
-    members = _members(found, "plot.ensemble")
+    members = _members(result, "plot.ensemble")
     columns = [
         str(name) for name in members.coords if name not in ("member", "seed") and members[name].dtype.kind in "fi"
     ]
@@ -58,13 +58,13 @@ def ensemble(found: Given, *, over: str | None = None, speed_unit: str = "rpm") 
 
 
 def ensemble_distribution(
-    found: Given, measure: str = "vibration", *, by: str | None = None, speed_unit: str = "rpm"
+    result: Given, measure: str = "vibration", *, by: str | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Share of the members of an ensemble below each value of a measure.
 
     Parameters
     ----------
-    found
+    result
         From :func:`autobalancer.ensemble`.
     measure
         Name of a variable over the members.
@@ -78,7 +78,7 @@ def ensemble_distribution(
     QuestionError
         If there is no ensemble, no such measure, or no member has it.
     """
-    members = _members(found, "plot.ensemble_distribution")
+    members = _members(result, "plot.ensemble_distribution")
     members = Ensemble.of(members.isel(member=np.flatnonzero(members.ran())))
     values = _numbers(members, measure, "plot.ensemble_distribution", "measure")
     by = by if by is not None else members.group()
@@ -105,12 +105,12 @@ def ensemble_distribution(
     return figure
 
 
-def ensemble_scatter(found: Given, x: str = "", y: str = "peak_deflection", *, speed_unit: str = "rpm") -> Figure:
+def ensemble_scatter(result: Given, x: str = "", y: str = "peak_deflection", *, speed_unit: str = "rpm") -> Figure:
     """Every member of an ensemble as a point, in the color of its end.
 
     Parameters
     ----------
-    found
+    result
         From :func:`autobalancer.ensemble`.
     x, y
         Names of coordinates or variables over the members; ``x`` is by default the first column.
@@ -122,7 +122,7 @@ def ensemble_scatter(found: Given, x: str = "", y: str = "peak_deflection", *, s
     QuestionError
         If there is no ensemble, or no such quantity.
     """
-    members = _members(found, "plot.ensemble_scatter")
+    members = _members(result, "plot.ensemble_scatter")
     x = x or str(next((name for name in members.coords if name != "member"), "member"))
     across, up = (_numbers(members, name, "plot.ensemble_scatter", key) for key, name in (("x", x), ("y", y)))
     units = [_unit(members[name], speed_unit) for name in (x, y)]
@@ -143,24 +143,24 @@ def ensemble_scatter(found: Given, x: str = "", y: str = "peak_deflection", *, s
     return figure
 
 
-def _members(found: Given, asked: str) -> Ensemble:
-    kept: xr.Dataset = result(found, asked, "ensemble", lambda it: "member" in it.dims and "outcome" in it)
+def _members(found: Given, text: str) -> Ensemble:
+    kept: xr.Dataset = result(found, text, "ensemble", lambda it: "member" in it.dims and "outcome" in it)
     return kept if isinstance(kept, Ensemble) else Ensemble.of(kept)
 
 
-def _numbers(members: Ensemble, name: str, asked: str, key: str) -> Any:
+def _numbers(members: Ensemble, name: str, text: str, key: str) -> Any:
     fitting = [str(n) for n in members.variables if members[n].dims == ("member",) and members[n].dtype.kind in "fi"]
     if name not in fitting:
-        raise QuestionError(f"{asked}: {key}: given {name!r}; there are {', '.join(fitting)}")
+        raise QuestionError(f"{text}: {key}: given {name!r}; there are {', '.join(fitting)}")
     values = np.asarray(members[name].values, np.float64)
     if not np.isfinite(values).any():
-        raise QuestionError(f"{asked}: {key}: no member has {name!r}")
+        raise QuestionError(f"{text}: {key}: no member has {name!r}")
     return values
 
 
 def _ends(members: Ensemble) -> Any:
-    found = members.shares()
-    return found["end"].values[found["count"].values > 0]
+    shares = members.shares()
+    return shares["end"].values[shares["count"].values > 0]
 
 
 def _colors(members: Ensemble) -> list[str]:
@@ -169,16 +169,16 @@ def _colors(members: Ensemble) -> list[str]:
 
 
 def _bars(axes: Axes, members: Ensemble) -> None:
-    found = members.shares().sel(end=_ends(members))
+    result = members.shares().sel(end=_ends(members))
     for place, color in enumerate(_colors(members)):
-        share, low, high = (100.0 * float(found[name][place]) for name in ("share", "share_low", "share_high"))
+        share, low, high = (100.0 * float(result[name][place]) for name in ("share", "share_low", "share_high"))
         axes.barh(place, share, color=color, height=0.6)
         axes.plot([low, high], [place, place], color=INK, linewidth=1.2, marker="|")
         axes.text(high + 1.5, place, f"{share:.3g} %", va="center")
-    axes.set_yticks(range(found.sizes["end"]), list(found["end"].values))
+    axes.set_yticks(range(result.sizes["end"]), list(result["end"].values))
     axes.set_xlim(0.0, 118.0)
     axes.set_xticks(range(0, 101, 20))
-    axes.set_ylim(found.sizes["end"] - 0.5, -0.5)
+    axes.set_ylim(result.sizes["end"] - 0.5, -0.5)
     axes.grid(False)
     axes.set_xlabel("share of the members, with its 95 % interval (%)")
 

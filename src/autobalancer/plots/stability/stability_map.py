@@ -104,9 +104,9 @@ def map(
     return figure
 
 
-def _growth(figure: Figure, axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
+def _growth(figure: Figure, axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[QuantityAxis]) -> list[Any]:
     """Filled contours with the same steps on both sides of zero, and a bar."""
-    rates = found["growth_rate"].transpose(*dims).values
+    rates = dataset["growth_rate"].transpose(*dims).values
     known = rates[np.isfinite(rates)]
     handles: list[Any] = []
     if known.size < rates.size:
@@ -131,7 +131,7 @@ def _growth(figure: Figure, axes: Axes, found: xr.Dataset, dims: list[str], alon
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, fraction=0.05, spacing="uniform")
     bar.set_ticks(list(levels))
     bar.set_ticklabels([f"{level:g}" for level in levels])
-    ignored = found.attrs.get("ignores", "")
+    ignored = dataset.attrs.get("ignores", "")
     bar.set_label("growth rate (1/s), stable below zero" + (f",\nignores {ignored}" if ignored else ""))
     bar.outline.set_visible(False)
     return handles
@@ -144,14 +144,14 @@ FAMILIES = ("silicone oil", "mineral oil", "water", "glycerol-water", "air")  # 
 
 
 def operating_points(
-    axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
+    axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
 ) -> list[Any]:
     """Marks with their keys; names of those outside go to ``absent``."""
-    if "operating_point" not in found:
+    if "operating_point" not in dataset:
         return []
     markers, handles = "oDs^vP*X", []
-    columns = [axis.unit.shown(found[f"operating_{dim}"].values) for dim, axis in zip(dims, along, strict=True)]
-    for number, name in enumerate(found["operating_point"].values):
+    columns = [axis.unit.shown(dataset[f"operating_{dim}"].values) for dim, axis in zip(dims, along, strict=True)]
+    for number, name in enumerate(dataset["operating_point"].values):
         px, py = float(columns[0][number]), float(columns[1][number])
         inside = all(a.values[0] <= v <= a.values[-1] for a, v in zip(along, (px, py), strict=True))
         if not inside:
@@ -169,14 +169,14 @@ def operating_points(
     return handles
 
 
-def fluid_names(axes: Axes, found: xr.Dataset, place: int, along: list[QuantityAxis]) -> None:
+def fluid_names(axes: Axes, dataset: xr.Dataset, place: int, along: list[QuantityAxis]) -> None:
     """Names on the side opposite to the viscosity's own numbers, as many as have room."""
     axis = along[place]
     low, high = (np.log(v) if axis.log else v for v in (axis.values[0], axis.values[-1]))
     need = 0.034 if place == 1 else 0.03
     taken: list[float] = []
-    names, families = found["fluid"].values, [str(word) for word in found["fluid_family"].values]
-    shown = found["fluid_viscosity"].values * axis.unit.factor
+    names, families = dataset["fluid"].values, [str(word) for word in dataset["fluid_family"].values]
+    shown = dataset["fluid_viscosity"].values * axis.unit.factor
     order = sorted(
         range(len(names)),
         key=lambda i: (FAMILIES.index(families[i]) if families[i] in FAMILIES else 9, "(" in str(names[i])),
@@ -228,25 +228,25 @@ STALLED = ("release_speed", "capture_speed")
 
 
 def borders_on_map(
-    axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
+    axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
 ) -> list[Any]:
     """The border curves over the other axis; without the speed as an axis the zero of the growth rate."""
     if "speed" not in dims:
-        limit = _limit(axes, found, dims, along, absent)
-        return [*limit, *(one for name in STALLED for one in _stalled(axes, found, dims, along, name, absent))]
+        limit = _limit(axes, dataset, dims, along, absent)
+        return [*limit, *(one for name in STALLED for one in _stalled(axes, dataset, dims, along, name, absent))]
     place = dims.index("speed")
     other = dims[1 - place]
     coordinate = f"{other}_of_border"
-    if coordinate not in found:
+    if coordinate not in dataset:
         return []
-    values, unit = along[1 - place].unit.shown(found[coordinate].values), along[place].unit
+    values, unit = along[1 - place].unit.shown(dataset[coordinate].values), along[place].unit
     high = 1e3 * float(along[place].values[-1])
     handles: list[Any] = []
     lines = {"critical_speed": {"color": CRITICAL, "lw": 1.0, "ls": (0, (5, 3)), "label": "critical speed"}, **BORDERS}
     for name, style in lines.items():
-        if name not in found or np.isnan(found[name].values).all():
+        if name not in dataset or np.isnan(dataset[name].values).all():
             continue
-        speeds = found[name].values * unit.factor
+        speeds = dataset[name].values * unit.factor
         drawn = np.where(np.isposinf(speeds), high, speeds)
         inside = np.isfinite(speeds) & (speeds >= along[place].values[0]) & (speeds <= along[place].values[-1])
         if not inside.any():
@@ -257,9 +257,9 @@ def borders_on_map(
     return handles
 
 
-def _limit(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]) -> list[Any]:
+def _limit(axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]) -> list[Any]:
     """The line on which the growth rate is zero."""
-    rates = found["growth_rate"].transpose(*dims).values
+    rates = dataset["growth_rate"].transpose(*dims).values
     known = rates[np.isfinite(rates)]
     if not known.size or known.max() < 0.0 or known.min() > 0.0:
         if known.size:
@@ -270,12 +270,12 @@ def _limit(axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityA
 
 
 def held_on_map(
-    axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
+    axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
 ) -> list[Any]:
     """Hatched where the unbalance alone does not move balls that friction holds."""
-    if "held_share" not in found:
+    if "held_share" not in dataset:
         return []
-    shares = found["held_share"].transpose(*(f"{dim}_of_friction" for dim in dims))
+    shares = dataset["held_share"].transpose(*(f"{dim}_of_friction" for dim in dims))
     text = "friction holds balls at rest"
     if (shares.values < 1.0).all():
         absent.append(f"where {text} (nowhere)")
@@ -292,13 +292,13 @@ def held_on_map(
 
 
 def _stalled(
-    axes: Axes, found: xr.Dataset, dims: list[str], along: list[QuantityAxis], name: str, absent: list[str]
+    axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[QuantityAxis], name: str, absent: list[str]
 ) -> list[Any]:
     """Where the speed of the map is that border of stalled balls; nan where no ball stalls."""
-    if name not in found or "speed" not in found.attrs:
+    if name not in dataset or "speed" not in dataset.attrs:
         return []
-    speed, style = float(found.attrs["speed"]), BORDERS[name]
-    rates = found[name].transpose(*(f"{dim}_of_border" for dim in dims))
+    speed, style = float(dataset.attrs["speed"]), BORDERS[name]
+    rates = dataset[name].transpose(*(f"{dim}_of_border" for dim in dims))
     if np.isnan(rates.values).all():
         return []
     over = np.log(np.clip(np.nan_to_num(rates.values, nan=0.0, posinf=np.inf), 0.1 * speed, 10.0 * speed) / speed)

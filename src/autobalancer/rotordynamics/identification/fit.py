@@ -72,22 +72,22 @@ def best_fit(
             raise QuestionError("identify: several starts need bounds on both sides of every free parameter; give them")
         spread = qmc.LatinHypercube(start.size, rng=generator(seed)).random(starts - 1)
         points += list(low + spread * (high - low))
-    found: list[Fit] = []
+    best_fit: list[Fit] = []
     for point in points:
         inside = np.clip(point, low, high)
         if not np.isfinite(residuals(inside)).all():
             continue
-        found.append(_search(residuals, inside, low, high, loss, loss_scale, how))
-    if not found:
+        best_fit.append(_search(residuals, inside, low, high, loss, loss_scale, how))
+    if not best_fit:
         raise QuestionError(
             "identify: at the start the machine lacks something that was measured (a mode, a critical speed); "
             "start closer, select by order instead of name, or give more starts"
         )
-    best = min(found, key=lambda fit: fit.cost)
+    best = min(best_fit, key=lambda fit: fit.cost)
     slack = SAME * best.cost + 1e-12
-    agreeing = sum(fit.cost <= best.cost + slack for fit in found)
+    agreeing = sum(fit.cost <= best.cost + slack for fit in best_fit)
     return Fit(
-        best.variables, best.cost, best.jacobian, best.outcome, sum(f.evaluations for f in found), agreeing, starts
+        best.variables, best.cost, best.jacobian, best.outcome, sum(f.evaluations for f in best_fit), agreeing, starts
     )
 
 
@@ -99,9 +99,9 @@ def _search(
     def jacobian(point: Floats) -> Floats:
         key = point.tobytes()
         if key not in last:
-            found = differences(residuals, point, low, high, how)
+            result = differences(residuals, point, low, high, how)
             last.clear()
-            last[key] = found
+            last[key] = result
         return last[key]
 
     first = jacobian(start)

@@ -103,14 +103,14 @@ def unknowns(machine: Machine, free: Any) -> list[Unknown]:
     """
     if isinstance(free, Mapping):
         free = [FreeParameter(path, *bounds) for path, bounds in free.items()]
-    found = [_read(machine, entry) for entry in free]
-    if not found:
+    unknowns = [_read(machine, entry) for entry in free]
+    if not unknowns:
         raise QuestionError("identify: free: given none; name at least one parameter")
-    for kind, given in (("name", [u.name for u in found]), ("path", [p for u in found for p in u.paths])):
+    for kind, given in (("name", [u.name for u in unknowns]), ("path", [p for u in unknowns for p in u.paths])):
         twice = sorted({entry for entry in given if given.count(entry) > 1})
         if twice:
             raise QuestionError(f"identify: free: {kind} {twice[0]!r} is given twice; an entry has one unknown only")
-    return found
+    return unknowns
 
 
 def _read(machine: Machine, free: FreeParameter) -> Unknown:

@@ -118,7 +118,9 @@ def identify(
         raise QuestionError(
             f"identify: starts: given {starts}; each is a fit of its own, at most {MOST_STARTS} are possible"
         )
-    search = search or max((getattr(one, "search", EXACT) for one in measurements), key=lambda one: one.error)
+    search = search or max(
+        (getattr(measurement, "search", EXACT) for measurement in measurements), key=lambda one: one.error
+    )
     units = {u.name: u.unit for u in sought}
     rows = [measurement.rows() for measurement in measurements]
     rows = [replace(r, unit=units.get(r.label.removeprefix("known "), r.unit)) for r in rows]
@@ -198,12 +200,12 @@ EVEN, CLOSE = 300, 40  # speeds over the whole curve, and about each peak of it
 
 def with_curves(data: xr.Dataset, measurements: Sequence[Measurement], before: Trial, after: Trial) -> xr.Dataset:
     """``data`` with ``curve_speed``, ``curve_label``, ``curve_before`` and ``curve_after`` along ``point``."""
-    responses = [one for one in measurements if isinstance(one, MeasuredResponse)]
-    parts = [_curves(one, before, after) for one in responses]
+    responses = [measurement for measurement in measurements if isinstance(measurement, MeasuredResponse)]
+    parts = [_curves(response, before, after) for response in responses]
     if not parts:
         return data
     speed, first, last = np.concatenate(parts, axis=1)
-    labels = [one.label for one, part in zip(responses, parts, strict=True) for _ in range(part.shape[1])]
+    labels = [response.label for response, part in zip(responses, parts, strict=True) for _ in range(part.shape[1])]
     meanings = {
         "curve_speed": (speed, "rotor speed of the drawn curve, rad/s"),
         "curve_label": (np.array(labels, dtype=object), "which curve"),
@@ -379,10 +381,10 @@ def _written_unit(fitted: Machine, sought: Unknown) -> str:
     return unit_of(entry) if isinstance(entry, Given) and sought.unit not in ("", "K") else sought.unit
 
 
-def shown_parameter(one: xr.Dataset) -> tuple[float, str]:
+def shown_parameter(dataset: xr.Dataset) -> tuple[float, str]:
     """Factor and unit in which people read a free parameter: that of the machine file."""
-    unit = str(one["written_unit"].item())
-    return (1.0 / to_si(f"1 {unit}", str(one["unit"].item())) if unit else 1.0), unit
+    unit = str(dataset["written_unit"].item())
+    return (1.0 / to_si(f"1 {unit}", str(dataset["unit"].item())) if unit else 1.0), unit
 
 
 def _rms(values: np.ndarray) -> float:
@@ -407,16 +409,16 @@ def with_spread(spread: float) -> str:
 def grouped(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """Rows with one label together: a single value, or a curve."""
     labels = data["row_label"].values
-    found: list[tuple[str, xr.Dataset]] = []
+    groups: list[tuple[str, xr.Dataset]] = []
     start = 0
     for end in range(1, labels.size + 1):
         same = (
             end < labels.size and labels[end] == labels[start] and data["row_kind"].values[end] in ("response", *MANY)
         )
         if not same:
-            found.append((str(labels[start]), data.isel(row=slice(start, end))))
+            groups.append((str(labels[start]), data.isel(row=slice(start, end))))
             start = end
-    return found
+    return groups
 
 
 # How well measurements determine parameters: singular values, standard uncertainties, correlation.
@@ -456,12 +458,12 @@ def determination(
     if free.size == 0:
         return Determination(uncertainty, correlation, singular, directions, 0, notes)
     padded = np.vstack([jacobian[:, free], np.zeros((max(0, free.size - jacobian.shape[0]), free.size))])
-    _, found, rows = np.linalg.svd(padded, full_matrices=False)
-    singular[: free.size], directions[: free.size, free] = found, rows
-    rank = int(np.sum(found > no_effect * max(found[0], 1e-300)))
+    _, result, rows = np.linalg.svd(padded, full_matrices=False)
+    singular[: free.size], directions[: free.size, free] = result, rows
+    rank = int(np.sum(result > no_effect * max(result[0], 1e-300)))
     names = [unknowns[i].name for i in free]
     lost = np.abs(rows[rank:]).max(axis=0, initial=0.0) > 1e-3
-    inverse = rows[:rank].T / found[:rank]
+    inverse = rows[:rank].T / result[:rank]
     covariance = inverse @ inverse.T
     deviation = np.sqrt(np.diag(covariance))
     slopes = np.array([abs(unknowns[i].slope(values[i])) for i in free])
@@ -472,7 +474,7 @@ def determination(
     correlation[np.ix_(free, free)] = related * np.outer(*[np.sign([unknowns[i].slope(values[i]) for i in free])] * 2)
     for row in rows[rank:]:
         notes.append(f"the data do not determine {_combination(row, names)}; fix one of them, or measure more")
-    for size, row in zip(found[:rank], rows[:rank], strict=True):
+    for size, row in zip(result[:rank], rows[:rank], strict=True):
         if 1.0 / size > WEAK:
             notes.append(f"hardly determined, within {100.0 / size:.0f} %: {_combination(row, names)}")
     pairs = [(a, b) for a in range(free.size) for b in range(a) if abs(related[a, b]) > LIKE]

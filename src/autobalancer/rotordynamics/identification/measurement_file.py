@@ -218,19 +218,20 @@ def read_measurements(
     except QuestionError as reason:
         raise QuestionError(f"{reason}{_hint(path)}") from None
     with faults_of(str(path)):
-        asked = form(**data)
+        requested = form(**data)
     free = [
-        FreeParameter(**{key: value for key, value in one if key in one.model_fields_set}) for one in asked.parameters
+        FreeParameter(**{key: value for key, value in parameter if key in parameter.model_fields_set})
+        for parameter in requested.parameters
     ]
     units = {one.name: "" if one.tie == "factor" else unit_at(one.first) for one in free}
-    found: list[Measurement] = []
+    measurements: list[Measurement] = []
     for kind in [name for name in form.model_fields if name not in ("name", "description", "parameters")]:
-        for number, entry in enumerate(getattr(asked, kind)):
+        for number, entry in enumerate(getattr(requested, kind)):
             try:
-                found.append(entry.of(units) if isinstance(entry, Known) else entry.measurement(path.parent))
+                measurements.append(entry.of(units) if isinstance(entry, Known) else entry.measurement(path.parent))
             except AutobalancerError as error:
                 raise type(error).of(str(path), error.within(kind, number).problems) from None
-    return free, found
+    return free, measurements
 
 
 def _hint(path: Path) -> str:

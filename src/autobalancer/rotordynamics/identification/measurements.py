@@ -109,14 +109,14 @@ class MeasuredMode(_Single):
     def predict(self, trial: Trial) -> Floats:
         """See :class:`Measurement`."""
         checked_speeds(self.speed, trial.bare, "identify")
-        found = trial.motions(self.speed, self.balls)
-        words = [("", "")] * found.count
+        motions = trial.motions(self.speed, self.balls)
+        words = [("", "")] * motions.count
         if self.whirl is not None or self.mode is not None:
             words = trial.words(self.speed, self.balls)
         number = chosen(words, self.order, self.whirl, self.mode)
         if number is None:
             return np.array([math.nan])
-        root = found.eigenvalue[number]
+        root = motions.eigenvalue[number]
         answer = {"frequency": root.imag, "decay_rate": -root.real, "damping_ratio": -root.real / abs(root)}
         return np.array([answer[self.quantity]])
 
@@ -326,21 +326,21 @@ class Trial:
 
     def _words(self, speed: float, balls: bool) -> list[tuple[str, str]]:
         """Name and whirl direction of every mode."""
-        found, model = self.motions(speed, balls), self.model(balls)
-        ellipses = ellipses_of(model, found.vector, self.axis)
-        names = mode_names(model, found.vector, self.axis)
+        motions, model = self.motions(speed, balls), self.model(balls)
+        ellipses = ellipses_of(model, motions.vector, self.axis)
+        names = mode_names(model, motions.vector, self.axis)
         ways = [whole_direction(Whirl(f, b)) for f, b in zip(ellipses.forward, ellipses.backward, strict=True)]
         return list(zip(names, ways, strict=True))
 
     def _critical(self, balls: bool, highest: float | None) -> tuple[np.ndarray, list[tuple[str, str]]]:
         """Critical speeds, undamped or (with a highest speed) damped, with name and whirl direction."""
-        found = critical_speeds(self.machine, balls=balls, highest=highest, damped=highest is not None)
-        words = list(zip(found["name"].values.tolist(), found["whirl"].values.tolist(), strict=True))
-        return np.asarray(found["critical_speed"].values), words
+        speeds = critical_speeds(self.machine, balls=balls, highest=highest, damped=highest is not None)
+        words = list(zip(speeds["name"].values.tolist(), speeds["whirl"].values.tolist(), strict=True))
+        return np.asarray(speeds["critical_speed"].values), words
 
 
 def chosen(words: list[tuple[str, str]], order: int, whirl: str | None, mode: str | None) -> int | None:
     """The number of the ``order``-th entry with this whirl direction and all words of ``mode`` in its name."""
     wanted = set((mode or "").split())
-    found = [i for i, (name, way) in enumerate(words) if whirl in (None, way) and wanted <= set(name.split())]
-    return found[order - 1] if order <= len(found) else None
+    result = [i for i, (name, way) in enumerate(words) if whirl in (None, way) and wanted <= set(name.split())]
+    return result[order - 1] if order <= len(result) else None

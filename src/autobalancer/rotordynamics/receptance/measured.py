@@ -81,13 +81,13 @@ def load_receptance(
         start = file.read(1024)
     if is_universal(start) or path.suffix.lower() in UNIVERSAL:
         functions, lost = read_universal(path.read_bytes(), path.name)
-        found = _of_functions(functions, path.name, function)
+        dataset = _of_functions(functions, path.name, function)
         for text in lost:
             warn(f"{path.name}: {text}", RangeWarning)
     else:
-        found = _of_table(read_table(path, EXAMPLE, path.name))
+        dataset = _of_table(read_table(path, EXAMPLE, path.name))
     mass = optional_argument("mass_added", mass_added, "kg")
-    return found if mass is None else _without(found, mass)
+    return dataset if mass is None else _without(dataset, mass)
 
 
 def _without(measured: xr.Dataset, mass: float) -> xr.Dataset:
@@ -96,10 +96,10 @@ def _without(measured: xr.Dataset, mass: float) -> xr.Dataset:
         raise QuestionError(f"mass_added: given {mass:g} kg; must not be negative")
     values = measured["receptance_real"].values + 1j * measured["receptance_imag"].values
     values = values / (1.0 + mass * measured["frequency"].values ** 2 * values)
-    found = measured.copy()
+    result = measured.copy()
     for name, part in (("receptance_real", values.real), ("receptance_imag", values.imag)):
-        found[name] = measured[name].copy(data=part)
-    return found.assign_attrs(mass_added=mass)
+        result[name] = measured[name].copy(data=part)
+    return result.assign_attrs(mass_added=mass)
 
 
 def _of_table(table: Table) -> xr.Dataset:
@@ -151,51 +151,53 @@ def _factor(unit: str, si: str) -> float:
 
 def _of_functions(functions: list[Function], name: str, number: int | None) -> xr.Dataset:
     """The wanted frequency response of a universal file, by default the only one at a driving point."""
-    found: list[tuple[Function, str, float]] = []
+    responses: list[tuple[Function, str, float]] = []
     odd = []
-    for k, one in enumerate(functions, 1):
-        if one.kind == RESPONSE and one.axes[0].kind in (FREQUENCY, *UNSAID):
-            kind, factor, label = _response(one, f"{name}, function {k}")
-            found += [(one, kind, factor)] if kind else []
+    for k, function in enumerate(functions, 1):
+        if function.kind == RESPONSE and function.axes[0].kind in (FREQUENCY, *UNSAID):
+            kind, factor, label = _response(function, f"{name}, function {k}")
+            responses += [(function, kind, factor)] if kind else []
             odd += [] if kind else [f"function {k} is {label}"]
-    if not found:
+    if not responses:
         others = "; ".join(odd[:3]) or f"{len(functions)} other functions"
         raise ResultError(f"{name}: no dataset 58 with a frequency response of motion over force, but {others}")
-    driving = [entry for entry in found if _at_one_point(entry[0])]
-    candidates = driving if number is None else found[number - 1 : number] if number > 0 else []
+    driving = [entry for entry in responses if _at_one_point(entry[0])]
+    candidates = driving if number is None else responses[number - 1 : number] if number > 0 else []
     if len(candidates) != 1:
         rows = "; ".join(
             f"{i}: {kind}, node {f.response[0]} direction {f.response[1]} over node {f.reference[0]} direction {f.reference[1]}"
-            for i, (f, kind, _) in enumerate(found, 1)
+            for i, (f, kind, _) in enumerate(responses, 1)
         )
         raise ResultError(
             f"{name}: choose one function by its number, the one at the race along one line. There are {rows}"
         )
-    one, kind, factor = candidates[0]
-    sign = np.sign(one.response[1] or 1) * np.sign(one.reference[1] or 1)  # minus directions of an accelerometer
-    hertz = _labeled(one.axes[0].unit, "rad/s", 2.0 * math.pi, name)
-    title = f"{name}, {one.words[0]}"
+    function, kind, factor = candidates[0]
+    sign = np.sign(function.response[1] or 1) * np.sign(
+        function.reference[1] or 1
+    )  # minus directions of an accelerometer
+    hertz = _labeled(function.axes[0].unit, "rad/s", 2.0 * math.pi, name)
+    title = f"{name}, {function.words[0]}"
     return receptance_dataset(
-        hertz * np.asarray(one.abscissa, np.float64),
-        np.asarray(float(sign) * factor * one.values, np.complex128),
+        hertz * np.asarray(function.abscissa, np.float64),
+        np.asarray(float(sign) * factor * function.values, np.complex128),
         kind,
         title=title,
     )
 
 
-def _at_one_point(one: Function) -> bool:
-    return one.response[0] == one.reference[0] and abs(one.response[1]) == abs(one.reference[1])
+def _at_one_point(function: Function) -> bool:
+    return function.response[0] == function.reference[0] and abs(function.response[1]) == abs(function.reference[1])
 
 
-def _response(one: Function, place: str) -> tuple[str, float, str]:
+def _response(function: Function, place: str) -> tuple[str, float, str]:
     """Kind of a frequency response, and its SI value; of one that is none of motion over force what it is."""
-    _, over, under = one.axes
-    if not np.iscomplexobj(one.values):
+    _, over, under = function.axes
+    if not np.iscomplexobj(function.values):
         raise ResultError(f"{place}: the values are not complex")
     if over.kind in MOTIONS and under.kind in FORCE:
         kind = MOTIONS[over.kind]
-        force = _labeled(under.unit, "N", one.force, place)
-        return kind, _labeled(over.unit, LENGTHS[kind], one.length, place) / force, ""
+        force = _labeled(under.unit, "N", function.force, place)
+        return kind, _labeled(over.unit, LENGTHS[kind], function.length, place) / force, ""
     if over.unit and under.kind in UNSAID and not under.unit:  # the unit of the whole as its label
         try:
             return *_kind(over.unit, place), ""
@@ -232,7 +234,7 @@ def receptance_dataset(
     if not (np.abs(values) > 0.0).all():
         raise ResultError(f"{title}: a value is exactly zero, which cannot be a measurement; delete that line")
     values = values / (1j * frequency) ** POWERS[kind]
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {
             "receptance_real": ("frequency", values.real, {"long_name": "receptance, real part", "units": "m/N"}),
             "receptance_imag": ("frequency", values.imag, {"long_name": "receptance, imaginary part", "units": "m/N"}),
@@ -241,8 +243,8 @@ def receptance_dataset(
         {**provenance(), "title": title, "measured": kind},
     )
     if coherence is not None:
-        found["coherence"] = ("frequency", np.asarray(coherence)[order], {"long_name": "coherence", "units": ""})
-    return Labeled.of(found)
+        dataset["coherence"] = ("frequency", np.asarray(coherence)[order], {"long_name": "coherence", "units": ""})
+    return Labeled.of(dataset)
 
 
 def hertz(frequency: float) -> str:

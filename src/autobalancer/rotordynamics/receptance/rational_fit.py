@@ -135,7 +135,7 @@ class Fitting:
 
     def _refine(self, start: Floats, steps: int, tolerance: float) -> Modes:
         low, high = self._bounds(start.size // 2)
-        found = least_squares(
+        solution = least_squares(
             lambda x: self.numerators(x)[1],
             np.clip(start, low + 1e-6, high - 1e-6),
             jac=lambda x: self.numerators(x)[2],
@@ -145,8 +145,8 @@ class Fitting:
             gtol=1e-15,
             max_nfev=steps,
         )
-        numerators, miss, _ = self.numerators(found.x)
-        return Modes(found.x, numerators, float(miss @ miss))
+        numerators, miss, _ = self.numerators(solution.x)
+        return Modes(solution.x, numerators, float(miss @ miss))
 
 
 def _stack(values: Complexes) -> Floats:
@@ -225,8 +225,8 @@ def receptance(
     best, kept, dropped = sure_modes(described, modes, most_modes, progress if callable(progress) else None)
     lone = np.zeros_like(used)
     lone[np.flatnonzero(used)[~kept]] = True
-    found = fit_dataset(measured, used & ~lone, best, unit, size, noise)
-    return with_doubts(found, best, unit, every[lone], [unit * frequency for frequency in dropped])
+    dataset = fit_dataset(measured, used & ~lone, best, unit, size, noise)
+    return with_doubts(dataset, best, unit, every[lone], [unit * frequency for frequency in dropped])
 
 
 def receptance_of(measured: xr.Dataset) -> Complexes:
@@ -284,7 +284,7 @@ def fit_dataset(
     fitted = size * best.modes.at(scaled)
     deviation = np.full(frequency.size, math.nan)
     deviation[used] = size * np.sqrt(best.variance)
-    found = measured.copy()
+    dataset = measured.copy()
     values = np.asarray(measured["receptance_real"].values + 1j * measured["receptance_imag"].values)[used]
     error = _share(values - fitted[used], fitted[used], best.variance)
     lightness = float((residues * poles).sum().real)
@@ -295,13 +295,13 @@ def fit_dataset(
         "used": (used.astype("int8"), "whether the value was used in the fit", ""),
     }
     for name, (part, text, sign) in over_frequency.items():
-        found[name] = ("frequency", part, {"long_name": text, "units": sign})
+        dataset[name] = ("frequency", part, {"long_name": text, "units": sign})
     for name, both, sign in (("pole", poles, "1/s"), ("residue", residues, "m/(N s)")):
-        found[f"{name}_real"] = ("pole", both.real, {"long_name": f"{name}, real part", "units": sign})
-        found[f"{name}_imag"] = ("pole", both.imag, {"long_name": f"{name}, imaginary part", "units": sign})
+        dataset[f"{name}_real"] = ("pole", both.real, {"long_name": f"{name}, real part", "units": sign})
+        dataset[f"{name}_imag"] = ("pole", both.imag, {"long_name": f"{name}, imaginary part", "units": sign})
     for name, part, text, sign in _mode_values(best.modes, covariance(best, scaled[used]), unit, size):
-        found[name] = ("mode", part, {"long_name": text, "units": sign})
-    found.attrs = {
+        dataset[name] = ("mode", part, {"long_name": text, "units": sign})
+    dataset.attrs = {
         **measured.attrs,
         **provenance(),
         "fit_error": error,
@@ -311,7 +311,7 @@ def fit_dataset(
         "band_low": float(frequency[used][0]),
         "band_high": float(frequency[used][-1]),
     }
-    return found
+    return dataset
 
 
 def _share(left: Complexes, fitted: Complexes, variance: Floats) -> float:
@@ -333,11 +333,11 @@ def _mode_values(modes: Modes, spread: Floats, unit: float, size: float) -> list
         ("damping_ratio", ratio, ratio * np.sqrt(np.maximum(of_d + 0.25 * of_e - both, 0.0)), "damping ratio", ""),
         ("mass", mass, np.abs(mass / a) * np.sqrt(of_a), "modal mass at the race", "kg"),
     ]
-    found = []
+    result = []
     for name, values, deviation, text, sign in rows:
-        found.append((f"mode_{name}", values[order], f"{text} of the mode", sign))
-        found.append((f"mode_{name}_deviation", deviation[order], f"standard deviation of the {text}", sign))
-    return found
+        result.append((f"mode_{name}", values[order], f"{text} of the mode", sign))
+        result.append((f"mode_{name}_deviation", deviation[order], f"standard deviation of the {text}", sign))
+    return result
 
 
 # What must be doubted of a fit, and what to do about it.
@@ -348,23 +348,23 @@ LEAST = 3  # lines below their noise at an end of the band before it is said
 WHAT_TO_DO = "look at the picture and try another number of modes (--modes) or a narrower band (--band)"
 
 
-def with_doubts(found: xr.Dataset, best: Found, unit: float, lone: Floats, dropped: list[float]) -> xr.Dataset:
-    """``found`` with its ``warnings``, one sentence a line; ``lone`` and ``dropped`` are frequencies, rad/s."""
-    texts = [*_mass_doubt(found), *_energy_doubt(found, best, unit), *_weak_doubt(found, best, unit)]
-    texts += [*_lone_doubt(lone), *_dropped(found, dropped), *_noise_doubt(found), *_tail_doubt(found)]
-    found.attrs["warnings"] = "\n".join(texts)
-    return FittedReceptance.of(found)
+def with_doubts(dataset: xr.Dataset, best: Found, unit: float, lone: Floats, dropped: list[float]) -> xr.Dataset:
+    """``dataset`` with its ``warnings``, one sentence a line; ``lone`` and ``dropped`` are frequencies, rad/s."""
+    texts = [*_mass_doubt(dataset), *_energy_doubt(dataset, best, unit), *_weak_doubt(dataset, best, unit)]
+    texts += [*_lone_doubt(lone), *_dropped(dataset, dropped), *_noise_doubt(dataset), *_tail_doubt(dataset)]
+    dataset.attrs["warnings"] = "\n".join(texts)
+    return FittedReceptance.of(dataset)
 
 
-def _mass_doubt(found: xr.Dataset) -> list[str]:
-    if found.attrs["effective_mass"] > 0.0:
+def _mass_doubt(dataset: xr.Dataset) -> list[str]:
+    if dataset.attrs["effective_mass"] > 0.0:
         return []
     return [f"the fit has no positive mass at high frequency; measure to higher frequencies, or {WHAT_TO_DO}"]
 
 
-def _energy_doubt(found: xr.Dataset, best: Found, unit: float) -> list[str]:
-    grid = np.linspace(found.attrs["band_low"], found.attrs["band_high"], 2000) / unit
-    known = covariance(best, _lines(found) / unit)
+def _energy_doubt(dataset: xr.Dataset, best: Found, unit: float) -> list[str]:
+    grid = np.linspace(dataset.attrs["band_low"], dataset.attrs["band_high"], 2000) / unit
+    known = covariance(best, _lines(dataset) / unit)
     slopes = best.modes.slopes(grid)
     unsure = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes.imag, known, slopes.imag), 0.0))
     values = best.modes.at(grid)
@@ -378,8 +378,8 @@ def _energy_doubt(found: xr.Dataset, best: Found, unit: float) -> list[str]:
     ]
 
 
-def _weak_doubt(found: xr.Dataset, best: Found, unit: float) -> list[str]:
-    weak = weak_modes(best, _lines(found) / unit)
+def _weak_doubt(dataset: xr.Dataset, best: Found, unit: float) -> list[str]:
+    weak = weak_modes(best, _lines(dataset) / unit)
     if not weak:
         return []
     return [f"the fit at {_listed(unit * frequencies(best)[weak])} Hz cannot be told from noise. Give fewer --modes"]
@@ -395,21 +395,21 @@ def _lone_doubt(lone: Floats) -> list[str]:
     ]
 
 
-def _dropped(found: xr.Dataset, dropped: list[float]) -> list[str]:
+def _dropped(dataset: xr.Dataset, dropped: list[float]) -> list[str]:
     if not dropped:
         return []
-    inside = [at for at in dropped if found.attrs["band_low"] <= at <= found.attrs["band_high"]]
+    inside = [at for at in dropped if dataset.attrs["band_low"] <= at <= dataset.attrs["band_high"]]
     places = [f"at {_listed(inside)} Hz"] if inside else []
     places += [f"{len(dropped) - len(inside)} outside the band"] if len(inside) < len(dropped) else []
     return [f"dropped: fitted modes that cannot be told from noise or drift, {' and '.join(places)}"]
 
 
-def _noise_doubt(found: xr.Dataset) -> list[str]:
+def _noise_doubt(dataset: xr.Dataset) -> list[str]:
     """Where at the ends of the band the noise is greater than the value."""
-    used = np.flatnonzero(found["used"].values)
-    size = np.hypot(found["fitted_real"].values, found["fitted_imag"].values)
-    hidden = found["noise_deviation"].values[used] > size[used]
-    frequency = found["frequency"].values[used]
+    used = np.flatnonzero(dataset["used"].values)
+    size = np.hypot(dataset["fitted_real"].values, dataset["fitted_imag"].values)
+    hidden = dataset["noise_deviation"].values[used] > size[used]
+    frequency = dataset["frequency"].values[used]
     if hidden.all() or not hidden.any():
         return []
     texts = []
@@ -428,10 +428,10 @@ def _noise_doubt(found: xr.Dataset) -> list[str]:
     return texts
 
 
-def _tail_doubt(found: xr.Dataset) -> list[str]:
+def _tail_doubt(dataset: xr.Dataset) -> list[str]:
     """Modes outside the band, which are there to describe what reaches into it."""
-    frequency = found["mode_frequency"].values
-    low, high = found.attrs["band_low"], found.attrs["band_high"]
+    frequency = dataset["mode_frequency"].values
+    low, high = dataset.attrs["band_low"], dataset.attrs["band_high"]
     outside = frequency[(frequency < low) | (frequency > high)]
     if outside.size == 0:
         return []
@@ -442,8 +442,8 @@ def _tail_doubt(found: xr.Dataset) -> list[str]:
     ]
 
 
-def _lines(found: xr.Dataset) -> Floats:
-    return np.asarray(found["frequency"].values[np.flatnonzero(found["used"].values)], np.float64)
+def _lines(dataset: xr.Dataset) -> Floats:
+    return np.asarray(dataset["frequency"].values[np.flatnonzero(dataset["used"].values)], np.float64)
 
 
 def _listed(frequencies: list[float] | Floats) -> str:
@@ -474,13 +474,13 @@ def sure_modes(
     kept = np.ones(noise.frequency.size, np.bool_)
     for _ in range(ROUNDS):
         part = noise.only(kept)
-        found = best_order(part, modes, most, progress)
-        lines = lone_lines(found, part) if modes is None else np.zeros(0, np.int64)
+        order = best_order(part, modes, most, progress)
+        lines = lone_lines(order, part) if modes is None else np.zeros(0, np.int64)
         if lines.size == 0 or (~kept).sum() + lines.size > max(FEW, MOST * kept.size):
             break
         kept[np.flatnonzero(kept)[lines]] = False
-    found, dropped = (found, []) if modes is not None else without_weak(part, found)
-    return found, kept, dropped
+    order, dropped = (order, []) if modes is not None else without_weak(part, order)
+    return order, kept, dropped
 
 
 def without_weak(noise: NoiseShapes, found: Found) -> tuple[Found, list[float]]:
@@ -610,10 +610,10 @@ def best_order(noise: NoiseShapes, modes: int | None, most: int, progress: Progr
         if progress is not None:
             progress(count - 1, modes or most)
         previous = fitting.search(_starts(noise, clear, count, previous))
-        found = with_its_noise(noise, previous, noise.start)
-        if best is None or found.score < best.score or modes is not None:
-            best = found
-        if modes is None and (count - best.modes.count == WORSE or math.isinf(found.score)):
+        result = with_its_noise(noise, previous, noise.start)
+        if best is None or result.score < best.score or modes is not None:
+            best = result
+        if modes is None and (count - best.modes.count == WORSE or math.isinf(result.score)):
             break
     assert best is not None
     return best
@@ -661,8 +661,11 @@ def _proposals(frequency: Floats, values: Complexes, terms: int) -> Complexes:
     points = np.concatenate([1j * frequency, -1j * frequency])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that the tolerance was not reached with so few terms is meant to be so
-        found = AAA(points, np.concatenate([values, values.conj()]), max_terms=terms, clean_up=False)
-    poles, residues = np.asarray(found.poles(), np.complex128), np.asarray(found.residues(), np.complex128)
+        approximation = AAA(points, np.concatenate([values, values.conj()]), max_terms=terms, clean_up=False)
+    poles, residues = (
+        np.asarray(approximation.poles(), np.complex128),
+        np.asarray(approximation.residues(), np.complex128),
+    )
     keep = np.isfinite(poles) & (poles.imag >= 0.0) & (np.abs(poles) > 0.0)
     poles, residues = poles[keep], residues[keep]
     nearest = np.abs(points[:, None] - poles).min(axis=0, initial=np.inf) + np.abs(poles.real)
@@ -736,13 +739,13 @@ class NoiseShapes:
         rows = self.shapes(fitted)
         least = 1e-30 * float(np.abs(self.values).max()) ** 2
         factors = float(squares.mean() + least) / rows.mean(axis=1) / len(rows)
-        found, left = factors @ rows, np.broadcast_to(np.maximum(1.0 - taken, ROUNDED), squares.shape)
+        variances, left = factors @ rows, np.broadcast_to(np.maximum(1.0 - taken, ROUNDED), squares.shape)
         for _ in range(STEPS):
-            factors = factors * np.sqrt((rows @ (squares / found**2)) / (rows @ (left / found)))
-            before, found = found, factors @ rows + least
-            if np.abs(found / before - 1.0).max() < NOISE_SETTLED:
+            factors = factors * np.sqrt((rows @ (squares / variances**2)) / (rows @ (left / variances)))
+            before, variances = variances, factors @ rows + least
+            if np.abs(variances / before - 1.0).max() < NOISE_SETTLED:
                 break
-        return np.asarray(found)
+        return np.asarray(variances)
 
 
 def scatter(values: Complexes) -> Floats:

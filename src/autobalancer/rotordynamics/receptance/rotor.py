@@ -61,21 +61,21 @@ def measured_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> Me
     about = optional_argument("inertia", inertia, "kg*m^2")
     modes = np.array([fit[f"mode_{name}"].values for name in ("mass", "frequency", "damping_ratio")], np.float64)
     if not (modes[0] > 0.0).all():
-        where = ", ".join(hertz(float(one)) for one in modes[1, ~(modes[0] > 0.0)])
+        where = ", ".join(hertz(float(mode)) for mode in modes[1, ~(modes[0] > 0.0)])
         raise QuestionError(
             f"receptance: the mode at {where} Hz has no positive mass, which no rotor has at the place of the force; look at the "
             "picture, and fit fewer modes or a narrower band"
         )
     modes, error = _damped_by_itself(fit, modes)
-    found = _with_modes(fit, modes)
-    found.attrs |= {"fit_error": error, "free_error": fit.attrs["fit_error"]}
+    measured_rotor = _with_modes(fit, modes)
+    measured_rotor.attrs |= {"fit_error": error, "free_error": fit.attrs["fit_error"]}
     if error > COUPLED * fit.attrs["fit_error"]:
         said = (
             f"modes that are damped each by itself leave {100.0 * error:.2g} % of the values, a free fit "
             f"{100.0 * fit.attrs['fit_error']:.2g} %: the rotor that runs is that much coarser than the measurement"
         )
-        found.attrs["warnings"] = "\n".join(filter(None, (fit.attrs["warnings"], said)))
-    return MeasuredRotor(_rotor(modes, about), FittedReceptance.of(found))
+        measured_rotor.attrs["warnings"] = "\n".join(filter(None, (fit.attrs["warnings"], said)))
+    return MeasuredRotor(_rotor(modes, about), FittedReceptance.of(measured_rotor))
 
 
 def said_of(fit: FittedReceptance) -> str:

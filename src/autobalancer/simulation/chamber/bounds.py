@@ -217,37 +217,37 @@ def _shaking(machine: ChamberMachine, highest: float, gravity: float) -> float:
 # What a deep chamber can do at best, as rows of a table: a name and a text each.
 
 
-def bounds_rows(found: ChamberBounds, said: Callable[[float], str]) -> list[tuple[str, str]]:
+def bounds_rows(bounds: ChamberBounds, said: Callable[[float], str]) -> list[tuple[str, str]]:
     """Everything that is shown of it, with speeds as ``said`` writes them."""
-    calm = "calm: balls stay in touch with the bottom" if found.shaking < 1.0 else "balls hop at the bottom"
+    calm = "calm: balls stay in touch with the bottom" if bounds.shaking < 1.0 else "balls hop at the bottom"
     one = "one row along the axis, which acts as one ball"
-    lying = one if found.axial_rows == 1 else f"{found.axial_rows} rows along the axis"
-    pressure = "" if math.isnan(found.race_pressure) else f", {1e-6 * found.race_pressure:.4g} MPa"
-    held = moment_text(found.held_residual) if found.held_residual else "nothing, for gravity keeps the balls moving"
-    rate = f"{found.decay_rate:.3g} 1/s, at best {found.best_decay_rate:.3g} 1/s with a drag of {found.best_drag:.3g} N s/m"
+    lying = one if bounds.axial_rows == 1 else f"{bounds.axial_rows} rows along the axis"
+    pressure = "" if math.isnan(bounds.race_pressure) else f", {1e-6 * bounds.race_pressure:.4g} MPa"
+    held = moment_text(bounds.held_residual) if bounds.held_residual else "nothing, for gravity keeps the balls moving"
+    rate = f"{bounds.decay_rate:.3g} 1/s, at best {bounds.best_decay_rate:.3g} 1/s with a drag of {bounds.best_drag:.3g} N s/m"
     return [
-        ("speed", f"{said(found.speed)}, highest critical speed {said(found.critical_speed)}"),
-        ("unbalance", f"{moment_text(found.unbalance)}; the balls can balance {moment_text(found.capability)}"),
-        ("residual", f"at least {moment_text(found.least_residual)}; rolling resistance can hold {held}"),
+        ("speed", f"{said(bounds.speed)}, highest critical speed {said(bounds.critical_speed)}"),
+        ("unbalance", f"{moment_text(bounds.unbalance)}; the balls can balance {moment_text(bounds.capability)}"),
+        ("residual", f"at least {moment_text(bounds.least_residual)}; rolling resistance can hold {held}"),
         (
             "vibration",
-            f"{length_text(found.vibration_without_balls)} without balls; at least {length_text(found.least_vibration)}",
+            f"{length_text(bounds.vibration_without_balls)} without balls; at least {length_text(bounds.least_vibration)}",
         ),
         (
             "pick-up",
-            f"one sliding ball needs a friction of {found.least_friction:.3g} on a calm rotor and has {found.friction:g}\n"
+            f"one sliding ball needs a friction of {bounds.least_friction:.3g} on a calm rotor and has {bounds.friction:g}\n"
             f"the balls lie in {lying}\n"
-            f"the rotor shakes with {found.shaking:.3g} g at most, {calm}",
+            f"the rotor shakes with {bounds.shaking:.3g} g at most, {calm}",
         ),
-        ("run-up", f"critical speed passed after {found.run_up_time:.3g} s or later"),
+        ("run-up", f"critical speed passed after {bounds.run_up_time:.3g} s or later"),
         ("small motions", f"decay with {rate}"),
-        ("settling", f"{found.least_settled_at:.3g} s after the start or later"),
-        ("ball on the race", f"{force_text(found.race_force)}{pressure}"),
+        ("settling", f"{bounds.least_settled_at:.3g} s after the start or later"),
+        ("ball on the race", f"{force_text(bounds.race_force)}{pressure}"),
         (
             "couple of the balls",
-            f"at most {couple_text(found.greatest_couple)}, {force_text(found.couple_bearing_force)} on each bearing",
+            f"at most {couple_text(bounds.greatest_couple)}, {force_text(bounds.couple_bearing_force)} on each bearing",
         ),
-        ("bearings", f"the more loaded one bears {force_text(found.least_bearing_force)} or more"),
+        ("bearings", f"the more loaded one bears {force_text(bounds.least_bearing_force)} or more"),
     ]
 
 
@@ -298,7 +298,7 @@ def _line(half: float, pitch: float) -> Array:
 
 
 def _rows(reach: float, pitch: float, along: Array) -> list[Array]:
-    found = []
+    rows = []
     for lift in (0.5 * math.sqrt(3.0) * pitch, pitch):
         for low in (0.0, 0.5):
             sites = [np.zeros((0, 3))]
@@ -312,8 +312,8 @@ def _rows(reach: float, pitch: float, along: Array) -> list[Array]:
                 sites.append(_row(inside, np.full(inside.size, height), along))
                 height += lift
                 row += 1
-            found.append(np.vstack(sites))
-    return found
+            rows.append(np.vstack(sites))
+    return rows
 
 
 def _circles(reach: float, pitch: float, along: Array) -> Array:
@@ -394,15 +394,15 @@ def vibrations_without_balancing(machine: ChamberMachine, speeds: Array) -> Arra
     static = sum(part.vector for part in machine.unbalances)
     couple = sum(part.vector * part.position for part in machine.unbalances)
     load = (UNBALANCES @ np.array([static, couple], complex))[free]
-    found = np.full(len(speeds), np.nan)
+    vibrations = np.full(len(speeds), np.nan)
     for i, speed in enumerate(speeds):
         moved = np.zeros(6, complex)
         try:
             moved[free] = np.linalg.solve(k + 1j * speed * (c + speed * g) - speed**2 * m, speed**2 * load)
         except np.linalg.LinAlgError:
             continue
-        found[i] = 0.5 * float(abs(moved[1] + 1j * moved[2]) + abs(moved[1] - 1j * moved[2]))
-    return found
+        vibrations[i] = 0.5 * float(abs(moved[1] + 1j * moved[2]) + abs(moved[1] - 1j * moved[2]))
+    return vibrations
 
 
 def _ratio(m: Array, c: Array, k: Array, speed: float) -> float:
@@ -438,7 +438,7 @@ def tilt_left(chamber: Chamber, group: FreeBalls) -> float | None:
 
 def tilting_warnings(machine: ChamberMachine) -> list[str]:
     """What lets cylinders tilt, as sentences."""
-    found, friction = [], float(machine.contact.friction)
+    tilting_warnings, friction = [], float(machine.contact.friction)
     for number, chamber in enumerate(machine.chambers, 1):
         for group in chamber.balls:
             if group.length is None:
@@ -448,22 +448,22 @@ def tilting_warnings(machine: ChamberMachine) -> list[str]:
             tilt = tilt_left(chamber, group) or 0.0
             if tilt > MUCH:
                 room = "turn over" if tilt > 1.57 else f"tilt by {math.degrees(tilt):.3g} degrees"
-                found.append(
+                tilting_warnings.append(
                     f"chamber {number} is {1e3 * chamber.inner_depth:.4g} mm deep: a cylinder of {size} could {room} there, and "
                     "the run holds it parallel to the rotor; look at 'tilting' of the run, or take a chamber little deeper "
                     "than the cylinders are long"
                 )
             if friction * length > diameter:
-                found.append(
+                tilting_warnings.append(
                     f"friction of {friction:g} at a flat wall can tip a cylinder of {size} (its length times friction is more "
                     "than its diameter); the run holds it parallel to the rotor"
                 )
             if friction * diameter > length:
-                found.append(
+                tilting_warnings.append(
                     f"friction of {friction:g} at the race can tip a cylinder of {size} (its diameter times friction is more "
                     "than its length); the run holds it parallel to the rotor"
                 )
-    return found
+    return tilting_warnings
 
 
 def tilting_note(run: xr.Dataset) -> str:

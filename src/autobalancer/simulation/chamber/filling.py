@@ -26,7 +26,7 @@ def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
     """
     random = generator(seed)
     down = _down(machine)
-    found: list[Array] = []
+    fill: list[Array] = []
     settle = False
     for number, chamber in enumerate(machine.chambers, 1):
         groups = chamber.balls
@@ -40,8 +40,8 @@ def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
         else:
             settle = True
             places = _loosened(_sites(chamber, number, down, random), sizes, chamber, random)
-        found.append(places)
-    return np.vstack(found), settle
+        fill.append(places)
+    return np.vstack(fill), settle
 
 
 def _sites(chamber: Chamber, number: int, down: Array, random: np.random.Generator) -> Array:
@@ -54,7 +54,7 @@ def _sites(chamber: Chamber, number: int, down: Array, random: np.random.Generat
         chosen = _lowest(grid, down, largest)[:wanted]
         return chosen[random.permutation(wanted)] if len(groups) > 1 else chosen
     placed, sizes = np.zeros((0, 3)), sizes_of(groups[0], 0)
-    found: dict[int, Array] = {}
+    sites: dict[int, Array] = {}
     for k in sorted(range(len(groups)), key=lambda k: -groups[k].radius):
         group, count = groups[k], groups[k].count
         free = _packing(chamber, group.radius, group.half_width, down)
@@ -62,9 +62,9 @@ def _sites(chamber: Chamber, number: int, down: Array, random: np.random.Generat
             free = free[(gaps(free, sizes_of(group, len(free)), placed, sizes, AIR) >= 0.0).all(axis=1)]
         if count > len(free):
             raise MachineError(_no_room(chamber, number, k, max(len(free), len(grid) - wanted + count)))
-        found[k] = _lowest(free, down, group.radius)[:count]
-        placed, sizes = np.vstack([placed, found[k]]), together([sizes, sizes_of(group, count)])
-    return np.vstack([found[k] for k in range(len(groups))])
+        sites[k] = _lowest(free, down, group.radius)[:count]
+        placed, sizes = np.vstack([placed, sites[k]]), together([sizes, sizes_of(group, count)])
+    return np.vstack([sites[k] for k in range(len(groups))])
 
 
 def _packing(chamber: Chamber, radius: float, half_width: float, down: Array) -> Array:

@@ -286,11 +286,11 @@ class March:
 
 def _finite(samples: Samples) -> Array:
     """Whether all numbers of a sample are, (k,)."""
-    found = np.ones(len(samples.rows), bool)
+    finite = np.ones(len(samples.rows), bool)
     for rows in (samples.rows, samples.balls):
         for name in rows.dtype.names:
-            found &= np.isfinite(rows[name].reshape(len(found), -1)).all(axis=1)
-    return found
+            finite &= np.isfinite(rows[name].reshape(len(finite), -1)).all(axis=1)
+    return finite
 
 
 def begin(
@@ -323,12 +323,12 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
     """
     total = sum(balls.count for chamber in machine.chambers for balls in chamber.balls)
     chamber = assemble_chamber(machine, np.zeros((total, 3)), step)
-    asked = _kept(chamber)
-    if missing := (set(asked) | {"first_energy", "every", "method"}) - set(held):
+    requested = _kept(chamber)
+    if missing := (set(requested) | {"first_energy", "every", "method"}) - set(held):
         raise QuestionError(
             f"resume: not a checkpoint of a chamber run of this version; it lacks {', '.join(sorted(missing))}"
         )
-    same = all(_alike(held[name], value) for name, value in asked.items())
+    same = all(_alike(held[name], value) for name, value in requested.items())
     if not same or any(held[name].size != 1 for name in ("first_energy", "every", "method")):
         raise QuestionError(
             "resume: the checkpoint is damaged or belongs to another machine; resume it with its own machine file"
@@ -339,9 +339,9 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
             f"resume: the checkpoint has steps of {before:.17g} s, {int(held['every'])} to a sample; "
             f"asked for {step:.17g} s, {every} to a sample. Give the step and sample of that run"
         )
-    if not all(np.array_equal(held[name], np.asarray(asked[name])) for name in DESCRIBED):
+    if not all(np.array_equal(held[name], np.asarray(requested[name])) for name in DESCRIBED):
         raise QuestionError("resume: the checkpoint belongs to another machine; resume it with its own machine file")
-    for name, value in asked.items():
+    for name, value in requested.items():
         _fill(value, held[name])
     return March(machine, chamber, every, str(held["method"]), float(held["first_energy"]))
 
@@ -352,9 +352,9 @@ def _kept(chamber: Chamber) -> dict[str, Any]:
     return kept | {f"pairs_{name}": value for name, value in chamber.pairs._asdict().items()}
 
 
-def _alike(found: Array, asked: Any) -> bool:
+def _alike(found: Array, requested: Any) -> bool:
     """Whether an array has the form of the one asked for."""
-    return bool(found.dtype == asked.dtype and found.shape == asked.shape)
+    return bool(found.dtype == requested.dtype and found.shape == requested.shape)
 
 
 def _fill(target: Any, source: Array) -> None:

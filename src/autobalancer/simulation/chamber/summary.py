@@ -157,21 +157,21 @@ def _warnings(
     critical: tuple[float, ...],
     highest: float,
 ) -> tuple[str, ...]:
-    found = tilting_warnings(machine)
+    warnings = tilting_warnings(machine)
     if unbalance > capability:
-        found.append(
+        warnings.append(
             f"the balls can balance {moment_text(capability, 4)} of {moment_text(unbalance, 4)}; take more, heavier or, in a "
             "single layer, fewer and larger balls"
         )
     if machine.body.freedom == "fixed":
-        found.append("the body is fixed: the unbalance has no effect on the balls, so they do not balance it")
+        warnings.append("the body is fixed: the unbalance has no effect on the balls, so they do not balance it")
     elif critical and highest < critical[0]:
-        found.append("the highest speed is below the critical speeds; there the balls gather on the heavy side")
+        warnings.append("the highest speed is below the critical speeds; there the balls gather on the heavy side")
     elif critical and highest < critical[-1]:
-        found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
+        warnings.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     if couple > 1e-12 and machine.body.freedom == "planar":
-        found.append("a planar body does not feel the couple unbalance; only a free one lets the balls balance it")
-    return tuple(found)
+        warnings.append("a planar body does not feel the couple unbalance; only a free one lets the balls balance it")
+    return tuple(warnings)
 
 
 # What is known of a machine with deep chambers, as rows of a table: a name and a text each.
@@ -180,35 +180,35 @@ def _warnings(
 FREEDOM = {"fixed": "fixed", "planar": "moves in its plane", "free": "free"}
 
 
-def chamber_rows(found: ChamberSummary, said: Callable[[float], str]) -> list[tuple[str, str]]:
+def chamber_rows(summary: ChamberSummary, said: Callable[[float], str]) -> list[tuple[str, str]]:
     """Everything that ``check`` shows of it, with speeds as ``said`` writes them."""
-    couple = f", couple {found.couple_unbalance * 1e9:.5g} g mm²" if found.couple_unbalance else ""
-    steps = f", {found.duration / found.step:.3g} steps in {found.duration:g} s" if found.duration else ""
-    between = "" if found.ball_friction is None else f", {found.ball_friction:g} between balls"
-    those = f"{found.chambers[0].body}s"
-    modes = zip(found.critical_speeds, found.damping_ratios, strict=True)
+    couple = f", couple {summary.couple_unbalance * 1e9:.5g} g mm²" if summary.couple_unbalance else ""
+    steps = f", {summary.duration / summary.step:.3g} steps in {summary.duration:g} s" if summary.duration else ""
+    between = "" if summary.ball_friction is None else f", {summary.ball_friction:g} between balls"
+    those = f"{summary.chambers[0].body}s"
+    modes = zip(summary.critical_speeds, summary.damping_ratios, strict=True)
     return [
-        ("body", FREEDOM[found.freedom]),
-        ("mass", f"{found.total_mass:.6g} kg with balls, rotor {found.rotor_mass:.6g} kg"),
+        ("body", FREEDOM[summary.freedom]),
+        ("mass", f"{summary.total_mass:.6g} kg with balls, rotor {summary.rotor_mass:.6g} kg"),
         *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
-        ("unbalance", f"{moment_text(found.unbalance, 5)}{couple}"),
+        ("unbalance", f"{moment_text(summary.unbalance, 5)}{couple}"),
         *(
-            (f"chamber {filling.chamber}", _summary_rows_filling(filling, found.unbalance))
-            for filling in found.chambers
+            (f"chamber {filling.chamber}", _summary_rows_filling(filling, summary.unbalance))
+            for filling in summary.chambers
         ),
         (
             "friction",
-            f"{found.friction:g}{between}; with too little friction, or too few {those}, they stay at the bottom",
+            f"{summary.friction:g}{between}; with too little friction, or too few {those}, they stay at the bottom",
         ),
-        ("shortest contact", f"{1e6 * found.contact_time:.4g} us{_at(found)}"),
-        ("step", f"{1e6 * found.step:.4g} us{steps}"),
-        ("highest speed", said(found.highest_speed)),
+        ("shortest contact", f"{1e6 * summary.contact_time:.4g} us{_at(summary)}"),
+        ("step", f"{1e6 * summary.step:.4g} us{steps}"),
+        ("highest speed", said(summary.highest_speed)),
     ]
 
 
-def _at(found: ChamberSummary) -> str:
+def _at(summary: ChamberSummary) -> str:
     """A contact along a line takes the same time at any speed."""
-    return "" if found.chambers[0].body == "cylinder" else " at 4 m/s"
+    return "" if summary.chambers[0].body == "cylinder" else " at 4 m/s"
 
 
 def _summary_rows_filling(filling: ChamberFilling, unbalance: float) -> str:

@@ -224,12 +224,12 @@ def _grade(unbalance: float, mass: float, speed: float) -> float:
 
 
 def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
-    found = chamber_settling(run, last=last)
-    if not found.at.size:
+    settling = chamber_settling(run, last=last)
+    if not settling.at.size:
         return None
-    moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(found.at)])
-    if len(moving) == found.at.size:
+    moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(settling.at)])
+    if len(moving) == settling.at.size:
         return Settling(0, np.nan, "", np.nan, moving)
-    k = int(np.nanargmax(found.at))
-    ball, duration = int(run["ball"].values[k]), float(found.duration[k])
-    return Settling(ball, duration, found.counted_from, float(found.at[k]), moving)
+    k = int(np.nanargmax(settling.at))
+    ball, duration = int(run["ball"].values[k]), float(settling.duration[k])
+    return Settling(ball, duration, settling.counted_from, float(settling.at[k]), moving)
