@@ -53,7 +53,7 @@ def _sized(units: tuple[str, ...], amplitude: bool = False) -> PlainValidator:
     return PlainValidator(read, json_schema_input_type=float | str)
 
 
-Called = Annotated[Name, BeforeValidator(lambda given: str(given) if type(given) is int else given)]
+Called = Annotated[Name, BeforeValidator(lambda given: str(given) if type(given) is int else given, str | int)]
 Size = Annotated[float, _sized(MASSES)]
 Amplitude = Annotated[float, _sized(AMPLITUDES, amplitude=True)]
 
