@@ -400,6 +400,13 @@ def test_a_photograph_from_the_side_gives_the_angles_of_its_balls(photograph: tu
     ab.measure.save_film_setup(setup, tmp_path / "setup.toml")
     again = ab.measure.photographed_angles(tmp_path / "photo.png", ab.measure.load_film_setup(tmp_path / "setup.toml"))
     assert np.allclose(again["ball_angle"], found["ball_angle"], atol=1e-6)
+    asked = ["measure", "balls", str(tmp_path / "photo.png"), "--setup", str(tmp_path / "setup.toml")]
+    kept = tmp_path / "angles.nc"
+    answer = CliRunner().invoke(app, [*asked, "--out", str(kept)])
+    assert answer.exit_code == 0, answer.output
+    assert np.allclose(xr.load_dataset(kept)["ball_angle"], found["ball_angle"], atol=1e-6)
+    refused = CliRunner().invoke(app, [*asked, "--frame-rate", "240 Hz"])
+    assert "is a photograph" in " ".join(refused.output.split())
 
 
 def test_clicked_balls_have_the_deviation_of_the_hand(photograph: tuple[Any, ...]) -> None:

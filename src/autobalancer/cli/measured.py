@@ -166,6 +166,7 @@ def balls(
         float | None, In("rad/s"), "Of the balls in the rotor at the first picture; by default slow."
     ] = None,
     critical_speed: Annotated[float | None, In("rad/s"), "For events of capture and release."] = None,
+    files: Any = None,
     **options: Any,
 ) -> Any:
     """Follow the balls of a race through a film, or read their angles from a photograph.
@@ -178,7 +179,7 @@ def balls(
             film, known, frame_rate=frame_rate, first_speed=first_speed or 0.0, first_ball_speed=first_ball_speed or 0.0,
             critical_speed=critical_speed, **options,
         )  # fmt: skip
-    if options["files"].plot or frame_rate or first_speed or first_ball_speed or critical_speed:
+    if files.plot or frame_rate or first_speed or first_ball_speed or critical_speed:
         raise ab.errors.QuestionError(f"{film}: is a photograph; --plot, --frame-rate and the speeds are for films")
     return ab.measure.photographed_angles(film, known)
 
