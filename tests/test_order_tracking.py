@@ -144,6 +144,11 @@ def test_intervals_of_an_acceleration_that_became_a_displacement_hold_it(motion:
     found = found.isel(time=found["speed"].values > 35.0)  # the high pass takes no more there
     inside = np.array([held(found, name, envelope(motion, found["time"].values)) for name in channels])
     assert 0.93 <= inside.mean() <= 0.985
+    late = ab.measure.converted(signals.drop_vars(list(channels)[6:]), "displacement", corner="2 Hz")
+    late = ab.measure.orders(late, method="vold-kalman")
+    late = late.isel(time=late["time"].values > TIME[-1] - 0.1)  # the ends, which the conversion makes wrong
+    ends = np.array([held(late, name, envelope(motion, late["time"].values)) for name in list(channels)[:6]])
+    assert ends.mean() >= 0.93
 
 
 def test_a_filter_is_as_wide_as_a_resonance_needs_and_a_narrow_one_says_what_it_takes(motion: np.ndarray) -> None:
