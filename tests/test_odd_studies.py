@@ -17,6 +17,7 @@ from autobalancer.machine.part import Question
 from autobalancer.measurement.balancing.runs import BalanceJob
 from autobalancer.measurement.comparison.run_up_fit import RunUpFile
 from autobalancer.measurement.film.setup import FilmSetup
+from autobalancer.measurement.signals.load import ChannelFile
 from autobalancer.studies.design.reading import read_spec
 from autobalancer.studies.study.reading import read_study
 
@@ -73,6 +74,10 @@ def with_odd(table: dict[str, Any], path: tuple[Any, ...], value: Any, *, machin
     ("read", "text"),
     [
         (FilmSetup, FILM),
+        (
+            ChannelFile,
+            '[channels.x]\ncolumn = "ai0"\nunit = "V"\ndirection = 45\n[channels.clock]\nquantity = "time"\n',
+        ),
         (BalanceJob, ab.catalog.example_path("two_plane_job").read_text(encoding="utf-8")),
         (RunUpFile, ab.catalog.example_path("rodrigues_critical_speeds").read_text(encoding="utf-8")),
     ],

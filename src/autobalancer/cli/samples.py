@@ -123,7 +123,10 @@ def keys(
         str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
     ] = "",
     kind: Annotated[
-        str, typer.Option(help="Of file: races or chambers (machines), design, study, film, balancing or measurements.")
+        str,
+        typer.Option(
+            help="Of file: races or chambers (machines), design, study, film, balancing, measurements or channels."
+        ),
     ] = "races",
     out: Annotated[Path | None, typer.Option(help="JSON schema to write (.json), for editors.")] = None,
     as_json: Json = False,

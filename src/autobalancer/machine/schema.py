@@ -10,13 +10,14 @@ from autobalancer.machine.keys import Key, keys_of, tables_of
 from autobalancer.machine.part import Part
 from autobalancer.tables import facts_text, html_table, in_plain_letters
 
-Kind = Literal["races", "chambers", "design", "study", "film", "balancing", "measurements"]
+Kind = Literal["races", "chambers", "design", "study", "film", "balancing", "measurements", "channels"]
 ROOTS: dict[Kind, tuple[str, str]] = {  # module and class that check a file of each kind
     "races": ("machine.machine", "Machine"),
     "chambers": ("machine.chamber", "ChamberMachine"),
     "design": ("studies.design.spec", "Specification"),
     "study": ("studies.study.reading", "StudyFile"),
     "film": ("measurement.film.setup", "FilmSetup"),
+    "channels": ("measurement.signals.load", "ChannelFile"),
     "measurements": ("measurement.comparison.run_up_fit", "RunUpFile"),
     "balancing": ("measurement.balancing.runs", "BalanceJob"),
 }
@@ -36,7 +37,7 @@ def file_schema(kind: Kind = "races") -> dict[str, Any]:
         ``"races"`` for machines with ball races, ``"chambers"`` for those with deep chambers, ``"design"`` for specifications,
         ``"study"`` for studies,
         ``"film"`` for set-ups of films, ``"balancing"`` for balancing jobs,
-        ``"measurements"`` for measurement files.
+        ``"measurements"`` for measurement files, ``"channels"`` for what the columns of signals are.
 
     Returns
     -------

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from pydantic import Field, PlainValidator
 from scipy.interpolate import make_interp_spline
 
 from autobalancer.errors import QuestionError, RangeWarning, UnitError, warn
-from autobalancer.files.text import MACHINE, read_text
+from autobalancer.files.text import faults_of, read_toml
+from autobalancer.machine.part import Label, Question, key
 from autobalancer.measurement.signals.form import (
     UNEVEN,
     UNITS,
@@ -31,7 +31,7 @@ from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.results.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
-from autobalancer.units import optional_argument, to_si
+from autobalancer.units import optional_argument, shortened, to_si
 
 Floats = NDArray[np.float64]
 TIME = "time"  # the quantity of a column with the instants
@@ -243,38 +243,35 @@ def _at(t: Floats, channel: Channel, grid: Floats) -> Channel:
 # What the user says of the channels of a file: column, quantity, unit, place, direction, sensitivity.
 
 
-EXAMPLE = (
-    '[channels.x]\ncolumn = "ai0"\nquantity = "displacement"\nunit = "V"\nsensitivity = "8 mV/um"\ndirection = "x"'
-)
+def _along(given: Any) -> Any:
+    if isinstance(given, bool) or not isinstance(given, (str, int, float)):
+        raise ValueError(f"given {shortened(given)}; must be a text, or an angle in degrees")
+    return given
 
 
-@dataclass(frozen=True)
-class DescribedChannel:
-    """One channel in words; what is empty is taken from the file.
+class DescribedChannel(Question):
+    """One channel in words; what is left out is taken from the file."""
 
-    Attributes
-    ----------
-    column
-        Its name in the file; by default that of the channel.
-    quantity, unit, place, direction
-        Of the channel; the unit is that of the numbers in the file. The quantity ``time`` says that the column has the instants.
-    sensitivity
-        Of the sensor, voltage over quantity, such as "100 mV/g", "200 mV/mil" or "4 mV/(mm/s)"; the numbers of the file
-        are then voltages.
-    full_scale
-        Value at the greatest number that the file can hold, such as "20 m/s^2"; for sound files.
-    uncertainty
-        One standard deviation of a value, such as "1 um".
-    """
+    column: Label = key("its name in the file; that of the channel unless given", "")
+    quantity: Label = key("what it is, such as `displacement`; `time` says that the column has the instants", "")
+    unit: Label = key("of the numbers in the file", "")
+    place: Label = key("where the sensor is", "")
+    direction: Annotated[str | float, PlainValidator(_along, json_schema_input_type=str | float)] = key(
+        "along which it measures", "", value="text, or degrees"
+    )
+    sensitivity: Label = key(
+        'of the sensor, voltage over quantity, such as "100 mV/g"; the numbers of the file are then voltages', ""
+    )
+    full_scale: Label = key("value at the greatest number that the file can hold; for sound files", "")
+    uncertainty: Label = key("one standard deviation of a value", "")
 
-    column: str = ""
-    quantity: str = ""
-    unit: str = ""
-    place: str = ""
-    direction: str | float = ""
-    sensitivity: str = ""
-    full_scale: str = ""
-    uncertainty: str = ""
+
+class ChannelFile(Question):
+    """What the columns of a file of signals are."""
+
+    name: Label = key("of the file", "")
+    description: str = key("what it is about", "")
+    channels: Annotated[dict[str, DescribedChannel], Field(min_length=1)] = key("a table for each channel, by its name")
 
 
 Described = Mapping[str, Mapping[str, Any] | DescribedChannel]
@@ -302,37 +299,11 @@ def described_channels(
         argument = own if own.is_file() else None
     if argument is None:
         return {}
-    place = ""
-    if isinstance(argument, (str, Path)):
-        place, argument = f"{argument}: ", _from_file(Path(argument))
-    return {
-        str(name): one if isinstance(one, DescribedChannel) else _one(place, str(name), one)
-        for name, one in argument.items()
-    }
-
-
-def _from_file(path: Path) -> Mapping[str, Any]:
-    try:
-        result = tomllib.loads(read_text(path, MACHINE, QuestionError)).get("channels")
-    except tomllib.TOMLDecodeError as reason:
-        raise QuestionError(f"{path}: {reason}") from None
-    if not isinstance(result, dict) or not result:
-        raise QuestionError(f"{path}: no table of channels; write for each\n{EXAMPLE}")
-    return result
-
-
-def _one(place: str, name: str, argument: Any) -> DescribedChannel:
-    if not isinstance(argument, Mapping):
-        raise QuestionError(f"{place}channels.{name}: given {argument!r}; must be a table, such as\n{EXAMPLE}")
-    known = [field.name for field in fields(DescribedChannel)]
-    for key, value in argument.items():
-        if key not in known:
-            near = get_close_matches(str(key), known, 1)
-            meant = f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}"
-            raise QuestionError(f"{place}channels.{name}: no key {key!r}{meant}")
-        if not isinstance(value, str) and not (key == "direction" and isinstance(value, (int, float))):
-            raise QuestionError(f"{place}channels.{name}.{key}: given {value!r}; must be a text")
-    return DescribedChannel(**argument)
+    if not isinstance(argument, (str, Path)):
+        with faults_of(""):
+            return ChannelFile(channels=argument).channels if argument else {}
+    with faults_of(str(argument)):
+        return ChannelFile(**read_toml(Path(argument))).channels
 
 
 # Instants of samples: even ones as they are, rounded ones made even, uneven ones refused or resampled.
