@@ -11,45 +11,59 @@ from autobalancer.cli.terminal.group import Group
 
 
 class Commands(Group):
-    """All commands and groups of commands: a module of this folder, and the name of the function or group in it."""
+    """All commands by topic: a module of this folder, and the name of the function or group of commands in it."""
 
-    places = {
-        "check": "stability.check",
-        "simulate": "run.run",
-        "example": "samples.example",
-        "keys": "samples.keys",
-        "measures": "run.measures",
-        "plot": "pictures.plot",
-        "animate": "pictures.animate",
-        "eigenvalues": "stability.eigenvalues",
-        "borders": "stability.borders",
-        "map": "stability.map_",
-        "branches": "stability.branches",
-        "basin": "many_runs.basin",
-        "ensemble": "many_runs.ensemble",
-        "study": "studies.study",
-        "design": "studies.design",
-        "report": "studies.report",
-        "envelopes": "studies.envelopes",
-        "compare": "many_runs.compare",
-        "receptance": "identify.receptance",
-        "stepped-response": "run.stepped",
-        "modes": "rotor.modes",
-        "campbell": "rotor.campbell",
-        "response": "rotor.response",
-        "torsional-modes": "rotor.torsional_modes",
-        "torsional-response": "rotor.torsional_response",
-        "liquid-response": "rotor.liquid_response",
-        "annulus-flow": "drag_and_flow.annulus_flow",
-        "ball-drag": "drag_and_flow.ball_drag",
-        "equilibrium-angle": "drag_and_flow.equilibrium_angle",
-        "identify": "identify.identify",
-        "rubber": "identify.rubber",
-        "equivalent-planar": "rotor.equivalent_planar",
-        "app": "samples.app",
-        "catalog": "catalog.app",
-        "measure": "measured.app",
-        "chamber": "chamber.app",
+    topics = {
+        "First": {
+            "example": "samples.example",
+            "check": "stability.check",
+            "simulate": "run.simulate",
+            "plot": "pictures.plot",
+            "animate": "pictures.animate",
+            "borders": "stability.borders",
+        },
+        "Files and results": {
+            "keys": "samples.keys",
+            "catalog": "catalog.app",
+            "measures": "run.measures",
+            "compare": "many_runs.compare",
+            "report": "studies.report",
+            "app": "samples.app",
+        },
+        "Stability": {
+            "eigenvalues": "stability.eigenvalues",
+            "map": "stability.map_",
+            "branches": "stability.branches",
+            "basin": "many_runs.basin",
+        },
+        "Many runs, and decisions by them": {
+            "ensemble": "many_runs.ensemble",
+            "study": "studies.study",
+            "envelopes": "studies.envelopes",
+            "design": "studies.design",
+            "stepped-response": "run.stepped_response",
+        },
+        "Rotor": {
+            "modes": "rotor.modes",
+            "campbell": "rotor.campbell",
+            "response": "rotor.response",
+            "torsional-modes": "rotor.torsional_modes",
+            "torsional-response": "rotor.torsional_response",
+            "liquid-response": "rotor.liquid_response",
+            "equivalent-planar": "rotor.equivalent_planar",
+        },
+        "Fluid in a race": {
+            "annulus-flow": "drag_and_flow.annulus_flow",
+            "ball-drag": "drag_and_flow.ball_drag",
+            "equilibrium-angle": "drag_and_flow.equilibrium_angle",
+        },
+        "From measurements": {
+            "measure": "measured.app",
+            "receptance": "identify.receptance",
+            "identify": "identify.identify",
+            "rubber": "identify.rubber",
+        },
+        "Deep chambers": {"chamber": "chamber.app"},
     }
 
 

@@ -1,4 +1,4 @@
-"""``autobalancer simulate``: one run-up, with a progress bar, kept even if interrupted."""
+"""Commands that run a machine once: ``simulate``, ``measures`` of its result, and ``stepped-response``."""
 
 from __future__ import annotations
 
@@ -11,52 +11,46 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.command import Files, print_csv, print_json
-from autobalancer.cli.terminal.options import Csv, Json, MachineFile, Plot, Seed, Settling, SpeedUnit, Unit
-from autobalancer.cli.terminal.sheet import note as print_note
-from autobalancer.cli.terminal.sheet import say, speed_number, speed_sign, speed_text
+from autobalancer.cli.terminal.command import Reply, command
+from autobalancer.cli.terminal.options import In, MachineFile, Seed, Settling, Speeds
+from autobalancer.cli.terminal.sheet import speed_number, speed_sign, speed_text
 from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
-    from autobalancer.cli.terminal.progress_bar import Console
     from autobalancer.machine import Machine
     from autobalancer.machine.chamber import ChamberMachine
     from autobalancer.results.verdict import Verdict
 
 
-def run(
+Spread = Annotated[float, "Relative difference in mass of equal balls that pass through each other."]
+
+
+# ``autobalancer simulate``: one run, with a progress bar, kept even if interrupted.
+
+
+@command(out=".nc", unit="speed")
+def simulate(
     context: typer.Context,
     machine: MachineFile,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Result file: .nc, or a table as .csv or .json; by default the machine's name with .nc here."
-        ),
-    ] = None,
-    duration: Annotated[str, typer.Option(help='Such as "20 s"; by default run.duration of the file.')] = "",
-    samples: Annotated[int, typer.Option(help="States kept at equal times; 0 for none.")] = 4001,
-    envelope: Annotated[int, typer.Option(help="Bins of the deflection envelope; 0 for none.")] = 1000,
-    last_revolutions: Annotated[int, typer.Option(help="Revolutions kept in full at the end of the run.")] = 10,
-    tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-8,
+    duration: Annotated[float | None, In("s"), 'Such as "20 s"; by default run.duration of the file.'] = None,
+    samples: Annotated[int, "States kept at equal times; 0 for none."] = 4001,
+    envelope: Annotated[int, "Bins of the deflection envelope; 0 for none."] = 1000,
+    last_revolutions: Annotated[int, "Revolutions kept in full at the end of the run."] = 10,
+    tolerance: Annotated[float, "Relative error per step."] = 1e-8,
     method: Annotated[
-        str,
-        typer.Option(
-            help="auto, dormand_prince_8, tsitouras or exponential_collocation; of a deep chamber verlet or runge_kutta."
-        ),
+        str, "auto, dormand_prince_8, tsitouras or exponential_collocation; of a deep chamber verlet or runge_kutta."
     ] = "auto",
-    step: Annotated[str, typer.Option(help="Deep chamber: of the integration; by default from the contact time.")] = "",
-    sample: Annotated[str, typer.Option(help="Deep chamber: time between samples; by default 1 ms.")] = "",
+    step: Annotated[
+        float | None, In("s"), "Deep chamber: of the integration; by default from the contact time."
+    ] = None,
+    sample: Annotated[float | None, In("s"), "Deep chamber: time between samples; by default 1 ms."] = None,
     seed: Seed = 0,
-    mass_spread: Annotated[
-        float, typer.Option(help="Relative difference in mass of equal balls that pass through each other.")
-    ] = 1e-6,
+    mass_spread: Spread = 1e-6,
     max_steps: Annotated[
         int, typer.Option(min=1, help="The run ends after so many steps, with exit code 5.")
     ] = 100_000_000,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    files: Any = None,
+) -> Reply:
     """Run a machine file and write a result file. Ctrl-C, or SIGTERM, ends the run and keeps what was computed.
 
     The exit code is 0 for a run that finished or was ended by an event, 3 if the motion left all bounds, 4 if the step became too
@@ -65,47 +59,28 @@ def run(
     Example: autobalancer simulate stall_and_release.toml \\
       --out stall.nc
     """
-    from autobalancer.api import verdict
-    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.group import leave_with
-    from autobalancer.cli.terminal.options import optional
     from autobalancer.cli.terminal.progress_bar import Console, Patience, of_time, progress_bar
-    from autobalancer.errors import QuestionError
-    from autobalancer.files.machine_file import load_machine
     from autobalancer.machine.chamber import ChamberMachine
-    from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
 
-    one_form(as_json, as_csv)
-    out = out if out is not None else Path(f"{machine.stem}.nc")
-    files = Files(out)
-    described = load_machine(machine)
+    described = ab.load_machine(machine)
     context.with_resource(_arrays_of_numpy())
     if isinstance(described, ChamberMachine):
-        run_chamber(context, described, files)
-        return
+        question = _question(context, duration=duration, step=step, sample=sample)
+        return _of_chambers(described, question, str(files.out[0]), seed)
     if step or sample:
         raise QuestionError("--step, --sample: are for deep chambers; balls in races take --tolerance and --samples")
-    console = Console(stderr=True)
-    wishes: list[Any] = []
-    if samples:
-        wishes.append(Samples(samples))
-    if envelope:
-        wishes.append(Envelope(envelope))
-    if last_revolutions:
-        wishes.append(LastRevolutions(last_revolutions))
-    from autobalancer.api import simulate
-
-    patience = Patience(console)
+    kept: Any = ((samples, ab.Samples), (envelope, ab.Envelope), (last_revolutions, ab.LastRevolutions))
+    patience = Patience(Console(stderr=True))
     with progress_bar(described.name) as update:
 
         def progress(now: float, end: float) -> None:
             of_time(update)(now, end)
             patience.look(now, end)
 
-        result = simulate(
+        result = ab.simulate(
             described,
-            duration=optional("--duration", duration, "s"),
-            save=wishes,
+            duration=duration,
+            save=[kind(count) for count, kind in kept if count],
             tolerance=tolerance,
             method=method,  # type: ignore[arg-type]  # the function says which there are
             seed=seed,
@@ -114,30 +89,28 @@ def run(
             max_steps=max_steps,
             progress=progress,
         )
-    files.save(result)
     held = None
-    if result.attrs["outcome"] == "finished" and result.sizes.get("ball", 0):
-        end = float(result.attrs["end_time"])
-        held = simulate(described, hold_balls=True, duration=end, save=[Envelope(), LastRevolutions()])
-    found = verdict(result, held)
-    numbers = _measured(result)
-    if as_json:
-        answer = {
-            "result": str(out),
-            **{key: result.attrs[key] for key in ("outcome", "outcome_text", "end_time", "steps")},
-            "seed": seed,
-            "verdict": found.as_dict(),
-            "measures": {str(name): numbers[name].values for name in numbers},
-        }
-        print_json(answer)
-    elif as_csv:
-        print_csv(numbers.columns(speed_sign()))
-    else:
-        print_verdict(found, Console())
-        say_seed(described, seed)
-        say(f"{result.attrs['outcome']}: {result.attrs['outcome_text']} ({result.attrs['steps']} steps)")
-        files.say()
-    leave_with(result.attrs["outcome"])
+    about = result.attrs
+    if about["outcome"] == "finished" and result.sizes.get("ball", 0):
+        short = [ab.Envelope(), ab.LastRevolutions()]
+        held = ab.simulate(described, hold_balls=True, duration=float(about["end_time"]), save=short)
+    found, numbers = ab.verdict(result, held), _measured(result)
+    answer = {
+        "result": str(files.out[0]),
+        **{key: about[key] for key in ("outcome", "outcome_text", "end_time", "steps")},
+        "seed": seed,
+        "verdict": found.as_dict(),
+        "measures": {str(name): numbers[name].values for name in numbers},
+    }
+    return Reply(
+        result,
+        answer,
+        columns=numbers.columns(speed_sign()),
+        show=lambda: print_verdict(found),
+        notes=seed_notes(described, seed),
+        last=f"{about['outcome']}: {about['outcome_text']} ({about['steps']} steps)",
+        outcome=about["outcome"],
+    )
 
 
 def _measured(result: Any) -> Any:
@@ -187,60 +160,51 @@ SHOWN = (
 )
 
 
-def run_chamber(context: typer.Context, described: ChamberMachine, files: Files) -> None:
-    """Run it with the options of ``autobalancer simulate`` and write a result file. Ctrl-C keeps what was computed."""
-    from autobalancer.cli.terminal.group import leave_with
-    from autobalancer.cli.terminal.progress_bar import Console, of_time, progress_bar
-    from autobalancer.cli.terminal.sheet import print_facts
+def _of_chambers(described: ChamberMachine, question: dict[str, Any], path: str, seed: int) -> Reply:
+    """Run it. Ctrl-C keeps what was computed."""
+    from autobalancer.cli.terminal.progress_bar import of_time, progress_bar
     from autobalancer.results.display_units import measure_unit
-    from autobalancer.simulation.chamber import simulate_chamber
-    from autobalancer.simulation.chamber.verdict import chamber_verdict
     from autobalancer.tables import Column
 
-    question = _question(context)
     with progress_bar(described.name) as update:
-        result = simulate_chamber(
-            described,
-            **question,
-            keep_on_interrupt=True,
-            progress=of_time(update),
-        )
-    files.save(result)
+        result = ab.simulate(described, **question, keep_on_interrupt=True, progress=of_time(update))
     outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
     found, reason = _measures(result)
-    verdict = chamber_verdict(result) if found else None
+    verdict = ab.verdict(result) if found else None
     shown = [(text, value, *measure_unit(unit)) for value, unit, text in found.values()]
-    if context.params["as_json"]:
-        numbers = {name: value for name, (value, _, _) in found.items()}
-        said = verdict.as_dict() if verdict is not None else None
-        about = {"result": str(files.out[0]), **outcome, "seed": context.params["seed"]}
-        print_json({**about, "verdict": said, "measures": numbers})
-    elif context.params["as_csv"]:
-        numbers_shown = [None if value is None else value * factor for _, value, _, factor in shown]
-        named, signs = [text for text, *_ in shown], [sign for _, _, sign, _ in shown]
-        print_csv([Column("measure", named), Column("value", numbers_shown), Column("unit", signs)])
-    else:
-        if verdict is not None:
-            print_verdict(verdict, Console())
-        say(f"{outcome['outcome']}: {outcome['outcome_text']} (steps of {outcome['step']:.3g} s)")
-        say(f"filled at random, seed {context.params['seed']}")
-        rows = [("rotor speed at the end", speed_text(float(result["speed"][-1])))]
-        rows += [
-            (text, "-" if value is None else f"{value * factor:.5g} {sign}")
-            for name, (text, value, sign, factor) in zip(found, shown, strict=True)
-            if name != "residual_unbalance"  # which is in the verdict
-        ]
-        print_facts(rows)
-        if reason:
-            say(f"no measures: {reason}")
-        files.say()
-    leave_with(result.attrs["outcome"])
+    facts = [("rotor speed at the end", speed_text(float(result["speed"][-1])))]
+    facts += [
+        (text, "-" if value is None else f"{value * factor:.5g} {sign}")
+        for name, (text, value, sign, factor) in zip(found, shown, strict=True)
+        if name != "residual_unbalance"  # which is in the verdict
+    ]
+    ended = f"{outcome['outcome']}: {outcome['outcome_text']} (steps of {outcome['step']:.3g} s)"
+    return Reply(
+        result,
+        {
+            "result": path,
+            **outcome,
+            "seed": seed,
+            "verdict": verdict.as_dict() if verdict is not None else None,
+            "measures": {name: value for name, (value, _, _) in found.items()},
+        },
+        "",
+        facts,
+        [
+            Column("measure", [text for text, *_ in shown]),
+            Column("value", [None if value is None else value * factor for _, value, _, factor in shown]),
+            Column("unit", [sign for _, _, sign, _ in shown]),
+        ],
+        brief=True,
+        show=(lambda: print_verdict(verdict)) if verdict is not None else None,
+        lines=[ended, f"filled at random, seed {seed}", *([f"no measures: {reason}"] if reason else [])],
+        notes=(),
+        outcome=outcome["outcome"],
+    )
 
 
-def _question(context: typer.Context) -> dict[str, Any]:
+def _question(context: typer.Context, **times: float | None) -> dict[str, Any]:
     """What ``simulate_chamber`` is asked; options that only balls in races have are refused."""
-    from autobalancer.cli.terminal.options import quantity
-
     given = {
         name: value
         for name, value in context.params.items()
@@ -252,9 +216,7 @@ def _question(context: typer.Context) -> dict[str, Any]:
                 f"--{name.replace('_', '-')}: is for balls in races; a deep chamber takes --step and --sample, the time "
                 "between samples, and keeps them all"
             )
-    times: dict[str, Any] = {
-        name: quantity(f"--{name}", given[name], "s") for name in ("duration", "step", "sample") if given.get(name)
-    }
+    times = {name: value for name, value in times.items() if value is not None}
     return {**times, **{name: given[name] for name in ("method", "seed") if name in given}}
 
 
@@ -283,11 +245,12 @@ def _measures(result: Any) -> tuple[dict[str, tuple[float | None, str, str]], st
 # What is said of balls that start at random.
 
 
-def say_seed(machine: Machine, seed: int) -> None:
-    """Say that a run is one sample, where balls have no start angles."""
+def seed_notes(machine: Machine, seed: int) -> list[str]:
+    """That a run is one sample, where balls have no start angles."""
     groups = [group for balancer in machine.balancers for race in balancer.races for group in race.balls]
-    if any(group.start_angles is None for group in groups):
-        print_note(f"the start angles of the balls are random, seed {seed}: this is one sample; try others with --seed")
+    if all(group.start_angles is not None for group in groups):
+        return []
+    return [f"the start angles of the balls are random, seed {seed}: this is one sample; try others with --seed"]
 
 
 # A verdict on the terminal and as JSON.
@@ -296,12 +259,14 @@ def say_seed(machine: Machine, seed: int) -> None:
 COLORS = {"balanced": "green", "partly balanced": "yellow", "no verdict": "yellow", "not settled yet": "yellow"}
 
 
-def print_verdict(found: Verdict, console: Console) -> None:
+def print_verdict(found: Verdict) -> None:
     """The headline, a table that fits the terminal, and notes."""
     from rich.table import Table
 
+    from autobalancer.cli.terminal.progress_bar import Console
     from autobalancer.results.verdict import verdict_lines
 
+    console = Console()
     head, rows, notes = verdict_lines(found, _speed)
     console.print(head, style=f"bold {COLORS.get(found.word, 'red')}", highlight=False)
     table = Table.grid(padding=(0, 2))
@@ -323,129 +288,81 @@ def _speed(speed: float) -> str:
 # ``autobalancer measures``: the measures of a result file.
 
 
+@command(out=None, unit="speed")
 def measures(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
     last: Annotated[
-        str, typer.Option(help="Deep chamber: time at the end that is the steady state; by default a tenth of the run.")
-    ] = "",
+        float | None,
+        In("s"),
+        "Deep chamber: time at the end that is the steady state; by default a tenth of the run.",
+    ] = None,
     settling_from: Settling = "run-up",
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+) -> Reply:
     """Print the measures of a result: one number of the run, or one for each ball, place, plane, support, link or stage.
 
     Example: autobalancer measures stall.nc
     """
-    from autobalancer.api import measures as measured
-    from autobalancer.cli.terminal.command import one_form, print_csv, print_json
-    from autobalancer.cli.terminal.options import quantity
-    from autobalancer.cli.terminal.sheet import print_sheet
     from autobalancer.results.run_argument import open_run
 
-    one_form(as_json, as_csv)
-    asked: dict[str, Any] = {"last": quantity("--last", last, "s")} if last else {}
+    asked: dict[str, Any] = {"last": last} if last is not None else {}
     asked |= {"settling_from": settling_from} if settling_from != "run-up" else {}
-    found = measured(open_run(result), **asked)
-    if as_json:
-        print_json({"result": str(result), "measures": {str(name): found[name].values for name in found}})
-    elif as_csv:
-        print_csv(found.columns(speed_unit))
-    else:
-        print_sheet(found.columns(speed_unit), found.heading())
+    found = ab.measures(open_run(result), **asked)
+    return Reply(found, {"measures": {str(name): found[name].values for name in found}})
 
 
 # ``autobalancer stepped-response``: the response measured at one speed after the other, kept even if interrupted.
 
 
-def stepped(
+@command(
+    "stepped_response",
+    take="dwell:s window:s direction start acceleration:rad/s^2 longest:s tolerance seed",
+    draw="stepped_response",
+    out=None,
+    unit="speed",
+    bar="speeds",
+)
+def stepped_response(
     machine: MachineFile,
-    speeds: Annotated[str, typer.Option(help='"from:to:count", such as "600 rpm:5500 rpm:300", or one speed.')],
-    dwell: Annotated[str, typer.Option(help='Time at a speed before it is measured, such as "6 s".')],
-    window: Annotated[str, typer.Option(help='Length of the measurement, such as "1 s".')],
-    direction: Annotated[str, typer.Option(help="up, down or both.")] = "up",
-    start: Annotated[
-        str, typer.Option(help="carried: on from the speed before; fixed: each from the start state.")
-    ] = "carried",
-    acceleration: Annotated[
-        str, typer.Option(help='Way to the next speed, such as "10 rad/s^2"; by default at once.')
-    ] = "",
-    station: Annotated[
-        list[str] | None, typer.Option(help="Name of a station to average over; by default all.")
-    ] = None,
-    settle: Annotated[
-        float | None, typer.Option(help="Measure again until amplitudes change less, such as 0.01.")
-    ] = None,
-    longest: Annotated[str, typer.Option(help='With --settle: longest time at a speed, such as "60 s".')] = "",
-    tolerance: Annotated[float, typer.Option(help="Relative error per step.")] = 1e-7,
-    seed: Seed = 0,
-    mass_spread: Annotated[
-        float, typer.Option(help="Relative difference in mass of equal balls that pass through each other.")
-    ] = 1e-6,
-    out: Annotated[
-        Path | None, typer.Option(help="Result file (.nc); by default the machine's name with _stepped.nc here.")
-    ] = None,
-    plot: Plot = None,
-    speed_unit: Unit = SpeedUnit.RPM,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    speeds: Annotated[Any, Speeds(), '"from:to:count", such as "600 rpm:5500 rpm:300", or one speed.'],
+    station: Annotated[list[str] | None, "Name of a station to average over; by default all."] = None,
+    settle: Annotated[float | None, "Measure again until amplitudes change less, such as 0.01."] = None,
+    mass_spread: Spread = 1e-6,
+    out: Annotated[Path | None, "Result file (.nc); by default the machine's name with _stepped.nc here."] = None,
+    **options: Any,
+) -> Reply:
     """Hold a speed, let transients die, measure, go to the next. Ctrl-C keeps what was measured; the same call goes on.
 
     Example: autobalancer stepped-response discoidal.toml \\
       --speeds "400 rpm:900 rpm:20" --dwell "5 s" --window "1 s" --plot s.png
     """
-    from autobalancer.cli.terminal.command import Files, one_form, print_csv, print_json
-    from autobalancer.cli.terminal.group import stop_code
-    from autobalancer.cli.terminal.options import optional, quantity, speed_range
-    from autobalancer.cli.terminal.progress_bar import progress_bar
+    from autobalancer.cli.terminal.command import Files
     from autobalancer.files.machine_file import load_race_machine
 
-    one_form(as_json, as_csv)
-    out = out if out is not None else Path(f"{machine.stem}_stepped.nc")
-    files = Files(out, plot, (".nc",))
-    described = load_race_machine(machine)
-    chosen = speed_range("--speeds", speeds)
-    held, measured = quantity("--dwell", dwell, "s"), quantity("--window", window, "s")
-    rate, most = optional("--acceleration", acceleration, "rad/s^2"), optional("--longest", longest, "s")
-    from autobalancer.plots.drawing.style import save_picture
-    from autobalancer.studies.stepped_response import stepped_response
-
-    with progress_bar("speeds") as update:
-        found = stepped_response(
-            machine,
-            chosen,
-            dwell=held,
-            window=measured,
-            direction=direction,  # type: ignore[arg-type]
-            start=start,  # type: ignore[arg-type]
-            acceleration=rate,
-            stations=station or None,
-            settle=settle,
-            longest=most,
-            tolerance=tolerance,
-            seed=seed,
-            mass_spread=mass_spread,
-            store=out,
-            keep_on_interrupt=True,
-            progress=update,
-        )
-    if plot is not None:
-        save_picture(ab.plot.stepped_response(found, speed_unit=speed_unit), plot)
-    if as_json:
-        keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion")
-        numbers = {key: found[key].values for key in keys if key in found.variables}
-        about = {"result": str(out), "outcome": found.attrs["outcome"], "seed": seed}
-        print_json({**about, **numbers, "outcomes": found["outcome"].values})
-    elif as_csv:
-        print_csv(found.columns(speed_sign()))
-    else:
-        for text in found.greatest(speed_text):
-            typer.echo(text)
-        for text in found.attrs["remarks"]:
-            print_note(text)
-        say_seed(described, seed)
-        files.say()
-    if found.attrs["outcome"] == "interrupted":
-        typer.echo(f"interrupted; the same command goes on from {out}.parts", err=True)
-        raise typer.Exit(stop_code())
+    path = out if out is not None else Path(f"{machine.stem}_stepped.nc")
+    kept, described = Files(path, allowed=(".nc",)), load_race_machine(machine)
+    found = ab.stepped_response(
+        machine,
+        speeds,
+        stations=station or None,
+        settle=settle,
+        mass_spread=mass_spread,
+        store=path,
+        keep_on_interrupt=True,
+        **options,
+    )
+    keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion")
+    numbers = {key: found[key].values for key in keys if key in found.variables}
+    about = {"result": str(path), "outcome": found.attrs["outcome"], "seed": options["seed"]}
+    return Reply(
+        found,
+        {**about, **numbers, "outcomes": found["outcome"].values},
+        "",
+        (),
+        found.columns(speed_sign()),
+        brief=True,
+        lines=found.greatest(speed_text),
+        notes=[*found.attrs["remarks"], *seed_notes(described, options["seed"])],
+        written=kept,
+        outcome="interrupted" if found.attrs["outcome"] == "interrupted" else "",
+        stopped=f"the same command goes on from {path}.parts",
+    )

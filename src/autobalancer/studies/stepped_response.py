@@ -80,8 +80,10 @@ def stepped_response(
         A machine or the path of a machine file.
     speeds
         Rotor speeds, rad/s, ascending from above zero.
-    dwell, window
-        Time at a speed before the measurement, and length of the measurement, s.
+    dwell
+        Time at a speed before it is measured, s.
+    window
+        Length of the measurement, s.
     direction
         ``up``, ``down``, or ``both``: up, and then down again from where the way up ended.
     start
@@ -93,8 +95,10 @@ def stepped_response(
         Names of those whose deflections are averaged; by default all stations of the machine, or without any the place
         that a run calls its deflection.
     settle
-        Measure again until the amplitudes of both halves of the window differ by less than this share, or until
-        ``longest`` (s at one speed) is over; by default every speed is measured once.
+        Measure again until the amplitudes of both halves of the window differ by less than this share; by default every
+        speed is measured once.
+    longest
+        With ``settle``: longest time at a speed, s.
     tolerance
         Local error per step, as for :func:`autobalancer.simulate`.
     seed

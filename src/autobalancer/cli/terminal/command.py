@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, fields, is_dataclass
-from functools import cache, wraps
+from functools import cache, cached_property, wraps
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -264,6 +264,9 @@ class Reply:
     more: Sequence[tuple[str, Sequence[Column]]] = ()  # further tables with their headings
     lines: Sequence[str] = ()  # sentences below the tables
     brief: bool = False  # whether the sentences say what the first table does
+    show: Callable[[], None] | None = None  # what prints something before all else
+    last: str = ""  # a sentence below the notes
+    written: Files | None = None  # files that the function itself wrote
     code: str = ""  # lines that are to be copied, which are not broken
     notes: Sequence[str] | None = None
     csv: str | None = None  # in place of the first table
@@ -298,7 +301,7 @@ def command(
     unit: str = "",
     bar: str = "",
     csv: bool = True,
-) -> Callable[[Callable[..., Any]], Callable[..., None]]:
+) -> Callable[[Callable[..., Any]], Asking]:
     """Make a command of a function, which returns an answer or a :class:`Reply`; one without a body asks ``function``.
 
     Parameters
@@ -321,55 +324,85 @@ def command(
         Whether there is --csv.
     """
 
-    def made(body: Callable[..., Any]) -> Callable[..., None]:
-        asked = public(function) if function else None
-        own, blocks = _own_parameters(body)
-        taken = [asked.option(*word.split(":")) for word in take.split()] if asked else []
-        if asked and "machine" in asked.kinds and "machine" not in [one.name for one in own]:
+    return lambda body: Asking(body, function, take, draw, out, allowed, unit, bar, csv)
+
+
+class Asking:
+    """A command as a function of its options, which are worked out when they are asked for."""
+
+    def __init__(
+        self,
+        body: Callable[..., Any],
+        function: str,
+        take: str,
+        draw: str | None,
+        out: str | None,
+        allowed: Sequence[str],
+        unit: str,
+        bar: str,
+        csv: bool,
+    ) -> None:
+        wraps(body)(self)
+        del self.__wrapped__
+        self.__annotations__ = {}
+        self.body, self.function, self.take, self.draw, self.out = body, function, take, draw, out
+        self.allowed, self.unit, self.bar, self.csv = allowed, unit, bar, csv
+
+    @cached_property
+    def asked(self) -> Public | None:
+        """The public function, if there is one."""
+        return public(self.function) if self.function else None
+
+    @cached_property
+    def options(self) -> tuple[list[Parameter], list[Parameter], dict[str, type]]:
+        """Parameters of the command's own, those that are taken, and blocks."""
+        own, blocks = _own_parameters(self.body)
+        taken = [self.asked.option(*word.split(":")) for word in self.take.split()] if self.asked else []
+        if self.asked and "machine" in self.asked.kinds and "machine" not in [one.name for one in own]:
             own.insert(0, Parameter("machine", Parameter.KEYWORD_ONLY, annotation=MachineFile))
-        shown = [_as_option(one) for one in (*own, *taken)]
-        shown += _shared(draw, out, allowed, unit, csv)
+        return own, taken, blocks
+
+    @cached_property
+    def __signature__(self) -> Signature:
+        own, taken, _ = self.options
+        shown = [one if one.annotation is typer.Context else _as_option(one) for one in (*own, *taken)]
+        return Signature([*shown, *_shared(self.draw, self.out, self.allowed, self.unit, self.csv)])
+
+    def __call__(self, **words: Any) -> None:
+        """Read the options, ask, and answer in the form that was asked for."""
+        own, taken, blocks = self.options
+        forms = {name: words.pop(name, None) for name in ("as_json", "as_csv")}
+        one_form(*(bool(form) for form in forms.values()))
+        needed = next((one for one in own if one.annotation is not typer.Context), None)
+        first = needed.name if needed is not None and needed.default is Parameter.empty else ""
+        path, picture = (words.pop("out", None) if self.out is not None else None), words.pop("plot", None)
+        if self.out:
+            path = path or Path(f"{Path(words[first]).stem}{self.out}")
+        files = Files(path, picture, self.allowed)
+        units = {name: words.pop(name, "") for name in ("speed_unit", "frequency_unit")}
         readers = {one.name: reader for one in (*own, *taken) if (reader := _reader(one)) is not None}
-        first = own[0].name if own and own[0].default is Parameter.empty else ""
+        options = {name: _read(name, value, readers) for name, value in words.items()}
+        for name, kind in blocks.items():
+            options[name] = kind(**{part.name: options.pop(part.name) for part in fields(kind)})
+        takes = {one.name for one in taken}
+        options = {name: value for name, value in options.items() if name not in takes or value is not None}
+        with _named_options(options), ExitStack() as stack:
+            if self.asked and "progress" in self.asked.kinds:
+                from autobalancer.cli.terminal.progress_bar import progress_bar
 
-        def called(**words: Any) -> None:
-            forms = {name: words.pop(name, None) for name in ("as_json", "as_csv")}
-            one_form(*(bool(form) for form in forms.values()))
-            path, picture = (words.pop("out", None) if out is not None else None), words.pop("plot", None)
-            if out:
-                path = path or Path(f"{Path(words[first]).stem}{out}")
-            files = Files(path, picture, allowed)
-            speed, frequency = words.pop("speed_unit", ""), words.pop("frequency_unit", "")
-            options = {name: _read(name, value, readers) for name, value in words.items()}
-            for name, kind in blocks.items():
-                options[name] = kind(**{part.name: options.pop(part.name) for part in fields(kind)})
-            takes = {one.name for one in taken}
-            options = {name: value for name, value in options.items() if name not in takes or value is not None}
-            with _named_options(options), ExitStack() as stack:
-                if asked and "progress" in asked.kinds:
-                    from autobalancer.cli.terminal.progress_bar import progress_bar
-
-                    options["progress"] = stack.enter_context(progress_bar(bar or "done"))
-                accepts = inspect.signature(body).parameters
-                if "files" in accepts:
-                    options["files"] = files
-                found = body(**options)
-                if found is None:
-                    assert asked is not None
-                    found = asked(**options)
-            reply = found if isinstance(found, Reply) else Reply(found)
-            units = {"speed_unit": speed, "frequency_unit": frequency}
-            if draw and reply.draw is None:
-                reply.draw = lambda: _drawn(draw, reply.answer, units)
-            about = {first: _plain_word(words[first])} if first else {}
-            answered(reply, files, frequency or speed, about, **forms)
-
-        wraps(body)(called)
-        called.__annotations__ = {one.name: one.annotation for one in shown}
-        called.__signature__ = Signature(shown)  # type: ignore[attr-defined]
-        return called
-
-    return made
+                options["progress"] = stack.enter_context(progress_bar(self.bar or "done"))
+            if "files" in inspect.signature(self.body).parameters:
+                options["files"] = files
+            found = self.body(**options)
+            if found is None:
+                assert self.asked is not None
+                found = self.asked(**options)
+        reply = found if isinstance(found, Reply) else Reply(found)
+        if self.draw and reply.draw is None:
+            draw = self.draw
+            reply.draw = lambda: _drawn(draw, reply.answer, units)
+        about = {first: _plain_word(words[first])} if first else {}
+        answered(reply, files, units["frequency_unit"] or units["speed_unit"], about, **forms)
 
 
 def answered(
@@ -390,8 +423,9 @@ def answered(
             print_csv((reply.columns if reply.columns is not None else _columns(answer, unit)) or _facts(reply))
     else:
         _show(reply, unit)
-        for each in (files, *(more.files for more in reply.also)):
-            each.say()
+        for each in (files, reply.written, *(more.files for more in reply.also)):
+            if each is not None:
+                each.say()
     if reply.outcome == "interrupted" and reply.stopped:
         typer.echo(f"interrupted; {reply.stopped}", err=True)
     if reply.outcome:
@@ -402,12 +436,14 @@ def _show(reply: Reply, unit: str) -> None:
     """Heading, facts, tables, sentences and notes."""
     from autobalancer.cli.terminal.sheet import note, print_facts, print_sheet, say
 
-    answer = reply.answer
+    if reply.show is not None:
+        reply.show()
+    answer = reply.answer if reply.show is None else None
     heading = reply.heading if reply.heading is not None else _asked(answer, "heading", "")
     facts = reply.facts if reply.facts is not None else _asked(answer, "facts", ())
     if facts:
         print_facts(facts, heading)
-    columns = reply.columns if reply.columns is not None else _columns(answer, unit)
+    columns = reply.columns if reply.columns is not None and reply.show is None else _columns(answer, unit)
     if columns and not reply.brief:
         print_sheet(columns, "" if facts else heading)
     elif heading and not facts:
@@ -420,6 +456,8 @@ def _show(reply: Reply, unit: str) -> None:
         typer.echo(reply.code)
     for text in reply.notes if reply.notes is not None else _asked(answer, "remarks", ()):
         note(text)
+    if reply.last:
+        say(reply.last)
 
 
 def _facts(reply: Reply) -> list[Column]:
@@ -481,6 +519,9 @@ def _own_parameters(body: Callable[..., Any]) -> tuple[list[Parameter], dict[str
         if one.kind is Parameter.VAR_KEYWORD or one.name in ("files", "progress"):
             continue
         kind = hints[one.name]
+        if kind is typer.Context:
+            found.insert(0, one.replace(annotation=kind, kind=Parameter.KEYWORD_ONLY))
+            continue
         if not is_dataclass(kind):
             found.append(one.replace(annotation=kind, kind=Parameter.KEYWORD_ONLY))
             continue

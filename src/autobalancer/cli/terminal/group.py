@@ -32,8 +32,9 @@ class Command:
 class OnDemand(Mapping[str, Any]):
     """Commands by name, each imported and its options read when it is asked for: that of all takes longer than most answers."""
 
-    def __init__(self, places: Mapping[str, str]) -> None:
-        self._places = places
+    def __init__(self, topics: Mapping[str, Mapping[str, str]]) -> None:
+        self._places = {name: place for commands in topics.values() for name, place in commands.items()}
+        self._topics = {name: topic for topic, commands in topics.items() for name in commands}
         self._read: dict[str, Any] = {}
 
     def __getitem__(self, name: str) -> Any:
@@ -60,7 +61,7 @@ class OnDemand(Mapping[str, Any]):
         """A command as a list of commands shows it: its name and its help."""
         found = self._imported(name)
         text = found.info.help if isinstance(found, typer.Typer) else found.__doc__
-        return TyperCommand(name, help=_unbroken(text or ""))
+        return TyperCommand(name, help=_unbroken(text or ""), rich_help_panel=self._topics[name])
 
     def _imported(self, name: str) -> Any:
         module, _, attribute = self._places[name].rpartition(".")
@@ -70,10 +71,10 @@ class OnDemand(Mapping[str, Any]):
 class Group(TyperGroup):
     """One readable message for everything a user can get wrong; warnings without lines of code."""
 
-    places: ClassVar[Mapping[str, str]]  # where the function or group of each command is, below autobalancer.cli
+    topics: ClassVar[Mapping[str, Mapping[str, str]]]  # by topic where each command is, below autobalancer.cli
 
     def __init__(self, *, commands: Any = None, **options: Any) -> None:
-        super().__init__(commands=OnDemand(self.places), **options)  # type: ignore[arg-type]  # a mapping will do
+        super().__init__(commands=OnDemand(self.topics), **options)  # type: ignore[arg-type]  # a mapping will do
         self._listing = False
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
