@@ -82,6 +82,10 @@ class Group(TyperGroup):
             return None
         return self.commands.listed(cmd_name) if self._listing else self.commands[cmd_name]  # type: ignore[attr-defined]
 
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Their names; nothing is imported for them."""
+        return list(self.commands)
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """The help, with the list of commands."""
         self._listing = True
