@@ -47,7 +47,9 @@ def test_check_says_the_same_as_the_python_interface() -> None:
 @pytest.mark.usefixtures("ctrl_c")
 def test_an_interrupted_run_keeps_what_was_computed(tmp_path: Path) -> None:
     machine, out = str(MACHINES / "stall_and_release.toml"), tmp_path / "long.nc"
-    CliRunner().invoke(app, ["simulate", machine, "--duration", "0.01 s"])  # compiled and imported
+    CliRunner().invoke(
+        app, ["simulate", machine, "--duration", "0.01 s", "--out", str(tmp_path / "first.nc")]
+    )  # compiled and imported
     for patience in (0.5, 2.0, 8.0, 30.0):  # a loaded machine may be still importing when it is stopped
         pressed = threading.Timer(patience, signal.raise_signal, [signal.SIGINT])
         pressed.start()

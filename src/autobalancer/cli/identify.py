@@ -1,4 +1,4 @@
-"""Commands that find out about a machine from measurements: parameters, stability by a hammer test, rubber."""
+"""Commands that find out about a machine from measurements: parameters, stability by a hammer test."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.measured_signals import rubber_found
 from autobalancer.cli.terminal.command import MACHINE, RESULT, Reply, command
 from autobalancer.cli.terminal.options import Ends, In, MachineFile
 from autobalancer.cli.terminal.sheet import speed_number, speed_sign, speed_text
@@ -330,27 +329,3 @@ def _row(at: xr.Dataset, loop: xr.Dataset, viscosity: float | None) -> tuple[str
 
 def _margin_text(value: dict[str, Any]) -> str:
     return f"gain margin {value['gain_margin']:.3g}, phase margin {math.degrees(value['phase_margin']):.3g} deg"
-
-
-# ``autobalancer rubber``: rubber that softens with the amplitude, from measured loops and resonances.
-
-
-@command("measure.rubber", take="law spacing viscous", draw="rubber", allowed=MACHINE)
-def rubber(
-    tables: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Loops: frequency [Hz], amplitude \\[mm], stiffness \\[kN/m], damping [N s/m]. Resonances: mass \\[kg] and "
-            "decay rate [1/s] in place of the last two. Perhaps motion, line or circle."
-        ),
-    ],
-    relaxation_time: Annotated[
-        list[float] | None, In("s"), 'Of a Maxwell element, such as "5 ms". May be repeated.'
-    ] = None,
-    **options: Any,
-) -> Reply:
-    """Fit rubber that softens with the amplitude to hysteresis loops and to resonances at several amplitudes.
-
-    Example: autobalancer rubber rubber_loops.csv --out rubber.toml
-    """
-    return rubber_found(ab.measure.rubber(tables, relaxation_times=relaxation_time or [], **options))

@@ -310,3 +310,27 @@ def rubber_found(found: RubberFit) -> Reply:
     return Reply(
         found, numbers, machine=found.toml(), lines=[f"stiffness of the points within {100.0 * deviation:.2g} %"]
     )
+
+
+# ``autobalancer rubber``: rubber that softens with the amplitude, from measured loops and resonances.
+
+
+@command("measure.rubber", take="law spacing viscous", draw="rubber", allowed=MACHINE)
+def rubber(
+    tables: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Loops: frequency [Hz], amplitude \\[mm], stiffness \\[kN/m], damping [N s/m]. Resonances: mass \\[kg] and "
+            "decay rate [1/s] in place of the last two. Perhaps motion, line or circle."
+        ),
+    ],
+    relaxation_time: Annotated[
+        list[float] | None, In("s"), 'Of a Maxwell element, such as "5 ms". May be repeated.'
+    ] = None,
+    **options: Any,
+) -> Reply:
+    """Fit rubber that softens with the amplitude to hysteresis loops and to resonances at several amplitudes.
+
+    Example: autobalancer rubber rubber_loops.csv --out rubber.toml
+    """
+    return rubber_found(ab.measure.rubber(tables, relaxation_times=relaxation_time or [], **options))

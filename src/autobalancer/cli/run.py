@@ -92,7 +92,7 @@ def simulate(
     held = None
     about = result.attrs
     if about["outcome"] == "finished" and result.sizes.get("ball", 0):
-        short = [ab.Envelope(), ab.LastRevolutions()]
+        short: Any = [ab.Envelope(), ab.LastRevolutions()]
         held = ab.simulate(described, hold_balls=True, duration=float(about["end_time"]), save=short)
     found, numbers = ab.verdict(result, held), _measured(result)
     answer = {

@@ -8,11 +8,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
+from inspect import signature
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import autobalancer as ab
 from autobalancer.app.store.jobs import Job
 from autobalancer.assembly.profile import highest_prescribed
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, value_of
@@ -21,13 +24,6 @@ from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.path import QUANTITIES, named_unit, text_of
-from autobalancer.plots.rotor import campbell as draw_campbell
-from autobalancer.plots.rotor import response as draw_response
-from autobalancer.plots.run.stepped_response import stepped_response as draw_stepped
-from autobalancer.plots.stability.basins import basin as draw_basin
-from autobalancer.plots.stability.border_curve import border_curve as draw_borders
-from autobalancer.plots.stability.branches import branches as draw_branches
-from autobalancer.plots.stability.stability_map import map as draw_map
 from autobalancer.progress import Progress
 from autobalancer.results.folder_store import read_note, write_note
 from autobalancer.results.number_text import length_text
@@ -124,8 +120,7 @@ def why_not_at_all(machine: object) -> str:
     )
 
 
-# The questions of the page as functions: ``read_...`` makes arguments of the texts of a form, ``ask_...`` asks with
-# them.
+# The questions of the page: ``read_...`` makes arguments of a public function of the texts of a form.
 #
 # A text that is not possible raises a QuestionError that begins with the name of its entry. What brings compiled
 # equations is imported when it is asked for, so that the page opens at once.
@@ -167,14 +162,7 @@ def read_map(machine: Machine, given: Given) -> dict[str, Any]:
         )
     if min(speeds.size, values.size) < 3:
         raise QuestionError("values: a map has at least three values along each axis")
-    return {"axes": {"speed": speeds, given["over"]: values}}
-
-
-def ask_map(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
-    """The stability map."""
-    from autobalancer.stability.maps.stability_map import map as stability_map
-
-    return stability_map(machine, asked["axes"], borders=31, progress=progress)
+    return {"axes": {"speed": speeds, given["over"]: values}, "borders": 31}
 
 
 def read_borders(machine: Machine, given: Given) -> dict[str, Any]:
@@ -183,13 +171,6 @@ def read_borders(machine: Machine, given: Given) -> dict[str, Any]:
     if len(values) > MOST_SPEEDS:
         raise QuestionError(f"values: given {len(values)}; on this page at most {MOST_SPEEDS}")
     return {"parameter": given["over"], "values": values}
-
-
-def ask_borders(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
-    """Border speeds over a quantity."""
-    from autobalancer.stability.maps.curve import border_curve
-
-    return border_curve(machine, asked["parameter"], asked["values"], progress=progress)
 
 
 def read_campbell(_machine: Machine, given: Given) -> dict[str, Any]:
@@ -201,35 +182,23 @@ def read_campbell(_machine: Machine, given: Given) -> dict[str, Any]:
     }
 
 
-def ask_campbell(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
-    """Natural frequencies over the speed."""
-    from autobalancer.rotordynamics.campbell import campbell
-
-    progress(0.0, 1.0)
-    count = asked["modes"] or _modes_near(machine, asked["speeds"])
-    return campbell(machine, asked["speeds"], modes=count)
+def campbell_near(machine: Machine, speeds: Any, modes: int | None) -> Any:
+    """Natural frequencies over the speed, by default those near it."""
+    return ab.rotor.campbell(machine, speeds, modes=modes or _modes_near(machine, speeds))
 
 
 def _modes_near(machine: Machine, speeds: Any) -> int:
     """How many modes are slower than ``NEAR`` times the highest speed, at either end of the range; two at least."""
-    from autobalancer.rotordynamics.campbell import modes
-
     top = float(np.max(speeds))
-    ends = [modes(machine, float(speed), modes=MOST_MODES)["frequency"].values for speed in (np.min(speeds), top)]
+    ends = [
+        ab.rotor.modes(machine, float(speed), modes=MOST_MODES)["frequency"].values for speed in (np.min(speeds), top)
+    ]
     return max(2, *(int(np.sum(frequencies < NEAR * top)) for frequencies in ends))
 
 
 def read_response(_machine: Machine, given: Given) -> dict[str, Any]:
     """Speeds, and which quantity."""
-    return {"speeds": _some("speeds", given["speeds"], "rad/s"), "quantity": given["quantity"]}
-
-
-def ask_response(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
-    """Vibration by the unbalance alone."""
-    from autobalancer.rotordynamics.response import response
-
-    progress(0.0, 1.0)
-    return response(machine, asked["speeds"], quantity=asked["quantity"], smooth=True)
+    return {"speeds": _some("speeds", given["speeds"], "rad/s"), "quantity": given["quantity"], "smooth": True}
 
 
 def read_stepped(machine: Machine, given: Given) -> dict[str, Any]:
@@ -239,14 +208,8 @@ def read_stepped(machine: Machine, given: Given) -> dict[str, Any]:
         "dwell": argument("dwell", given["dwell"], "s"),
         "window": argument("window", given["window"], "s"),
         "direction": given["direction"],
+        "keep_on_interrupt": True,  # one that is cancelled has those that were measured
     }
-
-
-def ask_stepped(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
-    """Amplitudes speed by speed; one that is cancelled has those that were measured."""
-    from autobalancer.studies.stepped_response import stepped_response
-
-    return stepped_response(machine, **asked, keep_on_interrupt=True, progress=progress)
 
 
 def read_branches(machine: Machine, given: Given) -> dict[str, Any]:
@@ -256,11 +219,11 @@ def read_branches(machine: Machine, given: Given) -> dict[str, Any]:
     return {"parameter": given["over"], "start": first, "end": last, "speed": speed, "from_state": given["from_state"]}
 
 
-def ask_branches(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
+def branches_told(machine: Machine, progress: Progress, **asked: Any) -> Any:
     """Branches; the share of the work is the number of the branch and its place in the range."""
-    from autobalancer.stability.diagrams.branches import branches
-
-    return branches(machine, **asked, progress=lambda number, share: progress(number + min(share, 0.99), 1.0))
+    return ab.stability.branches(
+        machine, **asked, progress=lambda number, share: progress(number + min(share, 0.99), 1.0)
+    )
 
 
 def read_basin(machine: Machine, given: Given) -> dict[str, Any]:
@@ -275,13 +238,6 @@ def read_basin(machine: Machine, given: Given) -> dict[str, Any]:
     count = _number("number", given["number"], int(math.sqrt(MOST_STARTS)))
     balls = sum(group.count for one in machine.balancers for race in one.races for group in race.balls)
     return {**asked, "axes": {f"ball_angle[{k + 1}]": f"-180:180 deg:{count + 1}" for k in range(min(balls, 2))}}
-
-
-def ask_basin(machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
-    """Ends of many starts."""
-    from autobalancer.studies.basin import basin
-
-    return basin(machine, **asked, progress=progress)
 
 
 ANGLES = "angles of balls 1 and 2"
@@ -301,14 +257,14 @@ class Entry:
 
 @dataclass(frozen=True)
 class Analysis:
-    """A question. ``read`` turns the texts of its form into arguments of ``ask``, whose answer ``draw`` shows."""
+    """A question. ``read`` turns the texts of its form into arguments of the function."""
 
     title: str
     about: str
     entries: Mapping[str, Entry]
     read: Callable[[Machine, Given], dict[str, Any]]
-    ask: Callable[[Machine, dict[str, Any], Progress], Any]
-    draw: Callable[[Any], Any]
+    function: str | Callable[..., Any]  # what is asked: the name of a public function, or what asks it
+    drawn_by: str  # which function of ``autobalancer.plot`` shows the answer
     balls: bool = True  # whether it asks what balls do
     steady: bool = True  # whether it asks for states in which they rest
     varied: bool = False  # whether it needs a quantity that can be varied
@@ -318,6 +274,18 @@ class Analysis:
     def refusal(self, known: Known) -> str:
         """Why it is not for a machine; empty if it is."""
         return known.refusal(balls=self.balls, steady=self.steady, varied=self.varied)
+
+    def ask(self, machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
+        """Ask the function, which says how far it is if it can."""
+        function = self.function if callable(self.function) else attrgetter(self.function)(ab)
+        if "progress" in signature(function).parameters:
+            return function(machine, **asked, progress=progress)
+        progress(0.0, 1.0)
+        return function(machine, **asked)
+
+    def draw(self, answer: Any) -> Any:
+        """The picture of an answer."""
+        return getattr(ab.plot, self.drawn_by)(answer)
 
     def wrong_entry(self, message: str) -> tuple[str, str]:
         """The entry that a message is about, and the rest of it; no entry where it names none."""
@@ -400,8 +368,8 @@ ANALYSES: dict[str, Analysis] = {
             "values": Entry("its values", VALUES, _fewer(41, 15, lambda n: _around(n, 10.0)), wide=True),
         },
         read_map,
-        ask_map,
-        draw_map,
+        "stability.map",
+        "map",
         varied=True,
     ),
     "borders": Analysis(
@@ -409,8 +377,8 @@ ANALYSES: dict[str, Analysis] = {
         "From which speed on the balanced state is stable, and where balls that stall are released, over any quantity.",
         {"over": OVER, "values": Entry("its values", VALUES, _fewer(61, 15, lambda n: _around(n, 10.0)), wide=True)},
         read_borders,
-        ask_borders,
-        draw_borders,
+        "stability.border_curve",
+        "border_curve",
         varied=True,
     ),
     "campbell": Analysis(
@@ -418,8 +386,8 @@ ANALYSES: dict[str, Analysis] = {
         "Natural frequencies of the rotor over its speed, with the masses of the balls.",
         {"speeds": _speeds(81), "modes": Entry("modes", MODES, _is(""))},
         read_campbell,
-        ask_campbell,
-        draw_campbell,
+        campbell_near,
+        "campbell",
         balls=False,
         steady=False,
     ),
@@ -433,8 +401,8 @@ ANALYSES: dict[str, Analysis] = {
             ),
         },
         read_response,
-        ask_response,
-        draw_response,
+        "rotor.response",
+        "response",
         balls=False,
         steady=False,
     ),
@@ -448,8 +416,8 @@ ANALYSES: dict[str, Analysis] = {
             "direction": Entry("direction", "up, down, or up and then down", _is("up"), _same("up", "down", "both")),
         },
         read_stepped,
-        ask_stepped,
-        draw_stepped,
+        "stepped_response",
+        "stepped_response",
         balls=False,
         steady=False,
     ),
@@ -469,8 +437,8 @@ ANALYSES: dict[str, Analysis] = {
             "speed": Entry("rotor speed", "where the speed itself is not varied", _operating),
         },
         read_branches,
-        ask_branches,
-        draw_branches,
+        branches_told,
+        "branches",
         table=True,
         word=lambda share: f"branch {int(share)}, {share % 1.0:.0%} of the range",
     ),
@@ -485,8 +453,8 @@ ANALYSES: dict[str, Analysis] = {
             "hold": Entry("hold", 'longest time at the speed, such as "30 s"; empty: as long as balls need', _is("")),
         },
         read_basin,
-        ask_basin,
-        draw_basin,
+        "basin",
+        "basin",
         steady=False,
         table=True,
     ),

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, fields, is_dataclass
-from functools import cache, cached_property, wraps
+from functools import cache, cached_property
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -342,9 +342,12 @@ class Asking:
         bar: str,
         csv: bool,
     ) -> None:
-        wraps(body)(self)
-        del self.__wrapped__
-        self.__annotations__ = {}
+        self.__name__, self.__doc__, self.__module__, self.__annotations__ = (
+            body.__name__,
+            body.__doc__,
+            body.__module__,
+            {},
+        )
         self.body, self.function, self.take, self.draw, self.out = body, function, take, draw, out
         self.allowed, self.unit, self.bar, self.csv = allowed, unit, bar, csv
 
