@@ -1,4 +1,4 @@
-"""Angle and speed of the rotor from a tacho, an encoder or a measured speed."""
+"""Angle and speed of the rotor from a tacho or an encoder."""
 
 from __future__ import annotations
 
@@ -492,12 +492,12 @@ def repaired(times: Floats, *, repair: bool = True) -> Pulses:
         shares = _shares(kept, whole)
         whole = np.maximum(1, np.where(shares > MISSING, np.rint(shares), 1.0)).astype(np.int64)
     missing = kept[:-1][whole > 1]
-    odd = missing.size + extra.size
+    odd, lost = missing.size + extra.size, int(whole.sum()) - whole.size
     if odd and not repair:
-        raise QuestionError(f"tacho: {_odd_text(missing, extra)}; leave out repair=False to count on over them")
+        raise QuestionError(f"tacho: {_odd_text(missing, extra, lost)}; leave out repair=False to count on over them")
     if odd > max(2, MOST_ODD * times.size):
         raise QuestionError(
-            f"tacho: of {times.size} pulses {_odd_text(missing, extra)}; is the threshold right, and are the marks evenly spaced?"
+            f"tacho: of {times.size} pulses {_odd_text(missing, extra, lost)}; is the threshold right, and are the marks evenly spaced?"
         )
     return Pulses(kept, np.concatenate([[0], np.cumsum(whole)]), missing, extra)
 
@@ -506,15 +506,17 @@ def odd_remarks(pulses: Pulses) -> list[str]:
     """Sentences on what was repaired; none where nothing was."""
     if not pulses.missing.size + pulses.extra.size:
         return []
-    return [f"tacho: {_odd_text(pulses.missing, pulses.extra)}; counted on over them"]
+    lost = int(pulses.counts[-1] - pulses.counts[0]) + 1 - pulses.counts.size
+    return [f"tacho: {_odd_text(pulses.missing, pulses.extra, lost)}; counted on over them"]
 
 
-def _odd_text(missing: Floats, extra: Floats) -> str:
+def _odd_text(missing: Floats, extra: Floats, lost: int) -> str:
+    """Places with their instants; ``lost`` is the number of pulses that are missing there."""
     texts = []
-    for times, word in ((missing, "missing after"), (extra, "too many at")):
+    for times, count, word in ((missing, lost, "missing after"), (extra, extra.size, "too many at")):
         if times.size:
             some = ", ".join(f"{time:.6g} s" for time in times[:4])
-            texts.append(f"{times.size} {word} {some}" + (f" and {times.size - 4} more" if times.size > 4 else ""))
+            texts.append(f"{count} {word} {some}" + (f" and {times.size - 4} more" if times.size > 4 else ""))
     return ", ".join(texts)
 
 
