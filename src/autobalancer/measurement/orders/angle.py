@@ -497,7 +497,8 @@ def repaired(times: Floats, *, repair: bool = True) -> Pulses:
         raise QuestionError(f"tacho: {_odd_text(missing, extra, lost)}; leave out repair=False to count on over them")
     if odd > max(2, MOST_ODD * times.size):
         raise QuestionError(
-            f"tacho: of {times.size} pulses {_odd_text(missing, extra, lost)}; is the threshold right, and are the marks evenly spaced?"
+            f"tacho: of {times.size} pulses {_odd_text(missing, extra, lost)}; is the threshold right, and are the marks "
+            "evenly spaced?"
         )
     return Pulses(kept, np.concatenate([[0], np.cumsum(whole)]), missing, extra)
 
