@@ -61,7 +61,7 @@ class Commands(Group):
             "measure": "measured.app",
             "receptance": "identify.receptance",
             "identify": "identify.identify",
-            "rubber": "measured_signals.rubber",
+            "rubber": "measured.rubber",
         },
         "Deep chambers": {"chamber": "chamber.app"},
     }

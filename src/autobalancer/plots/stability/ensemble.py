@@ -1,22 +1,307 @@
-"""Ensembles as pictures: shares of the ends, distributions of measures, one quantity against another."""
+"""Pictures of how many runs end: basins of starts, ensembles and what varied in them."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axes import plain_log_ticks, quantity_axis
-from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture
-from autobalancer.plots.stability.basins import VERDICTS
+from autobalancer.plots.drawing.labels import BEHIND
+from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture, with_ignored
 from autobalancer.results.answers.studied import Ensemble
-from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis
+from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
+from autobalancer.results.number_text import LENGTHS, length_text, moment_text
 from autobalancer.results.run_argument import Given, result
 from autobalancer.results.shares import wilson_interval
+from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, NOT_SETTLED, PARTLY, WORSE
+
+WIDE = 72  # letters of four keys side by side that do not fit the picture
+HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])
+
+
+def basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
+    """The end state over the starts: a map for two axes, a strip for one, bars for random starts.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.basin`.
+    speed_unit
+        rpm, rad/s or Hz.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` holds no basin.
+    """
+    found = result(found, "plot.basin", "basin", lambda it: "state" in it and "states" in it.attrs)
+    unit = speed_axis(speed_unit)
+    names = list(found.attrs["states"])
+    share = {name: float(found["share"].sel(end=name)) for name in names}
+    title = f"{found.attrs['machine_name']} at {found.attrs['speed'] * unit.factor:.4g} {unit.sign}"
+    title = with_ignored(title, found.attrs)
+    axes_names = [str(dim) for dim in found["state"].dims if dim != "run"]
+    with look():
+        if not axes_names:
+            return shares_of_ends(found, title)
+        figure = picture(6.6, 5.6 if len(axes_names) == 2 else 2.4)
+        axes = figure.add_subplot()
+        axes.set_title(title)
+        axes.grid(False)
+        colors = ListedColormap([(VERDICTS | COLORS)[name] for name in names])
+        norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
+        x, x_label = _axis(found[axes_names[0]], speed_unit)
+        values = found["state"].values
+        if len(axes_names) == 2:
+            y, y_label = _axis(found[axes_names[1]], speed_unit)
+            axes.set_ylabel(y_label)
+        else:
+            y, values = np.array([0.0, 1.0]), np.column_stack([values, values])
+            axes.set_yticks([])
+        axes.set_xlabel(x_label)
+        shading: Literal["nearest", "auto"] = "nearest" if min(values.shape) > 1 else "auto"
+        axes.pcolormesh(x, y, values.T, cmap=colors, norm=norm, shading=shading, rasterized=True)
+        held = names.index("held by friction") if "held by friction" in names else -1
+        if (found["state"].values == held).any() and "residual_unbalance" in found:
+            _shade(figure, axes, found, held, x, y, shading)
+        there = set(np.unique(found["state"].values))
+        overlapping = f"overlapping start: {found.attrs.get('overlapping', 0)} of {found['state'].size}, not counted"
+        handles = [
+            Patch(
+                color=(VERDICTS | COLORS)[name],
+                label=f"{name} {100 * share[name]:.3g} %" if share[name] else overlapping,
+            )
+            for number, name in enumerate(names)
+            if number in there
+        ]
+        columns = 4 if sum(len(str(patch.get_label())) for patch in handles[:4]) < WIDE else 2
+        figure.legend(
+            handles=handles,
+            loc="outside lower center",
+            ncols=min(len(handles), columns),
+            title=_verdicts(found) or None,
+        )
+        if len(axes_names) == 2 and all("angle" in name for name in axes_names):
+            axes.set_aspect("equal")
+            axes.xaxis.set_major_locator(MultipleLocator(90))
+            axes.yaxis.set_major_locator(MultipleLocator(90))
+    return figure
+
+
+def _verdicts(dataset: xr.Dataset) -> str:
+    """The shares of the verdicts in one line; empty without unbalance."""
+    if "verdict_share" not in dataset or not float(dataset["unbalance"]) > 0.0:
+        return ""
+    shares = {str(word): float(dataset["verdict_share"].sel(verdict=word)) for word in dataset["verdict"].values}
+    return "Verdict: " + ", ".join(f"{word} {100 * share:.3g} %" for word, share in shares.items() if share > 0.0)
+
+
+def _shade(
+    figure: Figure,
+    axes: Axes,
+    dataset: xr.Dataset,
+    held: int,
+    x: np.ndarray,
+    y: np.ndarray,
+    shading: Literal["nearest", "auto"],
+) -> None:
+    """Held states by what they leave: the darker, the more of the unbalance."""
+    left = 100.0 * dataset["residual_unbalance"].values / max(float(dataset["unbalance"]), 1e-300)
+    left = np.where(dataset["state"].values == held, left, np.nan)
+    left = left if left.ndim == 2 else np.column_stack([left, left])
+    drawn = axes.pcolormesh(x, y, left.T, cmap=HELD, vmin=0.0, vmax=100.0, shading=shading, rasterized=True)
+    extend = "max" if np.nanmax(left) > 100.0 else "neither"
+    bar = figure.colorbar(drawn, ax=axes, pad=0.02, fraction=0.05, extend=extend)
+    bar.set_label("residual unbalance (%)" if dataset["state"].ndim == 2 else "residual\nunbalance (%)")
+    bar.outline.set_visible(False)
+
+
+def _axis(values: xr.DataArray, speed_unit: str) -> tuple[np.ndarray, str]:
+    label, unit = str(values.attrs["long_name"]), str(values.attrs["units"])
+    if unit == "rad":
+        return values.values * 180.0 / math.pi, f"{label} (°)"
+    if unit == "rad/s":
+        shown = speed_axis(speed_unit)
+        return values.values * shown.factor, f"{label} ({shown.sign})"
+    return values.values, f"{label} ({unit.replace('^2', '²')})"
+
+
+# Random starts as a picture: shares of the ends and of the verdicts, and the distributions of what is left.
+
+
+MOVING = "balls not at rest"
+COLORS = {
+    "balanced": "#009E73",
+    "mixed": "#A6C936",
+    "coincident": "#D55E00",
+    "in line": "#E69F00",
+    "held by friction": "#7B68B5",
+    "stalled": "#0072B2",
+    "oscillating": "#56B4E9",
+    "chaotic": "#CC79A7",
+    "failed": "#222222",
+    "overlapping start": "#E3E3E3",
+}
+VERDICTS = {
+    BALANCED: "#009E73",
+    PARTLY: "#E69F00",
+    NOT: "#D55E00",
+    WORSE: "#8C2D04",
+    NO_VERDICT: "#56B4E9",
+    NOT_SETTLED: "#7B68B5",
+    MOVING: "#0072B2",
+    "failed": "#222222",
+}
+FAR = 5.0  # times the greatest of the runs: farther away the value without balls is written, not drawn
+DUST = 1e-4  # of the value without balls: less is not worth a curve
+AT_REST = ("balanced", "mixed", "coincident", "in line", "held by friction")
+QUANTITIES = {  # drawn as a distribution: with which value without balls, under which name
+    "residual_unbalance": ("unbalance", "residual unbalance"),
+    "vibration": ("vibration_without_balls", "vibration"),
+    "peak_deflection": ("peak_without_balls", "greatest deflection on the way"),
+}
+
+
+def shares_of_ends(dataset: xr.Dataset, title: str) -> Figure:
+    """Bars of the ends, beside them of the verdicts if those are others; below what each start leaves.
+
+    Parameters
+    ----------
+    dataset
+        From :func:`autobalancer.basin` with random starts.
+    title
+        Machine and speed.
+    """
+    verdicts = "vibration" in dataset
+    drawn = [name for name, (whole, _) in QUANTITIES.items() if whole in dataset and _values(dataset, name).size]
+    if not verdicts:  # the deflection of balls at rest is their residual in another unit
+        drawn = drawn[:1] if float(dataset["unbalance"]) > 0.0 else []
+    shares = {str(name): float(dataset["share"].sel(end=name)) for name in dataset["end"].values}
+    words = (
+        {} if verdicts else {str(w): float(dataset["verdict_share"].sel(verdict=w)) for w in dataset["verdict"].values}
+    )
+    words = words if words and sum(words.values()) > words[MOVING] and float(dataset["unbalance"]) > 0.0 else {}
+    rows = max(sum(value > 0.0 for value in some.values()) for some in (shares, words))
+    heights = [0.9 + 0.34 * rows, *([2.9] if drawn else [])]
+    figure = picture(9.2 if len(drawn) > 2 else 6.6 if verdicts or not words else 8.0, sum(heights) + 0.35)
+    count = dataset["state"].size
+    run_ups = f"{count} run-ups from random starts, {dataset.attrs['acceleration']:.3g} rad/s²"
+    figure.suptitle(
+        f"{title}: {run_ups if 'peak_without_balls' in dataset else f'{count} random starts'}", x=0.01, ha="left"
+    )
+    parts = figure.add_gridspec(len(heights), 1, height_ratios=heights)
+    above = parts[0].subgridspec(1, 2 if words else 1)
+    axes = figure.add_subplot(above[0])
+    low, high = (dataset[f"share_{end}"].to_series().to_dict() for end in ("low", "high"))
+    _bars(axes, shares, {name: (low[name], high[name]) for name in shares}, rows)
+    axes.set_xlabel("share of the starts, with its 95 % interval (%)")
+    if words:
+        axes.set_xlabel("how balls end, with 95 % interval (%)")
+        beside = figure.add_subplot(above[1])
+        _bars(beside, words, {}, rows)
+        beside.set_xlabel("how well they then balance: verdict (%)")
+    if drawn:
+        below = parts[1].subgridspec(1, len(drawn))
+        panels = [figure.add_subplot(below[column]) for column in range(len(drawn))]
+        for panel, name in zip(panels, drawn, strict=True):
+            _distribution(panel, dataset, name)
+        next((panel for panel in panels if panel.axison), panels[0]).set_ylabel("share of the starts (%)")
+    return figure
+
+
+def _bars(axes: Axes, share: dict[str, float], interval: dict[str, tuple[float, float]], rows: int) -> None:
+    names = [name for name, value in share.items() if value > 0.0]
+    for place, name in enumerate(names):
+        low, high = interval.get(name, (share[name], share[name]))
+        axes.barh(place, 100 * share[name], color=(VERDICTS | COLORS)[name], height=0.6)
+        if interval:
+            axes.plot([100 * low, 100 * high], [place, place], color=INK, linewidth=1.2, marker="|")
+        axes.text(100 * high + 1.5, place, f"{100 * share[name]:.3g} %", va="center")
+    axes.set_yticks(range(len(names)), names)
+    axes.set_xlim(0.0, 118.0)
+    axes.set_xticks(range(0, 101, 20))
+    axes.set_ylim(rows - 0.5, -0.5)
+    axes.grid(False)
+
+
+def _values(dataset: xr.Dataset, quantity: str) -> NDArray[np.float64]:
+    """Of the starts that count, in ascending order: all whose run finished, or of planar machines those at rest."""
+    names = list(dataset.attrs["states"])
+    verdicts = "vibration" in dataset
+    counted = [name for name in names if name != "failed"] if verdicts else [name for name in names if name in AT_REST]
+    chosen = np.isin(dataset["state"].values, [names.index(name) for name in counted])
+    left: NDArray[np.float64] = np.sort(dataset[quantity].values[chosen])
+    finite: NDArray[np.float64] = left[np.isfinite(left)]
+    return finite
+
+
+def _distribution(axes: Axes, dataset: xr.Dataset, quantity: str) -> None:
+    """Share of the starts below a residual unbalance, a vibration or a peak, with median and 95 %."""
+    without, name = QUANTITIES[quantity]
+    moment, verdicts = quantity == "residual_unbalance", "vibration" in dataset
+    whole, left = float(dataset[without]), _values(dataset, quantity)
+    text = moment_text if moment else length_text
+    if left[-1] < DUST * whole:
+        axes.set_axis_off()
+        axes.set_title(name, fontweight="normal", loc="center", y=0.6)
+        axes.text(
+            0.5, 0.45, f"all below 0.01 % of\n{text(whole)} without balls", ha="center", va="center", transform=axes.transAxes
+        )  # fmt: skip
+        return
+    farthest = (
+        max(left[-1], whole) if whole < FAR * left[-1] else left[-1]
+    )  # else the line is too far to show the curve
+    factor, unit = (1e6, "g mm") if moment else _natural(farthest)
+    color = COLORS["held by friction"]
+    axes.step(left * factor, 100.0 * np.arange(1, left.size + 1) / left.size, where="post", color=color)
+    if whole <= farthest:
+        axes.axvline(whole * factor, color=INK, linewidth=1.0, linestyle=(0, (5, 3)))
+        right = whole > 0.5 * farthest
+        place = whole * factor
+    else:
+        right, place = True, 1.05 * farthest * factor
+    axes.annotate(
+        f"without balls {text(whole)}",
+        (place, 107.0),
+        (-4.0 if right else 4.0, 0.0),
+        textcoords="offset points",
+        ha="right" if right else "left",
+        color=INK,
+    )
+    for share in (0.5, 0.95):
+        value = float(np.quantile(left, share)) * factor
+        axes.plot([0.0, value, value], [100 * share, 100 * share, 0.0], color=CRITICAL, linewidth=0.8, zorder=1)
+        right = value > 0.5 * farthest * factor
+        axes.annotate(
+            f"{100 * share:.0f} %{':' if verdicts else ' below'} {text(value / factor)}",
+            (value, 100 * share),
+            (-6.0, 4.0) if right else (8.0, -14.0),  # off the curve
+            textcoords="offset points",
+            ha="right" if right else "left",
+            bbox=BEHIND,
+        )
+    axes.set_xlim(0.0, 1.05 * farthest * factor)
+    axes.set_ylim(0.0, 118.0)
+    axes.set_xlabel(f"{name}{'' if verdicts else ' of the starts that end at rest'} ({unit})")
+
+
+def _natural(length: float) -> tuple[float, str]:
+    """Factor and unit in which a length is a number above one."""
+    return next(((factor, sign) for sign, factor in LENGTHS[1:] if length * factor >= 1.0), (1e9, "nm"))
+
+
+# Ensembles as pictures: shares of the ends, distributions of measures, one quantity against another.
+
 
 PARTS = 12  # parts of equal numbers of members into which a column of many values is cut
 OTHERS = ("#8A7A1F", "#CC79A7", "#222222")  # outcomes of members that did not finish
@@ -53,7 +338,7 @@ def ensemble(result: Given, *, over: str | None = None, speed_unit: str = "rpm")
         if name:
             _shares_over(axes, members, name, speed_unit)
         else:
-            _bars(axes, members)
+            _end_bars(axes, members)
     return figure
 
 
@@ -168,7 +453,7 @@ def _colors(members: Ensemble) -> list[str]:
     return [VERDICTS.get(str(end)) or next(others) for end in _ends(members)]
 
 
-def _bars(axes: Axes, members: Ensemble) -> None:
+def _end_bars(axes: Axes, members: Ensemble) -> None:
     result = members.shares().sel(end=_ends(members))
     for place, color in enumerate(_colors(members)):
         share, low, high = (100.0 * float(result[name][place]) for name in ("share", "share_low", "share_high"))

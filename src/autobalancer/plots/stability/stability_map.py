@@ -1,8 +1,11 @@
-"""Stability maps: growth rate over two parameters, with the border speeds by their names."""
+"""Pictures of stability: eigenvalues and borders over a parameter, curves of bifurcations, maps over two parameters."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -14,10 +17,469 @@ from matplotlib.patches import Patch
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.drawing.axes import QuantityAxis, plain_log_ticks, quantity_axis
-from autobalancer.plots.drawing.style import CRITICAL, INK, legend_below, look, picture
-from autobalancer.plots.stability.border_curve import BORDERS
-from autobalancer.results.display_units import round_down, speed_axis
+from autobalancer.plots.drawing.style import (
+    BALLS,
+    CRITICAL,
+    INK,
+    UNBALANCE,
+    heading,
+    legend,
+    legend_below,
+    look,
+    picture,
+    with_ignored,
+)
+from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis
 from autobalancer.results.run_argument import Given, result
+from autobalancer.units import optional_argument
+
+BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
+    "exact_border": {"color": INK, "lw": 2.2, "label": "exact border"},
+    "exact_border_best_case": {"color": INK, "lw": 1.1, "ls": "-", "label": "exact border, best case"},
+    "exact_border_worst_case": {"color": INK, "lw": 1.4, "ls": (0, (1, 1.2)), "label": "exact border, worst case"},
+    "averaged_border": {"color": BALLS[0], "lw": 1.6, "ls": (0, (6, 2)), "label": "averaged border"},
+    "release_speed": {"color": UNBALANCE, "lw": 1.6, "ls": (0, (5, 1.5, 1, 1.5)), "label": "release speed"},
+    "capture_speed": {"color": UNBALANCE, "lw": 1.3, "ls": (0, (2, 1.5)), "label": "capture speed"},
+}
+
+
+def border_curve(
+    found: Given, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
+) -> Figure:
+    """Draw border speeds over a parameter, each in its own style.
+
+    A border that is *never* leaves the picture at the top. One that is not in the picture at all has no key; a line above
+    the keys names it. Above the exact border the
+    balanced state is stable and the picture is green, below it is red. Both are for the unbalance of the machine; the border for
+    the worst unbalance is a line of its own.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.stability.border_curve`.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    highest
+        Upper end of the speed axis, rad/s; by default so that the exact border fills the picture.
+    log_speed
+        Logarithmic speed axis, for borders that differ by factors.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no result of ``border_curve``, or the unit is unknown.
+    """
+    found = result(
+        found,
+        "plot.border_curve",
+        "stability.border_curve",
+        _is_curve,
+    )
+    highest = optional_argument("highest", highest, "rad/s")
+    unit = speed_axis(speed_unit)
+    dim = str(found["critical_speed"].dims[0])
+    found = found.sortby(dim)
+    axis = quantity_axis(found[dim], speed_unit)
+    critical = found["critical_speed"].values * unit.factor
+    low = 0.93 * float(critical.min())
+    high = highest * unit.factor if highest is not None else _high(found, dim, axis.log, float(critical.max()), unit)
+    with look():
+        figure = picture(7.6, 5.0)
+        axes = figure.add_subplot()
+        if axis.log:
+            axes.set_xscale("log")
+        if log_speed:
+            axes.set_yscale("log")
+        axes.set_ylim(low, high)
+        if "exact_border" in found:
+            exact = drawable(found["exact_border"].values * unit.factor, high)
+            axes.fill_between(
+                axis.values, exact, 1e3 * high, lw=0, zorder=0.5, label="balanced state stable", color=STABLE
+            )
+            axes.fill_between(axis.values, exact, low, lw=0, zorder=0.5, label="not stable", color=UNSTABLE)
+        axes.plot(axis.values, critical, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label="critical speed")
+        absent = []
+        for name, style in BORDERS.items():
+            if name in found:
+                absent += _line(axes, axis.values, found[name].values * unit.factor, high, style, f" {unit.sign}")
+        title = with_ignored(str(found.attrs["title"]), found.attrs, _who_ignores(axes))
+        if stalled := str(found.attrs.get("stalled_ignores", "")):
+            title += f"\nrelease and capture speed ignore {stalled}"
+        heading(figure, title)
+        axes.set_xlabel(axis.label)
+        axes.set_ylabel(f"rotor speed ({unit.sign})")
+        if axis.values.size > 1:
+            axes.set_xlim(axis.values[0], axis.values[-1])
+        _mark_machine(axes, found, dim, axis.unit)
+        if axis.log:
+            plain_log_ticks(axes, "x")
+        legend_below(figure, axes.get_legend_handles_labels()[0], absent)
+    return figure
+
+
+def drawable(speeds: np.ndarray, high: float) -> np.ndarray:
+    """Never is far above the picture; what does not exist stays a gap."""
+    return np.where(np.isposinf(speeds), 1e3 * high, speeds)
+
+
+def _is_curve(dataset: xr.Dataset) -> bool:
+    return "parameter" in dataset.attrs and any(name in dataset and dataset[name].ndim == 1 for name in BORDERS)
+
+
+def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dict[str, Any], sign: str) -> list[str]:
+    """One border; if it leaves the picture everywhere it is not drawn, and where it is comes back in words."""
+    if np.isnan(speeds).all():
+        return []
+    if np.isposinf(speeds[~np.isnan(speeds)]).all():
+        return [f"{style['label']} (never)"]
+    if np.nanmin(speeds) > high:
+        finite = speeds[np.isfinite(speeds)]
+        least = f"{'from ' if np.ptp(finite) > 1e-3 * high else ''}{significant(float(finite.min()))}{sign}"
+        return [f"{style['label']} ({least})"]
+    axes.plot(x, drawable(speeds, high), **style)
+    return []
+
+
+def _who_ignores(axes: Axes) -> str:
+    """Subject and verb of what the theory leaves out, of those drawn: release and capture speed have friction."""
+    drawn = [str(line.get_label()) for line in axes.get_lines()]
+    kinds = [kind for kind in ("averaged", "exact") if any(label.startswith(kind) for label in drawn)]
+    return f"{' and '.join(kinds)} border {'ignore' if len(kinds) > 1 else 'ignores'}" if kinds else "ignores"
+
+
+def _high(dataset: xr.Dataset, dim: str, log: bool, critical: float, unit: AxisUnit) -> float:
+    """So that the exact border fills the picture but for narrow peaks, and others fit if they are near it."""
+    x = np.log(dataset[dim].values) if log else dataset[dim].values
+
+    def level(name: str, share: float) -> float:
+        speeds = dataset[name].values * unit.factor
+        known = np.isfinite(speeds)
+        if not known.any():
+            return critical
+        even = np.interp(np.linspace(x[known][0], x[known][-1], 200), x[known], speeds[known])
+        return float(np.quantile(even, share))
+
+    others = [level(name, 0.5) - critical for name in BORDERS if name in dataset]
+    base = level("exact_border", 0.85) - critical if "exact_border" in dataset else max(others) / 2.2
+    top = max((value for value in others if value < 4.0 * base), default=base)
+    return max(critical + max(2.2 * base, 1.4 * top), 1.15 * critical)
+
+
+def _mark_machine(axes: Axes, dataset: xr.Dataset, dim: str, unit: AxisUnit) -> None:
+    """The unbalance of the machine itself, where the parameter is the unbalance."""
+    if dim != "unbalance" or not dataset.attrs.get("unbalance"):
+        return
+    own = unit.shown(float(dataset.attrs["unbalance"]))
+    axes.axvline(own, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
+    axes.annotate(
+        f"machine: {significant(own)} {unit.sign}",
+        (own, 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(-4, -12),
+        textcoords="offset points",
+        ha="right",
+        fontsize=8,
+        color=CRITICAL,
+    )
+
+
+# Stability over the speed: growth rate and frequencies, and what moves in the leading mode.
+
+
+STABLE, UNSTABLE, MARGINAL = "#DCEFE6", "#FBE3D6", "#EFEFEF"
+MISSING = "#B0B0B0"  # frame of white in the legend
+SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
+
+
+def eigenvalues(found: Given, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
+    """Draw the eigenvalues of a steady state over the speed.
+
+    The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and the moving parts named
+    where there is room. The lower panel has the frequency of every mode, seen in the rotor, against the speed: green
+    where the mode decays, red where it grows.
+
+    Parameters
+    ----------
+    found
+        From :func:`autobalancer.stability.eigenvalues`.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``, for speeds and frequencies.
+    ranges
+        From :func:`autobalancer.stability.ranges`: the shades then change at the speeds found there. Without it they change
+        where the line of the growth rate is zero between two speeds.
+
+    Raises
+    ------
+    QuestionError
+        If ``found`` is no result of ``eigenvalues``, has fewer than two speeds, or the unit is unknown.
+    """
+    found = result(
+        found, "plot.eigenvalues", "stability.eigenvalues", lambda it: "eigenvalue_real" in it and "speed" in it.dims
+    )
+    if found["speed"].size < 2:
+        raise QuestionError("plot.eigenvalues: the result has one speed only; ask for several")
+    unit = speed_axis(speed_unit)
+    found = found.sortby("speed")
+    speed, edges = found["speed"].values * unit.factor, _edges(found, ranges) * unit.factor
+    with look():
+        figure = picture(8.0, 6.2)
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.1])
+        heading(figure, with_ignored(str(found.attrs.get("title", "Stability")), found.attrs))
+        _shade(upper, speed, edges, [str(word) for word in found["verdict"].values], _gaps(found))
+        if _gaps(found).size:
+            upper.axvspan(np.nan, np.nan, fc="white", ec=MISSING, lw=0.8, label="no such state")
+        _growth_panel(upper, found, speed, edges)
+        _frequency_panel(lower, found, speed, unit)
+        lower.set_xlabel(f"rotor speed ({unit.sign})")
+        lower.set_xlim(speed[0], speed[-1])
+        figure.align_ylabels([upper, lower])
+    return figure
+
+
+LEADING = "leading mode: "  # what it is whose motion is named
+
+
+def _growth_panel(axes: Axes, dataset: xr.Dataset, speed: np.ndarray, edges: np.ndarray) -> None:
+    rate = dataset["growth_rate"].values
+    axes.axhline(0.0, color=INK, lw=0.8)
+    changes, gaps = _changes(dataset), _gaps(dataset)  # at a change the growth rate is zero
+    places = np.concatenate([changes, gaps])
+    x = np.insert(speed, places, np.concatenate([edges[changes], np.full(gaps.size, np.nan)]))
+    y = np.insert(rate, places, np.concatenate([np.zeros(changes.size), np.full(gaps.size, np.nan)]))
+    axes.plot(x, y, color=INK, lw=1.6, label="greatest real part")
+    axes.set_ylabel("growth rate (1/s)")
+    low, high = float(np.nanmin(rate)), float(np.nanmax(rate))
+    room = 0.22 * (high - low) or 1.0
+    axes.set_ylim(low - 0.3 * room, high + room)
+    span = speed[-1] - speed[0]
+    for start, end, text in _runs([str(word) for word in dataset["leading_motion"].values]):
+        left, right = edges[start], edges[end + 1]
+        room_for = (right - left) / (0.0088 * span)  # letters
+        if room_for < len(text) or text.startswith("periodic state"):
+            continue
+        axes.annotate(
+            f"{LEADING}{text}" if room_for >= len(LEADING) + len(text) else text,
+            (0.5 * (left + right), 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, -12),
+            textcoords="offset points",
+            ha="center",
+            fontsize=8,
+            color=INK,
+        )
+        if start:
+            axes.axvline(left, color=INK, lw=0.6, ls=(0, (1, 2)), zorder=1.4)
+    legend(axes)
+
+
+def _frequency_panel(axes: Axes, dataset: xr.Dataset, speed: np.ndarray, unit: AxisUnit) -> None:
+    real, imag = dataset["eigenvalue_real"].values, dataset["eigenvalue_imag"].values * unit.factor
+    across = np.broadcast_to(speed[:, None], real.shape)
+    kept = imag >= 0.0
+    if "Floquet" in str(dataset.attrs.get("theory", "")):  # what dies out within a revolution is noise
+        kept &= real > -np.log(1e6) / (2.0 * np.pi) * dataset["speed"].values[:, None]
+    margin = 1e-9 * np.abs(dataset["speed"].values)[:, None]
+    groups = (
+        (real < -margin, BALLS[2], "mode that decays", 6),
+        (np.abs(real) <= margin, "#8A8A8A", "mode that does neither", 8),
+        (real > margin, UNBALANCE, "mode that grows", 14),
+    )
+    for chosen, color, label, size in groups:
+        chosen = chosen & kept
+        if chosen.any():
+            axes.scatter(across[chosen], imag[chosen], s=size, color=color, lw=0, label=label)
+    axes.set_ylabel(f"frequency in the rotor ({unit.sign})")
+    axes.set_ylim(bottom=0.0)
+    legend(axes)
+
+
+def _shade(axes: Axes, speed: np.ndarray, edges: np.ndarray, verdicts: list[str], gaps: np.ndarray) -> None:
+    """Colors for the verdicts, none where there is no such state."""
+    named: set[str] = set()
+    ends = [0, *gaps.tolist(), speed.size]
+    for first, last in pairwise(ends):
+        for start, end, word in _runs(verdicts[first:last]):
+            left = speed[first] if start == 0 else edges[first + start]
+            right = speed[last - 1] if first + end + 1 == last else edges[first + end + 1]
+            label = word if word not in named else "_"
+            named.add(word)
+            axes.axvspan(left, right, color=SHADES.get(word, MARGINAL), lw=0, zorder=0.5, label=label)
+
+
+def _gaps(dataset: xr.Dataset) -> np.ndarray:
+    """Places between two speeds at which there is no such state."""
+    missing = np.atleast_1d(np.asarray(dataset.attrs.get("speeds_without_state", []), np.float64))
+    places = np.unique(np.searchsorted(dataset["speed"].values, missing))
+    return np.asarray(places[(places > 0) & (places < dataset["speed"].size)])
+
+
+def _changes(dataset: xr.Dataset) -> np.ndarray:
+    """Number of the speed before which the verdict changes, where the state exists in between."""
+    verdict = dataset["verdict"].values
+    changes = 1 + np.flatnonzero(verdict[1:] != verdict[:-1])
+    return np.asarray(np.setdiff1d(changes, _gaps(dataset)), np.int64)
+
+
+def _edges(dataset: xr.Dataset, ranges: xr.Dataset | None) -> np.ndarray:
+    """Ends of what is true at each speed (rad/s): halfway to the next one, but at the border where the verdict changes."""
+    speed, rate = dataset["speed"].values, dataset["growth_rate"].values
+    edges = np.concatenate([[speed[0]], 0.5 * (speed[1:] + speed[:-1]), [speed[-1]]])
+    for i in _changes(dataset):
+        low, high = rate[i - 1], rate[i]
+        if low * high < 0.0:
+            edges[i] = speed[i - 1] + (speed[i] - speed[i - 1]) * low / (low - high)
+    if ranges is not None:
+        borders = ranges["from_speed"].values[1:]
+        places = np.searchsorted(speed, borders)
+        inside = (borders > speed[0]) & (borders < speed[np.minimum(places, speed.size - 1)])
+        edges[places[inside]] = borders[inside]
+    return edges
+
+
+def _runs(words: list[str]) -> list[tuple[int, int, str]]:
+    """(first, last, word) of every run of equal words."""
+    runs: list[tuple[int, int, str]] = []
+    for i, word in enumerate(words):
+        if runs and runs[-1][2] == word:
+            runs[-1] = (runs[-1][0], i, word)
+        else:
+            runs.append((i, i, word))
+    return runs
+
+
+# The border speeds of a machine side by side.
+
+
+OF_STALLED = ("release speed", "capture speed")  # of balls that stall; the others are those of the balanced state
+
+
+class BorderSpeed(Protocol):
+    """One border speed, rad/s: infinite for never, nan for none."""
+
+    name: str
+    speed: float
+    known: bool
+
+
+def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str = "Border speeds") -> Figure:
+    """Draw border speeds, one below the other: blue those of the balanced state, orange those of stalled balls.
+
+    Parameters
+    ----------
+    border_speeds
+        From ``ab.stability.borders``, or the borders of ``ab.check``.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
+    title
+        Above the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    QuestionError
+        If there is no border, or the unit is unknown.
+    """
+    if hasattr(border_speeds, "rotor"):
+        raise QuestionError("plot.borders: given a machine; it draws a result of stability.borders")
+    if (
+        not isinstance(border_speeds, Sequence)
+        or not border_speeds
+        or not all(hasattr(border, "speed") for border in border_speeds)
+    ):
+        raise QuestionError("plot.borders: give the result of stability.borders")
+    unit = speed_axis(speed_unit)
+    speeds = [border.speed * unit.factor for border in border_speeds]
+    far = max((speed for speed in speeds if math.isfinite(speed)), default=1.0)
+    with look():
+        figure = picture(7.2, 0.95 + 0.36 * len(border_speeds))
+        axes = figure.subplots()
+        axes.set_title(title)
+        for row, (border, speed) in enumerate(zip(border_speeds, speeds, strict=True)):
+            color = BALLS[1] if border.name in OF_STALLED else BALLS[0]
+            if math.isfinite(speed):
+                axes.plot([0.0, speed], [row, row], color=color, lw=1.2, alpha=0.45)
+                axes.plot([speed], [row], "o", ms=7, color=color, mec=INK, mew=0.6)
+                text = f"  {speed:.5g} {unit.sign}"
+            else:
+                text = "  never" if speed > 0.0 else "  none" if border.known else "  not known"
+            at = speed if math.isfinite(speed) else 0.0
+            axes.text(at, row, text, va="center", color=INK if math.isfinite(speed) else CRITICAL, fontsize=8.5)
+        axes.set_yticks(range(len(border_speeds)), [border.name for border in border_speeds])
+        axes.set_ylim(len(border_speeds) - 0.4, -0.6)
+        axes.set_xlim(0.0, 1.22 * far)
+        axes.set_xlabel(f"rotor speed ({unit.sign})")
+        axes.grid(False, axis="y")
+    return figure
+
+
+# Curves of Hopf points or folds over two parameters.
+
+
+def bifurcation_curves(curves: Given, *, speed_unit: str = "rpm") -> Figure:
+    """Draw curves of Hopf points or folds: the second parameter across, the first one upwards.
+
+    A Hopf curve is solid where a small stable oscillation begins (supercritical), dashed where the balls jump (subcritical).
+
+    Parameters
+    ----------
+    curves
+        From :func:`bifurcation_curves`.
+    speed_unit
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``, for a parameter that is a speed.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with ``savefig`` or :func:`save_picture`.
+
+    Raises
+    ------
+    QuestionError
+        If there is nothing to draw or the unit is unknown.
+    """
+    wanted = "stability.bifurcation_curves"
+    curves = result(curves, "plot.bifurcation_curves", wanted, lambda it: "second_parameter" in it)
+    if not curves.sizes.get("point"):
+        raise QuestionError("bifurcation curves: there is no point to draw")
+    across, up = (quantity_axis(curves[name], speed_unit) for name in ("second_parameter", "parameter"))
+    hopf = "criticality" in curves
+    bad = curves["criticality"].values == "subcritical" if hopf else np.zeros(across.values.size, bool)
+    with look():
+        figure = picture(7.2, 4.6)
+        axes = figure.add_subplot()
+        axes.set_title(with_ignored(str(curves.attrs.get("title", "Bifurcation curves")), curves.attrs))
+        named: set[str] = set()
+        for number in np.unique(curves["curve"].values):
+            points = np.flatnonzero(curves["curve"].values == number)
+            for dashed in (False, True):
+                wanted = bad[points] == dashed
+                shown = np.where(wanted | np.roll(wanted, 1), up.values[points], np.nan)
+                style = (0, (4, 2.2)) if dashed else "-"
+                text = "Hopf, subcritical" if dashed else "Hopf, supercritical" if hopf else "fold"
+                label = text if wanted.any() and text not in named else "_"
+                named.add(label)
+                axes.plot(across.values[points], shown, ls=style, lw=1.6, color=BALLS[0], label=label)
+        for i, name in enumerate(curves["special_type"].values):
+            place = (
+                across.unit.shown(float(curves["special_second_parameter"].values[i])),
+                up.unit.shown(float(curves["special_parameter"].values[i])),
+            )
+            text = f"{name} point" if name == "Bautin" else str(name)
+            axes.plot(*place, "D", ms=6, mfc="white", mec=INK, label="_" if text in named else text)
+            named.add(text)
+        axes.set_xlabel(across.label)
+        axes.set_ylabel(up.label)
+        if float(across.values.min()) > 0.0 and across.values.max() / across.values.min() > 20.0:
+            axes.set_xscale("log")
+        axes.legend(loc="best")
+    return figure
+
+
+# Stability maps: growth rate over two parameters, with the border speeds by their names.
+
 
 COLORS = LinearSegmentedColormap.from_list(
     "growth",
