@@ -22,10 +22,11 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.cli.main import app
+from autobalancer.cli.main import Commands, app
 from autobalancer.cli.stability import usual_speeds as usual
 from autobalancer.cli.terminal import sheet
 from autobalancer.cli.terminal import sheet as words
+from autobalancer.cli.terminal.command import public
 from autobalancer.cli.terminal.options import parameter_values, speed_range
 from autobalancer.cli.terminal.progress_bar import Console
 from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv
@@ -475,6 +476,28 @@ def test_eigenvalues_reach_the_highest_speed_of_the_drive_by_default() -> None:
     chosen = usual(ab.load_machine(ROOT / "examples" / "machines" / "two_plane_rotor.toml"))
     assert chosen[-1] == pytest.approx(found.highest_speed, rel=1e-12)
     assert chosen[0] == pytest.approx(0.5 * min(found.critical_speeds), rel=1e-12)
+
+
+def test_an_option_that_is_taken_has_the_default_and_the_words_of_the_function() -> None:
+    """Read off the source; a quantity is shown as one writes it."""
+    function = public("stepped_response")
+    assert function.defaults["direction"] == "up"
+    assert function.meanings["window"] == "Length of the measurement, s."
+    options = {option: one for one in COMMANDS[("stepped-response",)].params for option in one.opts}
+    assert options["--direction"].default == "up"
+    assert options["--window"].help == 'Length of the measurement. Such as "10 s".'
+    assert options["--window"].required
+    assert not options["--acceleration"].required
+
+
+def test_the_six_first_commands_stand_first_and_each_belongs_to_a_topic() -> None:
+    text = say("--help")
+    panels = re.findall(r"\u256d\u2500 (.+?) \u2500", text)
+    assert panels[:2] == ["Options", "First"]
+    assert len(Commands.topics["First"]) == 6
+    listed = [name for names in Commands.topics.values() for name in names]
+    assert len(listed) == len(set(listed))
+    assert set(listed) == {path[0] for path in COMMANDS}
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)

@@ -20,13 +20,13 @@ SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, BODY = 800, 12, 80
 CEILINGS = {
-    "files": 470,
-    "modules with one importer, beside them": 0.037,
-    "public functions named once elsewhere": 0.151,
-    "import lines": 0.065,
+    "files": 465,
+    "modules with one importer, beside them": 0.036,
+    "public functions named once elsewhere": 0.149,
+    "import lines": 0.063,
     "import cycles": 0,
     "bodies over 80 lines": 8,
-    "doubled file names": 50,
+    "doubled file names": 49,
 }
 MANY = {
     "kernels/dwell.py hold": "a compiled loop gets all that it needs and all that it writes",

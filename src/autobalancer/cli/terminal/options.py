@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from enum import StrEnum
-from functools import wraps
-from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -46,35 +43,6 @@ Settling = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 Csv = Annotated[bool, typer.Option("--csv", help="Print the table as CSV, with units in its first line.")]
-
-
-# Blocks of options that several commands share: a parameter of a command that is a dataclass of options.
-
-
-def in_blocks(command: Callable[..., None]) -> Callable[..., None]:
-    """A command that the command line sees with the fields of each block in the place of the block."""
-    hints, blocks, seen = get_type_hints(command, include_extras=True), dict[str, Any](), list[Parameter]()
-    for one in signature(command).parameters.values():
-        kind = hints[one.name]
-        if not is_dataclass(kind):
-            seen.append(one.replace(annotation=kind, kind=Parameter.KEYWORD_ONLY))
-            continue
-        blocks[one.name], options = kind, get_type_hints(kind, include_extras=True)
-        seen += [
-            Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=options[field.name])
-            for field in fields(kind)
-        ]
-
-    @wraps(command)
-    def called(**given: Any) -> None:
-        made = {
-            name: kind(**{field.name: given.pop(field.name) for field in fields(kind)}) for name, kind in blocks.items()
-        }
-        command(**given, **made)
-
-    called.__annotations__ = {one.name: one.annotation for one in seen}
-    called.__signature__ = Signature(seen)  # type: ignore[attr-defined]
-    return called
 
 
 # Quantities and ranges as one writes them on the command line: every number with its unit.
