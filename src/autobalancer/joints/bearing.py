@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.machine.part import Damping, Problem, Stiffness, key
+from autobalancer.errors import Problem
+from autobalancer.machine.part import Damping, Stiffness, key
 from autobalancer.machine.rotors.joint import ACROSS, ALONG, HARDENING, DamperConstant, PointJoint, SpringStiffness
 from autobalancer.machine.rotors.support import Hardening, along_x_and_y
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Angle, Offset, Problem, Quantity, key
+from autobalancer.errors import Problem
+from autobalancer.machine.part import Angle, Offset, Quantity, key
 from autobalancer.machine.rotors.joint import (
     RUBBER,
     TABLE,

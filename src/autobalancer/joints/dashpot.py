@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.machine.part import Damping, Position, Problem, key
+from autobalancer.errors import Problem
+from autobalancer.machine.part import Damping, Position, key
 from autobalancer.machine.rotors.joint import (
     ACROSS,
     ALONG,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from autobalancer.machine.part import Problem
+from autobalancer.errors import Problem
 from autobalancer.machine.rotors.body import GROUND
 from autobalancer.machine.rotors.joint import Joint
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from autobalancer.machine.part import Damping, Position, Problem, Stiffness, key
+from autobalancer.errors import Problem
+from autobalancer.machine.part import Damping, Position, Stiffness, key
 from autobalancer.machine.rotors.joint import (
     ACROSS,
     ALONG,

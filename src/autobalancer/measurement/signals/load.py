@@ -301,7 +301,7 @@ def described_channels(
         return {}
     if not isinstance(argument, (str, Path)):
         with faults_of(""):
-            return ChannelFile(channels=argument).channels if argument else {}
+            return ChannelFile.model_validate({"channels": argument}).channels if argument else {}
     with faults_of(str(argument)):
         return ChannelFile(**read_toml(Path(argument))).channels
 
