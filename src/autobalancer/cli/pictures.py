@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.options import SpeedUnit, Unit
+from autobalancer.cli.terminal.command import Reply, command
+from autobalancer.cli.terminal.options import In
+from autobalancer.cli.terminal.sheet import speed_sign
 from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
@@ -181,38 +183,36 @@ KINDS = (
 )
 
 
+@command(out=None, csv=False, unit="speed")
 def plot(
     result: Annotated[Path, typer.Argument(help="Result file, folder of a run in an archive, or a machine file.")],
-    out: Annotated[Path, typer.Option(help="Folder, or one picture: .png, .svg or .pdf.")] = Path("."),
-    kind: Annotated[str, typer.Option(help=f"{KINDS}; or all of them.")] = "all",
-    format: Annotated[str, typer.Option(help="png, svg or pdf, if --out is a folder.")] = "png",
-    speed_unit: Unit = SpeedUnit.RPM,
-    deflection_unit: Annotated[str, typer.Option(help="m, mm, um or nm; by default what suits.")] = "",
+    out: Annotated[Path, "Folder, or one picture: .png, .svg or .pdf."] = Path("."),
+    kind: Annotated[str, f"{KINDS}; or all of them."] = "all",
+    format: Annotated[str, "png, svg or pdf, if --out is a folder."] = "png",
+    deflection_unit: Annotated[str, "m, mm, um or nm; by default what suits."] = "",
     log: Annotated[
         bool | None, typer.Option("--log/--linear", help="Deflection axis of the run-up; by default what suits.")
     ] = None,
-    time: Annotated[str, typer.Option(help='Moment of race or arrangement, such as "12 s"; by default the end.')] = "",
-    start: Annotated[str, typer.Option(help='Begin of what is drawn over time, such as "5 s".')] = "",
-    end: Annotated[str, typer.Option(help="End of it.")] = "",
-    frame: Annotated[str, typer.Option(help="Axes of the orbit: space or rotor; by default space.")] = "",
-    place: Annotated[str, typer.Option(help="Balancer or station whose orbit is drawn; by default all of them.")] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print the names of the pictures as JSON.")] = False,
-) -> None:
+    time: Annotated[float | None, In("s"), 'Moment of race or arrangement, such as "12 s"; by default the end.'] = None,
+    start: Annotated[float | None, In("s"), 'Begin of what is drawn over time, such as "5 s".'] = None,
+    end: Annotated[float | None, In("s"), "End of it."] = None,
+    frame: Annotated[str, "Axes of the orbit: space or rotor; by default space."] = "",
+    place: Annotated[str, "Balancer or station whose orbit is drawn; by default all of them."] = "",
+) -> Reply:
     """Draw a result (run-up, race with its balls, orbit; of deep chambers history, energy and more) or a machine.
 
     Example: autobalancer plot stall.nc --out pictures --format svg
     """
-    from autobalancer.cli.terminal.command import PICTURE, check_suffix, print_json
+    from autobalancer.cli.terminal.command import PICTURE, check_suffix
     from autobalancer.cli.terminal.group import MEND
-    from autobalancer.cli.terminal.options import optional
-    from autobalancer.errors import QuestionError, ResultError
+    from autobalancer.errors import ResultError
     from autobalancer.plots.drawing.style import FORMATS, save_picture
     from autobalancer.results.run_argument import open_run
     from autobalancer.safe_file import ready_to_write
 
     if frame not in ("", "space", "rotor"):
         raise QuestionError(f"--frame: given {frame!r}; must be space or rotor")
-    if deflection_unit not in ("", None, "m", "mm", "um", "nm"):
+    if deflection_unit not in ("", "m", "mm", "um", "nm"):
         raise QuestionError(f"--deflection-unit: given {deflection_unit!r}; must be one of m, mm, um, nm")
     single = bool(out.suffix)
     if format not in FORMATS:
@@ -222,11 +222,9 @@ def plot(
     if single:
         check_suffix("--out", out, PICTURE)
         ready_to_write(out)
-    new = not (out.parent if single else out).exists()
-    first, last, moment = (
-        optional(f"--{name}", text, "s") for name, text in (("start", start), ("end", end), ("time", time))
-    )
-    wishes = Wishes(speed_unit, deflection_unit or None, log, moment, first, last, frame, place)
+    folder = out.parent if single else out
+    new = not folder.exists()
+    wishes = Wishes(speed_sign(), deflection_unit or None, log, time, start, end, frame, place)
     draw = of_machine(result, wishes) if result.suffix == ".toml" else pictures_of(open_run(result), wishes)
     if kind != "all" and kind not in draw:
         raise QuestionError(f"--kind: given {kind!r}; of {result} there are {', '.join(draw)}")
@@ -249,14 +247,14 @@ def plot(
         except (ValueError, OverflowError, TypeError) as reason:
             raise ResultError(f"{result}: cannot be drawn; is it damaged? {type(reason).__name__}: {reason}") from None
         made.append(save_picture(picture, path))
-        if not as_json:
-            typer.echo(f"written: {made[-1]}")
-    if as_json:
-        print_json({"result": str(result), "pictures": [str(path) for path in made]})
-    elif new:
-        typer.echo(f"new folder: {out.parent if single else out}")
-    if skipped and (start or end or time or place):  # what was asked for is not all there
-        raise typer.Exit(MEND)
+    lines = [*(f"written: {path}" for path in made), *([f"new folder: {folder}"] if new else [])]
+    asked = start is not None or end is not None or time is not None or place
+    return Reply(
+        None,
+        {"pictures": [str(path) for path in made]},
+        code="\n".join(lines),
+        exit=MEND if skipped and asked else 0,  # what was asked for is not all there
+    )
 
 
 def _meant(kind: str) -> str:
@@ -273,46 +271,33 @@ def _meant(kind: str) -> str:
 # ``autobalancer animate``: a film of a result file.
 
 
+@command(out=None, csv=False, unit="speed")
 def animate(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
     out: Annotated[
-        Path | None,
-        typer.Option(help="Film: .gif, or .mp4 with autobalancer\\[film]; by default .mp4, named as the result."),
+        Path | None, "Film: .gif, or .mp4 with autobalancer\\[film]; by default .mp4, named as the result."
     ] = None,
-    start: Annotated[str, typer.Option(help='Begin in the run, such as "5 s".')] = "",
-    end: Annotated[str, typer.Option(help="End in the run.")] = "",
-    seconds: Annotated[str, typer.Option(help='Length of the film, such as "10 s".')] = "10 s",
-    fps: Annotated[int, typer.Option(help="Frames in a second of film.")] = 25,
+    start: Annotated[float | None, In("s"), 'Begin in the run, such as "5 s".'] = None,
+    end: Annotated[float | None, In("s"), "End in the run."] = None,
+    seconds: Annotated[Any, In("s"), 'Length of the film, such as "10 s".'] = "10 s",
+    fps: Annotated[int, "Frames in a second of film."] = 25,
     frame: Annotated[
-        str,
-        typer.Option(
-            help="rotor: it stands as under a stroboscope; space: it turns. By default rotor, of a deep chamber space."
-        ),
+        str, "rotor: it stands as under a stroboscope; space: it turns. By default rotor, of a deep chamber space."
     ] = "",
     azimuth: Annotated[
-        float | None,
-        typer.Option(help="Deep chamber: degrees from the axis where one looks from, level; by default 35."),
+        float | None, "Deep chamber: degrees from the axis where one looks from, level; by default 35."
     ] = None,
-    elevation: Annotated[
-        float | None, typer.Option(help="Deep chamber: degrees above the level; by default 20.")
-    ] = None,
-    deflection_scale: Annotated[float, typer.Option(help="How much larger it is drawn; 0 for what suits.")] = 0.0,
-    speed_unit: Unit = SpeedUnit.RPM,
-    width: Annotated[int, typer.Option(help="Pixels.")] = 960,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the name of the film as JSON.")] = False,
-) -> None:
+    elevation: Annotated[float | None, "Deep chamber: degrees above the level; by default 20."] = None,
+    deflection_scale: Annotated[float, "How much larger it is drawn; 0 for what suits."] = 0.0,
+    width: Annotated[int, "Pixels."] = 960,
+) -> Reply:
     """Make a film of a result: rotor, balls and unbalance beside speeds and deflection; deep chambers in three dimensions.
 
     Example: autobalancer animate stall.nc --out slow.mp4 \\
       --start "7 s" --end "7.5 s" --frame space
     """
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-
-    from autobalancer.api import animate as make_film
-    from autobalancer.cli.terminal.command import check_suffix, print_json
-    from autobalancer.cli.terminal.options import optional, quantity
+    from autobalancer.cli.terminal.command import check_suffix
     from autobalancer.cli.terminal.progress_bar import progress_bar
-    from autobalancer.errors import QuestionError
     from autobalancer.results.chamber_shape import is_chamber_run
     from autobalancer.results.run_argument import open_run
     from autobalancer.safe_file import ready_to_write
@@ -320,35 +305,23 @@ def animate(
     path = out if out is not None else result.with_name(f"{result.stem if result.is_file() else result.name}.mp4")
     check_suffix("--out", path, (".mp4", ".gif"))
     ready_to_write(path)
-    length = quantity("--seconds", seconds, "s")
-    first, last = optional("--start", start, "s"), optional("--end", end, "s")
     run = open_run(result)
     asked = {"frame": frame or None, "azimuth": azimuth, "elevation": elevation}
-    given = {name: value for name, value in asked.items() if value is not None}
-    if not is_chamber_run(run) and given.keys() - {"frame"}:
+    view: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
+    if not is_chamber_run(run) and view.keys() - {"frame"}:
         raise QuestionError("--azimuth, --elevation: films of balls in races are seen along the axis; leave them out")
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("frames"),
-        TimeRemainingColumn(),
-    )
-    with progress_bar(path.name, *columns) as update:
-        made = make_film(
+    with progress_bar(path.name) as update:
+        made = ab.animate(
             run,
             path,
-            start=first,
-            end=last,
-            duration=length,
+            start=start,
+            end=end,
+            duration=seconds,
             fps=fps,
             deflection_scale=deflection_scale or "auto",
-            speed_unit=speed_unit,
+            speed_unit=speed_sign(),
             width=width,
             progress=update,
-            **given,  # type: ignore[arg-type]  # the function says which frame there is
+            **view,
         )
-    if as_json:
-        print_json({"result": str(result), "film": str(made)})
-    else:
-        typer.echo(f"written: {made}")
+    return Reply(None, {"film": str(made)}, code=f"written: {made}")

@@ -10,8 +10,8 @@ from typing import Annotated, cast
 
 import typer
 
-from autobalancer.cli.terminal.command import check_suffix, print_json
-from autobalancer.cli.terminal.options import Csv, Json
+from autobalancer.cli.terminal.command import Reply, check_suffix, command, print_json
+from autobalancer.cli.terminal.options import Json
 
 SINGULAR = {
     "machines": "machine",
@@ -118,20 +118,16 @@ def _about(name: str) -> tuple[str, str]:
 # ``autobalancer keys``: what a file may contain.
 
 
+@command(out=None)
 def keys(
     table: Annotated[
         str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
     ] = "",
     kind: Annotated[
-        str,
-        typer.Option(
-            help="Of file: races or chambers (machines), design, study, film, balancing, measurements or channels."
-        ),
+        str, "Of file: races or chambers (machines), design, study, film, balancing, measurements or channels."
     ] = "races",
-    out: Annotated[Path | None, typer.Option(help="JSON schema to write (.json), for editors.")] = None,
-    as_json: Json = False,
-    as_csv: Csv = False,
-) -> None:
+    out: Annotated[Path | None, "JSON schema to write (.json), for editors."] = None,
+) -> Reply:
     """List the keys of a machine file, or of another kind: value with unit and bounds, default, meaning.
 
     Example: autobalancer keys balancers.races
@@ -139,31 +135,32 @@ def keys(
     import json
     from dataclasses import asdict
 
-    from autobalancer.cli.terminal.sheet import Facts, sheet_csv
+    from autobalancer.cli.terminal.sheet import print_facts
     from autobalancer.machine.schema import Kind, file_schema, keys
     from autobalancer.safe_file import write_text_safely
     from autobalancer.tables import Column, in_plain_letters
 
     if out is not None:
         check_suffix("--out", out, (".json",))
-        typer.echo(f"written: {write_text_safely(out, json.dumps(file_schema(cast(Kind, kind)), indent=1) + chr(10))}")
-        return
+        path = write_text_safely(out, json.dumps(file_schema(cast(Kind, kind)), indent=1) + chr(10))
+        return Reply(None, {"written": str(path)}, code=f"written: {path}")
     found = keys(table, cast(Kind, kind))
     rows = [(head, key) for head, listed in found.items() for key in listed]
-    if as_json:
-        print_json([{"table": head, **asdict(key)} for head, key in rows])
-    elif as_csv:
-        heads = Column("table", [head for head, _ in rows])
-        rest = [
-            Column(name, [getattr(key, name) for _, key in rows]) for name in ("name", "value", "default", "meaning")
-        ]
-        typer.echo(sheet_csv([heads, *rest]), nl=False)
-    else:
+    names = ("name", "value", "default", "meaning")
+
+    def show() -> None:
         for head, listed in found.items():
-            facts = Facts(head or "at the top")
-            for key in listed:
-                facts.add_row(key.name, f"{key.value_and_default}\n{in_plain_letters(key.meaning)}")
-            facts.print()
+            texts = [(key.name, f"{key.value_and_default}\n{in_plain_letters(key.meaning)}") for key in listed]
+            print_facts(texts, head or "at the top")
+
+    heads = Column("table", [head for head, _ in rows])
+    return Reply(
+        None,
+        [{"table": head, **asdict(key)} for head, key in rows],
+        columns=[heads, *(Column(name, [getattr(key, name) for _, key in rows]) for name in names)],
+        brief=True,
+        show=show,
+    )
 
 
 # ``autobalancer app``: the bench as a web page.

@@ -274,6 +274,7 @@ class Reply:
     machine: AnyMachine | None = None  # what is written as .toml: a machine, or lines of its file
     also: Sequence[Also] = ()
     outcome: str = ""  # of a run or a study, which the exit code says
+    exit: int = 0  # code of what was not all there
     stopped: str = ""  # what is said where it was interrupted
 
 
@@ -433,6 +434,8 @@ def answered(
         typer.echo(f"interrupted; {reply.stopped}", err=True)
     if reply.outcome:
         leave_with(reply.outcome)
+    if reply.exit:
+        raise typer.Exit(reply.exit)
 
 
 def _show(reply: Reply, unit: str) -> None:
