@@ -528,11 +528,8 @@ def film(
     Example: autobalancer measure film stall.nc --out race.mp4 --tilt "30 deg" \\
       --end "0.1 s" --size 480x360
     """
-    columns, cross, rows = size.lower().partition("x")
-    if not (cross and columns.strip().isdecimal() and rows.strip().isdecimal()):
-        raise ab.errors.QuestionError(f"--size: given {size!r}; write COLUMNSxROWS, such as 1280x720")
-    race = options["race"]
-    camera = ab.measure.film_camera(run, tilt=tilt, width=int(columns), height=int(rows), turning=turning, race=race)
+    (columns, rows), race = _size(size), options["race"]
+    camera = ab.measure.film_camera(run, tilt=tilt, width=columns, height=rows, turning=turning, race=race)
     how = ab.measure.Exposure(
         frame_rate=frame_rate, time=exposure, stroboscope="turn" if stroboscope else "", noise=noise, lost=lost
     )
@@ -564,6 +561,13 @@ def _refuse_other_file(path: Path) -> None:
             raise ab.errors.QuestionError(
                 f"{path}: is there and no set-up of a film, which is written beside the film; give --out another name"
             ) from None
+
+
+def _size(text: str) -> tuple[int, int]:
+    columns, cross, rows = text.lower().partition("x")
+    if not (cross and columns.strip().isdecimal() and rows.strip().isdecimal()):
+        raise ab.errors.QuestionError(f"--size: given {text!r}; write COLUMNSxROWS, such as 1280x720")
+    return int(columns), int(rows)
 
 
 # ``autobalancer measure race-shape``, ``rest-friction``, ``drag-from-lag``: races and balls from measurements.
