@@ -56,7 +56,7 @@ def test_an_unknown_key_with_control_characters_is_written_out(tmp_path: Path) -
     answer = CliRunner().invoke(app, ["check", str(tmp_path / "m.toml")])
     assert answer.exit_code == 2
     assert "\x1b" not in answer.stderr
-    assert "\\x1b[2Jkey\": unknown key" in answer.stderr
+    assert '\\x1b[2Jkey": unknown key' in answer.stderr
 
 
 @pytest.mark.filterwarnings("ignore::autobalancer.errors.RangeWarning")

@@ -51,6 +51,9 @@ class OnDemand(Mapping[str, Any]):
             self._read[name] = command
         return self._read[name]
 
+    def __contains__(self, name: object) -> bool:  # that of a mapping would import the command
+        return name in self._places
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
 
