@@ -120,3 +120,8 @@ def test_a_rig_that_is_not_there_is_refused_with_those_that_are() -> None:
         rig("green")
     refused = RUNNER.invoke(app, ["catalog", "rig", "green"])
     assert refused.exit_code != 0
+
+
+def test_a_rig_that_is_asked_for_as_a_sample_machine_is_told_where_it_is() -> None:
+    with pytest.raises(ab.errors.CatalogError, match=r"published rig: ab\.catalog\.rig\('rodrigues_rig'\)"):
+        ab.example("rodrigues_rig")

@@ -23,7 +23,8 @@ def example_text(name: str) -> str:
         If there is no sample machine of this name.
     """
     if name not in examples():
-        raise CatalogError(f"no sample machine is called {name!r}; there are {', '.join(examples())}")
+        meant = f"; it is a published rig: ab.catalog.rig({name!r})" if name in rigs() else ""
+        raise CatalogError(f"no sample machine is called {name!r}{meant}; there are {', '.join(examples())}")
     return example_path(name).read_text(encoding="utf-8")
 
 
