@@ -25,8 +25,9 @@ from tools import wheel
 
 from autobalancer.kernels.compiler import cache
 from autobalancer.kernels.compiler.announce import KINDS, TEXT, Announcement
+from autobalancer.kernels.compiler.callbacks import callback
 from autobalancer.kernels.compiler.flags import KernelCompiler
-from autobalancer.kernels.compiler.numba_struct import passed_by_address
+from autobalancer.kernels.compiler.numba_struct import Struct, passed_by_address, struct_type
 from autobalancer.kernels.records import BALL
 
 ROOT = Path(__file__).parents[1]
@@ -185,6 +186,66 @@ def test_a_tuple_passed_by_address_has_the_parts_that_numba_sees() -> None:
     assert found.tolist() == [[4.0, -0.1, 2.5, 5.0, 2.0, 7.0]] * 3
     with pytest.raises(TypeError, match="No matching definition"):
         kernel(first._replace(last=1), found[0])  # another layout, so another type
+
+
+def twice(packed: Any, found: Any) -> None:
+    """A number of a tuple, after calls that are inlined."""
+    found[0] = doubled(packed.last) + bent(packed.inner.scale, packed.count)
+
+
+class Kind(NamedTuple):
+    """What :func:`twice` takes."""
+
+    count: int
+    inner: Inner
+    last: float
+
+
+class StockKind(NamedTuple):
+    """The same under another name, as Numba takes two of one name and layout for one."""
+
+    count: int
+    inner: Inner
+    last: float
+
+
+PassedKind = passed_by_address(Kind)
+PASSED = numba.typeof(PassedKind(4, Inner(2.5, np.ones((2, 3))), -0.1))  # Numba's own cache outlives a type that goes
+
+
+@pytest.mark.parametrize("piece", ["none", "cache", "callbacks", "inlining", "lazy", "struct"])
+def test_a_piece_that_is_left_to_numba_gives_the_same_bits(
+    piece: str, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each can be switched off by itself, should a new version of Numba have another inside."""
+    monkeypatch.setenv(cache.SWITCH, piece)
+    machine = (passed_by_address(StockKind) if piece == "struct" else PassedKind)(4, Inner(2.5, np.ones((2, 3))), -0.1)
+    types, layout = numba.typeof(machine), numba.typeof(StockKind(*machine))
+    pipeline = {} if piece == "inlining" else {"pipeline_class": KernelCompiler}
+    kernel = cache.njit(numba.void(types, numba.float64[::1]), cache=True, _nrt=False, **pipeline)(twice)
+    found = np.zeros(1)
+    kernel(machine, found)
+    assert found[0] == -0.2 + bent.py_func(2.5, 4)
+    square = cache.njit(numba.float64(numba.float64), cache=True)(doubled.py_func)
+    argument = callback.__wrapped__(square, numba.types.FunctionType(numba.float64(numba.float64)))
+    assert {
+        "struct": type(machine) is StockKind and struct_type(layout) is layout and not isinstance(types, Struct),
+        "lazy": not isinstance(kernel, cache.Kernel),
+        "cache": not kept(place),
+        "callbacks": argument is square,
+    } == {name: name == piece for name in ("struct", "lazy", "cache", "callbacks")}
+
+
+def test_all_pieces_can_be_left_to_numba_at_once() -> None:
+    script = """
+from numba.core import event
+from autobalancer.kernels.compiler.flags import NUMBERS
+from autobalancer.kernels.trigonometry import sine_cosine
+print("pipeline_class" in NUMBERS, len(event._registered["numba:compile"]), sine_cosine(0.5)[0].hex())
+"""
+    ours, stock = (fresh_process(script, AUTOBALANCER_STOCK_NUMBA=pieces).split() for pieces in ("", "all"))
+    assert (ours[:2], stock[:2]) == (["True", "1"], ["False", "0"])
+    assert ours[2] == stock[2]
 
 
 def kept(folder: Path) -> list[str]:

@@ -94,6 +94,18 @@ def test_the_last_revolutions_before_an_event_are_kept() -> None:
     assert run.attrs["end_time"] - run.turn_time[-1] < 2 * np.pi / 12 / 200.0 * 1.01
 
 
+@pytest.mark.parametrize("method", ["dormand_prince_8", "exponential_collocation"])
+def test_an_event_that_never_happens_changes_no_bit_of_the_last_revolutions(method: Any) -> None:
+    """Where none can end a run, revolutions that cannot be the last ones are left out."""
+    runs = [
+        ab.simulate(run_up(), duration=6.0, save=LastRevolutions(2, 24), method=method, events=events)
+        for events in ([], [Event("speed", 1e6, ends_run=True)])
+    ]
+    assert runs[0].turn_time.size == 2 * 24 + 1
+    for name in ("turn_time", "turn_x", "turn_vy", "turn_ball_angle_in_rotor", "turn_rotor_angle"):
+        assert runs[0][name].values.tobytes() == runs[1][name].values.tobytes(), name
+
+
 def test_what_a_run_keeps_does_not_grow_with_its_length() -> None:
     save: list[Sampling] = [Samples(100), Envelope(20), LastRevolutions(2, 8)]
     sizes = []
