@@ -26,7 +26,7 @@ from tools import wheel
 from autobalancer.kernels.compiler import cache
 from autobalancer.kernels.compiler.announce import KINDS, TEXT, Announcement
 from autobalancer.kernels.compiler.callbacks import callback
-from autobalancer.kernels.compiler.flags import KernelCompiler
+from autobalancer.kernels.compiler.flags import EXACT, KernelCompiler
 from autobalancer.kernels.compiler.numba_struct import Struct, passed_by_address, struct_type
 from autobalancer.kernels.records import BALL
 
@@ -143,6 +143,18 @@ def test_the_own_inlining_gives_the_code_of_numba() -> None:
         assert kernel(-1.5, 4) == pytest.approx(called_often(-1.5, 4), rel=1e-14)
     assert len(code[0]) > 50
     assert code[0] == code[1]
+
+
+def test_an_exact_function_is_not_contracted_by_what_first_compiles_it() -> None:
+    """Numba hands on how a function is compiled to those that it calls, if they do not say otherwise."""
+    exact = numba.njit("f8(f8, f8)", **{name: value for name, value in EXACT.items() if name != "cache"})
+    inner = numba.njit(**{name: value for name, value in EXACT.items() if name != "cache"})(lambda x, y: x * y + 1.0)
+    outer = numba.njit("f8(f8)", fastmath={"contract"})(lambda x: inner(x, x) * x)
+    alone = exact(lambda x, y: x * y + 1.0)
+    assert outer(3.0) == 30.0
+    for kernel in (inner, alone):
+        (compiled,) = kernel.overloads.values()
+        assert "fmul double" in compiled.library.get_llvm_str()
 
 
 class Inner(NamedTuple):

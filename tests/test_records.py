@@ -102,7 +102,7 @@ def test_an_event_that_never_happens_changes_no_bit_of_the_last_revolutions(meth
         for events in ([], [Event("speed", 1e6, ends_run=True)])
     ]
     assert runs[0].turn_time.size == 2 * 24 + 1
-    for name in ("turn_time", "turn_x", "turn_vy", "turn_ball_angle_in_rotor", "turn_rotor_angle"):
+    for name in ("turn_time", "turn_x", "turn_y", "turn_ball_angle_in_rotor", "turn_rotor_angle"):
         assert runs[0][name].values.tobytes() == runs[1][name].values.tobytes(), name
 
 

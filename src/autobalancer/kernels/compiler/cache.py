@@ -38,7 +38,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import llvmlite  # type: ignore[import-untyped]
+import llvmlite
 import numba
 from numba.core import caching, codegen, typeinfer
 from numba.core.compiler_lock import global_compiler_lock

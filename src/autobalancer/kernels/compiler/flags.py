@@ -140,8 +140,8 @@ if not stock("announce"):
 INLINE: dict[str, Any] = {"inline": "always", "error_model": "numpy", "_nrt": False}
 INLINING: dict[str, Any] = {} if stock("inlining") else {"pipeline_class": KernelCompiler}
 NUMBERS: dict[str, Any] = INLINING | {"error_model": "numpy", "_nrt": False}
-# nothing is contracted: the same bits alone and as a part of another function
-EXACT: dict[str, Any] = NUMBERS | {"cache": KEPT, "nogil": True, "no_cfunc_wrapper": True}
+# nothing is contracted: the same bits alone and as a part of another function, from which Numba would else take its flags
+EXACT: dict[str, Any] = NUMBERS | {"cache": KEPT, "nogil": True, "no_cfunc_wrapper": True, "fastmath": False}
 COMPILED: dict[str, Any] = EXACT | {"fastmath": {"contract"}}
 # Code for calls from Python or C takes longer to compile than short kernels. Without it such a call ends the process, so
 # only kernels call what has these flags: by its address what is given to an integrator, by its name a part of a kernel.

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from zlib import crc32
 
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
+from llvmlite import ir
 from numba import config, types
 from numba.core import cgutils
 from numba.core.datamodel import models

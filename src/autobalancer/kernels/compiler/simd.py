@@ -26,10 +26,7 @@ import operator
 from typing import Any
 
 import numpy as np
-from llvmlite import (
-    binding,  # type: ignore[import-untyped]
-    ir,  # type: ignore[import-untyped]
-)
+from llvmlite import binding, ir
 from numba import config, types
 from numba.core import cgutils
 from numba.core.datamodel import models

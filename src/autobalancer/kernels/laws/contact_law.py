@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, INLINE
+from autobalancer.kernels.compiler.flags import EXACT_PART, INLINE
 from autobalancer.kernels.compiler.numba_struct import data
 
 
@@ -75,7 +75,7 @@ NONE = -1  # in place of a table: the number is constant
 SLOW, SLOWEST, YIELD_SPEED, EXPONENT, COUNT, POINTS = range(6)
 
 
-@njit(**APART)
+@njit(**EXACT_PART)
 def restitution_at(laws: Any, first: int, speed: float) -> float:
     """Share of the ``speed`` (m/s) that an impact leaves by the law that begins at ``first``; see laws/impacts.py."""
     law = data(laws[first:])
