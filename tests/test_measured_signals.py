@@ -184,6 +184,8 @@ def test_channels_are_described_beside_the_file_or_by_a_dict(tmp_path: Path) -> 
     assert found["x"].attrs["uncertainty"] == pytest.approx(1e-6)
     only = ab.measure.load_signals(file, {"v": {"column": "ai0", "quantity": "voltage", "unit": "mV"}}, rate=1000.0)
     assert only["v"].values == pytest.approx(8.0 * WAVE)
+    with pytest.raises(QuestionError, match=r"^channels\.v\.colum: unknown key; did you mean 'column'"):
+        ab.measure.load_signals(file, {"v": {"colum": "ai0"}}, rate=1000.0)
 
 
 def test_times_that_are_rounded_in_the_file_are_even(tmp_path: Path) -> None:

@@ -301,7 +301,8 @@ def described_channels(
         return {}
     if not isinstance(argument, (str, Path)):
         with faults_of(""):
-            return ChannelFile.model_validate({"channels": argument}).channels if argument else {}
+            given: Any = argument  # checked by the class
+            return ChannelFile(channels=given).channels if argument else {}
     with faults_of(str(argument)):
         return ChannelFile(**read_toml(Path(argument))).channels
 
