@@ -131,7 +131,7 @@ def test_an_archived_run_of_cylinders_is_the_run_and_goes_on_to_the_same_bits(tm
     told = ab.measures(whole)
     assert "tilting" in told
     texts = [one.attrs["long_name"] for one in told.data_vars.values()]
-    assert "time at which the last cylinder settles, from the start" in texts
+    assert "settling time of the last cylinder, from the end of the run-up" in texts
     assert not [text for text in [*texts, *str(ab.verdict(whole)).splitlines()] if re.search(r"\bballs?\b", text)]
 
 

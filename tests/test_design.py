@@ -461,7 +461,7 @@ def test_designs_that_miss_limits_stand_by_how_many_and_by_how_much_and_the_firs
     missed = [name for name in str(best["missed"].values[0]).split(", ") if name and not name.endswith("undecided")]
     assert int(best["meets"][0]) < 0
     assert text.startswith(f"no design keeps all limits; the nearest misses {len(missed)}: {missed[0]} ")
-    assert text.endswith(str(best["label"].values[0]))
+    assert f"; it is {best['label'].values[0]}" in text
 
 
 def test_one_limit_less_and_the_first_line_counts_the_designs_that_keep_all() -> None:
@@ -469,7 +469,7 @@ def test_one_limit_less_and_the_first_line_counts_the_designs_that_keep_all() ->
     found = ab.design({**MANY, "limits": {"settling_time": "9.9 s", "share": 0.7}, "candidates": few})
     kept = int((found["meets"].values == 1).sum())
     assert found.answer().startswith(f"{kept} of 4 designs keep")
-    assert found.answer().endswith(f"the best: {found.best()['label'].values[0]}")
+    assert f"; the best: {found.best()['label'].values[0]}" in found.answer()
     assert "no limits are given" in ab.design({**MANY, "limits": {"share": 0.7}, "candidates": {"count": [2]}}).answer()
 
 
