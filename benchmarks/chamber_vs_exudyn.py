@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.chamber import contact_time
+from autobalancer.assembly.chamber_assembly import contact_time
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 from benchmarks import measured

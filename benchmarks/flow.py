@@ -19,9 +19,8 @@ from tests.references.flow_differences import DifferenceFlow
 
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow.annulus import Annulus, annulus_of
-from autobalancer.flow.result import Track
+from autobalancer.flow.relaxation_modes import Track, wall_speed
 from autobalancer.flow.solve import SpectralFlow
-from autobalancer.flow.speed import wall_speed
 from autobalancer.machine import Ramp
 from benchmarks import compared
 

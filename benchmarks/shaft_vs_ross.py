@@ -22,7 +22,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.machine import Machine
-from autobalancer.rotordynamics.from_ross import from_ross
+from autobalancer.rotordynamics.equivalent_planar import from_ross
 from benchmarks import measured
 
 SPEED, END, RISE, GOAL = 400.0, 1.0, 0.05, 1e-3  # rad/s, s, s; greatest miss over greatest deflection

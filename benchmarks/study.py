@@ -10,8 +10,7 @@ from typing import Any
 from unittest.mock import patch
 
 import autobalancer as ab
-from autobalancer.studies.ensemble.execute import run_groups
-from autobalancer.studies.ensemble.members import Members
+from autobalancer.studies.ensemble.members import Members, run_groups
 from benchmarks import compared, measured
 from benchmarks._run_up import MACHINE
 
@@ -63,8 +62,8 @@ def overhead() -> tuple[float, float]:
         whole = process_time() - begin
         before = engine.seconds
     with patch.object(Members, "sorted", probe.of(Members.sorted)):
-        from autobalancer.studies.study.reading import read_study
         from autobalancer.studies.study.study import refuse_impossible
+        from autobalancer.studies.study.study_file import read_study
 
         refuse_impossible(read_study(asked(MEMBERS)))
     compute = before - probe.seconds

@@ -25,7 +25,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.app.pages.elements import Typed
-from autobalancer.app.server.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
+from autobalancer.app.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
 from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
 from autobalancer.app.store.kept_runs import (
     LONGEST,
@@ -38,16 +38,15 @@ from autobalancer.app.store.kept_runs import (
     user_folder,
 )
 from autobalancer.app.store.pictures import svg_of
-from autobalancer.app.text.document import EMPTY, with_entry, with_value, without
-from autobalancer.app.text.fields import fields_of, in_unit, number_and_unit, written
-from autobalancer.app.text.problems import drawable, for_page, read
+from autobalancer.app.text.form_fields import fields_of, in_unit, number_and_unit, written
+from autobalancer.app.text.problems import EMPTY, drawable, for_page, read, with_entry, with_value, without
 from autobalancer.app.view.packed import packed
 from autobalancer.app.view.widget import module_text
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import keys_of
-from autobalancer.results.places import NO_TURNS, plane_vectors
+from autobalancer.results.time_series import NO_TURNS, plane_vectors
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import to_si
 
@@ -560,9 +559,9 @@ def test_an_emptied_number_leaves_no_unit_behind() -> None:
 LOADS = """
 import sys
 from pathlib import Path
-import autobalancer.app.pages.main
-from autobalancer.app.server.serve import load_packages
-from autobalancer.app.server.serve import limit_memory
+import autobalancer.app.pages.bench
+from autobalancer.app.serve import load_packages
+from autobalancer.app.serve import limit_memory
 load_packages()
 limit_memory()
 if sys.platform == "linux":

@@ -17,7 +17,7 @@ from autobalancer.app.store import pictures as map_point
 from autobalancer.app.store.analyses import ANALYSES, Known, LatestAnswers, defaults, known_of, said, why_not_at_all
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.pictures import DrawnMap, drawn_map, seen_exactly, seen_on
-from autobalancer.app.text.fields import alike, machine_with, text_with
+from autobalancer.app.text.form_fields import alike, machine_with, text_with
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.examples import example_text, rig_text
 from autobalancer.files.machine_file import parse_race_machine

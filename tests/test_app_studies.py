@@ -32,14 +32,14 @@ from autobalancer.app.store.studies import (
     run_study,
     sample_text,
 )
-from autobalancer.app.text.fields import offered as numbers
-from autobalancer.app.text.fields import rows_of, with_entry, with_kind, with_row
+from autobalancer.app.text.form_fields import offered as numbers
+from autobalancer.app.text.form_fields import rows_of, with_entry, with_kind, with_row
 from autobalancer.app.text.problems import MOST, about, read_design_text, read_study_text
 from autobalancer.errors import QuestionError
 from autobalancer.files.examples import example_text, rig_text, rigs
 from autobalancer.files.samples import sample_names
 from autobalancer.machine import Machine
-from autobalancer.studies.study.spec import LogNormal, Uniform
+from autobalancer.studies.study.study_spec import LogNormal, Uniform
 
 PAGE = example_text("stall_and_release")
 STUDIED = """machine = "machine.toml"

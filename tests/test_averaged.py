@@ -21,7 +21,7 @@ from autobalancer.stability import averaged as speed_windows
 from autobalancer.stability.averaged import averaged_station_matrices
 from autobalancer.stability.host.stations import Plane, of_plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, worst_case_border
-from autobalancer.stability.maps.speeds import averaged_border_of
+from autobalancer.stability.maps.exact import averaged_border_of
 from autobalancer.stability.stall.borders import release_border
 from autobalancer.stability.states.ball_positions import directions
 

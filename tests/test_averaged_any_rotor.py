@@ -34,9 +34,9 @@ from autobalancer.stability.averaged import (
 )
 from autobalancer.stability.host.stations import of_plane, plane, stations
 from autobalancer.stability.maps.balanced import members_of
-from autobalancer.stability.maps.speeds import averaged_of
-from autobalancer.stability.states.floquet import exponents_of
-from autobalancer.stability.states.stations import StationState, balanced_of
+from autobalancer.stability.maps.exact import averaged_of
+from autobalancer.stability.states.linearized import exponents_of
+from autobalancer.stability.states.rest_states import StationState, balanced_of
 
 ARM, DRAG = 0.1, 8e-4
 RIGHT_ANGLES = np.array([0.25, -0.25, 0.25, -0.25]) * math.pi

@@ -20,7 +20,7 @@ from autobalancer.stability.averaged import (
     stable_ranges,
 )
 from autobalancer.stability.host.stations import Plane
-from autobalancer.stability.maps.speeds import averaged_border_of
+from autobalancer.stability.maps.exact import averaged_border_of
 
 AT_135 = balanced(0.75 * math.pi, -0.75 * math.pi)
 

@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.api import check as summary
 from autobalancer.cli import app
-from autobalancer.cli import drag_and_flow as flow
 from autobalancer.cli import measured as balls
+from autobalancer.cli import rotor as flow
 from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.examples import rig_text
 from autobalancer.files.machine_file import load_machine, parse_machine

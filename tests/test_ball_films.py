@@ -17,9 +17,8 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film import drawn as scene
-from autobalancer.measurement.film.calibration import calibrate, camera_of, homography, mapped
 from autobalancer.measurement.film.drawn import scenery
-from autobalancer.measurement.film.optics import in_space, sampled
+from autobalancer.measurement.film.optics import calibrate, camera_of, homography, in_space, mapped, sampled
 from autobalancer.measurement.film.track import matched
 
 Floats = NDArray[np.float64]

@@ -6,8 +6,15 @@ import math
 
 import pytest
 
-from autobalancer.catalog.bearing_table import TABLE_DENSITY, Bearing, bearing, bearings, suitable_bearings
-from autobalancer.catalog.small_tables import material, materials
+from autobalancer.catalog.product_tables import (
+    TABLE_DENSITY,
+    Bearing,
+    bearing,
+    bearings,
+    material,
+    materials,
+    suitable_bearings,
+)
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws.capabilities import capability, half_sector, largest_useful_count, potential_ratio
 

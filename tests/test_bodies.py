@@ -36,7 +36,7 @@ from autobalancer.stability.continuation.steady import Family
 from autobalancer.stability.friction import held_by_friction
 from autobalancer.stability.host.stations import plane, stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.states.linear import eigensystem
+from autobalancer.stability.states.linearized import eigensystem
 
 SPEED = 300.0  # rad/s, above the critical speed of about 240
 RING = {"body": "roller", "diameter": 0.012, "inner_diameter": 0.007, "length": 0.015, "density": 7800.0}

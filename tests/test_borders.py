@@ -25,9 +25,9 @@ from autobalancer.stability.maps.balanced import (
     growth_rate,
     worst_case_border,
 )
-from autobalancer.stability.maps.speeds import borders_of
+from autobalancer.stability.maps.exact import borders_of
 from autobalancer.stability.states.ball_positions import spread_range
-from autobalancer.stability.states.linear import eigensystem, kept
+from autobalancer.stability.states.linearized import eigensystem, kept
 from autobalancer.stability.summary import summary
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

@@ -29,9 +29,9 @@ from autobalancer.simulation.record import Samples
 from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
 from autobalancer.stability.host.stations import in_plane, stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.states.floquet import exponents_of, swinging
+from autobalancer.stability.states.linearized import exponents_of, swinging
 from autobalancer.stability.states.questions import eigenvalues
-from autobalancer.stability.states.stations import state_vector, states_of
+from autobalancer.stability.states.rest_states import state_vector, states_of
 
 UNEVEN = (2.2e4, 1.8e4)
 K = float(DISCOIDAL.rotor.stiffness)

@@ -24,9 +24,9 @@ from autobalancer.stability.diagrams.branches import bifurcation_curves, branche
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.periodic.stalled import partly_stalled_orbits
-from autobalancer.stability.states.linear import matrices as station_matrices
+from autobalancer.stability.states.linearized import matrices as station_matrices
 from autobalancer.stability.states.questions import eigenvalues
-from autobalancer.stability.states.stations import balanced_of, states_of
+from autobalancer.stability.states.rest_states import balanced_of, states_of
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 TWO_PLANES = load_race_machine(MACHINES / "two_plane_rotor.toml")

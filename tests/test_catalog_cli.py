@@ -11,9 +11,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from autobalancer.catalog.bearing_table import suitable_bearings
-from autobalancer.catalog.fluid_table import blend, fluid, fluids
-from autobalancer.catalog.small_tables import friction, materials
+from autobalancer.catalog.product_tables import blend, fluid, fluids, friction, materials, suitable_bearings
 from autobalancer.cli.catalog import app
 from autobalancer.errors import AutobalancerError, CatalogError, UnitError
 from autobalancer.laws.capabilities import capability

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from autobalancer.assembly.chamber import contact_time
+from autobalancer.assembly.chamber_assembly import contact_time
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber

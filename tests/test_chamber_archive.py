@@ -20,10 +20,9 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive import Archive, write_part
 from autobalancer.results.chamber_measures import READ
-from autobalancer.simulation.chamber import run as chamber_run
-from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.simulation.chamber import chamber_run, simulate_chamber
 from autobalancer.studies.chamber_study import archived_run
-from autobalancer.studies.in_threads import in_threads
+from autobalancer.studies.variations import in_threads
 
 MACHINE = small_machine()
 ASKED: dict[str, Any] = {"duration": 0.3, "part": 50}

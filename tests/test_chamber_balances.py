@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from tests.references.chamber_machines import free_machine
 
-from autobalancer.assembly.chamber import assemble_chamber, contact_time
+from autobalancer.assembly.chamber_assembly import assemble_chamber, contact_time
 from autobalancer.kernels.chamber.chamber_records import Chamber
 from autobalancer.kernels.chamber.time_steps import start
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.run import March, begin, total_energy
+from autobalancer.simulation.chamber.chamber_run import March, begin, total_energy
 
 UNBALANCE = [{"moment": 0.02, "position": 0.05, "angle": 0.3}]
 RADIUS = (0.75 * 0.1 / (math.pi * 7800.0)) ** (1.0 / 3.0)

@@ -10,7 +10,7 @@ import pytest
 from tests.references.chamber_machines import free_machine
 
 import autobalancer as ab
-from autobalancer.assembly.chamber import assemble_chamber
+from autobalancer.assembly.chamber_assembly import assemble_chamber
 from autobalancer.kernels.chamber.time_steps import start
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine

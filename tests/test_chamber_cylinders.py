@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from tests.references.chamber_machines import cylinder_machine
 
-from autobalancer.assembly.chamber import assemble_chamber, contact_time
+from autobalancer.assembly.chamber_assembly import assemble_chamber, contact_time
 from autobalancer.kernels.chamber.time_steps import start
 from autobalancer.laws.impacts import end_stiffness, line_stiffness
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.bounds import tilt_between_walls
-from autobalancer.simulation.chamber.run import begin
+from autobalancer.simulation.chamber.chamber_run import begin
 
 ORBIT, R, LENGTH, G = 0.09, 0.01, 0.03, 9.81
 MASS = 7800.0 * math.pi * R**2 * LENGTH

@@ -19,7 +19,7 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.files.machine_file import load_chamber_machine, save_machine
 from autobalancer.laws.deep_chamber import covering_fill
-from autobalancer.studies.chamber_design.candidate import (
+from autobalancer.studies.chamber_candidates import (
     candidates,
     fronts,
     machine_of,
@@ -28,7 +28,7 @@ from autobalancer.studies.chamber_design.candidate import (
     share_interval,
     worse_than_worst,
 )
-from autobalancer.studies.chamber_design.design import rounds
+from autobalancer.studies.chamber_design import rounds
 
 SHELF = {"balls": "3,4,5", "total_mass": [0.6, 1.0], "friction": "0.65"}
 ROLLS = {"body": "cylinder", "count": 3, "density": 7800.0, "diameter": 0.02, "length": 0.05}

@@ -25,7 +25,7 @@ from autobalancer.results.chamber_measures import (
     residual_of_balls,
 )
 from autobalancer.results.unconstrained_body import LooseBody, pakula_body, unconstrained_motion
-from autobalancer.simulation.chamber.verdict import chamber_verdict
+from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict
 from autobalancer.studies.compare import chamber_row
 
 RUN = chamber_run()

@@ -9,7 +9,7 @@ import pytest
 from tests.references.chamber_machines import free_machine
 
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.simulation.chamber.run import March, begin
+from autobalancer.simulation.chamber.chamber_run import March, begin
 
 STEP, EVERY = 5e-6, 200
 

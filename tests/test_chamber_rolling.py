@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.references.chamber_machines import free_machine
 
-from autobalancer.assembly.chamber import contact_time
+from autobalancer.assembly.chamber_assembly import contact_time
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 

@@ -10,13 +10,13 @@ import pytest
 from scipy.spatial.distance import pdist
 from tests.references.chamber_machines import SUPPORT, free_machine, small_machine
 
-from autobalancer.assembly.chamber import wall_stiffness
+from autobalancer.assembly.chamber_assembly import wall_stiffness
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.laws.impacts import hertz_stiffness
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.chamber_measures import balls_unbalance, chamber_measures
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.filling import fill
+from autobalancer.simulation.chamber.bounds import fill
 
 PLACES = [[0.0, 0.05, 0.03], [0.0, -0.06, -0.02], [0.0, 0.01, -0.07]]
 DOWN = {"gravity": [0.0, 0.0, -9.81]}

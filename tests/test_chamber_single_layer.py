@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import autobalancer as ab
 from autobalancer.api import simulate
-from autobalancer.assembly.chamber import contact_time
+from autobalancer.assembly.chamber_assembly import contact_time
 from autobalancer.files.machine_file import load_chamber_machine
 from autobalancer.laws.impacts import damping_ratio
 from autobalancer.machine import Machine

@@ -11,14 +11,14 @@ import pytest
 from tests.references.chamber_machines import small_machine
 from typer.testing import CliRunner
 
-from autobalancer.assembly.chamber import contact_time
+from autobalancer.assembly.chamber_assembly import contact_time
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError
 from autobalancer.files.machine_file import save_machine
 from autobalancer.laws.capabilities import capability, chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.summary import chamber_summary
+from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 
 BALLS = {"count": 3, "density": 7800.0, "total_mass": 1.0}
 

@@ -31,7 +31,7 @@ from autobalancer.cli.terminal.options import parameter_values, speed_range
 from autobalancer.cli.terminal.progress_bar import Console
 from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv
 from autobalancer.errors import QuestionError, ResultError, UnitError
-from autobalancer.results.export import plain_json
+from autobalancer.results.store import plain_json
 from autobalancer.stability.states.questions import eigenvalues, ranges
 from autobalancer.tables import Column
 from autobalancer.units.quantity import listed, range_values

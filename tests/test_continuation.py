@@ -37,8 +37,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.machine import Machine
-from autobalancer.stability.continuation.bifurcations import lyapunov_coefficient
-from autobalancer.stability.continuation.follow import Point, Steps, follow, locate
+from autobalancer.stability.continuation.bifurcations import Point, Steps, follow, locate, lyapunov_coefficient
 from autobalancer.stability.continuation.steady import SMOOTH, Family, Range, Steady, expanded, kinds, merged
 from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
 from autobalancer.stability.diagrams.explorer import Explorer

@@ -14,7 +14,7 @@ from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine.path import axis_attributes
-from autobalancer.plots.drawing.axes import quantity_axis
+from autobalancer.plots.style import quantity_axis
 from autobalancer.stability.host.stations import stations
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

@@ -23,8 +23,8 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.plots.chamber.view import Camera, seen_cylinders
 from autobalancer.results.archive import Archive
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.filling import fill
-from autobalancer.simulation.chamber.summary import chamber_summary
+from autobalancer.simulation.chamber.bounds import fill
+from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 from autobalancer.studies.chamber_study import archived_run, variant
 
 WEIGHT = {"gravity": [0.0, 0.0, -9.81]}

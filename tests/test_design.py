@@ -15,11 +15,9 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.reporting.report import balls_page
-from autobalancer.studies.design.answer import Designed
-from autobalancer.studies.design.candidate import candidates, machine_of
-from autobalancer.studies.design.reading import read_spec
-from autobalancer.studies.design.running import runs_of, stalled
-from autobalancer.studies.design.screening import screened
+from autobalancer.studies.design.candidate import candidates, machine_of, screened
+from autobalancer.studies.design.design_file import read_spec
+from autobalancer.studies.design.designs import Designed, runs_of, stalled
 
 OILS = ["silicone oil 2", "silicone oil 5", "silicone oil 20", "silicone oil 50"]
 SPEC: dict[str, Any] = {

@@ -21,7 +21,7 @@ from autobalancer.files.machine_file import load_machine, load_race_machine, mac
 from autobalancer.machine import Machine
 from autobalancer.machine import plugins as leaves
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.simulation.chamber.summary import chamber_summary
+from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 
 ROOT = Path(__file__).resolve().parent.parent
 MEANT_WRONG = {"wrong", "misfit"}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.guided import FluidRows, UniformTable
+from autobalancer.assembly.guided_balls import FluidRows, UniformTable
 from autobalancer.errors import QuestionError, RangeWarning
 from autobalancer.kernels.laws.curves import drag_force
 from autobalancer.laws import drag_coefficient as laws

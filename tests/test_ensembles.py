@@ -18,7 +18,7 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine.path import dimension_of
 from autobalancer.results.measure_table import PER_BALL
-from autobalancer.results.shares import wilson_interval
+from autobalancer.results.verdict import wilson_interval
 from autobalancer.studies.ensemble import members as follow
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.layout import ASKABLE, Plan

@@ -34,7 +34,7 @@ from autobalancer.stability.basins import Turn
 from autobalancer.stability.host.stations import of_plane, plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, planar_eigenvalues
 from autobalancer.stability.states.ball_positions import close_polygon
-from autobalancer.stability.states.linear import eigensystem, motion_name
+from autobalancer.stability.states.linearized import eigensystem, motion_name
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 

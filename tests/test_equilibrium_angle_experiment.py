@@ -14,7 +14,7 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.measurement.angle import AngleSeries, TurnedRace, angle_machine
+from autobalancer.measurement.equilibrium_angles import AngleSeries, TurnedRace, angle_machine
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 MACHINE = EXAMPLES / "machines" / "equilibrium_angle.toml"

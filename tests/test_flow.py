@@ -11,9 +11,15 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.choice import all_modes, diffusive_swirl, mode_table, relaxation_modes
+from autobalancer.flow.relaxation_modes import (
+    all_modes,
+    diffusive_swirl,
+    mode_table,
+    recorded_speed,
+    relaxation_modes,
+    wall_speed,
+)
 from autobalancer.flow.solve import SpectralFlow, chebyshev_grid
-from autobalancer.flow.speed import recorded_speed, wall_speed
 from autobalancer.machine import Hill, Ramp
 
 if TYPE_CHECKING:

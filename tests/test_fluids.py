@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from autobalancer.catalog.fluid_table import FluidState, blend, fluid, fluids
-from autobalancer.catalog.small_tables import rows
+from autobalancer.catalog.product_tables import FluidState, blend, fluid, fluids, rows
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.laws import viscosity
 from autobalancer.laws import viscosity as glycerol

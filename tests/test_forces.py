@@ -21,7 +21,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Force, Machine
 from autobalancer.machine.plugins import find, known
-from autobalancer.plots.drawing.style import FORCE
+from autobalancer.plots.style import FORCE
 from autobalancer.results.drawn import Motion, lines_of, races_of
 
 STIFF, LENGTH = 40.0, 0.12  # N/m and m of springs along a race

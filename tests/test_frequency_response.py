@@ -18,8 +18,8 @@ from autobalancer.assembly.rotors import lateral_model, station_rows, unbalance_
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS
 from autobalancer.plots.run.stepped_response import COLORS, _jumps
+from autobalancer.plots.style import BALLS
 from autobalancer.simulation.record import Envelope, SampleTimes
 from autobalancer.studies.stepped_response import stepped_response
 

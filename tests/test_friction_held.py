@@ -13,17 +13,17 @@ from scipy.ndimage import label
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.profile import greatest_rise
+from autobalancer.assembly.drive_train import greatest_rise
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.laws.adherence import held_whirl, largest_held_residual
+from autobalancer.laws.stall import held_whirl, largest_held_residual
 from autobalancer.machine import Machine
-from autobalancer.results.number_text import moment_text
+from autobalancer.results.display_units import moment_text
 from autobalancer.results.verdict import rpm_text
 from autobalancer.stability.host.stations import plane, stations
-from autobalancer.stability.states.stations import required
+from autobalancer.stability.states.rest_states import required
 from autobalancer.stability.summary import friction_rows
 
 MACHINES = Path(__file__).parent.parent / "examples" / "machines"

@@ -11,16 +11,16 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import modes
-from autobalancer.rotordynamics.identification.fit import weights
-from autobalancer.rotordynamics.identification.free import FreeParameter
-from autobalancer.rotordynamics.identification.identify import identify
-from autobalancer.rotordynamics.identification.measurements import (
+from autobalancer.rotordynamics.identification.fit import (
+    FreeParameter,
     KnownValue,
     MeasuredCriticalSpeed,
     MeasuredMode,
     MeasuredResponse,
     MeasuredStiffness,
+    weights,
 )
+from autobalancer.rotordynamics.identification.identify import identify
 
 RIGID = Machine(
     name="rigid", axis="vertical",

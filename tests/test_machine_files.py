@@ -19,7 +19,7 @@ from jsonschema import Draft202012Validator
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.author_units import in_author_units, with_author_springs
+from autobalancer.assembly.quantities import in_author_units, with_author_springs
 from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, MachineFileError, QuestionError, UnitError

@@ -29,7 +29,7 @@ from autobalancer.stability.maps.balanced import (
     planar_eigenvalues,
     scaled_growth_rates,
 )
-from autobalancer.stability.states.linear import eigensystem, kept
+from autobalancer.stability.states.linearized import eigensystem, kept
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"

@@ -15,7 +15,7 @@ from autobalancer.stability.host.stations import Plane, of_plane
 from autobalancer.stability.maps.balanced import EqualBalls, StationBalls, balanced_states
 from autobalancer.stability.maps.exact import border_of, worst_case
 from autobalancer.stability.states import ball_positions as right_angles
-from autobalancer.stability.states.floquet import growth_rates
+from autobalancer.stability.states.linearized import growth_rates
 
 SPEEDS = np.array([31.0, 96.0, 104.0, 118.0, 131.0, 260.0, 900.0])
 

@@ -20,7 +20,7 @@ from autobalancer.measure import Channel, MeasuredOrders, Sensor, Tacho, load_or
 from autobalancer.measurement.balancing.run_down import given_orders
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.tracking import fitted_orders
-from autobalancer.rotordynamics.identification.measurements import Trial
+from autobalancer.rotordynamics.identification.fit import Trial
 
 ROTOR = """name = "rotor on springs"
 axis = "vertical"

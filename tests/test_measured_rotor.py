@@ -12,11 +12,11 @@ import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import AutobalancerError, MachineError, QuestionError
 from autobalancer.machine import Machine, ModalRotor, PlanarRotor, Resonance
-from autobalancer.reporting.page import Drawing, Paragraph
 from autobalancer.reporting.report import design_pages
-from autobalancer.rotordynamics.receptance.measured import receptance_dataset
-from autobalancer.stability.maps.speeds import borders
-from autobalancer.studies.design.reading import read_spec
+from autobalancer.reporting.report_pages import Drawing, Paragraph
+from autobalancer.rotordynamics.receptance.receptances import receptance_dataset
+from autobalancer.stability.maps.exact import borders
+from autobalancer.studies.design.design_file import read_spec
 
 TWO = ModalRotor(
     resonances=(

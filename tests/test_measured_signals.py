@@ -497,7 +497,7 @@ def test_what_is_no_table_is_named_as_what_it_is(tmp_path: Path, start: bytes, w
 
 
 def test_a_long_table_is_refused_where_its_pieces_do_not_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from autobalancer.files import table as tables
+    from autobalancer.files import text_files as tables
     from autobalancer.measurement.signals import formats
 
     monkeypatch.setattr(formats, "LONG_TABLE", 1000)

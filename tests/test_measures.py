@@ -15,8 +15,7 @@ import autobalancer as ab
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.results.measure_table import MEASURES, SWEPT, Measure, measured
 from autobalancer.results.measure_table import swept as swept_of
-from autobalancer.results.recorded import Balls, settling
-from autobalancer.results.run_arrays import recorded_of
+from autobalancer.results.run_arrays import Balls, recorded_of, settling
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 

@@ -13,7 +13,7 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.schema import keys
-from autobalancer.plots.drawing.style import OWN_FORMULA, as_written, heading, look, picture
+from autobalancer.plots.style import OWN_FORMULA, as_written, heading, look, picture
 from autobalancer.results.archive import Archive
 
 ROOT = Path(__file__).parents[1]

@@ -10,11 +10,11 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.files.machine_file import load_chamber_machine, load_machine
-from autobalancer.machine.bare_numbers import bare_numbers
-from autobalancer.simulation.chamber.summary import chamber_summary
+from autobalancer.machine.keys import bare_numbers
+from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 from autobalancer.simulation.input_remarks import input_notes
 from autobalancer.studies.design.design import designs_dataset
-from autobalancer.studies.design.reading import read_spec
+from autobalancer.studies.design.design_file import read_spec
 
 DISCOIDAL = Path("examples/machines/discoidal.toml")
 RACE = "balancers[1].races[1]"

@@ -18,8 +18,8 @@ from autobalancer.measurement.balancing.runs import BalanceJob
 from autobalancer.measurement.comparison.run_up_fit import RunUpFile
 from autobalancer.measurement.film.setup import FilmSetup
 from autobalancer.measurement.signals.load import ChannelFile
-from autobalancer.studies.design.reading import read_spec
-from autobalancer.studies.study.reading import read_study
+from autobalancer.studies.design.design_file import read_spec
+from autobalancer.studies.study.study_file import read_study
 
 ODD: list[Any] = [None, -1, [], [[1]], {"from": 1}]
 MACHINE = ab.example("discoidal")

@@ -7,11 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.place_response import OffCenter, off_center
-from autobalancer.assembly.places import places_of
+from autobalancer.assembly.places import OffCenter, off_center, places_of
 from autobalancer.assembly.system import assemble
+from autobalancer.catalog.product_tables import ring_eccentricity
 from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.small_tables import ring_eccentricity
 from autobalancer.cli.main import app
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine

@@ -256,7 +256,7 @@ def test_an_encoder_needs_an_index_to_know_the_zero_mark() -> None:
 
 
 def test_jitter_of_pulses_is_smoothed_and_the_angle_says_how_sure_it_is() -> None:
-    from autobalancer.measurement.orders.angle import smooth_angle
+    from autobalancer.measurement.orders.tacho import smooth_angle
 
     counts = np.arange(120.0)
     exact = (-START + np.sqrt(START**2 + 4.0 * np.pi * GROWTH * counts)) / GROWTH
@@ -290,7 +290,7 @@ def test_missing_and_double_pulses_are_told_with_their_times_and_repaired() -> N
 
 
 def test_a_rotor_that_starts_from_rest_misses_no_pulse() -> None:
-    from autobalancer.measurement.orders.angle import repaired
+    from autobalancer.measurement.orders.tacho import repaired
 
     times = np.sqrt(np.arange(1.0, 60.0))
     found = repaired(times)
@@ -333,8 +333,8 @@ def test_orders_are_kept_in_a_file_and_drawn(motion: np.ndarray, tmp_path: Path)
 @pytest.fixture
 def by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Records of more than 3000 samples stay in their files, of which 1500 samples are in memory at once."""
-    from autobalancer.files import table
-    from autobalancer.measurement.orders import angle as angles
+    from autobalancer.files import text_files as table
+    from autobalancer.measurement.orders import tacho as angles
     from autobalancer.measurement.signals import formats, load
     from autobalancer.results import signals
     from autobalancer.results import signals as universal_file

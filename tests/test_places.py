@@ -17,8 +17,8 @@ from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
-from autobalancer.results.number_text import length_text
-from autobalancer.results.series import standing
+from autobalancer.results.display_units import length_text
+from autobalancer.results.time_series import standing
 
 GRAVITY = 9.80665
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

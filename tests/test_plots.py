@@ -17,11 +17,9 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import slipping, wrapped
-from autobalancer.plots.drawing.labels import labels_of
-from autobalancer.plots.drawing.style import UNBALANCE, picture, save_picture
 from autobalancer.plots.run.history import BallLook, CriticalSpeeds, Curve, Deflections, History
 from autobalancer.plots.run.run_up import deflection_panel, speed_panel
+from autobalancer.plots.style import UNBALANCE, labels_of, picture, save_picture, slipping, wrapped
 from autobalancer.results.display_units import length_axis, length_text, round_down, speed_axis
 from autobalancer.results.drawn import Motion, races_of
 from autobalancer.simulation.record import Envelope, LastRevolutions, Samples, SampleTimes

@@ -16,10 +16,9 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.labels import label_level, label_point, labels_of, stacked
-from autobalancer.plots.drawing.style import picture
 from autobalancer.plots.run.history import ball_looks, planes_of, static_part
-from autobalancer.plots.run.race import Vector, vectors_of
+from autobalancer.plots.run.race_and_orbit import Vector, vectors_of
+from autobalancer.plots.style import label_level, label_point, labels_of, picture, stacked
 from autobalancer.results.drawn import Motion, races_of
 from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
 

@@ -27,7 +27,7 @@ from autobalancer.namespace import function_of
 from autobalancer.plots.chamber.view import animate_chamber
 from autobalancer.plots.film.animation import animate_races
 from autobalancer.public_names import ABOUT, NAMES
-from autobalancer.simulation.chamber.run import simulate_chamber
+from autobalancer.simulation.chamber.chamber_run import simulate_chamber
 from autobalancer.simulation.run import simulate_races
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -12,7 +12,7 @@ from tests.references.races import races
 from tests.references.rates import rates_at
 from tests.references.standing_races import BOTTOM, DENSITY, DIAMETER, ORBIT, standing
 
-from autobalancer.assembly.guided import race_harmonics
+from autobalancer.assembly.guided_balls import race_harmonics
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError

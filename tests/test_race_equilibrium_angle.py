@@ -11,7 +11,12 @@ import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.measurement.angle import TurnedRace, drag_coefficients, equilibrium_angles, fit_rolling_resistance
+from autobalancer.measurement.equilibrium_angles import (
+    TurnedRace,
+    drag_coefficients,
+    equilibrium_angles,
+    fit_rolling_resistance,
+)
 from autobalancer.simulation.record import Samples
 
 DIAMETER, ORBIT, STEEL = 0.0123, 0.07695, 7800.0

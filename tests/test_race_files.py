@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autobalancer.assembly.guided import race_harmonics
+from autobalancer.assembly.guided_balls import race_harmonics
 from autobalancer.errors import MachineFileError
 from autobalancer.files.machine_file import load_race_machine, machine_text, parse_machine
 

@@ -16,7 +16,7 @@ import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.balls.on_stations import guided_rough
-from autobalancer.laws.adherence import rest_interval
+from autobalancer.laws.stall import rest_interval
 from autobalancer.machine import Machine
 
 MASS = DENSITY * math.pi / 6.0 * DIAMETER**3

@@ -10,11 +10,11 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.laws.adherence import rest_ends
+from autobalancer.laws.stall import rest_ends
 from autobalancer.measure import drag_from_lag, race_shape, rest_friction
-from autobalancer.measurement.race import _gain
-from autobalancer.plots.measured.race import race_shape as picture
-from autobalancer.plots.measured.race import rests
+from autobalancer.measurement.race_measurements import _gain
+from autobalancer.plots.measured.balancing import race_shape as picture
+from autobalancer.plots.measured.balancing import rests
 
 RNG = np.random.default_rng(11)
 

@@ -15,7 +15,7 @@ from tests.references.resolved import chamber, states_at
 from tests.references.standing_races import DENSITY, DIAMETER, ORBIT, standing
 
 import autobalancer as ab
-from autobalancer.assembly.guided import Lag
+from autobalancer.assembly.guided_balls import Lag
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError, RangeWarning
 from autobalancer.kernels.balls.on_stations import guided_rough

@@ -17,7 +17,7 @@ from autobalancer.kernels.records import BALL_STATES, BALL_VX, BALL_VY, BALL_X, 
 from autobalancer.laws.impacts import first_yield, stokes_number, wet_factor, yielding_factor
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.simulation.chamber.run import simulate_chamber
+from autobalancer.simulation.chamber.chamber_run import simulate_chamber
 
 SLOW, YIELDS, CRITICAL = 0.9, 0.05, 10.0
 OIL = {"density": 900.0, "viscosity": 1e-4, "virtual_mass": 0.0}  # m^2/s

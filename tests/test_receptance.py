@@ -32,12 +32,12 @@ from autobalancer.measurement.loop import (
     receptance_stability,
     spread,
 )
-from autobalancer.rotordynamics.receptance.measured import load_receptance
 from autobalancer.rotordynamics.receptance.rational_fit import modes_of, pole_model
+from autobalancer.rotordynamics.receptance.receptances import load_receptance
 from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.host.stations import Plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.states.linear import eigensystem, kept
+from autobalancer.stability.states.linearized import eigensystem, kept
 
 FREQUENCY = 2.0 * math.pi * np.linspace(2.0, 40.0, 381)
 ROTOR = (12.27, 68.37, 44654.0)  # kg, N s/m, N/m: Spannan (2021), table 6.4

@@ -16,10 +16,10 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Sensor, record
-from autobalancer.reporting import page as blocks
-from autobalancer.reporting import page as machine_pages
-from autobalancer.reporting.page import Listing, Paragraph, Report, Rows, Section, drawing
+from autobalancer.reporting import report_pages as blocks
+from autobalancer.reporting import report_pages as machine_pages
 from autobalancer.reporting.report import balls_page, write_pdf
+from autobalancer.reporting.report_pages import Listing, Paragraph, Report, Rows, Section, drawing
 
 pytest.importorskip("jinja2")
 ROOT = Path(__file__).parents[1]

@@ -13,7 +13,7 @@ from tests.references.resolved import BALL, chamber, contact, run, states_at
 from tests.references.resolved_run_ups import GRIP, ORBIT, PLANAR, RIG, RIGID, SHAFT, apart, run_up
 
 import autobalancer as ab
-from autobalancer.assembly.guided import Lag
+from autobalancer.assembly.guided_balls import Lag
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import MachineError
 from autobalancer.kernels import records as at

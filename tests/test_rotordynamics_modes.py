@@ -16,7 +16,7 @@ from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.campbell import campbell, modes
-from autobalancer.rotordynamics.eigenproblem import correlation, free_motions
+from autobalancer.rotordynamics.natural_modes import correlation, free_motions
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 RIG = rig("rodrigues_rig")

@@ -15,8 +15,8 @@ from tests.test_rotordynamics_modes import RIG, planar, rigid
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.labels import End, joint_name, labels_of, moved_apart
 from autobalancer.plots.rotor import THINNEST, WHIRL
+from autobalancer.plots.style import End, joint_name, labels_of, moved_apart
 from autobalancer.rotordynamics.campbell import campbell, modes
 from autobalancer.rotordynamics.response import whirl_orbits
 

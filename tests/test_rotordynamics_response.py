@@ -17,7 +17,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.results.store import load_run, save_run
-from autobalancer.rotordynamics.eigenproblem import Whirl, greatest_mean, mean_of_greatest, whirl
+from autobalancer.rotordynamics.natural_modes import Whirl, greatest_mean, mean_of_greatest, whirl
 from autobalancer.rotordynamics.response import whirl_orbits
 
 RPM = math.pi / 30.0

@@ -9,12 +9,10 @@ import pytest
 from tests.references.rubber import CHAIN, ELASTIC, MASS, MAXWELL, VISCOUS, described, free_motion
 
 import autobalancer as ab
-from autobalancer.assembly.measure_inputs import gauges_of
-from autobalancer.assembly.place_response import without_balancing
-from autobalancer.assembly.places import places_of
+from autobalancer.assembly.places import gauges_of, places_of, without_balancing
 from autobalancer.assembly.system import assemble
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.plots.drawing.labels import labels_of
+from autobalancer.plots.style import labels_of
 
 SPEED = 62.0  # rad/s, in the resonance
 UNBALANCE = 6e-4

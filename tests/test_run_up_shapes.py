@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.profile import corners
+from autobalancer.assembly.drive_train import corners
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Reduction
 

@@ -20,7 +20,7 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import ResultError
 from autobalancer.files import machine_file as given
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.results.archive import Archive
 from autobalancer.results.store import save_run
 from autobalancer.safe_file import ready_to_write, write_safely, write_text_safely

@@ -15,8 +15,8 @@ from tests.references.shafts import machine
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.rotordynamics import from_ross as module
-from autobalancer.rotordynamics.from_ross import from_ross
+from autobalancer.rotordynamics import equivalent_planar as module
+from autobalancer.rotordynamics.equivalent_planar import from_ross
 from autobalancer.units import to_si
 
 SPEEDS = [0.0, 200.0, 500.0, 900.0]

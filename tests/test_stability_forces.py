@@ -21,8 +21,8 @@ from autobalancer.machine import Machine
 from autobalancer.simulation.record import Samples
 from autobalancer.stability.host.stations import in_plane, stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.states.linear import modes
-from autobalancer.stability.states.stations import balanced_of, state_vector, states_of
+from autobalancer.stability.states.linearized import modes
+from autobalancer.stability.states.rest_states import balanced_of, state_vector, states_of
 
 SPEED, STIFFNESS = 110.0, 0.02  # rad/s, N/m
 RACE = "balancers[1].races[1]"

@@ -10,7 +10,7 @@ import pytest
 from autobalancer.machine import Machine
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.exact import _edge, stable_windows
-from autobalancer.stability.states.stations import described
+from autobalancer.stability.states.rest_states import described
 
 
 def two_planes(share: float) -> Machine:

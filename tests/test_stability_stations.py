@@ -36,10 +36,9 @@ from autobalancer.machine import (
 )
 from autobalancer.stability.host.stations import Stations, plane, stations
 from autobalancer.stability.maps.balanced import EqualAtOneStation, StationBalls, growth_of
-from autobalancer.stability.states.floquet import exponents_of, swing_of
-from autobalancer.stability.states.linear import eigensystem
-from autobalancer.stability.states.linear import matrices as station_matrices
-from autobalancer.stability.states.stations import StationState, balanced_of, states_of, without_exchanges
+from autobalancer.stability.states.linearized import eigensystem, exponents_of, swing_of
+from autobalancer.stability.states.linearized import matrices as station_matrices
+from autobalancer.stability.states.rest_states import StationState, balanced_of, states_of, without_exchanges
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 ENDS = (-0.12, 0.16)

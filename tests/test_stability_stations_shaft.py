@@ -27,9 +27,9 @@ from autobalancer.machine import (
 )
 from autobalancer.stability.host.reduction import basis_for, reduced
 from autobalancer.stability.host.stations import Stations, stations
-from autobalancer.stability.states.linear import eigensystem
-from autobalancer.stability.states.linear import matrices as station_matrices
-from autobalancer.stability.states.stations import balanced_of
+from autobalancer.stability.states.linearized import eigensystem
+from autobalancer.stability.states.linearized import matrices as station_matrices
+from autobalancer.stability.states.rest_states import balanced_of
 
 PLACES = (0.15, 0.45)
 SUPPORTS = tuple(Support(position=z, stiffness=2e4, damping=20.0) for z in (0.05, 0.55))

@@ -23,8 +23,8 @@ from autobalancer.simulation.record import Samples
 from autobalancer.stability.continuation.steady import Family
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.states.linear import modes
-from autobalancer.stability.states.stations import balanced_of, state_vector, states_of
+from autobalancer.stability.states.linearized import modes
+from autobalancer.stability.states.rest_states import balanced_of, state_vector, states_of
 
 SPEED = 400.0
 TWO_PLANES = ab.with_parameter(ab.example("two_plane_rotor"), "tilting_races", "full")

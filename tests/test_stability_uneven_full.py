@@ -32,9 +32,8 @@ from autobalancer.stability.host.stations import (
 )
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.states.floquet import exponents_of, in_mean, swinging
-from autobalancer.stability.states.linear import modes
-from autobalancer.stability.states.stations import balanced_of, states_of
+from autobalancer.stability.states.linearized import exponents_of, in_mean, modes, swinging
+from autobalancer.stability.states.rest_states import balanced_of, states_of
 
 RACE = "balancers[1].races[1]"
 RIG = ab.example("discoidal")

@@ -10,7 +10,7 @@ from scipy.special import zeta as scipy_zeta
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.laws.impacts import contact_time, edge_error, energy_error, zeta
-from autobalancer.studies.step_size import _collide
+from autobalancer.studies.chamber_study import _collide
 
 K = 1e10
 SPEED = 4.0

@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import DurationWarning, QuestionError, RangeWarning, unwarned, warn
-from autobalancer.results.shares import wilson_interval
+from autobalancer.results.verdict import wilson_interval
 from autobalancer.stability.averaged import averaged_plane, damping_share
-from autobalancer.studies.study.reading import read_study
-from autobalancer.studies.study.spec import (
+from autobalancer.studies.study.study_file import read_study
+from autobalancer.studies.study.study_spec import (
     Discrete,
     LogNormal,
     Normal,

@@ -13,7 +13,7 @@ from tests.test_torsion import CHAIN, FIRST, MOTOR, MOUNT, ROTOR, STATOR, free, 
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.torsion import motor_slope
+from autobalancer.assembly.drive_train import motor_slope
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 

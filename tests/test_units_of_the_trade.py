@@ -15,11 +15,11 @@ import pytest
 from typer.testing import CliRunner
 
 from autobalancer.app.store.measured_files import guessed
-from autobalancer.app.text.fields import in_unit, number_and_unit, written
+from autobalancer.app.text.form_fields import in_unit, number_and_unit, written
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.files.table import read_table
+from autobalancer.files.text_files import read_table
 from autobalancer.machine.part import Quantity
 from autobalancer.measure import BalanceRun, Reading, TrialMass, balance, load_signals
 from autobalancer.measurement.signals.form import factor_to, hertz_argument, quantity_of

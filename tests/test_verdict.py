@@ -14,12 +14,12 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.assembly.profile import largest_unbalance
+from autobalancer.assembly.drive_train import largest_unbalance
 from autobalancer.assembly.system import assemble
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.results.number_text import moment_text, significant
+from autobalancer.results.display_units import moment_text, significant
 from autobalancer.results.verdict import headline, verdict_word
 from autobalancer.stability.summary import service_of, service_rows, summary_rows
 from autobalancer.tables import rpm_and_si

@@ -8,7 +8,7 @@ from weakref import WeakSet
 
 from sphinx_gallery.scrapers import figure_rst
 
-from autobalancer.plots.drawing.style import Picture
+from autobalancer.plots.style import Picture
 
 shown: WeakSet[Picture] = WeakSet()
 

@@ -11,8 +11,8 @@ from autobalancer.machine.part import Part
 from autobalancer.measurement.balancing.runs import BalanceJob
 from autobalancer.measurement.comparison.run_up_fit import RunUpFile
 from autobalancer.measurement.film.setup import FilmSetup
-from autobalancer.studies.design.spec import Specification
-from autobalancer.studies.study.reading import StudyFile
+from autobalancer.studies.design.specification import Specification
+from autobalancer.studies.study.study_file import StudyFile
 from autobalancer.units.trade import WORDS
 
 HEAD = "| key | value | default | meaning |\n|---|---|---|---|\n"

@@ -14,7 +14,7 @@ from typing import Any
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.studies.chamber_study import optimal_means, pick_up_borders
 from reproductions import Found, compared_all
 from reproductions.pakula2021._grid import COUNTS, LOST, table

@@ -14,7 +14,7 @@ from typing import Any
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.results.chamber_measures import ball_settling_time
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions import Found, compared_all

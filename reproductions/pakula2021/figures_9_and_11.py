@@ -14,7 +14,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.results.chamber_measures import ball_places_in_rotor, balls_carried
 from autobalancer.simulation.chamber import simulate_chamber
 from reproductions import compared_all, said

@@ -16,7 +16,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.results.chamber_measures import ball_places_in_rotor, ball_settling_time, balls_carried
 from autobalancer.results.unconstrained_body import pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber import simulate_chamber

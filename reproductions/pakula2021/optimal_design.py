@@ -20,8 +20,8 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.files.machine_file import load_chamber_machine, machine_text
-from autobalancer.plots.drawing.style import save_picture
-from autobalancer.studies.chamber_design.around import designed_machine
+from autobalancer.plots.style import save_picture
+from autobalancer.studies.chamber_candidates import designed_machine
 from reproductions import Found, compared_all, said
 from reproductions.pakula2021._grid import LOST, MACHINE
 

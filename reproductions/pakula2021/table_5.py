@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, compared_all
 
 DATA = Path(__file__).parent / "data" / "central_collision_table5.csv"

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.plots.drawing.style import CRITICAL, INK, UNBALANCE, look, picture, save_picture
 from autobalancer.plots.run.stepped_response import COLORS
+from autobalancer.plots.style import CRITICAL, INK, UNBALANCE, look, picture, save_picture
 from reproductions import Found, Kind, compared_all
 from reproductions.rodrigues2011.balls import from_heavy_spot, with_balls
 from reproductions.rodrigues2011.rig import columns

@@ -18,8 +18,8 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, look, picture, save_picture
-from autobalancer.results.series import wrapped
+from autobalancer.plots.style import BALLS, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.results.time_series import wrapped
 from autobalancer.studies.stepped_response import stepped_response
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import (

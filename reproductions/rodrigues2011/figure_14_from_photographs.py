@@ -15,7 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.plots.drawing.style import BALLS, UNBALANCE, heading, legend, look, picture, save_picture
+from autobalancer.plots.style import BALLS, UNBALANCE, heading, legend, look, picture, save_picture
 from reproductions import Found, compared_all
 from reproductions.rodrigues2011.balls import DIAMETER, OFF, ORBIT, RACE, from_heavy_spot, with_balls, with_unbalance
 from reproductions.rodrigues2011.figure_14 import angles, steady_angles

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.plots.style import ALL_BALLS, BALLS, INK, UNBALANCE, look, picture, save_picture
 from autobalancer.rotordynamics.response import response_peaks
 from reproductions import Found, compared_all
 from reproductions.rodrigues2011.rig import BEARINGS, RPM, columns, fitted

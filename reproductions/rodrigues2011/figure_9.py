@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import UNBALANCE, save_picture
+from autobalancer.plots.style import UNBALANCE, save_picture
 from reproductions import Found, compared_all
 from reproductions.rodrigues2011.balls import as_measured, geometric_mean, level, stepped
 from reproductions.rodrigues2011.rig import columns

@@ -27,8 +27,8 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
-from autobalancer.results.series import wrapped
+from autobalancer.plots.style import ALL_BALLS, BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.results.time_series import wrapped
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import STEPS, as_measured, geometric_mean, level, stepped, without_balls
 from reproductions.rodrigues2011.rig import BEARINGS, DATA, RPM, columns

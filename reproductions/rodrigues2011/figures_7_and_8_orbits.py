@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import ALL_BALLS, look, picture, save_picture
 from autobalancer.plots.rotor import WHIRL
+from autobalancer.plots.style import ALL_BALLS, look, picture, save_picture
 from autobalancer.results.display_units import length_axis
 from autobalancer.rotordynamics.response import whirl_orbits
 from reproductions import Found, compared_all, said

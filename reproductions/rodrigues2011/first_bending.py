@@ -21,7 +21,7 @@ import autobalancer as ab
 from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.rotordynamics.campbell import critical_speeds, modes
 from reproductions import Found, compared_all
 

@@ -16,7 +16,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.measure import BalanceRun, Reading, TrialMass, four_run
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.random_numbers import generator
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.rig import BEARINGS, RPM

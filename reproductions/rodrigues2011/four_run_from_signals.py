@@ -19,7 +19,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.measure import BalanceRun, Reading, TrialMass, four_run
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import without_balls
 from reproductions.rodrigues2011.four_run import LEFT, PLACES, SPEED, WASHER

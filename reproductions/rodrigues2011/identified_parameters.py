@@ -15,7 +15,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.files.examples import rig
 from autobalancer.measurement.comparison.run_up_fit import load_measurements
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.rotordynamics.identification.identify import identify
 from reproductions import Found, Kind, compared_all
 

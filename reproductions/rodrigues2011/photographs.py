@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.random_numbers import generator
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import DIAMETER, ORBIT

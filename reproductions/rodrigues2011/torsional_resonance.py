@@ -21,7 +21,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import HarmonicForce, Machine, MotorMount
-from autobalancer.plots.drawing.style import BALLS, INK, look, picture, save_picture
+from autobalancer.plots.style import BALLS, INK, look, picture, save_picture
 from reproductions import Found, compared_all, said
 from reproductions.rodrigues2011.balls import as_measured, without_balls
 from reproductions.rodrigues2011.first_bending import DIAMETER, DISK, MOTOR, MOTOR_SIZE, distribution

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, compared_all
 
 ORBIT = 76.95e-3

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.catalog.bearing_table import TABLE_DENSITY, Bearing, bearings
+from autobalancer.catalog.product_tables import TABLE_DENSITY, Bearing, bearings
 from autobalancer.laws.capabilities import capability, half_sector, largest_useful_count, potential_ratio
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
 from reproductions import Found, Kind, compared_all
 
 AIR = 1.2

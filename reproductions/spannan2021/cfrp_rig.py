@@ -20,7 +20,7 @@ from scipy.optimize import minimize_scalar
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, look, picture, save_picture
+from autobalancer.plots.style import ALL_BALLS, BALLS, CRITICAL, look, picture, save_picture
 from autobalancer.rotordynamics.campbell import modes
 from reproductions import Found, compared_all
 

@@ -13,7 +13,7 @@ from typing import Any
 import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.laws.drag_coefficient import annulus_cd_re
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, Kind, compared_all
 
 

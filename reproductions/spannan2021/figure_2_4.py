@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.laws.capabilities import potential_ratio
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture
 
 RATIOS = (0.05, 0.27)
 """Ball diameter over orbit diameter: smallest and largest deep groove bearing of section 2.1."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import autobalancer as ab
 from autobalancer.errors import RangeWarning
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import compared_all, said
 
 VARIANTS = (

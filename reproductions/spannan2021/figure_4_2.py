@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.simulation.record import Envelope, Samples
 from reproductions import Found, compared_all
 

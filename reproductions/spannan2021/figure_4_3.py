@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
 from reproductions import Found, compared_all
 

@@ -15,7 +15,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.stability.maps.exact import stable_windows
 from autobalancer.stability.states.questions import eigenvalues
 from reproductions import Found, compared_all

@@ -17,9 +17,9 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.simulation.record import Samples
-from autobalancer.stability.maps.speeds import averaged_border
+from autobalancer.stability.maps.exact import averaged_border
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "stall_and_release.toml"

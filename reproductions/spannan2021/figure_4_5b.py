@@ -21,12 +21,12 @@ from scipy.optimize import brentq
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
 from autobalancer.stability.averaged import averaged_plane, averaged_station_growth, greatest_g
 from autobalancer.stability.host.stations import of_plane, station_form
 from autobalancer.stability.maps.balanced import members_of
 from autobalancer.stability.states.questions import eigenvalues
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.states.rest_states import StationState
 from reproductions import Found, compared_all
 from reproductions.spannan2021.figure_4_3 import MACHINE, SUPPORTS
 

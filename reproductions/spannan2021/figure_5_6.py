@@ -20,7 +20,7 @@ from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow.annulus import annulus_of
 from autobalancer.flow.annulus_problem import annulus_flow
 from autobalancer.machine import Ramp
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, compared_all
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "discoidal.toml"

@@ -21,7 +21,7 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, look, picture, save_picture
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021.figure_6_12 import HERTZ, JUMP, RATE, START, run_up_and_down, seen_by_laser
 from reproductions.spannan2021.softening_rubber import BLOW, DECAY, FREQUENCY, NOT_PRINTED, PASSAGE, frequency_and_decay

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, heading, legend, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, heading, legend, look, picture, save_picture
 from reproductions import Found, compared_all
 from reproductions.spannan2021._logger import ENCODER, KEPT, LASER, RATE, SURE
 from reproductions.spannan2021.figure_6_10 import END, MIDDLE, SEEN, own_unbalance, passage

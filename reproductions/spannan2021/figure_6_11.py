@@ -21,9 +21,9 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.rotordynamics.campbell import campbell, critical_speeds, modes
-from autobalancer.rotordynamics.eigenproblem import free_motions
+from autobalancer.rotordynamics.natural_modes import free_motions
 from reproductions import Found, compared_all, said
 
 HERTZ = 2.0 * math.pi

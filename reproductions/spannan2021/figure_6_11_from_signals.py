@@ -18,7 +18,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture, save_picture
+from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture, save_picture
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021._logger import LID, RATE, SURE
 from reproductions.spannan2021.figure_6_9_from_signals import struck

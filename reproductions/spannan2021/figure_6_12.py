@@ -29,7 +29,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, RACE, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, RACE, look, picture, save_picture
 from reproductions import Found, Kind, compared_all, said
 
 NOMINAL = 1200.0 * np.pi / 30.0

@@ -15,7 +15,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.examples import rig
-from autobalancer.plots.drawing.style import BALLS, INK, RACE, heading, legend, look, picture, save_picture
+from autobalancer.plots.style import BALLS, INK, RACE, heading, legend, look, picture, save_picture
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021._logger import ENCODER, KEPT, LASER, RATE
 from reproductions.spannan2021.figure_6_10 import MIDDLE

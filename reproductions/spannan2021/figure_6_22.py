@@ -21,7 +21,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.machine import Rubber
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, look, picture, save_picture
 from reproductions import Found, Kind, compared_all, said
 from reproductions.spannan2021._five_speeds import (
     HELD,

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, heading, legend, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, heading, legend, look, picture, save_picture
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021._five_speeds import (
     HELD,

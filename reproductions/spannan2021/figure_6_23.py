@@ -31,7 +31,7 @@ import numpy as np
 import xarray as xr
 from scipy.signal import spectrogram
 
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021._stall_runs import (
     SAMPLES,

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import heading, look, picture, save_picture
+from autobalancer.plots.style import heading, look, picture, save_picture
 from reproductions import Found, compared_all
 from reproductions.spannan2021._five_speeds import LINE, ONSET, RELEASE
 from reproductions.spannan2021._logger import ENCODER, LID

@@ -19,7 +19,7 @@ import xarray as xr
 from scipy.signal import spectrogram
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import look, picture, save_picture
+from autobalancer.plots.style import look, picture, save_picture
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021._five_speeds import LINE, ONSET, RELEASE
 from reproductions.spannan2021._rig_on_rubber import RIG, on_the_rig, slowest_ball

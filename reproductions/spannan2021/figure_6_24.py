@@ -18,7 +18,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.laws.drag_coefficient import linear_drag
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, save_picture
+from autobalancer.plots.style import BALLS, save_picture
 from autobalancer.stability.averaged import explicit_averaged_border
 from autobalancer.stability.maps.curve import border_curve
 from reproductions import Found, compared_all, said

@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "cfrp_planar.toml"
 DAMPING = {"with piston dampers": 12.8, "without piston dampers": 0.7}  # N s/m

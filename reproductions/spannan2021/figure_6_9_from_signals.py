@@ -19,7 +19,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, INK, heading, legend, look, picture, save_picture
+from autobalancer.plots.style import BALLS, INK, heading, legend, look, picture, save_picture
 from reproductions import Found, compared_all
 from reproductions.spannan2021.figure_6_10 import mass_at_the_race, own_unbalance
 from reproductions.spannan2021.softening_rubber import BLOW

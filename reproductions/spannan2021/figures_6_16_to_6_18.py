@@ -15,12 +15,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.catalog.small_tables import rows as table
+from autobalancer.catalog.product_tables import rows as table
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.drag.sphere_on_plane import sphere_on_plane
 from autobalancer.machine import Machine
-from autobalancer.measurement.angle import TurnedRace, drag_coefficients, equilibrium_angles, fit_rolling_resistance
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.measurement.equilibrium_angles import (
+    TurnedRace,
+    drag_coefficients,
+    equilibrium_angles,
+    fit_rolling_resistance,
+)
+from autobalancer.plots.style import save_picture
 from autobalancer.simulation.record import Samples
 from reproductions import Found, compared_all
 

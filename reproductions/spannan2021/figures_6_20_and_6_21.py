@@ -20,7 +20,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.simulation.record import Samples
 from reproductions import Found, compared_all
 

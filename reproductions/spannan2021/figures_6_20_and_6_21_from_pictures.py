@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.plots.drawing.style import BALLS, INK, UNBALANCE, heading, look, picture, save_picture
+from autobalancer.plots.style import BALLS, INK, UNBALANCE, heading, look, picture, save_picture
 from autobalancer.random_numbers import generator
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021._logger import SURE

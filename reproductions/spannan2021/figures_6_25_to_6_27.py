@@ -28,7 +28,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
 from reproductions import Found, compared_all, said
 from reproductions.spannan2021._one_ball import (
     CONTACT,

@@ -26,7 +26,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture, save_picture
 from autobalancer.rotordynamics.campbell import modes
 from reproductions import Found, compared_all, said
 

@@ -18,7 +18,7 @@ from autobalancer.assembly.rotors import lateral_model, with_ball_mass
 from autobalancer.assembly.rotors.equivalent_stiffness import softened
 from autobalancer.laws.stall import StalledBall, stall_balance
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, look, picture, save_picture
+from autobalancer.plots.style import BALLS, CRITICAL, look, picture, save_picture
 from autobalancer.stability.stall.borders import whirl_receptance
 from reproductions import Found, compared_all
 from reproductions.spannan2021._five_speeds import soft_rubber

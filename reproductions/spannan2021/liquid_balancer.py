@@ -9,7 +9,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.machine import Balancer, Machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, compared_all
 
 SPEED = 100.0  # rad/s, four times the critical speed of the drum

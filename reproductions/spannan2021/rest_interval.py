@@ -16,9 +16,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.laws.adherence import rest_interval
+from autobalancer.laws.stall import rest_interval
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from reproductions import Found, compared_all, said
 
 MASS, STIFFNESS, ORBIT, BALL, SPEED, ADHERENCE = 10.0, 4e5, 0.1, 0.01, 300.0, 4e-4

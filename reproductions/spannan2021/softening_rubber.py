@@ -21,8 +21,8 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.style import look, picture, save_picture
-from autobalancer.studies.in_threads import in_threads
+from autobalancer.plots.style import look, picture, save_picture
+from autobalancer.studies.variations import in_threads
 from reproductions import Found, compared_all
 from reproductions.spannan2021 import _five_speeds_on_the_rig as table
 from reproductions.spannan2021._five_speeds import STARTS, lines, lines_of, meets_all, profile, soft_rubber

@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.catalog.fluid_table import blend, fluid
-from autobalancer.catalog.small_tables import rows as catalog_rows
+from autobalancer.catalog.product_tables import blend, fluid
+from autobalancer.catalog.product_tables import rows as catalog_rows
 from autobalancer.laws.viscosity import COLD, HOT, double_log_from_vtc, viscosity_from_double_log, vtc
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
+from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
 from reproductions import Found, compared_all
 
 HALF_DIGIT = 5e-4

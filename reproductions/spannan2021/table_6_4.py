@@ -14,11 +14,10 @@ from typing import Any
 
 import autobalancer as ab
 from autobalancer.files.examples import rig
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from autobalancer.rotordynamics.identification.free import FreeParameter
+from autobalancer.rotordynamics.identification.fit import FreeParameter, MeasuredMode, MeasuredStiffness
 from autobalancer.rotordynamics.identification.identify import identify
-from autobalancer.rotordynamics.identification.measurements import MeasuredMode, MeasuredStiffness
 from reproductions import Found, Kind, compared_all
 
 TABLE = {"stiffness": (44654.0, "N/m"), "mass": (12.27, "kg"), "damping": (68.37, "N s/m")}

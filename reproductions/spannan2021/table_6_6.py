@@ -12,7 +12,7 @@ from typing import Any
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.examples import rig
-from autobalancer.plots.drawing.style import save_picture
+from autobalancer.plots.style import save_picture
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
 from reproductions import Found, compared_all
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from autobalancer.plots.film.frames import Film
     from autobalancer.results.answers.run import Comparison, Overlay
     from autobalancer.results.verdict import Verdict
-    from autobalancer.simulation.chamber.summary import ChamberSummary
+    from autobalancer.simulation.chamber.chamber_summary import ChamberSummary
     from autobalancer.simulation.record import Event, Sampling
     from autobalancer.stability.summary import Summary
 
@@ -105,7 +105,7 @@ def simulate(
         Of balls in races: ``save``, ``events``, ``tolerance``, ``method``, ``frame``, ``hold_balls``, ``mass_spread``,
         ``max_steps``, see :func:`autobalancer.simulation.run.simulate_races`. Of deep chambers: ``step``, ``sample``, ``method``,
         ``settle``, ``resume``, ``on_chunk``, ``keep``, ``chunk``, see
-        :func:`autobalancer.simulation.chamber.run.simulate_chamber`.
+        :func:`autobalancer.simulation.chamber.chamber_run.simulate_chamber`.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def simulate(
     described = any_machine(machine)
     common = {"duration": duration, "seed": seed, "progress": progress, "keep_on_interrupt": keep_on_interrupt}
     if isinstance(described, ChamberMachine):
-        from autobalancer.simulation.chamber.run import simulate_chamber
+        from autobalancer.simulation.chamber.chamber_run import simulate_chamber
 
         return _asked("simulate", simulate_chamber, "deep chambers", described, {**common, **options})
     from autobalancer.simulation.run import simulate_races
@@ -155,7 +155,7 @@ def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summ
     """
     described = any_machine(machine)
     if isinstance(described, ChamberMachine):
-        from autobalancer.simulation.chamber.summary import chamber_summary
+        from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 
         return chamber_summary(described)
     from autobalancer.stability.summary import summary
@@ -182,7 +182,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | st
         If an argument belongs to the other kind of run, or the run did not keep what is needed.
     """
     if is_chamber_run(run):
-        from autobalancer.simulation.chamber.verdict import chamber_verdict
+        from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict
 
         if held is not None:
             raise QuestionError(
@@ -219,7 +219,7 @@ def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
 
         found = _asked("measures", chamber_measures, "deep chambers", run, options)
         return found if "last" in options else without_steady_state(run, found)
-    from autobalancer.results.measures import measures as measures_of_races
+    from autobalancer.results.measure_table import measures as measures_of_races
 
     return _asked("measures", measures_of_races, "balls in races", run, options)
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Circle, Rectangle
 
-from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.files.machine_file import any_machine
 from autobalancer.machine import Machine, ModalRotor, MultibodyRotor, PlanarRotor, RigidRotor, ShaftRotor
@@ -19,9 +19,8 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.machine import LiquidRing
 from autobalancer.machine.rotors.body import GROUND
 from autobalancer.machine.rotors.joint import PointJoint
-from autobalancer.plots.drawing.labels import label_point
-from autobalancer.plots.drawing.style import INK, RACE, UNBALANCE, ball_color, heading, look, picture
-from autobalancer.plots.run.race import WIDTH, RacePanel, Vector
+from autobalancer.plots.run.race_and_orbit import WIDTH, RacePanel, Vector
+from autobalancer.plots.style import INK, RACE, UNBALANCE, ball_color, heading, label_point, look, picture
 from autobalancer.results.display_units import moment_text
 from autobalancer.results.drawn import Moments, Races
 

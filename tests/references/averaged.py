@@ -19,7 +19,7 @@ from autobalancer.stability.averaged import (
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.stations import Complexes, Floats, Plane, of_plane
 from autobalancer.stability.states.ball_positions import close_polygon
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.states.rest_states import StationState
 
 
 def averaged_residuals(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from autobalancer.simulation.chamber.run import ChamberRun
+from autobalancer.simulation.chamber.chamber_run import ChamberRun
 
 AXES = ["x", "y", "z"]
 MACHINE = 'name = "made up"\n'

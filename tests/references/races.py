@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from autobalancer.assembly.guided import race_harmonics
+from autobalancer.assembly.guided_balls import race_harmonics
 from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import ConstantTorque, Machine, PrescribedSpeed
 

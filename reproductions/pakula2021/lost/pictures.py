@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from autobalancer.plots.drawing.style import INK, heading, look, picture
+from autobalancer.plots.style import INK, heading, look, picture
 from reproductions.pakula2021.lost.statements import Statement
 from reproductions.pakula2021.lost.tables import Entry
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import NamedTuple
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.guided import ball_inertia
-from autobalancer.assembly.reduced_rotor import spatial_parts
+from autobalancer.assembly.contact import Tables, is_rigid, law_numbers, least_rebound, parallel, restitution
+from autobalancer.assembly.drive_train import unbalance_factor
+from autobalancer.assembly.guided_balls import ball_inertia
+from autobalancer.assembly.reduced_rotor import has_hardening, spatial_parts
 from autobalancer.assembly.rotors import (
     LateralModel,
     lateral_model,
@@ -19,19 +22,114 @@ from autobalancer.assembly.rotors import (
     rotor_key,
     spring_model,
     station_rows,
+    unbalance_shape,
     with_ball_mass,
 )
-from autobalancer.assembly.rotors.equivalent_stiffness import mounts
+from autobalancer.assembly.rotors.ellipses import steadily
+from autobalancer.assembly.rotors.equivalent_stiffness import hard_places, mounts, softened
 from autobalancer.assembly.rotors.grounds import Ground, carried, grounds, large_motions, sag
-from autobalancer.assembly.rotors.hardening import hard_places
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Matrix
+from autobalancer.assembly.rotors.lateral_model import Complexes
 from autobalancer.assembly.rotors.planes import Planes, planes_of
 from autobalancer.assembly.rotors.reduction import Reduction, circular
 from autobalancer.assembly.system import Assembly, assemble, assemble_general, total_mass
 from autobalancer.cache import remembered
+from autobalancer.catalog.product_tables import RING, TURNED, TURNED_ECCENTRICITY, ring_eccentricity
 from autobalancer.catalog.resolve import Ball, capability_of, resolve, settled
-from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y
-from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, Unbalance
+from autobalancer.errors import QuestionError
+from autobalancer.kernels import records
+from autobalancer.kernels.measures.columns_of_measures import ITERATED, LINEAR, OF_IMPACTS, UNKNOWN
+from autobalancer.kernels.measures.workspace import SCALARS, MeasureInputs, Observables, Workspace
+from autobalancer.kernels.records import MEETING
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, Rows, X, Y
+from autobalancer.laws.impacts import LEAST, rebound
+from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor, Race, Unbalance
+from autobalancer.machine.rebound import Rebound
+from autobalancer.results.display_units import length_text, moment_text
+
+# Contacts whose impacts a run notes, and what an impact in each of them means.
+
+
+ROOM = 20_000  # impacts between two looks at them
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A contact: numbers of both balls from 0, the second -1 at a partition and -2 at a wall; reduced mass, kg."""
+
+    kind: int
+    one: int
+    other: int
+    mass: float
+    restitution: float
+    rebound: Rebound | None
+    slowest: float  # m/s: no slower impact rebounds, because of the fluid
+    least: float = LEAST  # restitution that counts for less; 0 of rigid contacts
+
+
+def with_touches(machine: Machine, assembly: Assembly) -> tuple[Assembly, tuple[Touch, ...]]:
+    """The assembly with room for the impacts of all contacts of its balls, and these contacts."""
+    touches = touches_of(machine, assembly)
+    if not touches:
+        return assembly, ()
+    rows = records.TOUCH.rows(len(touches))
+    for row, touch in zip(rows, touches, strict=True):
+        row.kind, row.one, row.other, row.known = touch.kind, touch.one, touch.other, -1
+    room = {"touches": rows, "impacts": records.IMPACT.rows(ROOM), "impact_count": np.zeros(1, np.int64)}
+    return replace(assembly, system=assembly.system._replace(**room)), touches
+
+
+def touches_of(machine: Machine, assembly: Assembly) -> tuple[Touch, ...]:
+    """All contacts of the balls of a machine."""
+    return tuple(_resolved(machine, assembly) if assembly.resolved else _guided(machine, assembly))
+
+
+def _guided(machine: Machine, assembly: Assembly) -> list[Touch]:
+    touches = []
+    for i, (ball, contact) in enumerate(zip(assembly.balls, assembly.system.contacts, strict=True)):
+        race = _race(machine, ball)
+        least = 0.0 if is_rigid(race) else LEAST
+        if contact.hard > 0.0 or contact.rigid > 0:
+            j = int(contact.next)
+            other = assembly.balls[j]
+            mass = parallel(ball.inertia, other.inertia) / contact.pace**2
+            touches.append(Touch(records.NEXT, i, j, mass, *_meeting(race, ball, other), least=least))
+        if contact.wall_hard > 0.0 or contact.wall_rigid > 0:
+            mass = ball.inertia / contact.wall_pace**2
+            touches += [
+                Touch(kind, i, -1, mass, *_meeting(race, ball), least=least) for kind in (records.BEHIND, records.AHEAD)
+            ]
+    return touches
+
+
+def _resolved(machine: Machine, assembly: Assembly) -> list[Touch]:
+    touches = []
+    for i, (ball, free) in enumerate(zip(assembly.balls, assembly.system.free_balls, strict=True)):
+        race, mass = _race(machine, ball), float(free.mass + free.extra)
+        law = race.resolved
+        assert law is not None
+        damped = free.wall_damping / (2.0 * math.sqrt(free.wall_stiffness * mass))  # with 'damping', of a linear spring
+        told = float(law.restitution) if law.restitution is not None else rebound(damped)
+        touches.append(Touch(records.WALL, i, -2, mass, told, law.rebound, least_rebound(law.rebound, ball)))
+        if np.isfinite(free.gap):
+            touches.append(replace(touches[-1], kind=records.INNER))
+        if race.partitions is not None:
+            touches.append(Touch(records.SIDES, i, -1, mass, *_meeting(race, ball)))
+        for j in range(i + 1, len(assembly.balls)):
+            other, its = assembly.balls[j], assembly.system.free_balls[j]
+            if free.race >= 0 and free.race == its.race:
+                reduced = parallel(mass, float(its.mass + its.extra))
+                touches.append(Touch(records.OTHER_BALL, i, j, reduced, *_meeting(race, ball, other)))
+    return touches
+
+
+def _race(machine: Machine, ball: Ball) -> Race:
+    return machine.balancers[ball.balancer].races[ball.race]
+
+
+def _meeting(race: Race, ball: Ball, other: Ball | None = None) -> tuple[float, Rebound | None, float]:
+    falls = race.contact.rebound if race.contact is not None else None
+    return restitution(race), falls, least_rebound(falls, ball, other)
+
 
 SAME = 1e-12  # rows that differ less are those of one place
 
@@ -246,3 +344,301 @@ def center_moments(machine: Machine, balls: tuple[Ball, ...]) -> dict[int, compl
     for ball in balls:
         moments[ball.balancer] += ball.effective_mass * ball.eccentricity
     return {number: moment for number, moment in moments.items() if moment != 0.0}
+
+
+# What unbalance does at the planes and places of a machine at a steady speed.
+
+
+def plane_unbalances(assembly: Assembly, gauges: MeasureInputs, time: float, speed: float) -> Complexes:
+    """The unbalance that the balls of each plane have to balance so that all planes rest, kg m in the rotor, (P,).
+
+    It is what the unbalances do at the planes at this speed, put into these planes; on a planar rotor their sum. nan at
+    a critical speed of an undamped rotor.
+    """
+    from autobalancer.kernels.measures import observables
+
+    plane_unbalances = np.zeros(gauges.capability.size, np.complex128)
+    observables.plane_unbalances(assembly.system, gauges, time, speed, desk_for(gauges, 0), plane_unbalances)
+    return plane_unbalances
+
+
+def off_center_unbalances(places: Places, speed: float) -> Complexes:
+    """Residual unbalance of each plane for each meter by which the race of a plane is off the axis, kg, (P, P).
+
+    Balls that rest in the rotor hold the centers of their races at rest, so the axis of the rotor is as far off the axis of
+    rotation as the race is off the axis: of a planar rotor the residual is (M - (k + i b w)/w^2) E in the rotor. nan where
+    the races cannot all be at rest, as in more than two planes of a rigid rotor, or without speed.
+    """
+    count = len(places.planes)
+    if not speed:
+        return np.full((count, count), np.nan + 0j)
+    circles = (
+        places.rows[:count, 0] - 1j * places.rows[:count, 1]
+    ).T  # force of a unit vector that turns with the rotor
+    dynamic = _dynamic_stiffness(places, np.array([float(speed)]))[0]
+    try:
+        moved = 0.5 * circles.conj().T @ np.linalg.solve(dynamic, circles)
+        scale = np.abs(moved).max(initial=0.0)
+        if np.linalg.matrix_rank(moved, tol=1e-9 * scale) < count:
+            raise np.linalg.LinAlgError
+        return np.asarray(-np.linalg.inv(moved) / speed**2, np.complex128)
+    except np.linalg.LinAlgError:
+        return np.full((count, count), np.nan + 0j)
+
+
+def without_balancing(
+    assembly: Assembly, places: Places, gauges: MeasureInputs, time: float, speed: float
+) -> tuple[Floats, Floats]:
+    """Greatest vibration of each place, (L,) m, and greatest vibrating force on each support, (S,) N, without balancing.
+
+    The balls are spread evenly over their races and held; the speed is steady, and nothing shakes the machine from outside.
+    nan at a critical speed of an undamped rotor, and on softening rubber whose steady motion is not known.
+    """
+    if places.rubber_rows.size:
+        return _on_rubber(places, time, speed)
+    from autobalancer.kernels.measures import observables
+
+    vibration, force = np.zeros(len(places.names)), np.zeros(len(places.supports))
+    observables.with_balls_held(assembly.system, gauges, time, speed, desk_for(gauges, 0), vibration, force)
+    return vibration, force
+
+
+def _on_rubber(places: Places, time: float, speed: float) -> tuple[Floats, Floats]:
+    """The same on rubber that is as soft as its own deflection makes it."""
+    machine, bare = places.machine, lateral_model(places.machine)
+    soft = softened(machine, bare, places.model)
+    assert soft is not None
+    load = sum(
+        (
+            unbalance_factor(part, float(time)) * unbalance_shape(machine, bare, number)
+            for number, part in enumerate(machine.unbalances)
+        ),
+        places.center_loads,
+    )
+    try:
+        result = steadily(soft, np.array([float(speed)]), load, "vibration without balls")
+    except QuestionError:
+        return np.full(len(places.names), np.nan), np.full(len(places.supports), np.nan)
+    moved = np.linalg.lstsq(places.basis, result.motion[0], rcond=None)[0]
+    force = places.rubber_rows @ result.pushes[0].ravel()
+    for i, share in enumerate(table_shares(places.speeds, np.array([float(speed)]))):
+        force = force + share * (places.run_stiffness[i] + 1j * speed * places.run_damping[i]) @ moved
+    return _semi_major(np.asarray(places.rows @ moved, np.complex128)), _semi_major(force)
+
+
+def _semi_major(pairs: Complexes) -> Floats:
+    """Greatest length of Re((x, y) e^(i theta)), of complex (..., 2)."""
+    x, y = pairs[..., 0], pairs[..., 1]
+    return np.asarray(0.5 * (np.abs(x + 1j * y) + np.abs(x - 1j * y)), np.float64)
+
+
+def _dynamic_stiffness(places: Places, speed: Floats) -> Complexes:
+    """K + i w (C + w G) - w^2 M over the coordinates, with the balls on the rotor, (T, R, R)."""
+    model, basis = places.model, places.basis
+    w = speed[:, None, None]
+    total = 1j * w**2 * (basis.T @ model.gyroscopic @ basis) - w**2 * (basis.T @ model.mass @ basis)
+    for i, share in enumerate(table_shares(model.speeds, speed)):
+        small = basis.T @ model.stiffness[i] @ basis + 1j * w * (basis.T @ model.damping[i] @ basis)
+        total = total + share[:, None, None] * small
+    return np.asarray(total, np.complex128)
+
+
+# What a race off the axis leaves, however well its balls balance: they bring the center of the race to rest, not the
+# axis.
+#
+# Spannan (2021), section 4.2.4: on isotropic supports the axis then whirls at the eccentricity. Where the machine has
+# none, a typical one is taken.
+
+
+@dataclass(frozen=True)
+class OffCenterPlane:
+    """A plane of balancers: eccentricity of its races (the greatest, or a typical one) and vibration of the axis, m.
+
+    ``residual`` (kg m) is the unbalance that stays in this plane while all races are at rest: of given eccentricities
+    what they leave, of typical ones the most, over their directions; nan where the races cannot all be at rest. ``source``
+    says where a typical eccentricity comes from.
+    """
+
+    name: str
+    given: bool
+    eccentricity: float
+    residual: float
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class OffCenter:
+    """The planes of a machine at a steady speed (rad/s)."""
+
+    speed: float
+    planes: tuple[OffCenterPlane, ...]
+
+    @property
+    def greatest(self) -> float:
+        """The greatest eccentricity, m."""
+        return max((plane.eccentricity for plane in self.planes), default=0.0)
+
+    @property
+    def given(self) -> bool:
+        """Whether the machine gives the eccentricity of some race in each plane."""
+        return all(plane.given for plane in self.planes)
+
+    @property
+    def sentence(self) -> str:
+        """All that in words; empty for races that are said to be centered."""
+        planes = [plane for plane in self.planes if plane.eccentricity > 0.0]
+        if not planes:
+            return ""
+        unknown = not all(plane.given for plane in planes)
+        several = len(self.planes) > 1
+        parts = [
+            f"{length_text(plane.eccentricity)}{f' at {plane.name}' if several else ''} "
+            f"{'leaves' if plane.given else 'would leave'} a vibration of {length_text(plane.eccentricity)}"
+            + (
+                f" and {'up to ' * (several and unknown)}{moment_text(plane.residual)} of unbalance"
+                if np.isfinite(plane.residual)
+                else ""
+            )
+            for plane in planes
+        ]
+        sources = " or ".join(dict.fromkeys(plane.source for plane in planes if not plane.given))
+        begin = f"not given{' everywhere' * any(p.given for p in planes)}; typical is {sources}: " if unknown else ""
+        return begin + "; ".join(parts) + ", however well the balls balance"
+
+
+def off_center(places: Places, balls: tuple[Ball, ...], speed: float) -> OffCenter | None:
+    """The eccentricities of a machine and what they leave at a speed (rad/s); None without balls."""
+    if not balls:
+        return None
+    given, greatest, fixed, sources = zip(
+        *(_plane([ball for ball, p in zip(balls, places.plane_of_ball, strict=True) if p == i], places)
+          for i in range(len(places.planes))),
+        strict=True,
+    )  # fmt: skip
+    effect = off_center_unbalances(places, speed)
+    known = np.array(given, bool)
+    left = np.abs(effect[:, known] @ np.array(fixed)[known]) + np.abs(effect[:, ~known]) @ np.array(greatest)[~known]
+    return OffCenter(
+        float(speed),
+        tuple(
+            OffCenterPlane(name, bool(one), float(offset), float(residual), source)
+            for name, one, offset, residual, source in zip(places.planes, given, greatest, left, sources, strict=True)
+        ),
+    )
+
+
+def _plane(balls: list[Ball], places: Places) -> tuple[bool, float, complex, str]:
+    """Whether an eccentricity is given, the greatest one or a typical one, the given one with its direction, m, and a source."""
+    races = [places.machine.balancers[ball.balancer].races[ball.race] for ball in balls]
+    if any("eccentricity" in race.model_fields_set for race in races):
+        offset = max((ball.eccentricity for ball in balls), key=abs)
+        return True, abs(offset), offset, ""
+    if any(race.bearing is None for race in races):
+        return False, TURNED_ECCENTRICITY, 0j, TURNED
+    size = max((2.0 * ball.orbit_radius + ball.diameter for ball in balls), default=0.0)
+    return False, ring_eccentricity(size), 0j, RING
+
+
+# The numbers that measures need of a machine, and room for them, as kernels/measures/workspace.py names them.
+
+
+MOST = 200_000  # impacts that are kept
+
+
+def gauges_of(
+    assembly: Assembly, places: Places, jumps: Sequence[float] = (), touches: Sequence[Touch] = (), *, centered: bool
+) -> MeasureInputs:
+    """The numbers of an assembled machine; ``centered`` says that nothing can deflect its rotor for good."""
+    basis, model, balls = places.basis, places.model, assembly.balls
+    meetings, rebounds = meetings_of(touches)
+    scalars = np.zeros(SCALARS)
+    scalars[:] = (
+        centered,
+        assembly.resolved,
+        min(assembly.critical_speeds, default=math.nan),
+        _held(places.machine, places, bool(balls)),
+        isinstance(places.machine.rotor, PlanarRotor),
+    )
+    return MeasureInputs(
+        scalars=scalars,
+        rows=_flat(places.rows),
+        speeds=np.array(places.speeds, np.float64),
+        stiffness=_by_speed(places.run_stiffness),
+        damping=_by_speed(places.run_damping),
+        weight=np.array(places.weight, np.float64).ravel(),
+        rubber=_flat(places.rubber_rows),
+        hard=_flat(places.hard_rows),
+        ball_mass=np.array([ball.effective_mass for ball in balls], np.float64),
+        ball_moment=np.array([ball.moment for ball in balls], np.float64),
+        ball_centers=np.array([[b.eccentricity.real, b.eccentricity.imag] for b in balls], np.float64).reshape(-1, 2),
+        ball_planes=np.array(places.plane_of_ball, np.int64),
+        capability=np.array(places.capability, np.float64),
+        mass=np.ascontiguousarray(basis.T @ model.mass @ basis, np.float64),
+        gyroscopic=np.ascontiguousarray(basis.T @ model.gyroscopic @ basis, np.float64),
+        model_speeds=np.array(model.speeds, np.float64),
+        model_damping=np.array([basis.T @ damping @ basis for damping in model.damping], np.float64),
+        model_stiffness=np.array([basis.T @ stiffness @ basis for stiffness in model.stiffness], np.float64),
+        held_stiffness=_by_speed(places.stiffness),
+        held_damping=_by_speed(places.damping),
+        held_loads=np.stack([places.centers.real, places.centers.imag]),
+        jumps=np.array(jumps, np.float64),
+        meetings=meetings,
+        rebounds=rebounds,
+    )
+
+
+def desk_for(gauges: MeasureInputs, states: int, bins: int = 0, hits: int = 0) -> Workspace:
+    """Room for runs of machines with arrays of the same size: states of places, bins of an envelope, impacts."""
+    size, balls, planes = gauges.rows.shape[0], gauges.ball_mass.size, gauges.capability.size
+    places, supports = gauges.rows.shape[1] // 2, gauges.weight.size // 2
+    most, columns = max(places, supports, 1), 1 + 2 * (1 + balls)
+
+    def complexes(*shape: int) -> Any:
+        return np.zeros(shape, np.complex128)
+
+    def seen(count: int) -> Any:
+        return complexes(states, count)
+
+    return Workspace(
+        Observables(
+            seen(places), seen(places), seen(supports), seen(planes), seen(planes), seen(1), seen(1),
+            np.zeros((states, balls)),
+        ),
+        np.zeros(size), np.zeros(size), np.zeros(2 * most), np.zeros(states),
+        np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros((bins, balls)), np.zeros((bins, balls)),
+        np.zeros((4, balls)),
+        np.zeros((5, most)),
+        complexes(max(states, columns, planes), columns + most + planes + 1),
+        complexes(max(size, columns, planes), max(size + planes + 1, columns + most, planes + 2)),
+        complexes(most),
+        np.zeros((4, hits)),
+        np.zeros(1, np.int64),
+        np.zeros(OF_IMPACTS),
+    )  # fmt: skip
+
+
+def meetings_of(touches: Sequence[Touch]) -> tuple[Rows, Floats]:
+    """What an impact means in each contact, and the laws of restitution of those where that depends on the speed."""
+    rows, laws = MEETING.rows(len(touches)), Tables(law_numbers)
+    for row, touch in zip(rows, touches, strict=True):
+        row.mass, row.restitution, row.least = touch.mass, touch.restitution, touch.least
+        row.law = laws.first(touch.rebound, touch.restitution, touch.slowest)
+    return rows, laws.numbers
+
+
+def _held(machine: Machine, places: Places, balls: bool) -> int:
+    if not balls or machine.excitations or has_hardening(machine):
+        return UNKNOWN
+    return ITERATED if places.rubber_rows.size else LINEAR
+
+
+def _flat(rows: Matrix) -> Matrix:
+    """Rows of pairs (L, 2, R) coordinate by coordinate, (R, 2 L)."""
+    return np.ascontiguousarray(rows.reshape(2 * rows.shape[0], rows.shape[2]).T, np.float64)
+
+
+def _by_speed(rows: Matrix) -> Matrix:
+    """The same of rows for each speed, (k, S, 2, R) to (k, R, 2 S)."""
+    return np.ascontiguousarray(
+        rows.reshape(rows.shape[0], 2 * rows.shape[1], rows.shape[3]).swapaxes(1, 2), np.float64
+    )

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.profile import corners, unbalance_factor
+from autobalancer.assembly.drive_train import corners, unbalance_factor
 from autobalancer.assembly.rotors import (
     LateralModel,
     balancer_rows,
@@ -24,8 +24,15 @@ from autobalancer.assembly.rotors import (
     with_ball_mass,
 )
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
-from autobalancer.assembly.rotors.equivalent_stiffness import Mount, mounts, sliding_model
-from autobalancer.assembly.rotors.hardening import HardPlace, central_force, hard_places, hardenings
+from autobalancer.assembly.rotors.equivalent_stiffness import (
+    HardPlace,
+    Mount,
+    central_force,
+    hard_places,
+    hardenings,
+    mounts,
+    sliding_model,
+)
 from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Matrix, Rows
 from autobalancer.assembly.rotors.reduction import Reducer, Reduction, circular
 from autobalancer.cache import remembered

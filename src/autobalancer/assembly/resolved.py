@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.contact import Tables, dampers, least_rebound, meeting_table, restitution, sector
-from autobalancer.assembly.guided import FluidRows, WaveRows, race_harmonics
-from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.drive_train import highest_prescribed
+from autobalancer.assembly.guided_balls import FluidRows, WaveRows, race_harmonics
 from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError, Problem
 from autobalancer.kernels import records

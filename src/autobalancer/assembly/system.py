@@ -13,20 +13,29 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from autobalancer.assembly.contact import contact_rows, is_rigid, rigid_room, set_contacts
-from autobalancer.assembly.forces import force_rows
-from autobalancer.assembly.guided import (
+from autobalancer.assembly.drive_train import (
+    Piece,
+    is_linked,
+    links_of,
+    profile_pieces,
+    scale_of_links,
+    schedule_times,
+    start_of_links,
+    unbalance_factor,
+)
+from autobalancer.assembly.guided_balls import (
     FluidRows,
     Lags,
     UniformTable,
     ball_inertia,
     ball_rows,
+    force_rows,
     is_real,
     mode_count,
     moving_rows,
     put_on_races,
     uniform_table,
 )
-from autobalancer.assembly.profile import Piece, profile_pieces, schedule_times, unbalance_factor
 from autobalancer.assembly.reduced_rotor import (
     Parts,
     bearings_of,
@@ -48,10 +57,8 @@ from autobalancer.assembly.reduced_rotor import (
 )
 from autobalancer.assembly.resolved import free_rows, is_resolved, resolved_scales, start_states
 from autobalancer.assembly.rotors import rows_at
-from autobalancer.assembly.rotors.equivalent_stiffness import Mount
-from autobalancer.assembly.rotors.hardening import HardPlace
+from autobalancer.assembly.rotors.equivalent_stiffness import HardPlace, Mount
 from autobalancer.assembly.rotors.reduction import Reduction
-from autobalancer.assembly.torsion import is_linked, links_of, scale_of_links, start_of_links
 from autobalancer.catalog.resolve import Ball, occupied_angle, planar_rotor, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.kernels import records as at

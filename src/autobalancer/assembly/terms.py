@@ -12,9 +12,9 @@ from enum import Enum
 from functools import cache
 from typing import Any
 
-from autobalancer.assembly.forces import has_forces
+from autobalancer.assembly.drive_train import is_linked
+from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
-from autobalancer.assembly.torsion import is_linked
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import spell

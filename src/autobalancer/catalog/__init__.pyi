@@ -1,13 +1,13 @@
 # written by tools/write_stubs.py from public_names.py
 
-from autobalancer.catalog.bearing_table import bearing as bearing
-from autobalancer.catalog.bearing_table import bearings as bearings
-from autobalancer.catalog.bearing_table import suitable_bearings as suitable_bearings
-from autobalancer.catalog.fluid_table import blend as blend
-from autobalancer.catalog.fluid_table import fluid as fluid
-from autobalancer.catalog.fluid_table import fluids as fluids
-from autobalancer.catalog.small_tables import friction as friction
-from autobalancer.catalog.small_tables import materials as materials
+from autobalancer.catalog.product_tables import bearing as bearing
+from autobalancer.catalog.product_tables import bearings as bearings
+from autobalancer.catalog.product_tables import blend as blend
+from autobalancer.catalog.product_tables import fluid as fluid
+from autobalancer.catalog.product_tables import fluids as fluids
+from autobalancer.catalog.product_tables import friction as friction
+from autobalancer.catalog.product_tables import materials as materials
+from autobalancer.catalog.product_tables import suitable_bearings as suitable_bearings
 from autobalancer.files.examples import example_text as example_text
 from autobalancer.files.examples import examples as examples
 from autobalancer.files.examples import rig as rig

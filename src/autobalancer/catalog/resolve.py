@@ -11,10 +11,8 @@ from functools import lru_cache
 import numpy as np
 
 from autobalancer.cache import remembered
-from autobalancer.catalog.bearing_table import Bearing
-from autobalancer.catalog.bearing_table import bearing as find_bearing
-from autobalancer.catalog.fluid_table import ROOM, fluid
-from autobalancer.catalog.small_tables import material
+from autobalancer.catalog.product_tables import ROOM, Bearing, fluid, material
+from autobalancer.catalog.product_tables import bearing as find_bearing
 from autobalancer.drag.race_geometry import AnnulusDrag
 from autobalancer.errors import CatalogError, MachineError, Problem, QuestionError
 from autobalancer.laws.drag_coefficient import (

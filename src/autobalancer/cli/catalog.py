@@ -12,12 +12,11 @@ import autobalancer as ab
 from autobalancer.cli.terminal.command import MACHINE, Files, Reply, command
 from autobalancer.cli.terminal.options import In
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.results.number_text import moment_text
+from autobalancer.results.display_units import moment_text
 from autobalancer.tables import Column
 
 if TYPE_CHECKING:
-    from autobalancer.catalog.bearing_table import SuitableBearing
-    from autobalancer.catalog.fluid_table import FluidState
+    from autobalancer.catalog.product_tables import FluidState, SuitableBearing
 
 
 app = typer.Typer(
@@ -57,8 +56,8 @@ def bearings(
     Example: autobalancer catalog bearings --unbalance "594 g*mm" \\
       --max-outer "80 mm" --sort mass
     """
-    from autobalancer.catalog.bearing_table import RECONSTRUCTED
-    from autobalancer.catalog.small_tables import material as find_material
+    from autobalancer.catalog.product_tables import RECONSTRUCTED
+    from autobalancer.catalog.product_tables import material as find_material
 
     limits = {
         "min_outer": min_outer,
@@ -394,7 +393,7 @@ def capability(
 
     Example: autobalancer catalog capability --orbit-radius "77 mm" --ball-diameter "12 mm"
     """
-    from autobalancer.catalog.small_tables import material as find_material
+    from autobalancer.catalog.product_tables import material as find_material
     from autobalancer.laws import capabilities as laws
 
     size = (orbit_radius, ball_diameter)

@@ -61,7 +61,7 @@ def amplitudes(
       --duration "20 s" --archive runs --plot amplitudes.png
     """
     from autobalancer.files.machine_file import load_chamber_machine
-    from autobalancer.results.export import result_csv
+    from autobalancer.results.store import result_csv
     from autobalancer.studies.chamber_study import OPTIMAL, optimal_means
 
     deep = [] if balls == "none" else whole("--balls", balls)
@@ -121,7 +121,7 @@ def reactions(
       --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
     from autobalancer.files.machine_file import load_chamber_machine
-    from autobalancer.plots.drawing.style import save_picture
+    from autobalancer.plots.style import save_picture
     from autobalancer.results.unconstrained_body import pakula_body
     from autobalancer.safe_file import ready_to_write
 
@@ -240,7 +240,7 @@ def design(
     """
     from autobalancer.cli.terminal.options import quantity
     from autobalancer.files.machine_file import load_chamber_machine
-    from autobalancer.studies.chamber_design.around import refuse_changes
+    from autobalancer.studies.chamber_candidates import refuse_changes
 
     made = Files(best, allowed=MACHINE)
     candidates = {

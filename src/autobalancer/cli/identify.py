@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from autobalancer.machine import Machine
     from autobalancer.measurement.loop import RaceBalls
-    from autobalancer.rotordynamics.identification.free import FreeParameter
+    from autobalancer.rotordynamics.identification.fit import FreeParameter
     from autobalancer.tables import Column
 
 
@@ -64,7 +64,7 @@ def identify(
 
 def _free(text: str, machine: Machine) -> FreeParameter:
     from autobalancer.cli.terminal.options import named, unit_of
-    from autobalancer.rotordynamics.identification.free import FreeParameter
+    from autobalancer.rotordynamics.identification.fit import FreeParameter
     from autobalancer.units.quantity import ends
 
     path, span = named("--free", text, "from:to")
@@ -187,7 +187,7 @@ def receptance(
 
 def _with_rotor(machine: Path, fit: xr.Dataset) -> Machine:
     from autobalancer.files.machine_file import load_race_machine
-    from autobalancer.rotordynamics.receptance.rotor import measured_rotor, with_measured_rotor
+    from autobalancer.rotordynamics.receptance.receptances import measured_rotor, with_measured_rotor
 
     return with_measured_rotor(load_race_machine(machine), measured_rotor(fit))
 
@@ -203,7 +203,7 @@ def _balls(machine: Path | None, count: int, mass: float | None, radius: float |
 
 
 def _unbalance(machine: Path | None, text: str, balls: RaceBalls) -> float | None:
-    from autobalancer.assembly.profile import largest_unbalance
+    from autobalancer.assembly.drive_train import largest_unbalance
     from autobalancer.cli.terminal.options import quantity
     from autobalancer.files.machine_file import load_race_machine
 

@@ -27,7 +27,7 @@ class Commands(Group):
             "catalog": "catalog.app",
             "measures": "run.measures",
             "compare": "many_runs.compare",
-            "report": "studies.report",
+            "report": "many_runs.report",
             "app": "samples.app",
         },
         "Stability": {
@@ -38,9 +38,9 @@ class Commands(Group):
         },
         "Many runs, and decisions by them": {
             "ensemble": "many_runs.ensemble",
-            "study": "studies.study",
-            "envelopes": "studies.envelopes",
-            "design": "studies.design",
+            "study": "many_runs.study",
+            "envelopes": "many_runs.envelopes",
+            "design": "many_runs.design",
             "stepped-response": "run.stepped_response",
         },
         "Rotor": {
@@ -53,9 +53,9 @@ class Commands(Group):
             "equivalent-planar": "rotor.equivalent_planar",
         },
         "Fluid in a race": {
-            "annulus-flow": "drag_and_flow.annulus_flow",
-            "ball-drag": "drag_and_flow.ball_drag",
-            "equilibrium-angle": "drag_and_flow.equilibrium_angle",
+            "annulus-flow": "rotor.annulus_flow",
+            "ball-drag": "rotor.ball_drag",
+            "equilibrium-angle": "rotor.equilibrium_angle",
         },
         "From measurements": {
             "measure": "measured.app",

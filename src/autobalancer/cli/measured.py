@@ -18,7 +18,7 @@ from autobalancer.tables import Column, whole_degrees
 if TYPE_CHECKING:
     import xarray as xr
 
-    from autobalancer.results.answers.rubber import RubberFit
+    from autobalancer.results.answers.kinds import RubberFit
 
 
 # Options of the commands that read measured signals, and the signals that they describe.

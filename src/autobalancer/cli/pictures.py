@@ -206,7 +206,7 @@ def plot(
     from autobalancer.cli.terminal.command import PICTURE, check_suffix
     from autobalancer.cli.terminal.group import MEND
     from autobalancer.errors import ResultError
-    from autobalancer.plots.drawing.style import FORMATS, save_picture
+    from autobalancer.plots.style import FORMATS, save_picture
     from autobalancer.results.run_argument import open_run
     from autobalancer.safe_file import ready_to_write
 

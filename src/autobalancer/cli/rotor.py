@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 import autobalancer as ab
 from autobalancer.cli.terminal.command import MACHINE, RESULT, Reply, as_plain, command
 from autobalancer.cli.terminal.options import COUNT, In, MachineFile, Ranged, Speeds, quantity
-from autobalancer.cli.terminal.sheet import speed_sign, speed_text
+from autobalancer.cli.terminal.sheet import speed_number, speed_sign, speed_text
 from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
@@ -202,3 +205,217 @@ def equivalent_planar(
     found = ab.rotor.equivalent_planar(described, place, **options)
     numbers = as_plain(found.data) | {"description": found.machine.description}
     return Reply(found.data, numbers, lines=[found.machine.description], machine=found.machine)
+
+
+# Commands that ask what the fluid does to balls: drag from its equations, flow in a race, the equilibrium angle.
+
+
+# ``autobalancer ball-drag``: the drag of a ball in its race, from the equations of the fluid.
+
+
+@command(
+    "flow.ball_drag", take="gap:m motion ball_ahead:m mesh_gap fineness balancer race", draw="ball_drag", bar="flow"
+)
+def ball_drag(
+    machine: MachineFile,
+    reynolds: Annotated[
+        list[float] | None, "Reynolds number; may be repeated, ascending. 0: no inertia of the fluid."
+    ] = None,
+    **options: Any,
+) -> Reply:
+    """Compute the drag of a ball in its race by finite elements, and the lines of the machine file that use it.
+
+    Needs pip install "autobalancer\\[drag]". A few seconds for each Reynolds number up to 30, a minute at 100.
+
+    Example: autobalancer ball-drag discoidal.toml --gap "1 um" \\
+      --reynolds 0 --reynolds 10 --plot ball.png
+    """
+    from autobalancer.tables import Column
+
+    options |= {"reynolds": reynolds} if reynolds else {}
+    found = ab.flow.ball_drag(machine, **options)
+    about = found.attrs
+    heads = {"cd_re": "c_d Re", "drag_coefficient": "c_d", "lift": "lift/(mu r U)", "through_flow": "mean flow/U"}
+    columns = [
+        Column("Re", found["reynolds"].values),
+        *(Column(head, found[key].values) for key, head in heads.items()),
+    ]
+    gap = f"{1e6 * about['gap']:.4g} um; ten times less adds {about['cd_re_per_decade']:.3g} to c_d Re"
+    facts = [
+        ("gap", gap),
+        ("mesh", f"{about['elements']} elements, gap of {about['mesh_gap']:.3g} ball radii"),
+        ("error", f"a mesh 1.5 times coarser differs by {100.0 * about['mesh_error']:.2g} %"),
+    ]
+    return Reply(found, facts=facts, columns=columns, code=f"in the machine file:\n{about['drag']}")
+
+
+# ``autobalancer annulus-flow``: how the fluid in a race follows the rotor.
+
+
+@command(
+    "flow.annulus_flow",
+    take="initial_speed:rad/s duration:s model error balancer race",
+    draw="flow",
+    unit="speed",
+    bar="flow",
+)
+def annulus_flow(
+    machine: MachineFile,
+    speed: Annotated[
+        float | None, In("rad/s"), 'A constant speed, such as "1200 rpm", in place of the profile of the machine.'
+    ] = None,
+    time: Annotated[list[float] | None, In("s"), 'Time of a field, such as "0.5 s"; may be repeated.'] = None,
+    points: Annotated[str, 'Intervals in radial and axial direction, such as "24x32".'] = "",
+    **options: Any,
+) -> Reply:
+    """Solve the flow in the annulus of a race and say how far the fluid lags behind the rotor.
+
+    Example: autobalancer annulus-flow discoidal.toml \\
+      --speed "60 rad/s" --initial-speed "0 rpm" --duration "2 s" \\
+      --time "0.1 s" --plot flow.png
+    """
+    from autobalancer.flow.relaxation_modes import flow_notes
+    from autobalancer.tables import Column
+
+    found = ab.flow.annulus_flow(machine, speed, times=time or [], points=_points(points), **options)
+    about = found.attrs
+    ends = float(found["speed"][-1] - found["fluid_speed"][-1])
+    facts = [
+        ("model", f"{about['model']}: {about['model_reason']}"),
+        (
+            "annulus",
+            f"{1e3 * about['inner']:.5g} to {1e3 * about['outer']:.5g} mm, {1e3 * about['height']:.4g} mm high",
+        ),
+        ("orbit radius", f"{1e3 * about['orbit_radius']:.5g} mm"),
+        ("Ekman number", f"{about['ekman_number']:.3g}, at the greatest speed"),
+        ("greatest lag", speed_text(about["greatest_lag"], ".4g")),
+        ("lag at the end", speed_text(ends, ".4g")),
+        ("spin-up time", f"{about['spin_up_time']:.4g} s" if math.isfinite(about["spin_up_time"]) else "not reached"),
+    ]
+    names = {"speed": "rotor", "fluid_speed": "fluid at the orbit", "diffusion_speed": "fluid by diffusion alone"}
+    columns = [Column("time", found["time"].values, "s")]
+    columns += [found.scaled(name, head, speed_sign(), ".10g") for name, head in names.items()]
+    return Reply(found, facts=facts, columns=columns, brief=True, notes=flow_notes(found))
+
+
+def _points(text: str) -> tuple[int, int] | None:
+    if not text:
+        return None
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.strip().isdecimal() for part in parts):
+        raise QuestionError(f"--points: given {text!r}; write radial and axial intervals, such as 24x32")
+    return int(parts[0]), int(parts[1])
+
+
+# ``autobalancer equilibrium-angle``: the equilibrium angle of one ball, and what measured angles say of drag and
+# friction.
+
+
+LINES = 20  # of a curve, on the screen
+
+
+@command(draw="", unit="speed")
+def equilibrium_angle(
+    machine: MachineFile,
+    speeds: Annotated[
+        Any, Speeds(), '"from:to:count" or one speed, such as "2 rpm:60 rpm:30"; by default up to 85 deg.'
+    ] = None,
+    simulate: Annotated[bool, typer.Option("--simulate", help="Simulate a slow run-up as well.")] = False,
+    duration: Annotated[Any, In("s"), "Of the run-up."] = "300 s",
+    measured: Annotated[
+        Path | None, "Evaluate this table: fluid, density \\[kg/m^3], ..., speed \\[rpm], angle \\[deg]."
+    ] = None,
+    rolling: Annotated[
+        float | None, "With --measured: rolling resistance; by default fitted to overlapping series."
+    ] = None,
+    resamples: Annotated[int, "With --measured: repeated fits for the uncertainty."] = 100,
+    pressure: Annotated[
+        bool, typer.Option("--pressure", help="Draw with the pressure force of the turning fluid.")
+    ] = False,
+) -> Reply:
+    """At which angle a single ball stands in a slowly turned race; drag coefficients and friction from measured angles.
+
+    The machine has one ball on a horizontal axis.
+
+    Example: autobalancer equilibrium-angle equilibrium_angle.toml \\
+      --measured equilibrium_angles.csv --plot drag.png
+    """
+    if measured is not None:
+        if speeds is not None or simulate:
+            raise QuestionError("--measured: evaluates the speeds of the table; leave out --speeds and --simulate")
+        series = ab.measure.load_angle_series(measured)
+        return _evaluated(ab.measure.evaluate_angles(machine, series, rolling=rolling, resamples=resamples), pressure)
+    found = ab.measure.equilibrium_angle(machine, speeds, simulation=simulate, duration=duration)
+    count = found.sizes["speed"]
+    shown = sorted({round(k * (count - 1) / (LINES - 1)) for k in range(LINES)})
+    law = f"drag law {found.attrs['drag_law']}, rolling resistance {found.attrs['rolling_resistance']:g}"
+    more = f"{len(shown)} of {count} speeds; --csv and --out have all of them"
+    return Reply(
+        found,
+        columns=_curve_columns(found),
+        facts=(),
+        brief=True,
+        more=[("", _curve_columns(found.isel(speed=shown)))],
+        lines=[*([more] if len(shown) < count else []), law],
+        draw=lambda: ab.plot.equilibrium_angle(found, speed_unit=speed_sign()),
+    )
+
+
+def _evaluated(found: xr.Dataset, pressure: bool) -> Reply:
+    """Drag coefficients and rolling resistance of measured angles."""
+    way: Any = "included" if pressure else "left out"
+    lines = []
+    for which, text in (("left out", "pressure force left out, (6.6)"), ("included", "pressure force included")):
+        one = found.sel(pressure_force=which)
+        deviation = float(one["rolling_resistance_deviation"])
+        sure = f", standard deviation {deviation:.2g}" if math.isfinite(deviation) else ""
+        lines.append(f"rolling resistance {float(one['rolling_resistance']):.4g}{sure}: {text}")
+    said = {
+        "fitted": "fitted to series that overlap",
+        "given": "as given",
+        "machine": "of the machine, since no series overlap",
+    }
+    lines.append(f"the coefficient is {said[found.attrs['rolling_resistance_from']]}")
+    return Reply(
+        found,
+        columns=_series_columns(found),
+        facts=(),
+        lines=lines,
+        draw=lambda: ab.plot.measured_drag(found, pressure_force=way, speed_unit=speed_sign()),
+    )
+
+
+def _curve_columns(found: xr.Dataset) -> list[Column]:
+    from autobalancer.tables import Column
+
+    names = {"angle": "statics", "angle_with_pressure": "with pressure", "simulated_angle": "simulated"}
+    return [
+        Column("speed", [float(speed_number(w, ".10g")) for w in found["speed"].values], speed_sign(), ".4g"),
+        Column("Reynolds number", found["reynolds"].values, form=".4g"),
+        *(
+            Column(text, [math.degrees(value) for value in found[key].values], "deg", ".2f")
+            for key, text in names.items()
+            if key in found
+        ),
+    ]
+
+
+def _series_columns(found: xr.Dataset) -> list[Column]:
+    from autobalancer.tables import Column
+
+    series = found["series"].values
+    names = list(dict.fromkeys(series.tolist()))
+    parts = [found.isel({found["series"].dims[0]: series == name}) for name in names]
+    reynolds = [part["reynolds"].values for part in parts]
+    columns = [
+        Column("series", names, wraps=True),
+        Column("points", [int(re.size) for re in reynolds]),
+        Column("Re from", [float(re.min()) for re in reynolds], form=".3g"),
+        Column("Re to", [float(re.max()) for re in reynolds], form=".3g"),
+    ]
+    for way, text in (("left out", "c_d over law"), ("included", "with pressure")):
+        over = [part.sel(pressure_force=way) for part in parts]
+        ratios = [(one["drag_coefficient"] / one["law_coefficient"]).values for one in over]
+        columns.append(Column(f"{text}, least", [float(ratio.min()) for ratio in ratios], form=".3f"))
+        columns.append(Column(f"{text}, most", [float(ratio.max()) for ratio in ratios], form=".3f"))
+    return columns

@@ -117,7 +117,7 @@ def _measured(result: Any) -> Any:
     """The measures; none of a run that kept nothing, or ended at once."""
     from autobalancer.api import measures
     from autobalancer.errors import QuestionError
-    from autobalancer.results.answers.measured import Measured
+    from autobalancer.results.answers.kinds import Measured
 
     try:
         return measures(result)
@@ -280,7 +280,7 @@ def print_verdict(found: Verdict) -> None:
 
 
 def _speed(speed: float) -> str:
-    from autobalancer.results.number_text import significant
+    from autobalancer.results.display_units import significant
 
     return f"{significant(float(speed_number(speed, '.10g')))} {speed_sign()}"
 

@@ -192,7 +192,7 @@ def app(
 
     Example: autobalancer app
     """
-    from autobalancer.app.server.serve import FOLDER, serve
+    from autobalancer.app.serve import FOLDER, serve
     from autobalancer.cli.terminal.command import print_json
     from autobalancer.cli.terminal.group import stop_code
     from autobalancer.cli.terminal.sheet import say

@@ -74,7 +74,7 @@ def borders(
     from autobalancer.errors import RangeWarning, unwarned
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.friction import held_by_friction
-    from autobalancer.stability.maps.speeds import NAMES, theory_of
+    from autobalancer.stability.maps.exact import NAMES, theory_of
     from autobalancer.stability.summary import friction_rows
 
     if (files.out or files.plot is not None) and not over:
@@ -121,7 +121,7 @@ def _windows(machine: Any, top: float | None, unbalance: float | None) -> dict[s
 
 def _names(only: str) -> tuple[str, ...]:
     """ "exact border, worst case" has a comma of its own."""
-    from autobalancer.stability.maps.speeds import NAMES
+    from autobalancer.stability.maps.exact import NAMES
 
     left, found = only, []
     for name in sorted(NAMES, key=len, reverse=True):
@@ -351,7 +351,7 @@ def map_(
     """
     from autobalancer.cli.terminal.options import parameter_values
     from autobalancer.files.machine_file import load_race_machine
-    from autobalancer.results.export import result_csv
+    from autobalancer.results.store import result_csv
 
     described = load_race_machine(machine)
     (across, x_values), (up, y_values) = (parameter_values(*axis, described) for axis in (("--x", x), ("--y", y)))

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import KeyPath, MachineError, MachineFileError, Problem, QuestionError
-from autobalancer.files.table import read_table
-from autobalancer.files.text import MACHINE, parsed_toml, read_text
+from autobalancer.files.text_files import MACHINE, parsed_toml, read_table, read_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part

@@ -17,13 +17,20 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import spsolve
 
-from autobalancer.assembly.profile import SpeedProfile
+from autobalancer.assembly.drive_train import SpeedProfile
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls, annulus_of
-from autobalancer.flow.choice import Expected, all_modes, diffusive_swirl, expected
-from autobalancer.flow.result import Solved, percent
-from autobalancer.flow.speed import WallSpeed, wall_speed
+from autobalancer.flow.relaxation_modes import (
+    Expected,
+    Solved,
+    WallSpeed,
+    all_modes,
+    diffusive_swirl,
+    expected,
+    percent,
+    wall_speed,
+)
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import PrescribedSpeed
 from autobalancer.progress import shows_progress

@@ -6,8 +6,6 @@ from autobalancer.drag.free_sphere import free_sphere as free_sphere
 from autobalancer.drag.race_geometry import race_geometry as race_geometry
 from autobalancer.drag.sphere_on_plane import sphere_on_plane as sphere_on_plane
 from autobalancer.files.own_plugins import load as load
-from autobalancer.laws.adherence import held_whirl as held_whirl
-from autobalancer.laws.adherence import rest_interval as rest_interval
 from autobalancer.laws.capabilities import balance_grade as balance_grade
 from autobalancer.laws.capabilities import capability as capability
 from autobalancer.laws.capabilities import largest_count as largest_count
@@ -26,8 +24,10 @@ from autobalancer.laws.rubber import RubberLaw as RubberLaw
 from autobalancer.laws.rubber import friction_stiffness as friction_stiffness
 from autobalancer.laws.rubber import loss_over_softening as loss_over_softening
 from autobalancer.laws.stall import StalledBall as StalledBall
+from autobalancer.laws.stall import held_whirl as held_whirl
 from autobalancer.laws.stall import holding_speed as holding_speed
 from autobalancer.laws.stall import planar_receptance as planar_receptance
+from autobalancer.laws.stall import rest_interval as rest_interval
 from autobalancer.laws.stall import stall_balance as stall_balance
 from autobalancer.laws.stall import stall_ranges as stall_ranges
 from autobalancer.machine.plugins import register as register

@@ -14,8 +14,8 @@ Kind = Literal["races", "chambers", "design", "study", "film", "balancing", "mea
 ROOTS: dict[Kind, tuple[str, str]] = {  # module and class that check a file of each kind
     "races": ("machine.machine", "Machine"),
     "chambers": ("machine.chamber", "ChamberMachine"),
-    "design": ("studies.design.spec", "Specification"),
-    "study": ("studies.study.reading", "StudyFile"),
+    "design": ("studies.design.specification", "Specification"),
+    "study": ("studies.study.study_file", "StudyFile"),
     "film": ("measurement.film.setup", "FilmSetup"),
     "channels": ("measurement.signals.load", "ChannelFile"),
     "measurements": ("measurement.comparison.run_up_fit", "RunUpFile"),

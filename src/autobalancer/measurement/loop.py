@@ -21,12 +21,11 @@ from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.number_text import moment_text
+from autobalancer.results.display_units import moment_text
 from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
-from autobalancer.rotordynamics.receptance.answer import PoleModel
-from autobalancer.rotordynamics.receptance.measured import hertz
 from autobalancer.rotordynamics.receptance.rational_fit import Fitting, pole_model
+from autobalancer.rotordynamics.receptance.receptances import PoleModel, hertz
 from autobalancer.stability.states.ball_positions import directions
 from autobalancer.units import argument, ends_argument, list_argument, optional_argument
 
@@ -223,7 +222,7 @@ def _valid(speed: float) -> float:
 #     a_n = sum s_j^2 e^(i n phi_j) / P_j(s),   P = I s^2 + beta s,   1/H with balls = 1/H + m sigma^2.
 #
 # Derived for this project; for equal balls it is (P - cN G+/2)(P - cN G-/2) = c^2 |S2|^2 G+ G-/4. For the planar
-# rotor it is :mod:`autobalancer.stability.states.linear`.
+# rotor it is :mod:`autobalancer.stability.states.linearized`.
 
 
 Complexes = NDArray[np.complex128]

@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.signals.form import Channel, signals
 from autobalancer.random_numbers import generator
-from autobalancer.results.places import of_a_run
+from autobalancer.results.time_series import of_a_run
 from autobalancer.units import argument
 
 # A run of a machine as a logger would have measured it.

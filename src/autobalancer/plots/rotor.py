@@ -17,18 +17,23 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import plain_log_ticks, wrapped
-from autobalancer.plots.drawing.labels import SAME, End, joint_name, label_point, moved_apart
-from autobalancer.plots.drawing.style import (
+from autobalancer.plots.style import (
     BALLS,
     CRITICAL,
     INK,
+    SAME,
     UNBALANCE,
+    End,
     heading,
+    joint_name,
+    label_point,
     legend,
     look,
+    moved_apart,
     picture,
+    plain_log_ticks,
     with_ignored,
+    wrapped,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, significant, speed_axis
 from autobalancer.results.run_argument import Given, result

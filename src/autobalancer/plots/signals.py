@@ -13,9 +13,22 @@ from matplotlib.ticker import MultipleLocator
 from scipy.ndimage import binary_opening
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import panels_of_units, plain_log_ticks, speed_trend, time_runs
-from autobalancer.plots.drawing.labels import label_point
-from autobalancer.plots.drawing.style import ALL_BALLS, BALLS, CRITICAL, FILL, INK, heading, legend, look, picture
+from autobalancer.plots.style import (
+    ALL_BALLS,
+    BALLS,
+    CRITICAL,
+    FILL,
+    INK,
+    heading,
+    label_point,
+    legend,
+    look,
+    panels_of_units,
+    picture,
+    plain_log_ticks,
+    speed_trend,
+    time_runs,
+)
 from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis, vibration_axis
 from autobalancer.results.run_argument import Given, result
 from autobalancer.results.signals import Orders, Spectrum

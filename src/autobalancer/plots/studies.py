@@ -14,8 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import plain_log_ticks, quantity_axis
-from autobalancer.plots.drawing.style import (
+from autobalancer.plots.stability.ensembles import ensemble
+from autobalancer.plots.style import (
     ALL_BALLS,
     BALLS,
     CRITICAL,
@@ -27,13 +27,14 @@ from autobalancer.plots.drawing.style import (
     legend,
     look,
     picture,
+    plain_log_ticks,
+    quantity_axis,
 )
-from autobalancer.plots.stability.ensemble import ensemble
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
 from autobalancer.results.run_argument import Given, result
-from autobalancer.results.shares import wilson_interval
+from autobalancer.results.verdict import wilson_interval
 
 # A study over its grid: a share with its interval, a quantity with its scatter, or both over two parameters as a map.
 

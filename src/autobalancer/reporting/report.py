@@ -27,11 +27,11 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.path import dimension_of, named_unit, text_of
 from autobalancer.measurement.comparison.run_up_fit import load_measured
 from autobalancer.memory import refuse_what_does_not_fit
-from autobalancer.plots.measured.rubber import receptance as receptance_picture
+from autobalancer.plots.measured.fits import receptance as receptance_picture
 from autobalancer.plots.studies import UNITS
 from autobalancer.plots.studies import design as design_picture
 from autobalancer.progress import shows_progress, silent
-from autobalancer.reporting.page import (
+from autobalancer.reporting.report_pages import (
     NO,
     YES,
     Block,
@@ -63,16 +63,16 @@ from autobalancer.reporting.page import (
     yes_or_no,
 )
 from autobalancer.results.answers.studied import Studied
-from autobalancer.results.number_text import force_text, significant
+from autobalancer.results.display_units import force_text, significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path, ready_to_write, write_safely, write_text_safely
 from autobalancer.simulation.record import Samples
 from autobalancer.stability.summary import Summary
-from autobalancer.studies.design.answer import Designed, designed_machine
-from autobalancer.studies.design.reading import read_back
-from autobalancer.studies.design.screening import ROUNDING
-from autobalancer.studies.design.spec import ENOUGH, MARGIN, PRESSURE, STALL
+from autobalancer.studies.design.candidate import ROUNDING
+from autobalancer.studies.design.design_file import read_back
+from autobalancer.studies.design.designs import Designed, designed_machine
+from autobalancer.studies.design.specification import ENOUGH, MARGIN, PRESSURE, STALL
 from autobalancer.studies.ensemble.ensemble import bytes_of_a_member, ensemble
 from autobalancer.studies.study.chunk import standing_numbers
 from autobalancer.tables import speeds_in_rpm

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import RUN_UP
 from autobalancer.results.answers.answer import SOURCE, Labeled
-from autobalancer.results.answers.measured import Measured
+from autobalancer.results.answers.kinds import Measured
 from autobalancer.results.chamber_shape import bodies_of, chambers_of, unbalance_of
+from autobalancer.results.display_units import worded
 from autobalancer.results.measure_table import Measure, measured
-from autobalancer.results.number_text import worded
-from autobalancer.results.places import of_a_run
-from autobalancer.results.recorded import Settled
-from autobalancer.results.series import end_of_run_up, origin_of, time_since
+from autobalancer.results.run_arrays import Settled
+from autobalancer.results.time_series import end_of_run_up, of_a_run, origin_of, time_since
 from autobalancer.results.verdict import speed_changes
 from autobalancer.units import optional_argument
 

@@ -3,38 +3,71 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from autobalancer.errors import QuestionError
-from autobalancer.results.number_text import couple_text, length_text, moment_text, significant
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "EACH_ITS_OWN",
-    "LENGTH_UNITS",
-    "MEASURES",
-    "SHOWN",
-    "SPEED_UNITS",
-    "AxisUnit",
-    "axis_unit",
-    "couple_text",
-    "length_axis",
-    "length_text",
-    "length_tick",
-    "measure_unit",
-    "moment_axis",
-    "moment_text",
-    "round_down",
-    "significant",
-    "speed_axis",
-    "times_larger",
-    "vibration_axis",
-]
+
+# Numbers of results as people read them.
+
+
+LARGE = 1e4 * (1.0 + 1e-9)  # in one unit of an unbalance, from which on the next one is taken
+LENGTHS = (("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9))
+
+
+def length_text(value: float) -> str:
+    """A length in m as text in its natural unit: ``"8.8 nm"``."""
+    if abs(value) < 1e-11:
+        return "0" if value == 0.0 else "< 0.01 nm"
+    sign, factor = next(((sign, factor) for sign, factor in LENGTHS if abs(value) * factor >= 1.0), LENGTHS[-1])
+    return f"{significant(value * factor)} {sign}"
+
+
+def moment_text(value: float, digits: int = 3) -> str:
+    """An unbalance in kg m as text: ``"500 g mm"``, above 10 000 g mm ``"124 kg mm"``, above 10 000 kg mm in kg m."""
+    shown, unit = value * 1e6, "g mm"
+    if 0.0 < abs(shown) < 1e-3:
+        return "< 0.001 g mm"
+    for larger in ("kg mm", "kg m"):
+        if abs(shown) > LARGE:
+            shown, unit = 1e-3 * shown, larger
+    return f"{significant(shown, digits)} {unit}"
+
+
+def couple_text(value: float) -> str:
+    """A couple unbalance in kg m^2 as text: ``"10 kg mm²"``."""
+    shown = value * 1e6
+    return "< 0.001 kg mm²" if 0.0 < abs(shown) < 1e-3 else f"{significant(shown)} kg mm²"
+
+
+def share_text(value: float) -> str:
+    """A share as text in percent: ``"12.3 %"``."""
+    return "< 0.01 %" if 0.0 < value < 1e-4 else f"{significant(100.0 * value)} %"
+
+
+def velocity_text(value: float) -> str:
+    """A velocity in m/s as text: ``"1.2 mm/s"``."""
+    return "< 0.001 mm/s" if 0.0 < value < 1e-6 else f"{significant(value * 1e3)} mm/s"
+
+
+def force_text(value: float) -> str:
+    """A force in N as text."""
+    return "< 0.001 N" if 0.0 < abs(value) < 1e-3 else f"{significant(value)} N"
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """So many digits without an exponent where people would write none."""
+    return f"{value:.0f}" if 10.0 ** (digits - 1) <= abs(value) < 1e6 else f"{value:.{digits}g}"
+
+
+def worded(text: str, bodies: str) -> str:
+    """A text about balls as one about these ``bodies``, such as "cylinders"."""
+    return re.sub(r"\bball(s?)\b", rf"{bodies[:-1]}\1", text)
 
 
 @dataclass(frozen=True)
@@ -66,7 +99,7 @@ SHOWN = {
     "kg m": AxisUnit("g mm", 1e6),
     "1": AxisUnit("", 1.0),
     "m": AxisUnit("mm", 1e3),
-    "rad": AxisUnit("°", 180.0 / np.pi),
+    "rad": AxisUnit("°", 180.0 / math.pi),
     "kg/m^3": AxisUnit("kg/m³", 1.0),
     "K": AxisUnit("°C", 1.0, -273.15),
 }
@@ -145,7 +178,7 @@ def axis_unit(values: xr.DataArray, speed_unit: str) -> AxisUnit:
     if unit == "rad/s":
         return speed_axis(speed_unit)
     if unit == "kg":
-        return AxisUnit("g", 1e3) if values.size and float(np.nanmax(values.values)) < 1.0 else AxisUnit("kg", 1.0)
+        return AxisUnit("g", 1e3) if values.size and float(values.max()) < 1.0 else AxisUnit("kg", 1.0)
     return SHOWN.get(unit, AxisUnit(unit, 1.0))
 
 

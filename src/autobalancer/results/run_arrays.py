@@ -3,17 +3,295 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import LAST
-from autobalancer.results.places import Floats, plane_sizes, turns_of
-from autobalancer.results.recorded import SETTLING_FROM, Balls, Bins, Links, Recorded, impacts_of
-from autobalancer.results.series import NONE, lifted_from, load_of, standing_in, wrapped
+from autobalancer.kernels.measures.columns_of_measures import LAST, OF_IMPACTS, RELEASE, RUN_UP, SETTLED
+from autobalancer.results.time_series import (
+    NONE,
+    Complexes,
+    creeps,
+    end_of_run_up,
+    fastest,
+    greatest_known,
+    last_deflection,
+    lifted_from,
+    load_of,
+    moved,
+    origin_of,
+    plain,
+    plane_sizes,
+    release_rows,
+    settled_from,
+    sizes,
+    stalled_times,
+    standing_in,
+    time_since,
+    turns_of,
+    values_at,
+    wrapped,
+)
+
+# What a run or one run of a sweep recorded, as plain arrays: all that a measure is computed from.
+
+
+# Impacts of a run as plain arrays, and what they say of its noise.
+
+
+Floats = NDArray[np.float64]
+
+
+class Impacts(NamedTuple):
+    """Impacts in the order of time, (I,) each."""
+
+    time: Floats  # s
+    speed: Floats  # m/s, at which the bodies approached
+    lost: Floats  # J
+    impulse: Floats  # N s
+    ball: NDArray[np.int64]  # counted from 1
+    partner: NDArray[np.int64]  # the other ball, 0 a partition, -1 a wall of the race
+
+
+VARIABLES = {
+    "impact_speed": "speed",
+    "impact_loss": "lost",
+    "impact_impulse": "impulse",
+    "impact_ball": "ball",
+    "impact_partner": "partner",
+}
+
+
+def impacts_of(run: xr.Dataset) -> Impacts | None:
+    """The impacts that a run noted; None where nothing could touch, or it noted none."""
+    if "impact_time" not in run:
+        return None
+    return Impacts(run["impact_time"].values, **{name: run[kept].values for kept, name in VARIABLES.items()})
+
+
+def noise_of(found: Impacts, end: float) -> Floats:
+    """Number, mean speed (m/s), power (W), greatest impulse (N s); rate (1/s) and power at the end of a run of ``end`` seconds.
+
+    They are in the order of kernels/measures/columns_of_measures.py, from COUNT to LATE_POWER.
+    """
+    from autobalancer.kernels.measures.record_series import impact_measures
+
+    measured = np.empty(OF_IMPACTS)
+    time, speed, lost, impulse = map(plain, (found.time, found.speed, found.lost, found.impulse))
+    impact_measures(time, speed, lost, impulse, found.time.size, end - LAST * end, end, measured)
+    return measured
+
+
+SETTLING_FROM = ("run-up", "release")  # whose end settling times count from, the usual one first
+
+
+class Bins(NamedTuple):
+    """The envelope of the deflection at the reference station, (B,): in s, m and rad/s."""
+
+    time: Floats
+    width: Floats
+    low: Floats
+    high: Floats
+    speed: Floats  # at the end of the bin
+    end: Floats
+
+
+class Balls(NamedTuple):
+    """Motion of the balls in the rotor over time: samples, or the ends of bins. ``start`` (s) is where they begin."""
+
+    start: float
+    time: Floats  # (T,) s
+    speed: Floats  # (T,) of the rotor, rad/s
+    angle: Floats  # (T, n) rad
+    rate: Floats  # (T, n) rad/s
+
+
+class Moved(NamedTuple):
+    """Of each place in the last revolutions: static deflection and vibration (m), rms (m) and rms of the velocity (m/s).
+
+    Of each support the same of its force, N.
+    """
+
+    static: Floats
+    greatest: Floats
+    rms: Floats
+    velocity_rms: Floats
+
+
+class Links(NamedTuple):
+    """Samples of the links between rotor and motor, (T, L): twist in rad, torque in N m. Time (s), rotor speed (rad/s), (T,)."""
+
+    time: Floats
+    speed: Floats
+    twist: Floats
+    torque: Floats
+
+    @property
+    def worst(self) -> NDArray[np.int64]:
+        """The sample with the greatest torque of each link, (L,)."""
+        return np.asarray(np.abs(self.torque).argmax(axis=0), np.int64)
+
+
+class Settled(NamedTuple):
+    """Of each ball how long it takes to settle (s) and when it has (s); from where all of them count, and when that was (s)."""
+
+    duration: Floats
+    at: Floats
+    counted_from: str
+    begin: float
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The arrays of one run; None for what it did not record. Places, planes and supports in the last revolutions."""
+
+    end: float  # s
+    centered: bool  # nothing can deflect the rotor for good
+    critical_speed: float  # the lowest, rad/s; nan without one
+    bins: Bins
+    balls: Balls | None = None
+    jumps: Sequence[float] = ()  # of the unbalance, s
+    late: Floats | None = None  # samples: distance of the reference station from its static place at the end, (T,) m
+    turns: tuple[Complexes, Complexes, Complexes] | None = (
+        None  # x + iy (m), x' + iy' (m/s), (T, places); static part (m)
+    )
+    forces: tuple[Complexes, Complexes] | None = None  # on the supports x + iy, (T, supports) N, and their static part
+    pushes: Complexes | None = None  # forces on the supports in the samples, (T, supports) N
+    planes: tuple[Floats, Floats] | None = None  # unbalance of each plane and what its balls leave of it, (T, P) kg m
+    rotor: tuple[Floats, Floats] | None = None  # unbalance and what is left: of several planes the sums, (T,) kg m
+    without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m
+    final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
+    parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
+    settling_from: str = SETTLING_FROM[0]
+    impacts: Impacts | None = None  # of balls on each other, partitions and walls
+    links: Links | None = None  # of the drive train
+    lifted: tuple[Floats, Floats] | None = (
+        None  # of each ball when the floor stops carrying it, (n,) s, and the rotor speed then
+    )
+
+    @cached_property
+    def moved(self) -> Moved:
+        """Static deflection and vibration of all places; asks for ``turns``."""
+        assert self.turns is not None
+        return Moved(sizes(self.turns[2]), *moved(*self.turns))
+
+    @cached_property
+    def pushed(self) -> Moved:
+        """Static force and vibrating force on all supports; asks for ``forces``."""
+        assert self.forces is not None
+        force, static = self.forces
+        return Moved(sizes(static), *moved(force, force, static))
+
+    @cached_property
+    def residual_vibration(self) -> float:
+        """Vibration at the reference station at the end, m; nan if a static load hides it."""
+        if self.centered:
+            return last_deflection(self.bins.time, self.bins.high, self.end - LAST * self.end)
+        if self.turns is not None:
+            return float(self.moved.greatest[0])
+        return float(self.late.max()) if self.late is not None else np.nan
+
+    @cached_property
+    def vibration(self) -> Floats:
+        """Vibration of each place at the end, m: at the reference station slow changes in the last twentieth count too."""
+        greatest = self.moved.greatest.copy()
+        if self.centered:
+            greatest[0] = max(greatest[0], self.residual_vibration)
+        return greatest
+
+    @cached_property
+    def noise(self) -> Floats:
+        """Measures of the impacts; asks for ``impacts``."""
+        assert self.impacts is not None
+        return noise_of(self.impacts, self.end)
+
+    @cached_property
+    def settled(self) -> Settled:
+        """How the balls settle; asks for ``balls``."""
+        assert self.balls is not None
+        return settling(self.balls, self.critical_speed, self.jumps, self.settling_from)
+
+    @cached_property
+    def since(self) -> float:
+        """From when the run was left alone, s: the end of the run-up, or the last jump of the unbalance."""
+        bins = self.bins
+        start = float(bins.end[0] - bins.width[0])
+        return origin_of(end_of_run_up(bins.end, bins.speed, start), RUN_UP, start, self.end, self.jumps)[0]
+
+    @cached_property
+    def creeps(self) -> bool:
+        """Whether a ball that has not settled drifts at the end."""
+        balls = self.balls
+        return balls is not None and creeps(balls.time, balls.angle, self.settled.at, self.since, self.end)
+
+    @cached_property
+    def released(self) -> Floats:
+        """Rotor speed at which each stalled ball breaks away, rad/s; asks for ``balls``."""
+        assert self.balls is not None
+        return values_at(self._release_rows, self.balls.speed)
+
+    @cached_property
+    def released_at(self) -> Floats:
+        """When it does, s; asks for ``balls``."""
+        assert self.balls is not None
+        return values_at(self._release_rows, self.balls.time)
+
+    @cached_property
+    def stalled(self) -> Floats:
+        """How long each ball is stalled, s; asks for ``balls``."""
+        assert self.balls is not None
+        balls = self.balls
+        return stalled_times(balls.start, balls.time, balls.speed, balls.rate, self.critical_speed)
+
+    @cached_property
+    def fastest(self) -> Floats:
+        """Greatest speed of each ball in space, rad/s; asks for ``balls``."""
+        assert self.balls is not None
+        return fastest(self.balls.speed, self.balls.rate)
+
+    @cached_property
+    def _release_rows(self) -> Floats:
+        assert self.balls is not None
+        return release_rows(self.balls.speed, self.balls.rate, self.critical_speed)
+
+
+def settling(
+    balls: Balls,
+    critical_speed: float,
+    jumps: Sequence[float],
+    settling_from: str = SETTLING_FROM[0],
+    tolerance: float = SETTLED,
+) -> Settled:
+    """How long each ball takes to stay within ``tolerance`` (rad) of the angle to which it goes, and from where all count."""
+    at = settled_from(balls.time, balls.angle, balls.rate, balls.start, tolerance)
+    after, cause = end_of_run_up(balls.time, balls.speed, balls.start), RUN_UP
+    if settling_from == SETTLING_FROM[1]:
+        rows = release_rows(balls.speed, balls.rate, critical_speed)
+        released = greatest_known(values_at(rows, balls.time))
+        after, cause = (released, RELEASE) if released > balls.start else (after, cause)
+    begin, name = origin_of(after, cause, balls.start, float(balls.time[-1]), jumps)
+    return Settled(time_since(begin, at), at, name, begin)
+
+
+def known_origin(settling_from: str) -> str:
+    """The same word if settling times can count from it.
+
+    Raises
+    ------
+    QuestionError
+        If they cannot.
+    """
+    if settling_from not in SETTLING_FROM:
+        allowed = " or ".join(map(repr, SETTLING_FROM))
+        raise QuestionError(f"settling_from: given {settling_from!r}; must be {allowed}")
+    return settling_from
 
 
 def recorded_of(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Recorded:

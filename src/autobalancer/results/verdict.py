@@ -16,8 +16,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import LAST, SETTLED, SPEED_CHANGES, VIBRATION_CHANGES
 from autobalancer.kernels.measures.columns_of_measures import LIMITS as MEASURES_LIMITS
 from autobalancer.laws.capabilities import balance_grade, grade_name
-from autobalancer.results.measures import peak_deflection, settling_time
-from autobalancer.results.number_text import (
+from autobalancer.results.display_units import (
     couple_text,
     force_text,
     length_text,
@@ -27,17 +26,37 @@ from autobalancer.results.number_text import (
     velocity_text,
     worded,
 )
-from autobalancer.results.places import (
+from autobalancer.results.measure_table import peak_deflection, settling_time
+from autobalancer.results.run_arrays import balls_of, jump_times, parts_between_jumps, recorded_of
+from autobalancer.results.time_series import (
+    NONE,
     Complexes,
+    compiled,
+    load_of,
+    mean,
     of_a_run,
+    plain,
     plane_vectors,
     residual_unbalance,
     support_forces,
     vibration,
     whole_turns,
 )
-from autobalancer.results.run_arrays import balls_of, jump_times, parts_between_jumps, recorded_of
-from autobalancer.results.series import NONE, compiled, load_of, mean, plain
+
+# Shares of many runs, and how certain they are.
+
+
+Floats = NDArray[np.float64]
+Z = 1.959964  # of a normal distribution, for 95 %
+
+
+def wilson_interval(counts: NDArray[Any], total: int | NDArray[Any]) -> tuple[Floats, Floats]:
+    """95 % interval of shares (Wilson 1927): of ``counts`` in ``total``."""
+    share = counts / total
+    middle = (share + Z * Z / (2 * total)) / (1 + Z * Z / total)
+    half = Z / (1 + Z * Z / total) * np.sqrt(share * (1 - share) / total + Z * Z / (4 * total**2))
+    return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
+
 
 # How a run got to its end: its greatest deflection and the balls that settle, also between jumps of the unbalance.
 #
@@ -487,8 +506,6 @@ def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
 # or whose balls drift and have not settled. Where a ball goes round in the rotor only the twentieths count, which may
 # differ by a factor of two. Below a tenth of that without balls a vibration may change.
 
-
-Floats = NDArray[np.float64]
 
 BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
 NO_VERDICT, NOT_SETTLED = "no verdict", "not settled yet"

@@ -12,38 +12,36 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import linear_sum_assignment
 
+from autobalancer.assembly.drive_train import torsion_of
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.critical import Critical, critical_whirls
 from autobalancer.assembly.rotors.equivalent_stiffness import Softened
 from autobalancer.assembly.rotors.lateral_model import Floats
-from autobalancer.assembly.torsion import torsion_of
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists
 from autobalancer.roots import root
-from autobalancer.rotordynamics.eigenproblem import (
+from autobalancer.rotordynamics.natural_modes import (
     Branches,
+    Campbell,
+    CriticalSpeeds,
     FreeMotions,
+    Modes,
     Whirl,
+    along_axis,
+    attributes,
+    checked_speeds,
+    chosen_places,
     correlation,
     decay_rates,
     ellipses_of,
     free_motions,
     mode_names,
+    rotor_of,
     tracked,
     whole_direction,
 )
-from autobalancer.rotordynamics.question import (
-    Campbell,
-    CriticalSpeeds,
-    Modes,
-    along_axis,
-    attributes,
-    checked_speeds,
-    chosen_places,
-    rotor_of,
-)
-from autobalancer.rotordynamics.rubber import ModeMotion, at_amplitude, rubber_of
+from autobalancer.rotordynamics.response import ModeMotion, at_amplitude, rubber_of
 from autobalancer.rotordynamics.torsion import shape_name, undamped_torsion
 from autobalancer.units import argument, list_argument, optional_argument
 

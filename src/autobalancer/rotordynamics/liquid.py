@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import planar_rotor, rings_of
 from autobalancer.errors import MachineError, QuestionError

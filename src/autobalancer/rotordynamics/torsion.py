@@ -12,13 +12,13 @@ import xarray as xr
 from scipy.linalg import eig, eigh
 from scipy.optimize import bisect, linear_sum_assignment
 
+from autobalancer.assembly.drive_train import Complexes, Floats, Shake, Torsion, damping_at, shakes_of, torsion_of
 from autobalancer.assembly.terms import Theory
-from autobalancer.assembly.torsion import Complexes, Floats, Shake, Torsion, damping_at, shakes_of, torsion_of
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer, at_speed
-from autobalancer.rotordynamics.question import attributes
+from autobalancer.rotordynamics.natural_modes import attributes
 from autobalancer.tables import Column, rpm_and_si
 from autobalancer.units import argument, list_argument
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from autobalancer.assembly.profile import corners
+from autobalancer.assembly.drive_train import corners
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.machine.bare_numbers import USUAL, bare_numbers
 from autobalancer.machine.drive import Hill
+from autobalancer.machine.keys import USUAL, bare_numbers
 from autobalancer.units import Given
 
 REACHED = 0.95  # of the last speed of an S-shaped run-up, which never ends: a run that comes so far is long enough

@@ -11,21 +11,20 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.place_response import off_center
-from autobalancer.assembly.places import Places, in_frame
-from autobalancer.assembly.rotors.hardening import central_force
+from autobalancer.assembly.places import Places, in_frame, off_center
+from autobalancer.assembly.rotors.equivalent_stiffness import central_force
 from autobalancer.assembly.system import Assembly, equal_groups
+from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.measures.columns_of_measures import FASTEST
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
-from autobalancer.laws.adherence import held_whirl
 from autobalancer.laws.drag_coefficient import range_record, stokes_record
+from autobalancer.laws.stall import held_whirl
 from autobalancer.machine import Machine
-from autobalancer.results.number_text import length_text, significant
-from autobalancer.results.series import lifted_from
+from autobalancer.results.display_units import length_text, significant
+from autobalancer.results.time_series import lifted_from
 from autobalancer.results.verdict import LIMITS
 from autobalancer.simulation.input_remarks import input_notes
 from autobalancer.simulation.saved import saved_lag

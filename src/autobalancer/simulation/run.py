@@ -12,14 +12,12 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.forces import forces_in
-from autobalancer.assembly.measure_inputs import MOST, meetings_of
-from autobalancer.assembly.places import assemble_held, places_of
-from autobalancer.assembly.profile import unbalance_jumps
+from autobalancer.assembly.drive_train import unbalance_jumps
+from autobalancer.assembly.guided_balls import forces_in
+from autobalancer.assembly.places import MOST, Touch, assemble_held, meetings_of, places_of, with_touches
 from autobalancer.assembly.reduced_rotor import top_speed
 from autobalancer.assembly.resolved import friction_at_fault
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble, equal_groups
-from autobalancer.assembly.touches import Touch, with_touches
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
@@ -31,8 +29,8 @@ from autobalancer.kernels.system import System
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
 from autobalancer.results.labels import label
-from autobalancer.results.recorded import VARIABLES, Impacts
-from autobalancer.results.series import static_load
+from autobalancer.results.run_arrays import VARIABLES, Impacts
+from autobalancer.results.time_series import static_load
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import (

@@ -7,14 +7,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.measure_inputs import desk_for, gauges_of
-from autobalancer.assembly.place_response import without_balancing
-from autobalancer.assembly.places import Places, accelerations, deflections, turning_mass
-from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.drive_train import link_names, unbalance_factor
+from autobalancer.assembly.places import (
+    Places,
+    accelerations,
+    deflections,
+    desk_for,
+    gauges_of,
+    turning_mass,
+    without_balancing,
+)
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.rotors import couple_vector
 from autobalancer.assembly.system import Assembly
-from autobalancer.assembly.torsion import link_names
 from autobalancer.kernels.derivatives import derivatives, normal_forces
 from autobalancer.kernels.integrators.integrator_state import (
     EVENTS_SEEN,
@@ -32,8 +37,8 @@ from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matr
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
-from autobalancer.results.places import directions, sizes
 from autobalancer.results.provenance import provenance
+from autobalancer.results.time_series import directions, sizes
 from autobalancer.simulation.steppers import equations
 
 # From raw states to a labelled result.

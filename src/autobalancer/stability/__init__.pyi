@@ -8,9 +8,9 @@ from autobalancer.stability.friction import held_by_friction as held_by_friction
 from autobalancer.stability.maps.curve import border_curve as border_curve
 from autobalancer.stability.maps.curve import minimum_drag as minimum_drag
 from autobalancer.stability.maps.curve import minimum_viscosity as minimum_viscosity
+from autobalancer.stability.maps.exact import averaged_border as averaged_border
+from autobalancer.stability.maps.exact import borders as borders
 from autobalancer.stability.maps.exact import stable_windows as stable_windows
-from autobalancer.stability.maps.speeds import averaged_border as averaged_border
-from autobalancer.stability.maps.speeds import borders as borders
 from autobalancer.stability.maps.stability_map import map as map
 from autobalancer.stability.states.questions import eigenvalues as eigenvalues
 from autobalancer.stability.states.questions import equilibria as equilibria

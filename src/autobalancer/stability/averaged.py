@@ -17,8 +17,8 @@ from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border, ignoring
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane, Stations, plane
-from autobalancer.stability.states.linear import kept
-from autobalancer.stability.states.stations import StationState
+from autobalancer.stability.states.linearized import kept
+from autobalancer.stability.states.rest_states import StationState
 from autobalancer.units import unbalance_argument
 
 # The averaged equations of motion of a planar rotor, Spannan (2021), section 4.1.2, with the misprints corrected, for

@@ -11,15 +11,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.assembly.forces import has_forces
-from autobalancer.assembly.guided import Lags
+from autobalancer.assembly.drive_train import without_links
+from autobalancer.assembly.guided_balls import Lags, has_forces
 from autobalancer.assembly.places import in_frame
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.assembly.system import Assembly, assemble, start_angles, steady
 from autobalancer.assembly.terms import Theory, unknown
-from autobalancer.assembly.torsion import without_links
+from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, occupied_angle
-from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau
@@ -31,8 +30,7 @@ from autobalancer.machine.drive import Constant, PrescribedSpeed, Ramp
 from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
-from autobalancer.results.shares import wilson_interval
-from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word
+from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word, wilson_interval
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.steppers import equations
@@ -45,9 +43,9 @@ from autobalancer.stability.host.stations import (
     slowest_decay,
     station_form,
 )
-from autobalancer.stability.states.linear import growth
+from autobalancer.stability.states.linearized import growth
 from autobalancer.stability.states.questions import judged
-from autobalancer.stability.states.stations import required, states_of
+from autobalancer.stability.states.rest_states import required, states_of
 
 # Which end state follows from which start: basins of attraction, as a map and in percent.
 #

@@ -11,19 +11,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.profile import greatest_rise, highest_prescribed
+from autobalancer.assembly.drive_train import greatest_rise, highest_prescribed
 from autobalancer.assembly.terms import Theory, ignores, weightless
+from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.laws.adherence import held_whirl, largest_held_residual, rest_ends
+from autobalancer.laws.stall import held_whirl, largest_held_residual, rest_ends
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.progress import still_time
 from autobalancer.random_numbers import generator
-from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.results.display_units import length_text, moment_text
 from autobalancer.stability.host.stations import Complexes, Floats, Stations, is_planar, stations, without_forces
-from autobalancer.stability.states.stations import described, required, service_speed, yields
+from autobalancer.stability.states.rest_states import described, required, service_speed, yields
 from autobalancer.tables import facts_text, rpm_and_si
 from autobalancer.units import to_si, unbalance_argument
 

@@ -10,10 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.measure_inputs import gauges_of
-from autobalancer.assembly.place_response import OffCenter, off_center, plane_unbalances, without_balancing
-from autobalancer.assembly.places import places_of, turning_mass
-from autobalancer.assembly.profile import highest_prescribed, largest_unbalance, unbalance_vector
+from autobalancer.assembly.drive_train import highest_prescribed, largest_unbalance, unbalance_vector
+from autobalancer.assembly.places import (
+    OffCenter,
+    gauges_of,
+    off_center,
+    places_of,
+    plane_unbalances,
+    turning_mass,
+    without_balancing,
+)
 from autobalancer.assembly.quantities import changed_part
 from autobalancer.assembly.reduced_rotor import off_middle, rubbers
 from autobalancer.assembly.rotors import lateral_model
@@ -34,14 +40,14 @@ from autobalancer.kernels.measures.workspace import MeasureInputs
 from autobalancer.laws.capabilities import balance_grade, grade_name
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.progress import OutOfTime, question
-from autobalancer.results.number_text import force_text, length_text, moment_text, significant, velocity_text
+from autobalancer.results.display_units import force_text, length_text, moment_text, significant, velocity_text
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.input_remarks import input_notes
 from autobalancer.stability.border import Border
 from autobalancer.stability.friction import HeldByFriction, held_by_friction
 from autobalancer.stability.host.stations import Stations, damping_ratio, loads_at_corners, stations, without_forces
-from autobalancer.stability.maps.speeds import BUDGET, NOT_FOUND, borders_of
-from autobalancer.stability.states.stations import described, required, service_speed
+from autobalancer.stability.maps.exact import BUDGET, NOT_FOUND, borders_of
+from autobalancer.stability.states.rest_states import described, required, service_speed
 from autobalancer.tables import Described, rpm_and_si
 
 # Masses, critical speeds and damping of the rotor in a machine, whatever its kind; and what each station has to

@@ -3,20 +3,413 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import os
+import re
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
+from autobalancer.assembly.places import gauges_of, places_of
+from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.system import start_angles, steady
+from autobalancer.catalog.product_tables import NONE_GIVEN
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import any_machine
+from autobalancer.kernels.integrators.integrator_state import END, STEP
+from autobalancer.kernels.integrators.runge_kutta import FINISHED
+from autobalancer.kernels.many_members import STOP
+from autobalancer.kernels.measures.columns_of_measures import STATUS
+from autobalancer.kernels.system import BALLS, SPEED, Drive, Floats, Integers, Matrix
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.studied import Ends
-from autobalancer.stability.basins import unit_of_axis, why_unnamed
-from autobalancer.studies.ensemble.start_grid import gridded_starts, named_ends
-from autobalancer.studies.random_starts import random_starts
+from autobalancer.random_numbers import generator
+from autobalancer.results.answers.studied import IMPOSSIBLE, Ends
+from autobalancer.simulation.record import SampleTimes, record_for
+from autobalancer.simulation.steppers import long_steps, stepper_for
+from autobalancer.stability.basins import (
+    FAILED,
+    NOT_RUN,
+    RESTING,
+    UNDECIDED,
+    Question,
+    axis_name,
+    ends_dataset,
+    question_of,
+    released,
+    starts_of,
+    steadily,
+    unit_of_axis,
+    why_unnamed,
+)
+from autobalancer.studies.ensemble.ensemble import ensemble
+from autobalancer.studies.ensemble.layout import Bench, Found, Group, Integration
+from autobalancer.studies.ensemble.members import PART, run_threads, with_starts
+from autobalancer.studies.random_starts import (
+    ENDS,
+    KEPT,
+    distributions,
+    driven_to,
+    ends_of,
+    falling_note,
+    long_enough,
+    peak_without_balls,
+    random_starts,
+    refuse_excitations,
+    refuse_no_unbalance,
+)
 from autobalancer.units import argument, list_argument, optional_argument
+
+# The ends of ordinary runs over axes of starts, for machines whose ends are verdicts: members of an ensemble.
+
+
+OVERLAPPING = "overlapping start"
+OF_RUNS = (*KEPT, "outcome", "verdict", "vibration_without_balls", "residual_share", "seed", "reason")
+_AXIS = re.compile(r"ball_angle\[\d+\]|ball_speed(\[\d+\])?|acceleration")
+
+
+def gridded_starts(
+    machine: Machine,
+    speed: float,
+    axes: Mapping[str, Sequence[float]],
+    *,
+    seed: int = 0,
+    acceleration: float | None = None,
+    hold: float | None = None,
+    tolerance: float = 1e-6,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run a machine to a speed from every point of a grid of starts; an end is the verdict on the run.
+
+    Parameters
+    ----------
+    machine
+        Any machine with balls in races. Its unbalance is that after all schedules; the rotor starts undeflected. Start angles of
+        balls that no axis names are those of the machine, or of the seed.
+    speed
+        Rotor speed, rad/s.
+    axes
+        One or two of ``ball_angle[i]``, ``ball_speed[i]``, ``ball_speed``, ``acceleration`` with their values, SI.
+    acceleration, hold
+        Of a ramp from rest, rad/s^2, None starts at ``speed``; time at ``speed``, s, by default :func:`long_enough`.
+
+    Returns
+    -------
+    xarray.Dataset
+        As of :func:`autobalancer.basin` over these axes; its states are the words of the verdict.
+
+    Raises
+    ------
+    QuestionError
+        For unknown axes, where no verdict is possible.
+    """
+    _refuse(machine, axes)
+    refuse_excitations(machine)
+    if any(name.startswith("ball_angle") for name in axes):  # the others start where the seed puts them
+        drawn = start_angles(resolve(machine), generator(seed))
+        machine = with_starts(machine, {f"ball_angle[{number}]": angle for number, angle in enumerate(drawn, 1)})
+    hold = hold or long_enough(machine, speed)
+    shape = tuple(len(values) for values in axes.values())
+    grids = dict(zip(axes, (grid.ravel() for grid in np.meshgrid(*axes.values(), indexing="ij")), strict=True))
+    rates = grids.pop("acceleration", np.full(math.prod(shape), acceleration or 0.0))
+    order, parts, done = list[int](), list[xr.Dataset](), 0
+    for rate in np.unique(rates):
+        own = np.flatnonzero(rates == rate)
+        ramp = speed / float(rate) if rate else 0.0
+        steady = with_value_at(driven_to(machine, speed, ramp, drawn=False), "run", {"duration": ramp + hold})
+        columns = {name: values[own].tolist() for name, values in grids.items()} or _as_it_is(machine, seed)
+        told = partial(_told, progress, done, rates.size)
+        parts.append(
+            ensemble(
+                steady, columns, seed=seed, tolerance=tolerance, impossible="record", workers=workers, progress=told
+            )
+        )
+        order, done = [*order, *own.tolist()], done + own.size
+    names = [name for name in OF_RUNS if all(name in part for part in parts)]
+    runs = xr.concat([part.reset_coords("seed")[names] for part in parts], "member", combine_attrs="override")
+    runs = runs.isel(member=np.argsort(order)).rename(member="run")
+    runs.attrs |= {"hold": hold, "seed": seed, "speed": speed, "tolerance": tolerance}
+    found = _dataset(machine, axes, shape, runs, acceleration)
+    if acceleration:
+        found["peak_without_balls"] = peak_without_balls(steady, tolerance)
+    found.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
+    return found
+
+
+def _refuse(machine: Machine, axes: Mapping[str, Sequence[float]]) -> None:
+    balls = len(resolve(machine))
+    for name, values in axes.items():
+        ball = name.partition("[")[2].rstrip("]")
+        if not _AXIS.fullmatch(name) or (ball and not 1 <= int(ball) <= balls):
+            raise QuestionError(
+                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{balls}], ball_speed[i], ball_speed, "
+                "acceleration"
+            )
+        if not len(values) or not np.all(np.isfinite(values)):
+            raise QuestionError("basin: each axis needs a list of finite numbers")
+        if name == "acceleration" and min(values) <= 0.0:
+            raise QuestionError("basin: an acceleration must be greater than zero")
+
+
+def _as_it_is(machine: Machine, seed: int) -> dict[str, list[float]]:
+    """A column that changes nothing: the start of the machine."""
+    first = resolve(machine)[0].start_angle
+    return {"seed": [seed]} if first is None else {"ball_angle[1]": [float(first)]}
+
+
+def _told(progress: Callable[[int, int], None] | None, before: int, total: int, done: int, _: int) -> None:
+    if progress is not None:
+        progress(before + done, total)
+
+
+def _dataset(
+    machine: Machine,
+    axes: Mapping[str, Sequence[float]],
+    shape: tuple[int, ...],
+    runs: xr.Dataset,
+    acceleration: float | None,
+) -> xr.Dataset:
+    """Shares over the starts that are possible, and every run at its place in the grid."""
+    possible = np.flatnonzero(runs["outcome"].values != IMPOSSIBLE)
+    reason = str(runs["reason"].values[0]) if "reason" in runs else ""
+    if not possible.size:
+        raise QuestionError(f"basin: no start is possible: {reason}")
+    counted = runs.isel(run=possible)
+    refuse_no_unbalance(counted)
+    found = ends_of(counted, (*ENDS, OVERLAPPING)).drop_vars("seed")
+    states = np.full(runs.sizes["run"], len(ENDS))
+    states[possible] = found["state"].values
+    spread = distributions(counted, bool(acceleration))
+    dims = tuple(name.replace("[", "_").rstrip("]") for name in axes)
+    over = {name: (dims, runs[name].values.reshape(shape), runs[name].attrs) for name in KEPT}
+    over["state"] = (dims, states.reshape(shape), found["state"].attrs)
+    found = found.drop_vars(["state", "share_low", "share_high"]).merge(spread.drop_vars(KEPT)).assign(over)
+    for dim, (path, values) in zip(dims, axes.items(), strict=True):
+        label = {"long_name": axis_name(path), "units": unit_of_axis(path)}
+        found = found.assign_coords({dim: (dim, np.asarray(values, np.float64), label)})
+    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
+    found.attrs = {
+        **runs.attrs,
+        "title": f"Basins of {machine.name}",
+        "states": [*ENDS, OVERLAPPING],
+        "acceleration": acceleration or 0.0,
+        "overlapping": int(states.size - possible.size),
+        "released": released(axes, acceleration, resolve(machine)),
+        "remarks": [] if rubs else [NONE_GIVEN],
+    }
+    return found
+
+
+# Starts whose ends have names: runs by the loop of ensembles, looked at again and again until their balls rest.
+
+
+FIRST, GROWTH = 1.0 / 64.0, 1.25  # first look, over the hold; time of a look over that of the one before
+AGAIN, LONGER = 1.0 / 256.0, 1.6  # balls that rested are looked at again this soon, then after longer whiles
+LOOKS = 4  # in a row at which balls rest that are at rest
+WINDOW = 0.25  # the last part of a hold, over which motion is judged
+INSTANTS = 800  # of the window, at random, so that no motion has their beat
+LEAST, MOST = 8, 512  # starts that a thread takes from look to look at once
+STEPS = 100_000_000  # of one run between two looks
+
+
+def named_ends(
+    machine: Machine,
+    speed: float,
+    axes: Mapping[str, Sequence[float]],
+    *,
+    random: int,
+    seed: int,
+    acceleration: float | None,
+    hold: float | None,
+    tolerance: float,
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
+) -> xr.Dataset:
+    """End states of a machine without gravity across its axis; the arguments are those of :func:`autobalancer.basin`."""
+    ramp = bool(acceleration or "acceleration" in axes)
+    question = question_of(machine, speed, hold, tolerance, seed, ramp=ramp)
+    starts, rates, shape = starts_of(question, axes, random, seed, acceleration)
+    work = Settling(question, starts, rates)
+    run_threads(work, min(workers or os.cpu_count() or 1, len(starts)), 0, len(starts), progress)
+    return ends_dataset(question, axes, shape, starts, work.ends, seed, acceleration)
+
+
+class Runs:
+    """Runs of a machine with a drive, each from its own state and for its own time, at most ``longest``, s.
+
+    ``state`` is any from which they may start; states at the ``instants`` of a run are kept.
+    """
+
+    def __init__(
+        self, question: Question, drive: Drive, state: Floats, longest: float, instants: Floats | None = None
+    ) -> None:
+        assembly = replace(question.assembly, system=steadily(question.assembly.system, drive), state=state)
+        stepper = stepper_for(assembly, longest, question.tolerance)
+        if stepper.long is not None and len(drive.segments) == 1:
+            stepper = stepper._replace(long=long_steps(assembly, stepper.memory, near=question.speed))
+        long = (stepper.long.memory, stepper.long.amplitudes) if stepper.long is not None else ()
+        record = record_for(() if instants is None else [SampleTimes(instants.tolist())], (), assembly, longest)
+        gauges = gauges_of(assembly, places_of(question.machine, assembly), centered=True)
+        one = Integration(assembly.system, record, stepper.memory, gauges, long)
+        self._group = Group(one, stepper, len(assembly.balls))
+        layout = self._group.layout
+        own = [layout.place(f"memory.{name}", i) for name in ("state", "start") for i in range(state.size)]
+        self._places = [*own, layout.place("memory.clock", END), layout.place("memory.clock", STEP)]
+
+    def bench(self) -> Bench:
+        """A place for one thread."""
+        return self._group.bench()
+
+    def segment(self, number: int, field: str) -> int:
+        """Where a number of the drive is."""
+        return self._group.layout.place("system.drive.segments", number, field=field)
+
+    def run(
+        self,
+        bench: Bench,
+        flags: Integers,
+        states: Matrix,
+        times: Floats,
+        steps: Floats | float = 0.0,
+        own: Mapping[int, Floats] | None = None,
+    ) -> tuple[Matrix, Any, Floats]:
+        """The states at the ends, which runs finished, and their mean steps, s.
+
+        ``steps`` are the first ones, 0 where nothing is known; ``own`` other numbers of each run by where they are.
+        """
+        places = np.array([*self._places, *(own or {})], np.int64)
+        first = np.broadcast_to(steps, times.shape)
+        words = np.column_stack([states, states, times, first, *(own or {}).values()]).view(np.int64)
+        found = Found.room(len(states), self._group.balls, states.shape[1])
+        bench.run(self._group.fresh, places, words, range(len(states)), STEPS, flags, found)
+        return found.states, found.rows[:, STATUS] == FINISHED, times / np.maximum(found.counts[:, 0], 1)
+
+
+class Settling:
+    """Many starts in parts, which threads take one after the other; ``ends`` are as ``end_states`` wants them."""
+
+    def __init__(self, question: Question, starts: Matrix, rates: Floats) -> None:
+        self.flags: list[Any] = []
+        self._question, self._starts, self._rates = question, starts, rates
+        count, n = len(starts), question.st.moment.size
+        self.ends = np.zeros((count, starts.shape[1] + 2 + 2 * n))
+        self.ends[:, starts.shape[1]] = NOT_RUN
+        held, unbalance = starts[0].copy(), question.st.unbalance
+        held[SPEED] = question.speed
+        drive = steady(question.speed, unbalance)
+        self._held = Runs(question, drive, held, question.hold)
+        instants = np.unique(generator(0).uniform(0.0, WINDOW * question.hold, INSTANTS))
+        self._window = Runs(question, drive, held, question.hold, instants)
+        self._ramp: Runs | None = None
+        if rates.any():
+            ramps = question.speed / rates
+            drive = drive._replace(segments=np.concatenate([drive.segments] * 2).view(np.recarray))
+            drive.segments[0].value, drive.segments[0].rate, drive.segments[1].start = 0.0, rates[0], ramps[0]
+            self._ramp = Runs(question, drive, starts[0], float(ramps.max()))
+        self._next, self._lock, self._each = 0, Lock(), 0.0
+
+    def done(self) -> int:
+        """How many starts are done."""
+        return int((self.ends[:, self._starts.shape[1]] != NOT_RUN).sum())
+
+    def stop(self) -> None:
+        """Let all threads stop at their next look."""
+        for flags in self.flags:
+            flags[STOP] = 1
+
+    def _parts(self) -> Iterator[slice]:
+        count = len(self._starts)
+        while True:
+            with self._lock:
+                size = min(MOST, max(int(5.0 * PART / self._each), LEAST)) if self._each > 0.0 else LEAST
+                share = max(-(-(count - self._next) // len(self.flags)), LEAST)
+                part = slice(self._next, min(self._next + min(size, share), count))
+                self._next = part.stop
+            if part.start == part.stop:
+                return
+            yield part
+
+    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
+        """Work until nothing is left; ``look`` is called between two parts."""
+        benches = {runs: runs.bench() for runs in (self._ramp, self._held, self._window) if runs is not None}
+        for part in self._parts():
+            begin = time.thread_time()
+            self._run_up_and_settle(part, benches, flags)
+            with self._lock:
+                self._each = (time.thread_time() - begin) / (part.stop - part.start)
+            if look is not None:
+                look()
+            if flags[STOP]:
+                return
+
+    def _run_up_and_settle(self, part: slice, benches: Mapping[Runs, Bench], flags: Integers) -> None:
+        """Run some starts to their ends; those that are stopped before have none."""
+        states, ramps = self._starts[part], np.zeros(part.stop - part.start)
+        if self._ramp is not None:
+            ramp, rates = self._ramp, self._rates[part]
+            ramps = self._question.speed / rates
+            own = {ramp.segment(0, "rate"): rates, ramp.segment(1, "start"): ramps}
+            states, finished, _ = ramp.run(benches[ramp], flags, states, ramps, own=own)
+            states[:, SPEED] = self._question.speed
+            if flags[STOP]:
+                return
+            for i in np.flatnonzero(~finished):
+                self._end(part.start + int(i), states[i], FAILED, float(ramps[i]))
+            there = np.flatnonzero(finished)
+        else:
+            there = np.arange(len(states))
+        self._settle(part.start + there, states[there], ramps[there], benches, flags)
+
+    def _settle(
+        self, numbers: Integers, states: Matrix, ramps: Floats, benches: Mapping[Runs, Bench], flags: Integers
+    ) -> None:
+        """Look at starts from time to time until each has its end."""
+        q, n = self._question, self._question.st.moment.size
+        last = (1.0 - WINDOW) * q.hold
+        now, steps, quiet = np.zeros(len(numbers)), np.zeros(len(numbers)), np.zeros(len(numbers), np.int64)
+        while numbers.size:
+            again = now + AGAIN * LONGER**quiet * q.hold
+            then = np.minimum(np.where(quiet > 0, again, np.maximum(GROWTH * now, FIRST * q.hold)), last)
+            states, finished, steps = self._held.run(benches[self._held], flags, states, then - now, steps)
+            if flags[STOP]:
+                return
+            rests = (np.abs(states[:, BALLS + n : BALLS + 2 * n]) <= q.rest).all(axis=1) & (then >= q.earliest)
+            now, quiet = then, np.where(rests, quiet + 1, 0)
+            over = ~finished | (quiet >= LOOKS) | (now >= last)
+            for i in np.flatnonzero(over):
+                if finished[i] and quiet[i] < LOOKS:
+                    self._watch(int(numbers[i]), states[i], float(ramps[i]), benches[self._window], flags)
+                else:
+                    self._end(int(numbers[i]), states[i], RESTING if finished[i] else FAILED, float(ramps[i] + now[i]))
+            left = ~over
+            numbers, states, ramps = numbers[left], states[left], ramps[left]
+            now, steps, quiet = now[left], steps[left], quiet[left]
+
+    def _watch(self, number: int, state: Floats, ramp: float, bench: Bench, flags: Integers) -> None:
+        """How the balls of one start move in the last part of the hold."""
+        q, n = self._question, self._question.st.moment.size
+        window = WINDOW * q.hold
+        states, finished, _ = self._window.run(bench, flags, state[None, :], np.array([window]))
+        if flags[STOP]:
+            return
+        seen = np.vstack([state, bench.record.samples, states])[:, BALLS : BALLS + n]
+        verdict = UNDECIDED if finished[0] else FAILED
+        motion = np.concatenate([(seen[-1] - seen[0]) / window, np.ptp(seen, axis=0)])
+        self._end(number, states[0], verdict, ramp + q.hold, motion)
+
+    def _end(self, number: int, state: Floats, verdict: float, at: float, motion: Floats | float = 0.0) -> None:
+        size, row = state.size, self.ends[number]
+        row[:size], row[size + 1], row[size + 2 :] = state, at, motion
+        row[size] = verdict
 
 
 @shows_progress

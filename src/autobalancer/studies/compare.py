@@ -23,11 +23,11 @@ from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import recorded_of
 from autobalancer.results.verdict import NO_VERDICT, Verdict, verdict
 from autobalancer.simulation.chamber import simulate_chamber
-from autobalancer.simulation.chamber.verdict import chamber_verdict, middle_deflection
+from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict, middle_deflection
 from autobalancer.simulation.record import Envelope, LastRevolutions
 from autobalancer.simulation.run import simulate_races
-from autobalancer.stability.maps.speeds import borders
-from autobalancer.studies.in_threads import in_threads
+from autobalancer.stability.maps.exact import borders
+from autobalancer.studies.variations import in_threads
 from autobalancer.units import list_argument, optional_argument
 
 AnyMachine = Machine | ChamberMachine

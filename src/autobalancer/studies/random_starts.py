@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.profile import unbalance_factor
+from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.resolved import is_resolved
 from autobalancer.assembly.system import start_angles
 from autobalancer.assembly.terms import weightless
+from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
-from autobalancer.catalog.small_tables import NONE_GIVEN
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text, parse_race_machine
 from autobalancer.machine import Machine
@@ -28,20 +28,17 @@ from autobalancer.machine.path import dimension_of_path
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.studied import Swept
-from autobalancer.results.measure_table import SWEPT, label_of
-from autobalancer.results.measures import peak_deflection
+from autobalancer.results.measure_table import SWEPT, label_of, peak_deflection
 from autobalancer.results.provenance import provenance
-from autobalancer.results.recorded import SETTLING_FROM, known_origin
-from autobalancer.results.shares import wilson_interval
-from autobalancer.results.verdict import BALANCED, WORDS
+from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
+from autobalancer.results.verdict import BALANCED, WORDS, wilson_interval
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
 from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, released
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.ensemble.columns import Columns
-from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.layout import Plan
-from autobalancer.studies.ensemble.members import Members, without_start_angles
+from autobalancer.studies.ensemble.members import Members, run_groups, without_start_angles
 from autobalancer.studies.variations import coordinate, listed, named
 from autobalancer.units import optional_argument
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event, Lock
+from typing import Any, TypeVar
 
 import numpy as np
 
-from autobalancer.assembly.measure_inputs import desk_for, gauges_of
-from autobalancer.assembly.place_response import without_balancing
-from autobalancer.assembly.places import Places
-from autobalancer.assembly.profile import unbalance_jumps
+from autobalancer.assembly.drive_train import unbalance_jumps
+from autobalancer.assembly.places import Places, Touch, desk_for, gauges_of, without_balancing
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_parameter, with_value_at
 from autobalancer.assembly.system import Assembly
-from autobalancer.assembly.touches import Touch
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.kernels.integrators.integrator_state import ACCEPTED, Memory
 from autobalancer.kernels.integrators.recording import Record
@@ -35,8 +35,8 @@ from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine.path import QUANTITIES, axis_attributes, entry_at, parts_of
 from autobalancer.results.measure_table import in_row
-from autobalancer.results.recorded import SETTLING_FROM, Impacts
-from autobalancer.results.series import NONE, static_load
+from autobalancer.results.run_arrays import SETTLING_FROM, Impacts
+from autobalancer.results.time_series import NONE, static_load
 from autobalancer.results.verdict import WORDS
 from autobalancer.simulation.run import outcome
 from autobalancer.units import argument
@@ -181,3 +181,53 @@ def named(row: Floats, end: float, steps: int, settling_from: str = SETTLING_FRO
     """The numbers of a row by name, with ``outcome`` and ``verdict`` in words; the run was to reach ``end`` (s)."""
     ended = outcome(int(row[STATUS]), row[END], end, interrupted=False, steps=steps).name
     return {"outcome": ended, "verdict": WORDS[int(row[VERDICT])], **in_row(row, settling_from)}
+
+
+# Many runs at once, their answers in the order of the questions.
+
+
+Job = TypeVar("Job")
+Answer = TypeVar("Answer")
+
+
+def in_threads(
+    work: Callable[[Job], Answer],
+    jobs: Sequence[Job],
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    *,
+    cost: Callable[[Job], float] | None = None,
+    stop: Event | None = None,
+) -> list[Answer]:
+    """Answers of ``work`` to ``jobs``, on ``workers`` threads (by default one for each core).
+
+    ``progress`` is called with (jobs done, jobs in all), by one thread at a time. The jobs of most ``cost`` begin first, so that
+    no thread is left with a long one at the end. After an error or Ctrl-C no further job begins, and ``stop`` is set for those
+    that run.
+    """
+    done, told = 0, Lock()
+
+    def one(job: Job) -> Answer:
+        nonlocal done
+        answer = work(job)
+        with told:
+            done += 1
+            if progress is not None:
+                progress(done, len(jobs))
+        return answer
+
+    workers = workers if workers is not None else os.cpu_count() or 1
+    order = sorted(range(len(jobs)), key=lambda k: -cost(jobs[k])) if cost else range(len(jobs))
+    if workers == 1:
+        found = {k: one(jobs[k]) for k in order}
+        return [found[k] for k in range(len(jobs))]
+    with ThreadPoolExecutor(workers) as pool:
+        waiting = {k: pool.submit(one, jobs[k]) for k in order}
+        try:
+            return [waiting[k].result() for k in range(len(jobs))]
+        except BaseException:  # Ctrl-C too
+            for future in waiting.values():
+                future.cancel()
+            if stop is not None:
+                stop.set()
+            raise

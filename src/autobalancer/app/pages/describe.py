@@ -14,9 +14,18 @@ from autobalancer.api import check
 from autobalancer.app.pages.elements import Bench, entry_of, hinted, marked, picker, say_refused, toml_editor
 from autobalancer.app.store.jobs import Latest
 from autobalancer.app.store.pictures import svg_of
-from autobalancer.app.text.document import EMPTY, Path, data_of, value_at, with_entry, with_value, without
-from autobalancer.app.text.fields import Field, asked_of, chosen, fields_of, root_of, tag_of, word_of
-from autobalancer.app.text.problems import drawable, for_page
+from autobalancer.app.text.form_fields import Field, asked_of, chosen, fields_of, root_of, tag_of, word_of
+from autobalancer.app.text.problems import (
+    EMPTY,
+    EntryPath,
+    data_of,
+    drawable,
+    for_page,
+    value_at,
+    with_entry,
+    with_value,
+    without,
+)
 from autobalancer.errors import AutobalancerError, spell, unwarned
 from autobalancer.files.examples import example_text, examples, rig_text, rigs
 from autobalancer.machine.part import Part
@@ -77,11 +86,13 @@ class Form:
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench
-        self.shut: set[Path] = set()
-        self.shown: dict[Path, Any] = {}  # what shows the message of a path
-        self.empty: set[Path] = set()  # of keys that were added and are not filled in yet; the text does not have them
-        self.fresh: set[Path] = set()  # what was added, in which nothing is wrong until it was left
-        self.left: set[Path] = set()
+        self.shut: set[EntryPath] = set()
+        self.shown: dict[EntryPath, Any] = {}  # what shows the message of a path
+        self.empty: set[EntryPath] = (
+            set()
+        )  # of keys that were added and are not filled in yet; the text does not have them
+        self.fresh: set[EntryPath] = set()  # what was added, in which nothing is wrong until it was left
+        self.left: set[EntryPath] = set()
         self.room = ROOM  # for entries of lists
         self.editing = False
         with ui.column().classes("form") as self.place:
@@ -116,7 +127,7 @@ class Form:
 
     def mark(self) -> None:
         """Put every message beside its field, or beside the nearest table."""
-        words: dict[Path, list[str]] = {path: [] for path in self.shown}
+        words: dict[EntryPath, list[str]] = {path: [] for path in self.shown}
         for path, message in self.bench.reading.problems.items():
             near = path
             while near not in self.shown and near:
@@ -132,7 +143,7 @@ class Form:
             else:
                 target.error = text or None
 
-    def _met(self, near: Path) -> bool:
+    def _met(self, near: EntryPath) -> bool:
         """Whether somebody has been where a message belongs: what is not filled in yet is no mistake."""
         if not (self.bench.begun or any(near[: len(path)] == path for path in self.fresh)):
             return True
@@ -141,7 +152,7 @@ class Form:
         inside = [path for path, one in self.shown.items() if path[:-1] == near and not isinstance(one, ui.label)]
         return bool(inside) and all(path in self.left for path in inside)
 
-    def _fields(self, part: type[Part], path: Path, data: dict[str, Any]) -> None:
+    def _fields(self, part: type[Part], path: EntryPath, data: dict[str, Any]) -> None:
         """The keys of one table, and below them its tables."""
         fields = fields_of(part)
         asked = asked_of(part, data)
@@ -162,7 +173,7 @@ class Form:
         if missing:
             self._adder(missing, path)
 
-    def _entry(self, field: Field, path: Path, value: Any, *, removable: bool) -> None:
+    def _entry(self, field: Field, path: EntryPath, value: Any, *, removable: bool) -> None:
         def changed(new: Any) -> None:
             if new in (None, ""):
                 self.empty.add(path)  # its field stays
@@ -186,11 +197,11 @@ class Form:
         if value is None:
             shown.on("blur", left)
 
-    def _table(self, field: Field, path: Path, data: Any) -> None:
+    def _table(self, field: Field, path: EntryPath, data: Any) -> None:
         with self._box(path, field.name, field.meaning, None if field.required else path):
             self._kind_and_fields(field, path, data if isinstance(data, dict) else {})
 
-    def _tables(self, field: Field, path: Path, data: Any) -> None:
+    def _tables(self, field: Field, path: EntryPath, data: Any) -> None:
         entries = data if isinstance(data, list) else [data] if isinstance(data, dict) else []
         for number, entry in enumerate(entries):
             inner = (*path, number)
@@ -211,7 +222,7 @@ class Form:
             self.shown[path] = ui.label("").classes("wrong")
         ui.button(f"add {_one(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
 
-    def _kind_and_fields(self, field: Field, path: Path, data: dict[str, Any]) -> None:
+    def _kind_and_fields(self, field: Field, path: EntryPath, data: dict[str, Any]) -> None:
         part = chosen(field.parts, data)
         tag = tag_of(field.parts[0])
         if len(field.parts) > 1:
@@ -228,14 +239,14 @@ class Form:
         if part is not None:
             self._fields(part, path, data)
 
-    def _box(self, path: Path, title: str, meaning: str, removable: Path | None) -> Any:
+    def _box(self, path: EntryPath, title: str, meaning: str, removable: EntryPath | None) -> Any:
         """A part that opens and shuts, with a bin where it may be removed."""
         with ui.element("div").classes("relative-position w-full"):
             box = ui.expansion(value=path not in self.shut).classes("box").props("dense dense-toggle expand-separator")
             marked(box, at=spell(path))
             if removable is not None:  # beside the header, which is a button itself
 
-                def drop(_: Any = None, path: Path = removable) -> None:
+                def drop(_: Any = None, path: EntryPath = removable) -> None:
                     self._forget()  # entries behind it move up
                     self.edit(lambda text: without(text, path), again=True)
 
@@ -252,7 +263,7 @@ class Form:
             self.shown[path] = ui.label("").classes("wrong")
         return box
 
-    def _adder(self, missing: list[Field], path: Path) -> None:
+    def _adder(self, missing: list[Field], path: EntryPath) -> None:
         """A list of the keys that are not given yet, with their help."""
 
         def add(field: Field) -> None:
@@ -304,7 +315,7 @@ def _first(field: Field) -> Any:
     return field.default or None
 
 
-def _without(text: str, path: Path) -> str:
+def _without(text: str, path: EntryPath) -> str:
     """The text without a key, if it has it."""
     return without(text, path) if value_at(data_of(text), path) is not None else text
 

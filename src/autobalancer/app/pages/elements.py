@@ -17,10 +17,9 @@ from nicegui import app, ui
 
 from autobalancer.app.store.jobs import Job, Jobs
 from autobalancer.app.store.kept_runs import LOCAL, TYPES, Archive, exported, user_folder
-from autobalancer.app.text.document import EMPTY
-from autobalancer.app.text.document import Path as DocumentPath
-from autobalancer.app.text.fields import USUAL, Field, in_unit, number_and_unit, written
-from autobalancer.app.text.problems import LARGEST, Reading, read
+from autobalancer.app.text.form_fields import USUAL, Field, in_unit, number_and_unit, written
+from autobalancer.app.text.problems import EMPTY, LARGEST, Reading, read
+from autobalancer.app.text.problems import EntryPath as DocumentPath
 from autobalancer.catalog import fluids, materials
 from autobalancer.errors import AutobalancerError, ResultError, spell
 from autobalancer.files.examples import example_text

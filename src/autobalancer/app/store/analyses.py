@@ -17,7 +17,7 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.app.store.jobs import Job
-from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.drive_train import highest_prescribed
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, value_of
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_race_machine
@@ -25,8 +25,8 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.path import QUANTITIES, named_unit, text_of
 from autobalancer.progress import Progress
+from autobalancer.results.display_units import length_text
 from autobalancer.results.folder_store import read_note, write_note
-from autobalancer.results.number_text import length_text
 from autobalancer.results.store import load_run, save_run
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import argument, shortened

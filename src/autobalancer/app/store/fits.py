@@ -15,19 +15,18 @@ from scipy.stats import norm
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.measured_files import Measurements
 from autobalancer.app.store.signal_pictures import Asked, tracked
-from autobalancer.assembly.author_units import in_author_units
-from autobalancer.assembly.quantities import parameter_of
+from autobalancer.assembly.quantities import in_author_units, parameter_of
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at
-from autobalancer.measurement.comparison.curves import MeasuredRunUp, is_orders
+from autobalancer.measurement.comparison.pairs import MeasuredRunUp, is_orders
 from autobalancer.measurement.comparison.run_up_fit import MeasuredOrders
 from autobalancer.plots.measured.fits import identification
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.signals import Signals
 from autobalancer.results.store import load_run, save_run
-from autobalancer.rotordynamics.identification.free import FreeParameter
+from autobalancer.rotordynamics.identification.fit import FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.safe_file import write_text_safely
 from autobalancer.units import argument

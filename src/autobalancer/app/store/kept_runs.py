@@ -23,9 +23,9 @@ from autobalancer.app.store.pictures import file_of
 from autobalancer.app.view.packed import packed
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.plots.chamber.history import chamber_run
-from autobalancer.plots.drawing.style import DRAWING
+from autobalancer.plots.chamber.chamber_runs import chamber_run
 from autobalancer.plots.run.run_up import run_up
+from autobalancer.plots.style import DRAWING
 from autobalancer.results.chamber_shape import is_chamber_run
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.store import load_run, save_run

@@ -21,7 +21,7 @@ import xarray as xr
 
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import example_path, sample_names
-from autobalancer.files.text import TABLE, read_text
+from autobalancer.files.text_files import TABLE, read_text
 from autobalancer.measurement.signals.form import DIRECTIONS, UNITS, factor_to, quantity_of
 from autobalancer.measurement.signals.formats import RawColumn, RawFile
 from autobalancer.results.folder_store import Shelf
@@ -304,7 +304,7 @@ def _kind(path: Path) -> tuple[str, Reading]:
     ResultError
         If it holds nothing that was measured.
     """
-    from autobalancer.measurement.comparison.curves import is_orders
+    from autobalancer.measurement.comparison.pairs import is_orders
     from autobalancer.measurement.comparison.run_up_fit import load_measured
     from autobalancer.measurement.signals.formats import read_raw
 
@@ -325,7 +325,7 @@ def _kind(path: Path) -> tuple[str, Reading]:
 
 
 def _kind_of(found: xr.Dataset, file: str) -> str:
-    from autobalancer.measurement.comparison.curves import is_orders
+    from autobalancer.measurement.comparison.pairs import is_orders
 
     if isinstance(found, Signals):
         return "signals"

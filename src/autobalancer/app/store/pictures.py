@@ -14,9 +14,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.machine import Machine
-from autobalancer.plots.drawing.axes import quantity_axis
-from autobalancer.plots.drawing.style import DRAWING
 from autobalancer.plots.stability.stability_map import map as draw_map
+from autobalancer.plots.style import DRAWING, quantity_axis
 
 
 def svg_of(draw: Callable[[], Any], about: str) -> str:
@@ -177,7 +176,7 @@ def seen_exactly(machine: Machine, values: Mapping[str, float], *, borders: bool
         If the values make no possible machine.
     """
     from autobalancer.stability.maps.curve import rates_over, with_values
-    from autobalancer.stability.maps.speeds import borders_of
+    from autobalancer.stability.maps.exact import borders_of
 
     one = {name: np.array([value]) for name, value in values.items()}
     rate = float(rates_over(machine, one, math.nan, True, 1, None)[0, 0])
@@ -192,7 +191,7 @@ def seen_exactly(machine: Machine, values: Mapping[str, float], *, borders: bool
 
 
 def _seen(rate: float, speed: float, borders: dict[str, float]) -> Seen:
-    from autobalancer.stability.states.linear import verdict
+    from autobalancer.stability.states.linearized import verdict
 
     if math.isnan(rate):
         return Seen(NO_STATE, rate, borders)

@@ -16,18 +16,18 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 from autobalancer.measurement.comparison.overlay import overlay
-from autobalancer.measurement.orders.angle import rotor_angle
+from autobalancer.measurement.orders.tacho import rotor_angle
 from autobalancer.measurement.orders.tracking import orders
 from autobalancer.measurement.orders.tracking import vibrations as vibrations_of
 from autobalancer.measurement.spectra.orbit import damping, orbit
 from autobalancer.measurement.spectra.spectrum import order_map, spectrum
-from autobalancer.plots.drawing.style import INK, ball_color
 from autobalancer.plots.measured.fits import overlay as overlay_picture
 from autobalancer.plots.signals import damping as damping_picture
 from autobalancer.plots.signals import measured_orbit
 from autobalancer.plots.signals import order_map as map_picture
 from autobalancer.plots.signals import orders as orders_picture
 from autobalancer.plots.signals import spectrum as spectrum_picture
+from autobalancer.plots.style import INK, ball_color
 from autobalancer.results.answers.run import Overlay
 from autobalancer.results.display_units import axis_unit, length_axis
 from autobalancer.results.signals import Signals

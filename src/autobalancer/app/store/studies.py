@@ -28,16 +28,14 @@ from autobalancer.plots.studies import study as study_picture
 from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.folder_store import Shelf, part_files, read_part
-from autobalancer.results.shares import wilson_interval
 from autobalancer.results.store import load_run, save_run
+from autobalancer.results.verdict import wilson_interval
 from autobalancer.safe_file import write_safely, write_text_safely
-from autobalancer.studies.design.answer import Designed, designed_machine
 from autobalancer.studies.design.design import RUNS, design
+from autobalancer.studies.design.designs import Designed, designed_machine
 from autobalancer.studies.study.chunk import study_dataset
-from autobalancer.studies.study.fan import envelopes
-from autobalancer.studies.study.reading import read_study
-from autobalancer.studies.study.sensitivity import sensitivity
-from autobalancer.studies.study.study import study
+from autobalancer.studies.study.study import envelopes, sensitivity, study
+from autobalancer.studies.study.study_file import read_study
 from autobalancer.tables import Column
 
 # The studies and designs of a user, each in a folder of its own: what was asked, its machine, finished parts, result.

@@ -16,10 +16,10 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.plots.drawing.style import ALL_BALLS, INK, UNBALANCE, ball_color
+from autobalancer.plots.style import ALL_BALLS, INK, UNBALANCE, ball_color
 from autobalancer.results.chamber_shape import is_chamber_run
 from autobalancer.results.drawn import Motion, bodies_of, races_of
-from autobalancer.results.places import plane_vectors
+from autobalancer.results.time_series import plane_vectors
 from autobalancer.sketch import Layout, chamber_layout, layout_of
 
 MAGIC = b"ABV1"

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.profile import unbalance_factor
-from autobalancer.assembly.rotors.hardening import with_hardening
+from autobalancer.assembly.drive_train import unbalance_factor
+from autobalancer.assembly.rotors.equivalent_stiffness import with_hardening
 from autobalancer.assembly.rotors.lateral_model import Axis, Complexes, LateralModel, Matrix, Rows, matrices
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import planar_rotor, resolve

@@ -92,7 +92,7 @@ class Files:
                 save_machine(machine, path)
             Command.written.append(path)
         if self.plot is not None and draw is not None:
-            from autobalancer.plots.drawing.style import save_picture
+            from autobalancer.plots.style import save_picture
 
             save_picture(draw(), self.plot)
             Command.written.append(self.plot)
@@ -158,7 +158,7 @@ def one_form(as_json: bool, as_csv: bool) -> None:
 
 def print_json(answer: Any) -> None:
     """Print an answer as JSON: nan is null, and infinity the text "Infinity", since JSON has neither."""
-    from autobalancer.results.export import plain_json
+    from autobalancer.results.store import plain_json
 
     typer.echo(json.dumps(plain_json(answer), indent=2, allow_nan=False, ensure_ascii=False))
 

@@ -2,7 +2,7 @@
 
 For each run: ``start(workspace)``, then after every call of the stepper ``collect_impacts(p, inputs, workspace)``, and at the
 end ``measure_row(p, record, memory, inputs, workspace, status, row)``. The inputs are those of the machine
-(assembly/measure_inputs.py); runs that differ only in drag, drive, unbalance or start share them. The workspace is room that
+(assembly/places.py); runs that differ only in drag, drive, unbalance or start share them. The workspace is room that
 each thread has for itself. ``row`` has ``WIDTH + n`` numbers: those named in ``columns_of_measures.py``, then for each of the
 n balls its final angle from the unbalance; nan stands for what a run cannot say. None of it needs Python or its lock. Only
 softening rubber asks for more afterwards: the vibration without balls, and with it the verdict, see ``completed`` in

@@ -25,7 +25,7 @@ complexes_type = types.Array(types.complex128, 1, "C")
 
 @passed_by_address
 class MeasureInputs(NamedTuple):
-    """Numbers of one machine, filled by assembly/measure_inputs.py; all arrays are contiguous, so that many fit in a stack."""
+    """Numbers of one machine, filled by assembly/places.py; all arrays are contiguous, so that many fit in a stack."""
 
     scalars: Floats  # (SCALARS,)
     rows: Matrix  # (R, 2 L) deflections of the places along x and y

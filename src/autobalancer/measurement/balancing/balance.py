@@ -24,7 +24,7 @@ from autobalancer.measurement.balancing.runs import (
     one_of,
 )
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.number_text import significant
+from autobalancer.results.display_units import significant
 from autobalancer.results.provenance import provenance
 from autobalancer.tables import Column
 from autobalancer.units import optional_argument

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.files.table import Table, read_table
+from autobalancer.files.text_files import Table, read_table
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.measurement.balancing.balance import polar_deviations
 from autobalancer.measurement.balancing.runs import Complexes
@@ -21,11 +21,10 @@ from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.tracking import passed_at, window_of_fit
 from autobalancer.measurement.signals.form import quantity_of
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.number_text import moment_text, share_text
+from autobalancer.results.display_units import moment_text, share_text
 from autobalancer.results.provenance import provenance
-from autobalancer.rotordynamics.question import rotor_of
-from autobalancer.rotordynamics.response import response
-from autobalancer.rotordynamics.rubber import rubber_of
+from autobalancer.rotordynamics.natural_modes import rotor_of
+from autobalancer.rotordynamics.response import response, rubber_of
 from autobalancer.safe_file import as_path
 from autobalancer.tables import Column
 

@@ -9,23 +9,24 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError, RangeWarning, unwarned
-from autobalancer.measurement.comparison.curves import is_orders, order_curves
 from autobalancer.measurement.comparison.pairs import (
     Pair,
     is_film,
+    is_orders,
     measure_rows,
     measure_table,
+    order_curves,
     pairs,
     place_doubt,
     scale_doubt,
     sensor_of,
 )
-from autobalancer.measurement.orders.angle import rotor_angle
+from autobalancer.measurement.orders.tacho import rotor_angle
 from autobalancer.measurement.orders.tracking import orders
 from autobalancer.measurement.signals.form import Channel, signals
 from autobalancer.results.answers.run import Overlay
-from autobalancer.results.places import of_a_run
 from autobalancer.results.provenance import provenance
+from autobalancer.results.time_series import of_a_run
 
 Floats = NDArray[np.float64]
 DIFFERENT = 0.02  # relative difference of speeds at one time, above which a note says so

@@ -15,7 +15,7 @@ from pydantic import Field
 from scipy.stats import norm
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.files.table import read_table
+from autobalancer.files.text_files import read_table
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Amount, Angle, Label, Listed, Speed, Time, key
 from autobalancer.measurement.balancing.run_down import (
@@ -27,17 +27,23 @@ from autobalancer.measurement.balancing.run_down import (
     load_orders,
     seen_by_channels,
 )
-from autobalancer.measurement.comparison.curves import OF_RUNS, MeasuredRunUp, orders_of_a_run
-from autobalancer.measurement.comparison.pairs import is_film, size_doubt
+from autobalancer.measurement.comparison.pairs import OF_RUNS, MeasuredRunUp, is_film, orders_of_a_run, size_doubt
 from autobalancer.measurement.signals.load import load_signals
 from autobalancer.measurement.spectra.orbit import SLOW
 from autobalancer.results.signals import Signals
 from autobalancer.results.store import load_run
-from autobalancer.rotordynamics.identification.fit import EXACT, Loss, Search
-from autobalancer.rotordynamics.identification.free import Bounds, FreeParameter
+from autobalancer.rotordynamics.identification.fit import (
+    EXACT,
+    Bounds,
+    FreeParameter,
+    Loss,
+    Measurement,
+    Rows,
+    Search,
+    Trial,
+)
 from autobalancer.rotordynamics.identification.identify import Identification, identify
 from autobalancer.rotordynamics.identification.measurement_file import Entry, MeasurementFile, read_measurements
-from autobalancer.rotordynamics.identification.measurements import Measurement, Rows, Trial
 from autobalancer.safe_file import as_path
 from autobalancer.units import argument
 
@@ -201,7 +207,7 @@ class MeasuredOrders:
         return np.full(size.shape, float(argument("error", self.error, units.pop())))
 
     def rows(self) -> Rows:
-        """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
+        """See :class:`~autobalancer.rotordynamics.identification.fit.Measurement`."""
         known, size = self.known, np.abs(self.known.readings)
         wide = np.hypot(1.0, np.linalg.norm(self._of_angle, axis=1)).reshape(2, -1, known.speeds.size)
         along, across = (deviation * more.T for deviation, more in zip(self.deviations, wide, strict=True))
@@ -218,7 +224,7 @@ class MeasuredOrders:
         return f"{along} at {place}" if place != "" else along
 
     def predict(self, trial: Trial) -> Floats:
-        """See :class:`~autobalancer.rotordynamics.identification.measurements.Measurement`."""
+        """See :class:`~autobalancer.rotordynamics.identification.fit.Measurement`."""
         if self.steady:
             options: dict[str, Any] = {"balls": self.balls, "ball_angles": self.ball_angles}
             values = _flat(seen_by_channels(trial.machine, self.known, None, self.label, **options))
@@ -403,8 +409,8 @@ def load_measurements(path: str | Path) -> tuple[list[FreeParameter], list[Measu
     path
         A TOML file with the lists ``parameters``, ``modes``, ``critical_speeds``, ``stiffnesses``, ``known``, ``responses``,
         ``orders`` and ``run_ups``; their keys are those of
-        :class:`~autobalancer.rotordynamics.identification.free.FreeParameter`, of the classes in
-        :mod:`autobalancer.rotordynamics.identification.measurements`, of ``MeasuredOrders`` and of ``MeasuredRunUp``. An
+        :class:`~autobalancer.rotordynamics.identification.fit.FreeParameter`, of the classes in
+        :mod:`autobalancer.rotordynamics.identification.fit`, of ``MeasuredOrders`` and of ``MeasuredRunUp``. An
         ``error`` is a quantity or a text in percent of the value. A ``file`` is beside the TOML file: the table of a response;
         orders as table or result (.nc); signals, or the ball angles of a film (.nc), of a run-up.
 

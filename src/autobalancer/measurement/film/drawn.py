@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.optics import View, in_space, looking
+from autobalancer.measurement.film.photograph import Film, Gray, write_film
 from autobalancer.measurement.film.setup import Mark, places_of
-from autobalancer.measurement.film.video import Film, Gray, write_film
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.random_numbers import generator
 from autobalancer.results.drawn import Motion, Races, races_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from autobalancer.files.machine_file import part_text
-from autobalancer.files.text import faults_of, read_toml
+from autobalancer.files.text_files import faults_of, read_toml
 from autobalancer.measurement.film.drawn import Camera, scenery
 from autobalancer.measurement.film.optics import in_space
 from autobalancer.measurement.film.setup import FilmSetup, Mark

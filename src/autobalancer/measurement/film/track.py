@@ -11,11 +11,10 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.balls import Seen, mirror_warning
+from autobalancer.measurement.film.balls import FIRST, Pictures, Reader, RotorPlace, Seen, mirror_warning, read_all
 from autobalancer.measurement.film.optics import in_space, sampled
-from autobalancer.measurement.film.pictures import FIRST, Pictures, Reader, RotorPlace, read_all
+from autobalancer.measurement.film.photograph import Film, Gray, film_facts
 from autobalancer.measurement.film.setup import FilmSetup, labeled
-from autobalancer.measurement.film.video import Film, Gray, film_facts
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.run import BallFilm

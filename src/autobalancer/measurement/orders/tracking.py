@@ -16,7 +16,7 @@ from scipy.signal import firwin, kaiserord, upfirdn
 
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.noise_density import densities, independent
-from autobalancer.measurement.orders.angle import with_rotor_angle
+from autobalancer.measurement.orders.tacho import with_rotor_angle
 from autobalancer.measurement.signals.form import hertz_argument
 from autobalancer.memory import refuse_what_does_not_fit
 from autobalancer.progress import Progress, shows_progress, silent

@@ -23,8 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import ResultError, UnitError
 from autobalancer.files.samples import sample_hint
-from autobalancer.files.table import CLOCK, NUMBER, Table, head_of, read_table
-from autobalancer.files.text import TABLE, WINDOWS, read_text
+from autobalancer.files.text_files import CLOCK, NUMBER, TABLE, WINDOWS, Table, head_of, read_table, read_text
 from autobalancer.measurement.signals.form import factor_to, quantity_of
 from autobalancer.results.signals import (
     AXES,

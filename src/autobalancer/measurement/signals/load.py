@@ -14,7 +14,7 @@ from pydantic import Field, PlainValidator
 from scipy.interpolate import make_interp_spline
 
 from autobalancer.errors import QuestionError, RangeWarning, UnitError, warn
-from autobalancer.files.text import faults_of, read_toml
+from autobalancer.files.text_files import faults_of, read_toml
 from autobalancer.machine.part import Label, Question, key
 from autobalancer.measurement.signals.form import (
     UNEVEN,

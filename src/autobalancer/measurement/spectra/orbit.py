@@ -11,9 +11,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.decay import decay_rate
-from autobalancer.measurement.orders.angle import with_rotor_angle
+from autobalancer.measurement.orders.tacho import with_rotor_angle
 from autobalancer.measurement.orders.tracking import fitted_orders, vibrations
+from autobalancer.measurement.spectra.spectrum import decay_rate
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.labels import LABELS
 from autobalancer.results.provenance import provenance

@@ -21,7 +21,6 @@ from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.style import BALLS, INK, RACE, UNBALANCE, heading, look, picture
 from autobalancer.plots.film.frames import (
     Film,
     FilmCanvas,
@@ -33,7 +32,8 @@ from autobalancer.plots.film.frames import (
     size_words,
     write_film,
 )
-from autobalancer.plots.run.race import CHAMFER
+from autobalancer.plots.run.race_and_orbit import CHAMFER
+from autobalancer.plots.style import BALLS, INK, RACE, UNBALANCE, heading, look, picture
 from autobalancer.results.chamber_shape import ChamberShape, bodies_of, chambers_of, unbalance_of
 from autobalancer.results.display_units import AxisUnit, length_axis
 from autobalancer.results.run_argument import Given, given_chamber_run

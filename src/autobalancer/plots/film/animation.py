@@ -16,7 +16,6 @@ from matplotlib.text import Text
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
-from autobalancer.plots.drawing.style import FORCE, INK, RACE, UNBALANCE, look
 from autobalancer.plots.film.frames import (
     Film,
     FilmCanvas,
@@ -40,8 +39,9 @@ from autobalancer.plots.run.history import (
     planes_of,
     quiet,
 )
-from autobalancer.plots.run.race import CHAMFER, ROD
+from autobalancer.plots.run.race_and_orbit import CHAMFER, ROD
 from autobalancer.plots.run.run_up import deflection_panel, speed_panel
+from autobalancer.plots.style import FORCE, INK, RACE, UNBALANCE, look
 from autobalancer.progress import shows_progress
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
 from autobalancer.results.drawn import (

@@ -16,8 +16,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.labels import labels_of
-from autobalancer.plots.drawing.style import INK, picture
+from autobalancer.plots.style import INK, labels_of, picture
 from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis
 from autobalancer.safe_file import as_path, write_safely
 from autobalancer.units import argument, optional_argument

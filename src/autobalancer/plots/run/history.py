@@ -10,9 +10,9 @@ from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.style import BALLS, ball_color
+from autobalancer.plots.style import BALLS, ball_color
 from autobalancer.results.drawn import Complexes, bodies_of, cubic
-from autobalancer.results.series import NONE, end_of_run_up, load_of
+from autobalancer.results.time_series import NONE, end_of_run_up, load_of
 
 Floats = NDArray[np.float64]
 CALM = 0.05  # of the greatest deflection

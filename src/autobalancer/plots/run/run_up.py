@@ -11,9 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import plain_log_ticks, slipping, wrapped
-from autobalancer.plots.drawing.labels import label_level, label_point
-from autobalancer.plots.drawing.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, heading, legend, look, picture
 from autobalancer.plots.run.history import (
     SAVE_MORE,
     BallLook,
@@ -30,6 +27,22 @@ from autobalancer.plots.run.history import (
     quiet,
     span_of,
 )
+from autobalancer.plots.style import (
+    BALLS,
+    CRITICAL,
+    FILL,
+    INK,
+    UNBALANCE,
+    heading,
+    label_level,
+    label_point,
+    legend,
+    look,
+    picture,
+    plain_log_ticks,
+    slipping,
+    wrapped,
+)
 from autobalancer.results.display_units import (
     EACH_ITS_OWN,
     AxisUnit,
@@ -39,9 +52,9 @@ from autobalancer.results.display_units import (
     significant,
     speed_axis,
 )
-from autobalancer.results.recorded import Impacts, impacts_of
 from autobalancer.results.run_argument import Given, given_race_run, result
-from autobalancer.results.series import crests
+from autobalancer.results.run_arrays import Impacts, impacts_of
+from autobalancer.results.time_series import crests
 from autobalancer.units import optional_argument
 
 

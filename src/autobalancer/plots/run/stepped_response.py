@@ -13,12 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import plain_log_ticks
-from autobalancer.plots.drawing.style import ALL_BALLS, CRITICAL, INK, heading, legend_width, look, picture
 from autobalancer.plots.run.history import ball_looks, critical_speeds_of
+from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, heading, legend_width, look, picture, plain_log_ticks
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, round_down, speed_axis
 from autobalancer.results.run_argument import Given, result
-from autobalancer.results.series import wrapped
+from autobalancer.results.time_series import wrapped
 
 WIDE = 500.0  # points that a legend may take
 COLORS = {"at rest": INK, "swinging": "#9AA0A6", "stalled": "#7B3294"}  # none of a ball

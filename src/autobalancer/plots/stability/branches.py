@@ -15,8 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import axis_label
-from autobalancer.plots.drawing.style import CRITICAL, INK, look, picture, with_ignored
+from autobalancer.plots.style import CRITICAL, INK, axis_label, look, picture, with_ignored
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
 from autobalancer.results.run_argument import Given, result
 

@@ -16,17 +16,19 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.drawing.axes import QuantityAxis, plain_log_ticks, quantity_axis
-from autobalancer.plots.drawing.style import (
+from autobalancer.plots.style import (
     BALLS,
     CRITICAL,
     INK,
     UNBALANCE,
+    QuantityAxis,
     heading,
     legend,
     legend_below,
     look,
     picture,
+    plain_log_ticks,
+    quantity_axis,
     with_ignored,
 )
 from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis

@@ -13,8 +13,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.notebook import picture_html
-from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
-from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, length_text, moment_text, speed_axis
 from autobalancer.tables import Column, facts_text, html_table, rpm_and_si, text_table
 
 A = TypeVar("A", bound="Answer")

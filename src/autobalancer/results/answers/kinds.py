@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from importlib import import_module
+from itertools import product
 
+import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.errors import QuestionError
+from autobalancer.laws.rubber import Friction, Motion, RubberLaw, friction_stiffness
+from autobalancer.machine import Rubber, RubberFriction, RubberRelaxation
 from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import length_axis, measure_unit, speed_axis
+from autobalancer.tables import Column, html_table, text_table
 
 PACKAGE = "autobalancer"
 HOMES = {  # modules, some of them above this one, imported when such an answer is read
@@ -15,31 +26,31 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "BifurcationCurves": "stability.diagrams.explorer",
     "BorderCurve": "stability.maps.curve",
     "Branches": "stability.diagrams.explorer",
-    "Campbell": "rotordynamics.question",
-    "ChamberDesigns": "results.answers.chamber",
-    "ChamberRun": "simulation.chamber.run",
-    "ChamberStudy": "results.answers.chamber",
+    "Campbell": "rotordynamics.natural_modes",
+    "ChamberDesigns": "results.answers.kinds",
+    "ChamberRun": "simulation.chamber.chamber_run",
+    "ChamberStudy": "results.answers.kinds",
     "Comparison": "results.answers.run",
-    "CriticalSpeeds": "rotordynamics.question",
-    "Designed": "studies.design.answer",
+    "CriticalSpeeds": "rotordynamics.natural_modes",
+    "Designed": "studies.design.designs",
     "Eigenvalues": "stability.states.questions",
     "Ends": "results.answers.studied",
     "Ensemble": "results.answers.studied",
     "Equilibria": "stability.states.questions",
     "FourRun": "measurement.balancing.four_run",
-    "FittedReceptance": "rotordynamics.receptance.answer",
+    "FittedReceptance": "rotordynamics.receptance.receptances",
     "Labeled": "results.answers.answer",
     "LiquidResponse": "rotordynamics.liquid",
-    "Measured": "results.answers.measured",
-    "Modes": "rotordynamics.question",
+    "Measured": "results.answers.kinds",
+    "Modes": "rotordynamics.natural_modes",
     "PlaneUnbalances": "measurement.balancing.run_down",
     "Overlay": "results.answers.run",
-    "PlanarOscillators": "rotordynamics.question",
+    "PlanarOscillators": "rotordynamics.natural_modes",
     "Orders": "results.signals",
-    "RaceShape": "measurement.race",
+    "RaceShape": "measurement.race_measurements",
     "Ranges": "stability.states.questions",
-    "Response": "rotordynamics.question",
-    "ResponsePeaks": "rotordynamics.question",
+    "Response": "rotordynamics.natural_modes",
+    "ResponsePeaks": "rotordynamics.natural_modes",
     "Run": "results.answers.run",
     "Sensitivity": "results.answers.studied",
     "Signals": "results.signals",
@@ -70,3 +81,390 @@ def as_kind(found: xr.Dataset, kind: str) -> xr.Dataset:
         return found
     home: type[Answer] = getattr(import_module(f"{PACKAGE}.{HOMES[kind]}"), kind)
     return home.of(found)
+
+
+# The measures of a run as a table: one row for each number.
+
+
+class Measured(Answer):
+    """The measures of a run; several numbers of one measure, such as those of the balls, are rows of their own."""
+
+    __slots__ = ()
+    most = 200
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """Name, of what where there are several, value, unit and meaning, which is shown at the first number of a measure."""
+        rows = [row for entry in self.data_vars.values() for row in _rows(entry, unit or self.shown_in)]
+        heads = ("measure", "of", "value", "unit", "meaning")
+        last = len(heads) - 1
+        return [Column(head, [row[k] for row in rows], wraps=k == last, once=k == last) for k, head in enumerate(heads)]
+
+    def heading(self) -> str:
+        """Which run."""
+        return f"{self.attrs.get('machine_name', 'run')}: {self.attrs.get('outcome_text', 'measures')}"
+
+    def has_table(self) -> bool:
+        """Numbers with a unit and a meaning must be there."""
+        return bool(self.data_vars) and all({"units", "long_name"} <= set(v.attrs) for v in self.data_vars.values())
+
+
+def _rows(entry: xr.DataArray, speed_unit: str) -> Iterator[tuple[str, str, float, str, str]]:
+    speed = speed_axis(speed_unit)
+    sign, factor = measure_unit(entry.attrs["units"])
+    if entry.attrs["units"] == "rad/s":
+        sign, factor = speed.sign, speed.factor
+    dim = str(entry.dims[0]) if entry.dims else ""
+    names = entry[dim].values if dim in entry.coords else range(1, entry.size + 1)
+    for name, value in zip(names if dim else ("",), np.atleast_1d(entry.values), strict=True):
+        of = str(name) if isinstance(name, str) else f"{dim} {name}"
+        yield str(entry.name), of if dim else "", float(value) * factor, sign, entry.attrs["long_name"]
+
+
+# Studies of deep chambers as a table: the vertical amplitude over balls and friction.
+
+
+SHOWN = "vertical_amplitude"
+
+
+class ChamberStudy(Answer):
+    """Measures of many runs over chambers, friction, and numbers of balls."""
+
+    __slots__ = ()
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """A row for each chamber and friction, a column for each number of balls; seeds are averaged."""
+        values = self[SHOWN].mean("seed", skipna=True) if "seed" in self[SHOWN].dims else self[SHOWN]
+        values = values.transpose("layers", "friction", ...)
+        length = length_axis(None, float(np.nanmax(values.values, initial=0.0)))
+        rows = list(product(self["layers"].values, self["friction"].values))
+        table = values.values.reshape(len(rows), -1) * length.factor
+        heads = [f"{count} balls" for count in self["balls"].values] if "balls" in values.dims else ["mean amplitude"]
+        return [
+            Column("chamber", [str(layer) for layer, _ in rows]),
+            Column("friction", [float(friction) for _, friction in rows], form="g"),
+            *(Column(head, table[:, k], length.sign, ".4g") for k, head in enumerate(heads)),
+        ]
+
+    def remarks(self) -> list[str]:
+        """What the table has, and over what it is a mean."""
+        over = f", mean over {self.sizes['seed']} seeds" if self.sizes.get("seed", 1) > 1 else ""
+        return [f"the table has {SHOWN}{over}"]
+
+    def has_table(self) -> bool:
+        """The amplitude over chambers and friction must be there."""
+        return SHOWN in self and {"layers", "friction"} <= set(self[SHOWN].dims) <= {
+            "layers",
+            "friction",
+            "balls",
+            "seed",
+        }
+
+
+# Designs of a deep chamber as a table: those that ran in full, the best first.
+
+
+SIGNS = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "Pa": ("MPa", 1e-6), "s": ("s", 1.0), "N": ("N", 1.0), "1": ("", 1.0)}
+
+
+class ChamberDesigns(Answer):
+    """Designs over their numbers: what they are, where they stopped and why, and what full runs of the best left."""
+
+    __slots__ = ()
+    drawn_by = "chamber_designs"
+
+    def best(self) -> xr.Dataset:
+        """Those that ran in full, the best first."""
+        places = self["place"].values
+        order = np.argsort(places)[: int(np.isfinite(places).sum())]
+        return self.isel(design=order)
+
+    def facts(self) -> list[tuple[str, str]]:
+        """How many designs each stage left, and the limits."""
+        stages = [str(stage) for stage in self["stage"].values]
+        ruled = sum(
+            bool(reason) and stage == "bounds" for stage, reason in zip(stages, self["reason"].values, strict=True)
+        )
+        ran = int(np.isfinite(self["place"].values).sum())
+        counts = (
+            f"{len(stages)}: closed forms ruled out {ruled}, short runs {len(stages) - ruled - ran}; {ran} ran in full"
+        )
+        limits = [
+            f"{name.replace('_', ' ')} {_limit(self, name, value)}"
+            for name, value in json.loads(self.attrs["limits"]).items()
+        ]
+        sizes = ", ".join(f"{1e6 * size:.6g}" for size in self["unbalance"].values)
+        return [
+            ("designs", counts),
+            ("unbalance", f"{sizes} g mm"),
+            ("limits", "; ".join(limits) if limits else "none"),
+            ("meet all limits", str(int(self["meets"].sum()))),
+        ]
+
+    def columns(self, unit: str = "") -> list[Column]:
+        """One row for each design that ran in full."""
+        found = self.best()
+        length = length_axis("um", 1.0)
+        pick_up = [
+            f"{100.0 * share:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f})"
+            for share, low, high in zip(
+                *(found[name].values for name in ("pick_up", "pick_up_low", "pick_up_high")), strict=True
+            )
+        ]
+        fronts = zip(found["pareto_mass"].values, found["pareto_settling"].values, strict=True)
+        return [
+            Column("design", [str(text) for text in found["label"].values], wraps=True),
+            Column("ball mass", found["total_mass"].values, "kg", ".3g"),
+            Column("mean", found["vibration_mean"].values * length.factor, length.sign, ".4g"),
+            Column("worst", found["worst_vibration"].values * length.factor, length.sign, ".4g"),
+            Column("turning", found["worst_synchronous"].values * length.factor, length.sign, ".4g"),
+            Column("carried", pick_up),
+            Column("settled", found["worst_settling_time"].values, "s", ".3g"),
+            Column("peak", 1e3 * found["worst_run_up_peak"].values, "mm", ".3g"),
+            Column("bearing", found["worst_bearing_force"].values, "N", ".3g"),
+            Column("hardest", 1e-3 * found["worst_contact_force"].values, "kN", ".3g"),
+            Column(
+                "Pareto",
+                ["".join((" mass" if a else "", " settling" if b else "")).strip() or "-" for a, b in fronts],
+                wraps=True,
+            ),
+            Column("misses", [str(text) or "-" for text in found["missed"].values], wraps=True),
+        ]
+
+    def remarks(self) -> list[str]:
+        """What few runs allow to say."""
+        runs = self.sizes["seed"]
+        share, many = 100.0 * float(self.attrs["worse_than_worst"]), "filling" if runs == 1 else "fillings"
+        return [
+            f"{runs} {many}: at most {share:.0f} % of all fillings are worse than the worst one, with 95 % confidence; "
+            f"ranges of shares have the same confidence"
+        ]
+
+    def in_si(self) -> xr.Dataset:
+        """One row for each design."""
+        return self.drop_dims(["unbalance", "seed"])
+
+    def has_table(self) -> bool:
+        """All designs with their places must be there."""
+        return {"label", "place", "stage", "worst_vibration"} <= set(self) and self["label"].dims == ("design",)
+
+
+def _limit(found: xr.Dataset, name: str, value: float) -> str:
+    if name == "pick_up":
+        return f"at least {100.0 * value:.3g} %"
+    sign, factor = SIGNS[found[f"worst_{name}"].attrs["units"]]
+    return f"at most {value * factor:.4g} {sign}"
+
+
+# What a fit of rubber found.
+
+
+Floats = NDArray[np.float64]
+FAR = 3.0  # standard deviations from which a point is named
+
+
+@dataclass(frozen=True, repr=False)
+class RubberFit:
+    """Fitted rubber: ``law`` in numbers, ``rubber`` for a machine, the points, and how sure it is.
+
+    ``limits`` are all breakaway amplitudes that were tried (m), ``times`` the relaxation times (s), ``covariance`` that of
+    elastic, viscous, friction and Maxwell elements in this order; ``freedom`` counts points less free unknowns.
+    """
+
+    law: RubberLaw
+    points: RubberPoints
+    limits: tuple[float, ...]
+    times: tuple[float, ...]
+    covariance: Floats
+    freedom: int
+
+    @property
+    def rubber(self) -> Rubber:
+        """The part of a machine."""
+        friction, maxwell = self.law.friction, self.law.maxwell
+        return Rubber(
+            stiffness=self.law.elastic,
+            damping=self.law.viscous,
+            friction=RubberFriction(
+                law=self.law.law,
+                breakaway_amplitude=tuple(a for _, a in friction),
+                stiffness=tuple(k for k, _ in friction),
+            ),
+            maxwell=RubberRelaxation(
+                relaxation_time=tuple(t for _, t in maxwell), stiffness=tuple(k for k, _ in maxwell)
+            )
+            if maxwell
+            else None,
+        )
+
+    def stiffness(
+        self, amplitude: ArrayLike, frequency: ArrayLike, motion: Motion = "circle"
+    ) -> NDArray[np.complex128]:
+        """K (N/m) at ``amplitude`` (m) and ``frequency`` (rad/s) in a ``motion``, within what was measured.
+
+        Raises
+        ------
+        QuestionError
+            Beyond it; ``law.stiffness`` extrapolates.
+        """
+        for name, given, factor, unit in (
+            ("amplitude", amplitude, 1e3, "mm"),
+            ("frequency", frequency, 0.5 / np.pi, "Hz"),
+        ):
+            measured, value = getattr(self.points, name), np.asarray(given, dtype=float)
+            if name == "frequency" and not self.times and not np.any(value < 0.0):
+                continue  # the fitted rubber has no frequency in it but the viscous part
+            low, high = float(measured.min()), float(measured.max())
+            if np.any(value < low * (1.0 - 1e-9)) or np.any(value > high * (1.0 + 1e-9)):
+                raise QuestionError(
+                    f"rubber: {name}: given {factor * value.min():.4g} to {factor * value.max():.4g} {unit}, but measured was "
+                    f"{factor * low:.4g} to {factor * high:.4g} {unit}; this would extrapolate. Measure there, or ask "
+                    "law.stiffness(...), which extrapolates"
+                )
+        return self.law.stiffness(amplitude, frequency, motion)
+
+    def uncertainty(
+        self, amplitude: ArrayLike, frequency: ArrayLike, motion: Motion = "circle"
+    ) -> tuple[Floats, Floats]:
+        """Standard deviations of K' and K'' (N/m) at ``amplitude`` (m) and ``frequency`` (rad/s) in a ``motion``."""
+        a, w = np.broadcast_arrays(*(np.asarray(one, dtype=float) for one in (amplitude, frequency)))
+        rows = element_columns(w.ravel(), a.ravel(), [motion] * a.size, np.array(self.limits), self.times, self.law.law)
+        real, imaginary = (
+            np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", part, self.covariance, part), 0.0)).reshape(a.shape)
+            for part in (rows.real, rows.imag)
+        )
+        return np.asarray(real), np.asarray(imaginary)
+
+    @property
+    def fitted(self) -> NDArray[np.complex128]:
+        """K at the points, N/m."""
+        found = np.empty(len(self.points), np.complex128)
+        for i, motion in enumerate(self.points.motion):
+            found[i] = self.law.stiffness(self.points.amplitude[i], self.points.frequency[i], motion)
+        return found
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Points that do not agree with the rest, and what the rubber does beyond them."""
+        said = []
+        fitted = self.fitted
+        for i, name in enumerate(self.points.names):
+            for what, value in (("stiffness", fitted[i].real), ("loss", fitted[i].imag)):
+                measured = float(getattr(self.points, what)[i])
+                sure = float(getattr(self.points, f"{what}_uncertainty")[i])
+                if abs(value - measured) > FAR * sure:  # not if it is nan
+                    said.append(
+                        f"{name}: {what} {measured:.4g} N/m, but the rubber that suits all points best has {value:.4g}, "
+                        f"{abs(value - measured) / sure:.2g} standard deviations away; these targets contradict each other"
+                    )
+        largest = float(self.points.amplitude.max())
+        said.append(f"above {1e3 * largest:.3g} mm nothing was measured; elements there continue those below")
+        return tuple(said)
+
+    def toml(self, place: str = "rotor.rubber") -> str:
+        """The lines of a machine file, as the table ``place``."""
+        law = self.law
+        lines = [f"[{place}]", f'stiffness = "{law.elastic:.6g} N/m"', f'damping = "{law.viscous:.6g} N*s/m"']
+        lines += ["", f"[{place}.friction]", f'law = "{law.law}"']
+        lines += [f"breakaway_amplitude = {_listed([1e3 * a for _, a in law.friction], 'mm')}"]
+        lines += [f"stiffness = {_listed([k for k, _ in law.friction], 'N/m')}"]
+        if law.maxwell:
+            lines += ["", f"[{place}.maxwell]", f"relaxation_time = {_listed([1e3 * t for _, t in law.maxwell], 'ms')}"]
+            lines += [f"stiffness = {_listed([k for k, _ in law.maxwell], 'N/m')}"]
+        return "\n".join(lines) + "\n"
+
+    def columns(self) -> list[Column]:
+        """Elements with their uncertainty, for tables."""
+        sure = np.sqrt(np.diag(self.covariance))
+        index = {limit: 2 + i for i, limit in enumerate(self.limits)}
+        last = {time: 2 + len(self.limits) + i for i, time in enumerate(self.times)}
+        rows: list[tuple[str, float, str, float]] = [
+            ("elastic", self.law.elastic, "N/m", float(sure[0])),
+            ("viscous", self.law.viscous, "N s/m", float(sure[1])),
+        ]
+        rows += [(f"friction, {1e3 * a:.4g} mm", k, "N/m", float(sure[index[a]])) for k, a in self.law.friction]
+        rows += [(f"Maxwell, {1e3 * t:.4g} ms", k, "N/m", float(sure[last[t]])) for k, t in self.law.maxwell]
+        return [
+            Column("element", [row[0] for row in rows]),
+            Column("value", [row[1] for row in rows], form=".5g"),
+            Column("uncertainty", [row[3] for row in rows], form=".2g"),
+            Column("unit", [row[2] for row in rows]),
+        ]
+
+    def _cells(self) -> tuple[list[str], list[list[str]]]:
+        columns = self.columns()
+        return [column.head for column in columns], [
+            list(row) for row in zip(*(c.cells() for c in columns), strict=True)
+        ]
+
+    def __repr__(self) -> str:
+        head, rows = self._cells()
+        return "\n".join([f"rubber, {self.law.law}", text_table(head, rows), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        head, rows = self._cells()
+        return html_table(head, rows, f"rubber, {self.law.law}")
+
+
+def _listed(values: Sequence[float], unit: str) -> str:
+    return "[" + ", ".join(f'"{value:.6g} {unit}"' for value in values) + "]"
+
+
+def element_columns(
+    frequency: Floats, amplitude: Floats, motion: Sequence[str], limits: Floats, times: Sequence[float], law: Friction
+) -> NDArray[np.complex128]:
+    """K of each element of stiffness one (of the viscous one, damping one): (points, 2 + elements + Maxwell elements)."""
+    w, a = np.asarray(frequency), np.asarray(amplitude)
+    found = np.zeros((w.size, 2 + limits.size + len(times)), np.complex128)
+    found[:, 0], found[:, 1] = 1.0, 1j * w
+    circle = np.array([one == "circle" for one in motion])
+    for column, limit in enumerate(limits, 2):
+        for mask, name in ((circle, "circle"), (~circle, "line")):
+            if mask.any():
+                found[mask, column] = friction_stiffness(a[mask] / limit, law, "circle" if name == "circle" else "line")
+    for column, tau in enumerate(times, 2 + limits.size):
+        found[:, column] = 1j * w * tau / (1.0 + 1j * w * tau)
+    return found
+
+
+# Measured stiffness and loss of rubber.
+
+
+@dataclass(frozen=True)
+class RubberPoints:
+    """Complex stiffness K' + i K'' of rubber at n points, SI; arrays of shape (n,).
+
+    ``frequency`` rad/s, ``amplitude`` m, ``stiffness`` K' and ``loss`` K'' N/m (nan where it was not measured), their standard
+    uncertainties, N/m; ``motion`` circle or line, ``kind`` loop or resonance, ``names`` for messages.
+    """
+
+    frequency: Floats
+    amplitude: Floats
+    stiffness: Floats
+    loss: Floats
+    stiffness_uncertainty: Floats
+    loss_uncertainty: Floats
+    motion: tuple[Motion, ...]
+    kind: tuple[str, ...]
+    names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return self.frequency.size
+
+
+def joined(parts: list[RubberPoints]) -> RubberPoints:
+    """All points in one."""
+
+    def array(name: str) -> Floats:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return RubberPoints(
+        array("frequency"),
+        array("amplitude"),
+        array("stiffness"),
+        array("loss"),
+        array("stiffness_uncertainty"),
+        array("loss_uncertainty"),
+        tuple(one for part in parts for one in part.motion),
+        tuple(one for part in parts for one in part.kind),
+        tuple(one for part in parts for one in part.names),
+    )

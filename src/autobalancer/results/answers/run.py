@@ -11,8 +11,15 @@ import xarray as xr
 
 from autobalancer.errors import AutobalancerError
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import AxisUnit, length_axis, measure_unit, speed_axis, vibration_axis
-from autobalancer.results.number_text import length_text, significant
+from autobalancer.results.display_units import (
+    AxisUnit,
+    length_axis,
+    length_text,
+    measure_unit,
+    significant,
+    speed_axis,
+    vibration_axis,
+)
 from autobalancer.results.verdict import worse_by
 from autobalancer.tables import Column, rpm_and_si
 

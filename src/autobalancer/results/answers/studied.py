@@ -9,10 +9,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import axis_unit, length_axis
-from autobalancer.results.number_text import length_text, moment_text, significant
-from autobalancer.results.shares import wilson_interval
-from autobalancer.results.verdict import WORDS, worse_by
+from autobalancer.results.display_units import axis_unit, length_axis, length_text, moment_text, significant
+from autobalancer.results.verdict import WORDS, wilson_interval, worse_by
 from autobalancer.tables import Column, rpm_and_si
 
 # The members of an ensemble as a table of shares with their intervals, and the quantiles of their measures.

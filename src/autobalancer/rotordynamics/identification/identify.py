@@ -12,7 +12,7 @@ from typing import Any, get_args
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.author_units import in_author_units, unit_of
+from autobalancer.assembly.quantities import in_author_units, unit_of
 from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
@@ -21,9 +21,22 @@ from autobalancer.machine.path import entry_at
 from autobalancer.notebook import picture_html
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
-from autobalancer.rotordynamics.identification.fit import EXACT, Fit, Loss, Search, best_fit, weights
-from autobalancer.rotordynamics.identification.free import Bounds, FreeParameter, Unknown, unknowns
-from autobalancer.rotordynamics.identification.measurements import MeasuredResponse, Measurement, Rows, Trial
+from autobalancer.rotordynamics.identification.fit import (
+    EXACT,
+    Bounds,
+    Fit,
+    FreeParameter,
+    Loss,
+    MeasuredResponse,
+    Measurement,
+    Rows,
+    Search,
+    Trial,
+    Unknown,
+    best_fit,
+    unknowns,
+    weights,
+)
 from autobalancer.units import Given, to_si
 
 MOST_STARTS = 10_000  # fits of one question
@@ -76,10 +89,10 @@ def identify(
     machine
         A machine, or the path of a machine file, where the fit begins.
     free
-        :class:`~autobalancer.rotordynamics.identification.free.FreeParameter` entries, or a mapping from paths to
+        :class:`~autobalancer.rotordynamics.identification.fit.FreeParameter` entries, or a mapping from paths to
         (lower, upper) in SI or as texts with a unit.
     measurements
-        Entries of :mod:`autobalancer.rotordynamics.identification.measurements`, each weighted by its standard deviation.
+        Entries of :mod:`autobalancer.rotordynamics.identification.fit`, each weighted by its standard deviation.
     loss
         ``linear`` (least squares), or ``soft_l1``, ``huber``, ``cauchy``, which are robust against outliers.
     loss_scale

@@ -11,13 +11,12 @@ from pydantic import Field
 
 from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
-from autobalancer.files.table import read_table
-from autobalancer.files.text import faults_of, read_toml
+from autobalancer.files.text_files import faults_of, read_table, read_toml
 from autobalancer.machine.part import Amount, Label, Listed, Question, Rate, Speed, key
 from autobalancer.machine.path import unit_at
 from autobalancer.machine.station import Place
-from autobalancer.rotordynamics.identification.free import FreeParameter, Tie
-from autobalancer.rotordynamics.identification.measurements import (
+from autobalancer.rotordynamics.identification.fit import (
+    FreeParameter,
     KnownValue,
     MeasuredCriticalSpeed,
     MeasuredMode,
@@ -27,6 +26,7 @@ from autobalancer.rotordynamics.identification.measurements import (
     ModeQuantity,
     Motion,
     ResponseMeasure,
+    Tie,
     WhirlWord,
 )
 from autobalancer.safe_file import as_path

@@ -19,8 +19,7 @@ from scipy.optimize import least_squares
 from autobalancer.errors import QuestionError
 from autobalancer.progress import shows_progress
 from autobalancer.results.provenance import provenance
-from autobalancer.rotordynamics.receptance.answer import FittedReceptance, PoleModel
-from autobalancer.rotordynamics.receptance.measured import hertz
+from autobalancer.rotordynamics.receptance.receptances import FittedReceptance, PoleModel, hertz
 from autobalancer.units import ends_argument
 
 # A receptance as a sum of modes, stable and of relative degree two by construction, fitted by least squares.

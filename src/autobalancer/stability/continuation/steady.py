@@ -13,7 +13,7 @@ from typing import Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.forces import has_forces
+from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
@@ -37,7 +37,7 @@ from autobalancer.stability.host.stations import (
 )
 from autobalancer.stability.host.vector_field import Cycle, Equations, Field
 from autobalancer.stability.states.ball_positions import close_polygon
-from autobalancer.stability.states.stations import StationState, state_vector
+from autobalancer.stability.states.rest_states import StationState, state_vector
 from autobalancer.units import to_si
 from autobalancer.units.quantity import ends, example, is_range
 

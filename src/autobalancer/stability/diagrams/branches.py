@@ -15,8 +15,18 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.provenance import provenance
-from autobalancer.stability.continuation.bifurcations import Curve, FoldCurve, HopfCurve, curve_from
-from autobalancer.stability.continuation.follow import NoConvergence, Point, Steps, at_parameter, follow, locate
+from autobalancer.stability.continuation.bifurcations import (
+    Curve,
+    FoldCurve,
+    HopfCurve,
+    NoConvergence,
+    Point,
+    Steps,
+    at_parameter,
+    curve_from,
+    follow,
+    locate,
+)
 from autobalancer.stability.continuation.steady import Family, Range, bundled_angles, coincident, kinds
 from autobalancer.stability.diagrams.explorer import (
     BifurcationCurves,
@@ -29,8 +39,8 @@ from autobalancer.stability.diagrams.explorer import (
 from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.host.vector_field import Cycle, Equations
 from autobalancer.stability.periodic.stalled import partly_stalled_orbits, stalled_orbits
-from autobalancer.stability.states.floquet import settled_on
-from autobalancer.stability.states.stations import StationState, state_vector, states_of, without_exchanges
+from autobalancer.stability.states.linearized import settled_on
+from autobalancer.stability.states.rest_states import StationState, state_vector, states_of, without_exchanges
 from autobalancer.units import optional_argument
 
 State = Literal["balanced", "mixed", "coincident", "in line", "spread", "stalled", "partly stalled", "all"]

@@ -13,15 +13,16 @@ import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import AxisUnit, axis_unit, speed_axis
-from autobalancer.stability.continuation.bifurcations import Special, special_points
-from autobalancer.stability.continuation.follow import (
+from autobalancer.stability.continuation.bifurcations import (
     Loop,
     NoConvergence,
     Point,
+    Special,
     Steps,
     at_parameter,
     correct,
     follow,
+    special_points,
     tangent_at,
 )
 from autobalancer.stability.continuation.steady import Groups, Range, Steady, signature

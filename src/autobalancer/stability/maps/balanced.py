@@ -3,7 +3,7 @@
 The fastest route that is exact is taken: equal balls of a planar rotor in races with one center by the polynomial of degree
 eight; other machines on isotropic supports by the eigenvalues of their linearized equations
 (:mod:`autobalancer.stability.maps.balanced`); anisotropic supports by multipliers, where a planar rotor rests over half
-a turn at many speeds at once (:mod:`autobalancer.stability.states.floquet`), else over a turn. With
+a turn at many speeds at once (:mod:`autobalancer.stability.states.linearized`), else over a turn. With
 forces on the balls (:mod:`autobalancer.stability.maps.balanced`) states are sought by Newton's method. More than two
 balls in races that run true have a continuum of balanced states; some members stand for it, from the least to the greatest
 |S2| where that decides.
@@ -27,15 +27,14 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.progress import still_time
-from autobalancer.results.number_text import length_text
+from autobalancer.results.display_units import length_text
 from autobalancer.roots import root
 from autobalancer.stability.host.stations import Complexes, Plane, Stations, as_station
 from autobalancer.stability.states.ball_positions import close_polygon, spread_of_two, spread_range
 from autobalancer.stability.states.ball_positions import growth_rates as right_angle_rates
-from autobalancer.stability.states.floquet import exponents_of
-from autobalancer.stability.states.floquet import growth_rates as half_turn_rates
-from autobalancer.stability.states.linear import kept, modes
-from autobalancer.stability.states.stations import (
+from autobalancer.stability.states.linearized import exponents_of, kept, modes
+from autobalancer.stability.states.linearized import growth_rates as half_turn_rates
+from autobalancer.stability.states.rest_states import (
     Described,
     StationState,
     balanced_of,

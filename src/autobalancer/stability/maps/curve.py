@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.forces import has_forces
+from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_quantity
 from autobalancer.assembly.terms import Theory, ignores, unknown, weightless
 from autobalancer.catalog.resolve import resolve
@@ -23,26 +23,27 @@ from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.path import axis_attributes, dimension_of, text_of
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import axis_unit, speed_axis
-from autobalancer.results.number_text import share_text, significant
+from autobalancer.results.display_units import axis_unit, share_text, significant, speed_axis
 from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.stations import Floats, Plane, is_planar, plane
 from autobalancer.stability.maps.balanced import balanced_states
-from autobalancer.stability.maps.exact import border_of, exact_borders, worst_case_of
-from autobalancer.stability.maps.speeds import (
+from autobalancer.stability.maps.exact import (
     AVERAGED,
     NAMES,
     averaged_of,
+    border_of,
     borders_of,
+    exact_borders,
     saying_what_is_ignored,
     speed_or_none,
     theory_of,
+    worst_case_of,
 )
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
-from autobalancer.stability.states.stations import Described, described
+from autobalancer.stability.states.rest_states import Described, described
 from autobalancer.tables import Column, rpm_and_si
 from autobalancer.units import to_si, unbalance_argument
 

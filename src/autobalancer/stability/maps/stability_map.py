@@ -12,7 +12,7 @@ import xarray as xr
 
 from autobalancer.assembly.quantities import parameter_range, si_value, value_of, with_quantity
 from autobalancer.assembly.terms import Theory, unknown, weightless
-from autobalancer.catalog.fluid_table import fluid, fluids
+from autobalancer.catalog.product_tables import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
@@ -31,9 +31,9 @@ from autobalancer.stability.maps.curve import (
     unbalances_to_capability,
     with_values,
 )
-from autobalancer.stability.maps.speeds import borders_of
+from autobalancer.stability.maps.exact import borders_of
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
-from autobalancer.stability.states.stations import described
+from autobalancer.stability.states.rest_states import described
 from autobalancer.units import to_si
 
 Axis = Sequence[Any] | Floats | str

@@ -15,8 +15,16 @@ from typing import Any, Self
 
 import numpy as np
 
-from autobalancer.stability.continuation.bifurcations import Special
-from autobalancer.stability.continuation.follow import Loop, NoConvergence, Point, Steps, correct, follow, locate
+from autobalancer.stability.continuation.bifurcations import (
+    Loop,
+    NoConvergence,
+    Point,
+    Special,
+    Steps,
+    correct,
+    follow,
+    locate,
+)
 from autobalancer.stability.continuation.steady import (
     Groups,
     Range,
@@ -28,8 +36,8 @@ from autobalancer.stability.continuation.steady import (
 )
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 from autobalancer.stability.host.vector_field import Cycle, Equations
-from autobalancer.stability.states.linear import kept
-from autobalancer.stability.states.stations import named_at_rest
+from autobalancer.stability.states.linearized import kept
+from autobalancer.stability.states.rest_states import named_at_rest
 
 FIRST_AMPLITUDE = 0.03  # of the ball angle, rad
 

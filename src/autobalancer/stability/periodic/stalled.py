@@ -16,15 +16,15 @@ import numpy as np
 
 from autobalancer.catalog.resolve import Ball
 from autobalancer.roots import root
-from autobalancer.stability.continuation.follow import NoConvergence, at_parameter
+from autobalancer.stability.continuation.bifurcations import NoConvergence, at_parameter
 from autobalancer.stability.continuation.steady import Groups, Range, bundled_angles, coincident
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 from autobalancer.stability.host.vector_field import Equations, Field
 from autobalancer.stability.periodic.orbits import Mesh, Orbits
 from autobalancer.stability.stall.branch import stable
 from autobalancer.stability.stall.states import Balance, Loads, StalledGroup, Whirling
-from autobalancer.stability.states.linear import eigensystem, kept, matrices, modes
-from autobalancer.stability.states.stations import StationState, states_of, without_exchanges
+from autobalancer.stability.states.linearized import eigensystem, kept, matrices, modes
+from autobalancer.stability.states.rest_states import StationState, states_of, without_exchanges
 
 
 def stalled_orbits(span: Range, groups: Groups, share: float, intervals: int) -> Iterator[tuple[Orbits, Floats]]:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.profile import highest_prescribed
+from autobalancer.assembly.drive_train import highest_prescribed
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.ellipses import (
@@ -75,7 +75,7 @@ from autobalancer.stability.stall.capture import (
     which,
 )
 from autobalancer.stability.stall.states import AllModes, Balance, Loads, StalledGroup, States, Whirling, stalled_groups
-from autobalancer.stability.states.stations import Described
+from autobalancer.stability.states.rest_states import Described
 
 CARRIED = "balls between partitions are carried along and never stall"
 

@@ -17,13 +17,12 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer, at_speed
-from autobalancer.results.number_text import length_text, moment_text
+from autobalancer.results.display_units import length_text, moment_text
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Complexes, Stations, station_form
-from autobalancer.stability.states.floquet import counted, exponents_of, in_mean
-from autobalancer.stability.states.linear import growth, modes, motion_name, verdict
-from autobalancer.stability.states.stations import (
+from autobalancer.stability.states.linearized import counted, exponents_of, growth, in_mean, modes, motion_name, verdict
+from autobalancer.stability.states.rest_states import (
     StationState,
     balanced_of,
     required,

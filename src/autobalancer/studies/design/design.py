@@ -15,21 +15,21 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.assembly.author_units import in_author_units, with_author_springs
+from autobalancer.assembly.quantities import in_author_units, with_author_springs
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
+from autobalancer.results.display_units import moment_text
 from autobalancer.results.folder_store import Store
-from autobalancer.results.number_text import moment_text
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.stability.maps.curve import minimum_viscosity
-from autobalancer.stability.maps.speeds import borders
-from autobalancer.studies.design.answer import NOT_RUN, SAME, STAGES, Designed
+from autobalancer.stability.maps.exact import borders
 from autobalancer.studies.design.candidate import (
     Candidate,
+    Design,
     Ring,
     candidates,
     driven,
@@ -39,9 +39,14 @@ from autobalancer.studies.design.candidate import (
     own_sizes,
     planes_of,
     rings,
+    screened,
 )
-from autobalancer.studies.design.reading import labelled, read_spec
-from autobalancer.studies.design.running import (
+from autobalancer.studies.design.design_file import labelled, read_spec
+from autobalancer.studies.design.designs import (
+    NOT_RUN,
+    SAME,
+    STAGES,
+    Designed,
     judge_runs,
     judge_scatter,
     left_out,
@@ -53,8 +58,7 @@ from autobalancer.studies.design.running import (
     runs_of,
     used,
 )
-from autobalancer.studies.design.screening import Design, screened
-from autobalancer.studies.design.spec import MARGIN, MEASURED, Spec, blended
+from autobalancer.studies.design.specification import MARGIN, MEASURED, Spec, blended
 from autobalancer.tables import rpm_and_si
 
 RUNS, ANSWER = "runs", "answer.nc"  # folder of the runs in that of a design, and what they said

@@ -23,15 +23,14 @@ from autobalancer.progress import shows_progress
 from autobalancer.results.answers.studied import IMPOSSIBLE, NOT_RUN, Ensemble
 from autobalancer.results.measure_table import SWEPT, in_row, label_of
 from autobalancer.results.provenance import provenance
-from autobalancer.results.recorded import SETTLING_FROM, known_origin
+from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
 from autobalancer.results.verdict import BALANCED, WORDS
 from autobalancer.simulation.run import outcome
 from autobalancer.simulation.steppers import Method
 from autobalancer.stability.basins import START_ANGLE, axis_name
 from autobalancer.studies.ensemble.columns import STARTS, ball_count, ball_of, columns_of
-from autobalancer.studies.ensemble.execute import Ran, run_groups
 from autobalancer.studies.ensemble.layout import ASKABLE, Plan
-from autobalancer.studies.ensemble.members import Impossible, Members, without_start_angles
+from autobalancer.studies.ensemble.members import Impossible, Members, Ran, run_groups, without_start_angles
 from autobalancer.studies.variations import coordinate
 from autobalancer.units import argument, optional_argument
 

@@ -13,11 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from autobalancer.assembly.measure_inputs import MOST, desk_for
-from autobalancer.assembly.places import Places
-from autobalancer.assembly.profile import unbalance_jumps
+from autobalancer.assembly.drive_train import unbalance_jumps
+from autobalancer.assembly.places import MOST, Places, desk_for, with_touches
 from autobalancer.assembly.system import Assembly
-from autobalancer.assembly.touches import with_touches
 from autobalancer.kernels.compiler.numba_struct import count_numbers, value_type
 from autobalancer.kernels.integrators.integrator_state import Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
@@ -26,7 +24,7 @@ from autobalancer.kernels.measures.columns_of_measures import ITERATED, WIDTH
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, inputs_type
 from autobalancer.kernels.system import BALLS, VX, Floats, Integers, Matrix, System, system_type
 from autobalancer.results.measure_table import SWEPT
-from autobalancer.results.recorded import SETTLING_FROM
+from autobalancer.results.run_arrays import SETTLING_FROM
 from autobalancer.simulation.record import Envelope, LastRevolutions, Sampling, record_for
 from autobalancer.simulation.steppers import Stepper, stepper_for
 from autobalancer.studies.variations import gauges_for

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.profile import corners
+from autobalancer.assembly.drive_train import corners
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.resolve import capability_of, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
@@ -26,13 +26,12 @@ from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import BALANCED as RULE_BALANCED
 from autobalancer.rotordynamics.campbell import critical_speeds
 from autobalancer.stability.basins import START_ANGLE, axis_name
-from autobalancer.stability.maps.speeds import NAMES, borders
+from autobalancer.stability.maps.exact import NAMES, borders
 from autobalancer.studies.ensemble.columns import STARTS, Columns, ball_of, is_start
 from autobalancer.studies.ensemble.ensemble import ensemble_variables
-from autobalancer.studies.ensemble.execute import run_groups
 from autobalancer.studies.ensemble.layout import Groups, Plan
-from autobalancer.studies.ensemble.members import Members, without_start_angles
-from autobalancer.studies.study.spec import BALANCED_BEFORE, HELD_SPEED, Study, after_jump
+from autobalancer.studies.ensemble.members import Members, run_groups, without_start_angles
+from autobalancer.studies.study.study_spec import BALANCED_BEFORE, HELD_SPEED, Study, after_jump
 from autobalancer.studies.variations import coordinate, with_variation
 
 Arrays = dict[str, np.ndarray]

@@ -6,17 +6,21 @@ import asyncio
 import json
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
 from fastapi import Request, Response
 from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import app, events, run, ui
+from nicegui.element import Element
 
 from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker, say_refused, user_of
+from autobalancer.app.store.fits import WAYS, FitEntry, Free, Question, Trials, fit, fit_file, fit_picture, fits
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.kept_runs import user_folder
+from autobalancer.app.store.kept_runs import Archive, user_folder
 from autobalancer.app.store.measured_files import (
     LARGEST,
     QUANTITIES,
@@ -27,8 +31,473 @@ from autobalancer.app.store.measured_files import (
     Reading,
     samples,
 )
+from autobalancer.app.store.pictures import svg_of
+from autobalancer.app.store.signal_pictures import (
+    LOOKS,
+    Asked,
+    beside,
+    drive_of,
+    looked,
+    order_table,
+    picture,
+    turning,
+    vibrations,
+)
+from autobalancer.app.text.form_fields import USUAL, in_unit, numbers_of, with_numbers
+from autobalancer.app.text.problems import with_value
 from autobalancer.errors import AutobalancerError
+from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
+from autobalancer.machine.path import label_of_path
+from autobalancer.measurement.comparison.pairs import is_orders
+from autobalancer.results.signals import Signals
+
+# What is done with one measurement: looks, runs beside it, fits.
+
+
+class Opened:
+    """Three cards; they bring what computes, so they are made when the first measurement is opened."""
+
+    def __init__(self, bench: Bench, shelf: Measurements) -> None:
+        with _card("look"):
+            self.looks = Looks(bench, shelf)
+        with _card("beside a run"):
+            self.beside = Beside(bench, lambda: self.looks.asked)
+        with _card("fit"):
+            self.fit = Fit(bench, shelf, lambda: self.looks.asked)
+
+    def show(self, name: str, data: xr.Dataset, version: str) -> None:
+        """Show another measurement."""
+        self.looks.show(name, data, version)
+        self.beside.show(data)
+        self.fit.show(name, data)
+
+
+def _card(label: str) -> Any:
+    return marked(ui.element("section").classes("card"), label=label)
+
+
+# A measurement beside a run of the archive.
+
+
+RUNS = 60  # of the list
+
+
+class Beside:
+    """One run at a time."""
+
+    def __init__(self, bench: Bench, asked: Callable[[], Asked]) -> None:
+        self.bench, self.archive, self.asked = bench, Archive(bench.home), asked
+        self.data: xr.Dataset | None = None
+        ui.html("<h2>Beside a run</h2>", sanitize=False)
+        with ui.row().classes("items-center gap-2 w-full"):
+            self.run = ui.select({}, label="run of the archive").props("dense outlined options-dense")
+            self.run.style("width: 380px").props('data-at="beside run"')
+            ui.button("Put beside", on_click=self.ask).props('outline no-caps data-at="beside"')
+            self.drive = ui.button("Take its speed as the drive", on_click=self.take).props(
+                'flat no-caps data-at="take drive"'
+            )
+            hinted(
+                self.drive,
+                "the machine on the page Describe turns as was measured: drive.profile and start.rotor_angle",
+            )
+            self.work = Work(bench, "beside")
+        self.out = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="beside picture"')
+        self.words = ui.html("", sanitize=False).classes("w-full").props('data-at="beside words"')
+
+    def refresh(self) -> None:
+        """Read the archive again."""
+        runs = {one.name: f"{one.machine}, {one.made} UTC" for one in self.archive.entries()[:RUNS]}
+        self.run.set_options(runs, value=self.run.value if self.run.value in runs else next(iter(runs), None))
+
+    def show(self, data: xr.Dataset) -> None:
+        """For another measurement."""
+        self.data = data
+        self.refresh()
+        self.out.set_content("")
+        self.words.set_content("")
+        self.drive.set_visibility(isinstance(data, Signals) and turning(data))
+
+    def ask(self) -> None:
+        """Put the measurement beside the chosen run."""
+        data, run, asked = self.data, self.run.value, Asked(**vars(self.asked()))
+        if data is None:
+            return
+        if not run:
+            ui.notify("there is no run yet; start one on the page Run", type="warning")
+            return
+
+        def work(job: Job) -> tuple[str, str]:
+            found, note = beside(self.archive, run, data, asked, job)
+            words = f'<pre class="said">{escape(found.told())}</pre>'
+            said = f'<div class="note">{escape(note)}</div>' if note else ""
+            return svg_of(
+                picture(found), f"measured beside the run of {found.attrs.get('machine_name', '')}"
+            ), words + said
+
+        def then(job: Job) -> None:
+            if data is not self.data or job.state == "cancelled":
+                return
+            wrong = f'<div class="wrong">{escape(job.message)}</div>'
+            drawn, words = job.result if job.state == "done" else (wrong, "")
+            self.out.set_content(drawn)
+            self.words.set_content(words)
+
+        self.work.start("put beside", work, then)
+
+    def take(self) -> None:
+        """Give the machine of the page the measured speed."""
+        data, asked = self.data, Asked(**vars(self.asked()))
+
+        def then(job: Job) -> None:
+            if job.state != "done":
+                ui.notify(job.message or job.state, type="warning")
+                return
+            profile, angle = job.result
+            try:
+                text: Any = with_value(self.bench.text, ("drive",), {"kind": "speed", "profile": profile})
+                self.bench.set_text(with_value(text, ("start", "rotor_angle"), angle))
+            except (AutobalancerError, ValueError) as error:
+                ui.notify(str(error), type="warning")
+                return
+            ui.notify("the machine turns as was measured; undo brings its own drive back", type="positive")
+
+        self.work.start("speed of a measurement", lambda _job: drive_of(data, asked), then)  # type: ignore[arg-type]
+
+
+# Fit numbers of the machine to a measurement: what is free, the search, and what came out.
+
+
+FIELD = "dense outlined hide-bottom-space"
+TITLE = "fit to "
+
+
+class Fit:
+    """The form of a fit, its progress, and the fits to one measurement."""
+
+    def __init__(self, bench: Bench, shelf: Measurements, asked: Callable[[], Asked]) -> None:
+        self.bench, self.shelf, self.asked = bench, shelf, asked
+        self.name = ""
+        self.question = Question([])
+        with ui.row().classes("items-center gap-2 w-full"):
+            ui.html("<h2 class='head'>Fit the machine</h2>", sanitize=False)
+            self.machine = ui.label().classes("quiet")
+        self.form = ui.column().classes("w-full gap-2")
+        self.list = ui.column().classes("w-full gap-2 q-mt-sm").props('data-at="fits"')
+        self.picture = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="fit picture"')
+        bench.on_change(lambda _origin: self._say_machine())
+        self._say_machine()
+
+    def _say_machine(self) -> None:
+        machine = self.bench.reading.machine
+        self.machine.set_text(f"of the page Describe: {machine.name}" if machine is not None else "no possible machine")
+        if self.name:
+            self._offer()
+
+    def show(self, name: str, data: xr.Dataset) -> None:
+        """For another measurement."""
+        self.name, self.question = name, Question([])
+        signals = isinstance(data, Signals)
+        ways = {key: text for key, text in WAYS.items() if signals or (key != "samples" and "amplitude" in data)}
+        ways = ways or {"samples": WAYS["samples"]}
+        self.question.way = next(iter(ways))
+        self.form.clear()
+        with self.form:
+            self._put(ways)
+        self.picture.set_content("")
+        title = f"{TITLE}{name}"
+        going = next((one for one in self.bench.jobs.of(self.bench.user) if not one.over and one.title == title), None)
+        if going is not None:
+            self.work.watch(going, self._over)
+        self.refresh()
+
+    def _put(self, ways: dict[str, str]) -> None:
+        with ui.row().classes("items-center gap-2"):
+            self.add = picker({}, "free: add a number of the machine", self._free, at="fit add").style("width: 420px")
+        self._offer()
+        self.rows = ui.column().classes("w-full gap-1")
+        with ui.row().classes("items-center gap-2"):
+            way = ui.select(ways, value=self.question.way, label="what is fitted").props("dense outlined options-dense")
+            way.style("width: 420px").props('data-at="fit way"').bind_value_to(self.question, "way")
+            self._text("error", "noise, where not known", "one standard deviation: 2 % of orders, or such as 1 um")
+            self._text("lowest", "lowest speed", "of orders that are used, such as 300 rpm")
+            self._text("highest", "highest speed", "of orders that are used")
+            starts = ui.number("searches", value=1, min=1, max=20, precision=0).props(FIELD).style("width: 100px")
+            hinted(starts, "from so many places within the bounds")
+            starts.bind_value_to(self.question, "starts", lambda value: int(value or 1))
+            balls = ui.checkbox("with the mass of the balls").props("dense").bind_value_to(self.question, "balls")
+            hinted(balls, "in the steady response; runs have their balls anyway")
+        with ui.row().classes("items-center gap-2"):
+            ui.button("Fit", icon="play_arrow", on_click=self.start).props('unelevated no-caps data-at="fit"')
+            self.work = Work(self.bench, "fit", _told)
+        ui.label("Slow roll, tacho and piece are taken as they stand under Look.").classes("quiet")
+
+    def _text(self, key: str, label: str, help_: str) -> None:
+        box = marked(hinted(ui.input(label).props(FIELD).style("width: 176px"), help_), at=f"fit {key}")
+        box.bind_value_to(self.question, key, lambda text: text or "")
+
+    def _offer(self) -> None:
+        machine = self.bench.reading.machine
+        known = numbers_of(self.bench.text, machine) if isinstance(machine, Machine) else []
+        self.add.set_options({one.path: f"{one.label}: {one.given}" for one in known}, value=None)
+
+    def _free(self, path: str) -> None:
+        machine = self.bench.reading.machine
+        if not isinstance(machine, Machine):
+            return
+        if any(one.path == path for one in self.question.free):
+            return
+        number = next(one for one in numbers_of(self.bench.text, machine) if one.path == path)
+        self.question.free.append(Free(path, *number.around()))
+        self._rows()
+
+    def _rows(self) -> None:
+        self.rows.clear()
+        with self.rows:
+            for one in self.question.free:
+                with marked(ui.row().classes("items-center gap-2 no-wrap"), at=f"free {one.path}"):
+                    hinted(ui.label(label_of_path(one.path)).classes("key").style("min-width: 200px"), one.path)
+                    for key, label in (("lower", "from"), ("upper", "to")):
+                        box = ui.input(label, value=getattr(one, key)).props(FIELD).style("width: 150px")
+                        box.bind_value_to(one, key, lambda text: text or "")
+                    bin_ = ui.button(icon="close", on_click=lambda one=one: self._fix(one)).props(
+                        "flat dense round size=sm"
+                    )
+                    marked(bin_, label=f"hold {label_of_path(one.path)}")
+
+    def _fix(self, one: Free) -> None:
+        self.question.free.remove(one)
+        self._rows()
+
+    def start(self) -> None:
+        """Put the fit into the queue; it goes on when the page is closed."""
+        if self.bench.reading.machine is None:
+            ui.notify("the machine is not possible yet; see its form", type="warning")
+            return
+        name, text, asked = self.name, self.bench.text, Asked(**vars(self.asked()))
+        question = Question(**{**vars(self.question), "free": [Free(**vars(one)) for one in self.question.free]})
+        self.work.start(f"{TITLE}{name}", lambda job: fit(self.shelf, name, text, question, asked, job), self._over)
+
+    def _over(self, job: Job) -> None:
+        if job.state == "failed":
+            self.picture.set_content(f'<div class="wrong" data-at="fit wrong">{escape(job.message)}</div>')
+            return
+        self.picture.set_content("")
+        self.refresh()
+        if isinstance(job.result, str) and job.state == "done":
+            self._draw(job.result)
+
+    def refresh(self) -> None:
+        """Read the fits of the measurement again."""
+        self.list.clear()
+        try:
+            found = fits(self.shelf, self.name).entries()
+        except AutobalancerError:
+            return
+        with self.list:
+            for entry in found:
+                self._entry(entry)
+
+    def _entry(self, entry: FitEntry) -> None:
+        with marked(ui.column().classes("w-full gap-0 fit"), at=entry.name):
+            ui.html(_table(entry, self._units()), sanitize=False).classes("w-full")
+            with ui.row().classes("items-center gap-2"):
+                load = ui.button("load into Describe", icon="input", on_click=lambda: self._load(entry))
+                hinted(load.props('flat dense no-caps data-at="load fit"'), "undo brings the machine back")
+                if entry.finished:
+                    ui.button("picture", icon="show_chart", on_click=lambda: self._draw(entry.name)).props(
+                        "flat dense no-caps"
+                    )
+                for kind, word in (("fitted.toml", "machine (TOML)"), ("fit.nc", "numbers (netCDF)")):
+                    if entry.finished or kind == "fitted.toml":
+                        link = ui.link(word, f"/measured/{self.name}/fit/{entry.name}/{kind}")
+                        marked(link.props("download"), at=kind)
+                bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
+                bin_.props('aria-label="delete this fit"')
+
+    def _units(self) -> dict[str, str]:
+        """In which the machine of the page has its numbers."""
+        machine = self.bench.reading.machine
+        known = numbers_of(self.bench.text, machine) if isinstance(machine, Machine) else []
+        return {one.path: one.unit for one in known}
+
+    def _load(self, entry: FitEntry) -> None:
+        try:
+            text = fit_file(self.shelf, self.name, entry.name, "fitted.toml").read_text(encoding="utf-8")
+            fitted: Any = parse_machine(text, "machine")
+        except AutobalancerError as error:
+            ui.notify(str(error), type="warning")
+            return
+        self.bench.set_text(with_numbers(self.bench.text, fitted, [row["path"] for row in entry.rows]))
+        ui.notify("the fitted machine is on the page Describe; undo brings the one before back", type="positive")
+
+    def _delete(self, entry: FitEntry) -> None:
+        fits(self.shelf, self.name).delete(entry.name)
+        self.refresh()
+
+    def _draw(self, fit_name: str) -> None:
+        name = self.name
+
+        def then(job: Job) -> None:
+            if name == self.name:
+                wrong = f'<div class="wrong">{escape(job.message)}</div>'
+                self.picture.set_content(job.result if job.state == "done" else wrong)
+
+        about = "measured, before and after the fit"
+        self.work.start("picture of a fit", lambda _job: svg_of(fit_picture(self.shelf, name, fit_name), about), then)
+
+
+def _told(job: Job) -> str:
+    """How far a fit is: a search does not know how many trials it needs."""
+    known = job.result
+    if not isinstance(known, Trials):
+        return "working"
+    if known.count == 0:
+        return "the first trial is under way"
+    return f"trial {known.count}; deviations of the best are {known.best:.3g} times their noise"
+
+
+def _table(entry: FitEntry, units: dict[str, str]) -> str:
+    rows = "".join(_row(row, units.get(row["path"], USUAL.get(row["unit"], row["unit"]))) for row in entry.rows)
+    notes = "".join(f'<div class="note">{escape(note)}</div>' for note in entry.notes)
+    heads = "".join(f'<th class="number">{word}</th>' for word in ("fitted", "interval of 95 %", "before"))
+    head = f"<tr><th></th>{heads}</tr>"
+    title = f"{entry.machine}, {entry.made} UTC; {WAYS[entry.way]}; deviations {entry.scatter:.3g} times their noise"
+    return (
+        f'<div class="quiet">{escape(title)}</div><table class="facts" data-at="fit result">{head}{rows}</table>{notes}'
+    )
+
+
+def _row(row: dict[str, Any], usual: str) -> str:
+    unit = row["unit"]
+
+    def shown(value: float, digits: int = 6) -> str:
+        return f"{float(in_unit(f'{value:.12g}', unit, usual, unit)):.{digits}g}"
+
+    ends = row["said"] if row["low"] is None else f"{shown(row['low'])} to {shown(row['high'])}"
+    cells = [f"{shown(row['value'])} {usual}", ends, f"{shown(row['start'])} {usual}"]
+    body = "".join(f'<td class="number">{escape(cell)}</td>' for cell in cells)
+    return f"<tr><td>{escape(label_of_path(row['path']))}</td>{body}</tr>"
+
+
+# Looks at a measurement: waveforms, orders over the speed, maps, spectra, an orbit, a decay.
+
+
+WORDS = {
+    "orders": ("orders", "of the rotor speed, such as 1, 2"),
+    "slow_roll": (
+        "slow roll",
+        "time in which the rotor turns slowly, such as 0:4 s; the run-out seen there is subtracted",
+    ),
+    "revolutions": ("revolutions", "of a window; empty for 4 of orders, 16 of maps"),
+    "pulses": ("pulses a turn", "of the tacho"),
+    "tacho_angle": ("tacho looks at", "direction from the x axis, such as 90 deg"),
+    "start": ("from", "of the piece that is looked at; of an orbit its instant"),
+    "end": ("to", "of the piece that is looked at"),
+}
+NEEDS_TURNING = ("orders", "map", "frequencies", "orbit")
+
+
+class Looks:
+    """The waveforms, and one picture at a time."""
+
+    def __init__(self, bench: Bench, shelf: Measurements) -> None:
+        self.shelf, self.asked = shelf, Asked()
+        self.name = ""
+        with ui.row().classes("items-center gap-2 w-full"):
+            ui.html("<h2 class='head'>Look</h2>", sanitize=False)
+            self.work = Work(bench, "look")
+        self.waves = WaveView().props('data-at="waves"')
+        self.asking = ui.column().classes("w-full gap-2 q-mt-sm")
+        self.picture = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="look"')
+        self.words = ui.html("", sanitize=False).classes("w-full").props('data-at="look words"')
+
+    def show(self, name: str, data: xr.Dataset, version: str) -> None:
+        """Show another measurement."""
+        self.name, self.asked = name, Asked()
+        self.picture.set_content("")
+        self.words.set_content(f'<pre class="said">{escape(data.told())}</pre>' if isinstance(data, Signals) else "")
+        self.waves.show(name if isinstance(data, Signals) else "", version)
+        self.asking.clear()
+        if isinstance(data, Signals):
+            with self.asking:
+                self._form(data)
+        elif is_orders(data):
+            self._ask(
+                "orders of the table", lambda: (order_table(data), "") if "time" not in data.dims else _tracked(data)
+            )
+
+    def _form(self, data: xr.Dataset) -> None:
+        names = vibrations(data)
+        if not names:
+            ui.label("No channel is a vibration, so there is no picture but the waveforms.").classes("quiet")
+            return
+        turns = turning(data)
+        with ui.row().classes("items-center gap-2"):
+            choice = ui.select(
+                {"": "all channels of one unit", **{name: name for name in names}}, value="", label="channel"
+            )
+            choice.props(FIELD).props("options-dense").style("width: 190px").bind_value_to(self.asked, "channel")
+            for key, (label, help_) in WORDS.items():
+                if turns or key in ("start", "end"):
+                    box = marked(ui.input(label, value=getattr(self.asked, key)).props(FIELD), at=f"ask {key}")
+                    hinted(box.style("width: 130px"), help_)
+                    box.bind_value_to(self.asked, key, lambda text: text or "")
+        with ui.row().classes("items-center gap-2"):
+            for key, (title, _) in LOOKS.items():
+                if turns or key not in NEEDS_TURNING:
+                    button = marked(ui.button(title).props("outline no-caps"), at=f"look {key}")
+                    button.on_click(partial(self._look, key, data))
+
+    def _look(self, key: str, data: xr.Dataset) -> None:
+        asked = Asked(**vars(self.asked))
+        self._ask(LOOKS[key][0], lambda: looked(data, key, asked))
+
+    def _ask(self, title: str, make: Any) -> None:
+        name = self.name
+
+        def work(_job: Job) -> tuple[str, str]:
+            draw, words = make()
+            return svg_of(draw, f"{title} of the measurement"), words
+
+        def then(job: Job) -> None:
+            if name != self.name or job.state == "cancelled":
+                return
+            if job.state == "failed":
+                self.picture.set_content(f'<div class="wrong">{escape(job.message)}</div>')
+                return
+            drawn, words = job.result
+            self.picture.set_content(drawn)
+            notes = "".join(f'<div class="note">{escape(note)}</div>' for note in job.notes)
+            self.words.set_content((f'<pre class="said">{escape(words)}</pre>' if words else "") + notes)
+
+        self.work.start(f"look {name}", work, then)
+
+
+def _tracked(data: xr.Dataset) -> Any:
+    from autobalancer.plots.signals import orders as picture
+
+    return (lambda: picture(data)), str(data)
+
+
+# Waveforms of measured signals as an element of the page.
+
+
+VIEW = Path(__file__).parents[2] / "view"
+
+
+class WaveView(Element, component="wave_view.js", esm={"autobalancer-view": str(VIEW)}):
+    """All channels over time, drawn and zoomed in the browser."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._props["source"] = ""
+        self.classes("w-full")
+
+    def show(self, name: str, version: str = "") -> None:
+        """Show the signals of a name; another version fetches them again, and an empty name shows none."""
+        self._props["source"] = f"/measured/{name}/wave.bin?v={version}" if name else ""
+        self.update()
 
 
 class MeasuredPage:
@@ -175,7 +644,6 @@ class MeasuredPage:
 
 def _opened() -> Any:
     """What computes is imported with the first file, in the thread of its job, so that the page opens at once."""
-    from autobalancer.app.pages.measured.opened import Opened
 
     return Opened
 
@@ -183,7 +651,6 @@ def _opened() -> Any:
 # What the columns of a measured file mean: the first lines of the file beside a row for each column.
 
 
-FIELD = "dense outlined hide-bottom-space"
 MORE = (
     ("rate", "samples a second", "where no column has the time, such as 2 kHz"),
     ("start", "from", "of the piece that is read, such as 0.5 s"),

@@ -30,7 +30,7 @@ from autobalancer.app.store.analyses import (
 )
 from autobalancer.app.store.jobs import Job, Latest
 from autobalancer.app.store.pictures import DrawnMap, Seen, drawn_map, file_of, seen_exactly, seen_on, svg_of
-from autobalancer.app.text.fields import alike, machine_with, text_with
+from autobalancer.app.text.form_fields import alike, machine_with, text_with
 from autobalancer.assembly.quantities import value_of
 from autobalancer.errors import AutobalancerError, unwarned
 from autobalancer.machine import Machine

@@ -36,7 +36,7 @@ from autobalancer.app.store.studies import (
 )
 from autobalancer.errors import AutobalancerError
 from autobalancer.results.answers.studied import Studied
-from autobalancer.studies.design.answer import Designed
+from autobalancer.studies.design.designs import Designed
 from autobalancer.tables import Column, html_table
 
 EVERY = 2.0  # s, between two looks at what is finished

@@ -1,1 +1,0 @@
-"""What all pictures share: look, units of axes, labels that do not overlap, files."""

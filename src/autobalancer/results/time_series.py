@@ -1,0 +1,559 @@
+"""The numbers behind the measures of one run, asked of compiled functions that sweeps use, too.
+
+They are loaded when something is measured, not when measures are named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache, wraps
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from autobalancer.errors import QuestionError
+from autobalancer.machine import Machine
+from autobalancer.machine.part import Part
+from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.chamber_shape import is_chamber_run
+from autobalancer.units import shortened
+
+Floats = NDArray[np.float64]
+
+ORIGINS = (
+    "",
+    "start",
+    "jump",
+    "end of the run-up",
+    "release",
+)  # in the order of kernels/measures/columns_of_measures.py
+
+
+@cache
+def compiled() -> Any:
+    """The compiled functions."""
+    from autobalancer.kernels.measures import record_series
+
+    return record_series
+
+
+def plain(values: ArrayLike) -> Floats:
+    """Numbers as compiled functions take them."""
+    return np.require(values, np.float64, ["C", "W"])
+
+
+def settled_from(time: Floats, angle: Floats, rate: Floats, start: float, tolerance: float) -> Floats:
+    """Time from which each ball stays within ``tolerance`` (rad) of the angle to which it goes; nan if it has not settled.
+
+    ``angle`` and ``rate`` are (time, ball), in the rotor; ``start`` (s) is where the record begins. A ball has settled that has
+    been within the tolerance of its last angle for a twentieth of the record, and whose way still to come is not longer.
+    """
+    found = np.empty(angle.shape[1])
+    compiled().settled_from(plain(time), plain(angle), plain(rate), start, tolerance, found)
+    return found
+
+
+def creeps(time: Floats, angle: Floats, settled: Floats, since: float, end: float) -> bool:
+    """Whether a ball that has not ``settled`` (nan) drifts in the last fifth of a run of ``end`` seconds, after ``since`` (s)."""
+    return bool(compiled().creeps(plain(time), plain(angle), plain(settled), since, end))
+
+
+def release_rows(rotor_speed: Floats, rate: Floats, critical_speed: float) -> Floats:
+    """Row, with its fraction, at which each stalled ball breaks away; nan if it never stalled or never broke away.
+
+    ``rate`` is (time, ball), in the rotor. A ball is stalled while it is three times nearer to the critical speed than to
+    the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
+    released where it passes it for the last time, if it then comes nearer to the rotor speed.
+    """
+    found = np.empty(rate.shape[1])
+    compiled().release_rows(plain(rotor_speed), plain(rate), critical_speed, found)
+    return found
+
+
+def values_at(rows: Floats, values: Floats) -> Floats:
+    """Values at rows with a fraction; nan where the row is."""
+    values = plain(values)
+    return np.array([compiled().value_at(row, values) for row in rows], np.float64)
+
+
+def stalled_times(start: float, time: Floats, rotor_speed: Floats, rate: Floats, critical_speed: float) -> Floats:
+    """How long each ball is stalled, s, by the rule of :func:`release_rows`; ``start`` (s) is where the first step begins."""
+    found = np.empty(rate.shape[1])
+    compiled().stalled_times(start, plain(time), plain(rotor_speed), plain(rate), critical_speed, found)
+    return found
+
+
+def fastest(rotor_speed: Floats, rate: Floats) -> Floats:
+    """Greatest speed of each ball in space, rad/s."""
+    found = np.empty(rate.shape[1])
+    compiled().fastest(plain(rotor_speed), plain(rate), found)
+    return found
+
+
+def lifted_from(values: Floats, floor: Floats) -> Floats:
+    """Of values over time that of the first sample from which on the floor carries each ball no more; nan if it does at the end.
+
+    ``floor`` is the force of the floor, (time, ball).
+    """
+    carried = [np.flatnonzero(force > 0.0) for force in floor.T]
+    rows = [int(on[-1]) + 1 if on.size else 0 for on in carried]
+    return np.array([values[row] if row < values.size else np.nan for row in rows])
+
+
+def end_of_run_up(time: Floats, rotor_speed: Floats, start: float) -> float:
+    """Time from which the rotor speed stays within 0.1 % of its last value; ``start`` (s) if it always does."""
+    return float(compiled().end_of_run_up(plain(time), plain(rotor_speed), start))
+
+
+def origin_of(after: float, cause: int, start: float, end: float, jumps: Sequence[float] = ()) -> tuple[float, str]:
+    """From when (s) settling counts in a run from ``start`` to ``end``, and what happened then.
+
+    That is ``after`` (nan if there is none; ``cause`` is one of those of sweeps) or a jump of the unbalance, if that is later.
+    """
+    begin, code = compiled().origin_of(after, cause, start, end, plain(list(jumps)))
+    return float(begin), ORIGINS[code]
+
+
+def time_since(begin: float, settled: Floats) -> Floats:
+    """How long after ``begin`` (s) balls have settled: zero if they had before, nan if they have not."""
+    return np.array([compiled().time_since(begin, at) for at in settled], np.float64)
+
+
+def wrapped(angle: ArrayLike) -> Floats:
+    """The same angle within (-pi, pi]."""
+    given = plain(angle)
+    found = np.empty_like(given)
+    compiled().all_wrapped(given.ravel(), found.ravel())
+    return found
+
+
+def last_deflection(time: Floats, high: Floats, begin: float) -> float:
+    """The greatest of ``high`` (m) from ``begin`` (s) on, the last one in any case."""
+    return float(compiled().last_deflection(plain(time), plain(high), begin))
+
+
+def mean(values: Floats) -> float:
+    """Mean of some numbers, summed one after the other."""
+    return float(compiled().mean(plain(values)))
+
+
+def means(values: Floats) -> Floats:
+    """The same of each column."""
+    return np.array([mean(column) for column in values.T], np.float64)
+
+
+def share_of(part: ArrayLike, whole: ArrayLike) -> Floats:
+    """``part`` over ``whole``; nan where there is no whole."""
+    part, whole = np.asarray(part, np.float64), np.asarray(whole, np.float64)
+    return np.asarray(np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0.0))
+
+
+def crests(time: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Where the greatest of each column of samples (T, L) is in size, s, and its value there, both (L,).
+
+    Between samples it is the vertex of the parabola through the greatest one and its neighbors: of a sine with ten samples in a
+    cycle 0.4 % too low at most, where the greatest sample is up to 5 % too low.
+    """
+    at = np.abs(values).argmax(axis=0)
+    columns = np.arange(values.shape[1])
+    before, after = np.maximum(at - 1, 0), np.minimum(at + 1, len(time) - 1)
+    best, top = np.asarray(time[at], np.float64), values[at, columns]
+    inside = (before < at) & (at < after)
+    left, right = time[at] - time[before], time[after] - time[at]
+    rise, fall = top - values[before, columns], values[after, columns] - top
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bend = (fall / right - rise / left) / (left + right)
+        slope = (rise / left * right + fall / right * left) / (left + right)
+        shift = np.where(inside & (bend != 0.0), -0.5 * slope / bend, 0.0)
+        more = np.where(inside & (bend != 0.0), 0.5 * slope * shift, 0.0)
+    return best + shift, top + more
+
+
+def greatest_at(values: Floats) -> int:
+    """Where the greatest is, the first one; nan is greater than all, so that of times it is the one that never comes."""
+    return int(compiled().greatest_at(plain(values)))
+
+
+def greatest_known(values: Floats) -> float:
+    """The greatest that is a number; nan if there is none."""
+    return float(compiled().greatest_known(plain(values)))
+
+
+def time_near_peak(width: Floats, high: Floats) -> float:
+    """Time (s) with a deflection above half of the greatest of the run; of bins with their ``width`` (s) and greatest (m)."""
+    return float(compiled().time_near_peak(plain(width), plain(high)))
+
+
+def time_at_resonance(time: Floats, rotor_speed: Floats, critical_speed: float) -> float:
+    """Time (s) with a rotor speed within a tenth of the critical speed; nan without one."""
+    return float(compiled().time_at_resonance(plain(time), plain(rotor_speed), critical_speed))
+
+
+# What of a motion in space stands still: its mean over whole turns of everything that whirls.
+
+
+Complexes = NDArray[np.complex128]
+
+WEIGHT, RECORD, NONE = "weight", "recorded excitation", "none"
+
+
+def static_load(machine: Machine) -> str:
+    """What can deflect a rotor for good: ``"weight"``, ``"recorded excitation"`` or ``"none"``.
+
+    Without such a load no direction in space is preferred, on any supports: with every motion its opposite is possible, too.
+    """
+    if machine.axis == "horizontal":
+        return WEIGHT
+    recorded = any(part.kind in ("recorded_force", "recorded_base_motion") for part in machine.excitations)
+    return RECORD if recorded else NONE
+
+
+def standing(z: Complexes, rotor: Floats, balls: Floats, load: str) -> Complexes:
+    """The part of x + i y that stands still, (columns,); zero without a static ``load``.
+
+    Parameters
+    ----------
+    z
+        (times, columns), at equal steps of the rotor angle over whole turns.
+    rotor
+        Angle of the rotor, rad, (times,).
+    balls
+        Angles of the balls in space, rad, (times, balls). Where some of them go round both in space and in the rotor, the
+        revolutions of the rotor are not those of the deflection. Then the standing part is fitted together with what whirls
+        with the rotor, with the balls, and against them. Weights that vanish at both ends (Hann's) suppress the rest.
+    """
+    found = np.zeros(z.shape[1], np.complex128)
+    if load == NONE:
+        return found
+    from autobalancer.kernels.measures import record_series
+
+    count, columns = z.shape[0], 1 + 2 * (1 + balls.shape[1])
+    work = np.zeros((max(count, columns), columns + z.shape[1] + 1), np.complex128)
+    small = np.zeros((columns, columns + z.shape[1]), np.complex128)
+    record_series.standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, found)
+    return found
+
+
+def complexes(values: Any) -> Complexes:
+    """x + i y as compiled functions take it."""
+    return np.require(values, np.complex128, ["C", "W"])
+
+
+def calm_mean(values: Complexes | Floats) -> Complexes:
+    """Mean over the first axis with weights that vanish at both ends (Hann's), so that parts of turns hardly count.
+
+    What goes round n times adds about 1/n^3 of its size, to the plain mean 1/n.
+    """
+    steps = len(values)
+    weight = np.sin(np.pi * (np.arange(steps) + 0.5) / steps) ** 2
+    return np.asarray(np.tensordot(weight / weight.sum(), values, axes=1), np.complex128)
+
+
+def standing_in(run: xr.Dataset, z: Complexes, prefix: str = "turn_") -> Complexes:
+    """The same for the last revolutions of a run, or with ``prefix`` "" for its samples; ``z`` is (times, columns)."""
+    rotor = run[f"{prefix}rotor_angle"].values
+    name = f"{prefix}ball_angle_in_rotor"
+    inside = run[name].values if name in run else np.zeros((rotor.size, 0))
+    return standing(z, rotor, rotor[:, None] + inside, load_of(run.attrs))
+
+
+def load_of(attributes: dict[Any, Any]) -> str:
+    """The static load of a run; runs of earlier versions say only how the axis lies."""
+    known = WEIGHT if attributes.get("axis", "vertical") == "horizontal" else NONE
+    return str(attributes.get("static_load", known))
+
+
+# Measures of places at the end of a run: vibration apart from static deflection, residual unbalance, forces.
+
+
+# Functions of a run that are asked of something else say what they want.
+
+
+Arguments = ParamSpec("Arguments")
+Answer = TypeVar("Answer")
+RUNS, CHAMBER_RUNS = "simulate", "simulate_chamber"
+
+
+def of_a_run(
+    *, runs: str = RUNS, of_machine: str = "", called: str = ""
+) -> Callable[[Callable[Arguments, Answer]], Callable[Arguments, Answer]]:
+    """Refuse a first argument that is no run, with a :class:`QuestionError`.
+
+    Parameters
+    ----------
+    runs
+        The function that gives such runs.
+    of_machine
+        What to call where a machine is given and its own answer is wanted.
+    called
+        The public function that asks, by default of the same name.
+    """
+
+    def checked(function: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
+        name = called or function.__name__
+
+        @wraps(function)
+        def asked(*arguments: Arguments.args, **named: Arguments.kwargs) -> Answer:
+            run = arguments[0] if arguments else named.get("run")
+            if (arguments or "run" in named) and not isinstance(run, xr.Dataset):
+                raise QuestionError(_wanted(name, run, runs, of_machine))
+            if isinstance(run, xr.Dataset):
+                _refuse_other_kind(name, run, runs)
+            return function(*arguments, **named)
+
+        return asked
+
+    return checked
+
+
+def _refuse_other_kind(name: str, run: xr.Dataset, runs: str) -> None:
+    if is_chamber_run(run) != (runs == CHAMBER_RUNS):
+        given, wanted = ("deep chambers", "balls in races") if runs == RUNS else ("balls in races", "deep chambers")
+        raise QuestionError(f"{name}: given a run of {given}, or a result that is no run; this is for {wanted}")
+    if "machine" not in run.attrs:
+        raise QuestionError(f"{name}: the run has lost its attributes, such as its machine; give it as it was computed")
+
+
+def _wanted(name: str, given: object, runs: str, of_machine: str) -> str:
+    if isinstance(given, Part):
+        of_it = f"; of the machine itself ask {of_machine}" if of_machine else ""
+        return f"{name}: given a machine; it measures a run, as in ab.{name}(ab.{runs}(machine)){of_it}"
+    if isinstance(given, (str, Path)):
+        return f"{name}: given {shortened(str(given))}; it measures a run, as in ab.{name}(ab.load_run('run.nc'))"
+    return f"{name}: given a {type(given).__name__}; it measures a run of {runs}, or one from load_run"
+
+
+WHEN = "in the last revolutions"
+NO_TURNS = (
+    "the run kept no whole revolution at its end; run it longer, to a speed above zero (a run that is interrupted keeps "
+    "none; in Python, save must hold LastRevolutions())"
+)
+
+
+@of_a_run()
+def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
+    """Static deflection and vibration at the end of a run, separately, at every place.
+
+    The places are the planes of the balancers and the named stations. The static deflection is the mean over the last
+    whole revolutions that the run kept, and of the balls where these whirl at another speed; none on a vertical axis, where
+    nothing is static unless a recorded force is. The vibration is the rest; it includes the oscillation of balls under gravity.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate`, with ``LastRevolutions``, which it keeps by default.
+    place
+        Name of a plane or station; by default all, along the dimension ``place``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``static_x``, ``static_y``, ``static`` (m); ``greatest``, the greatest distance from the mean position (m);
+        ``half_range``, half of the range along x or y, whichever is greater (m); ``rms`` (m) and ``velocity_rms`` (m/s),
+        root mean squares in the direction in which they are greatest, as sensors along one direction measure (ISO 20816).
+
+    Raises
+    ------
+    QuestionError
+        If the run kept no whole revolution, or has no such place.
+    """
+    last = run.isel(turn=whole_turns(run))
+    z, v = (last[f"turn_place_{x}"].values + 1j * last[f"turn_place_{y}"].values for x, y in (("x", "y"), ("vx", "vy")))
+    mean = standing_in(last, z)
+    greatest, rms, velocity = moved(z, v, mean)
+    found = _measured(
+        run,
+        "Vibration",
+        ("place", run["place"].values),
+        static_x=(mean.real, "m", "static deflection along x"),
+        static_y=(mean.imag, "m", "static deflection along y"),
+        static=(sizes(mean), "m", "static deflection"),
+        greatest=(greatest, "m", "greatest distance from the mean position"),
+        half_range=(half_range(z), "m", "half of the range of the deflection"),
+        rms=(rms, "m", "root mean square of the vibration"),
+        velocity_rms=(velocity, "m/s", "root mean square of the velocity"),
+    )
+    return found if place is None else _chosen(found, "place", place)
+
+
+@of_a_run()
+def static_deflection(run: xr.Dataset, place: str | None = None) -> complex:
+    """Mean deflection x + i y (m) in the last revolutions at a place, by default the reference place.
+
+    Raises
+    ------
+    QuestionError
+        If the run kept no whole revolution, or has no such place.
+    """
+    everywhere = vibration(run)
+    here = _chosen(everywhere, "place", str(everywhere["place"].values[0]) if place is None else place)
+    return complex(float(here["static_x"]), float(here["static_y"]))
+
+
+@of_a_run()
+def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
+    """Residual unbalance in each plane of balancers in the last revolutions of a run.
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate`, with ``LastRevolutions``.
+    plane
+        Name of a plane; by default all, along the dimension ``plane``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``unbalance``, what the balls of the plane have to balance at this speed so that no plane vibrates; ``balls``,
+        their resultant; ``residual``, the mean size of the sum of both (all kg m); ``share``, residual over unbalance.
+
+    Raises
+    ------
+    QuestionError
+        If the machine has no balancers, or the run kept no whole revolution.
+    """
+    if "turn_plane_balls" not in run and "plane" not in run.coords:
+        raise QuestionError("the machine has no balancers; there is no plane with a residual unbalance")
+    last = run.isel(turn=whole_turns(run))
+    size, left = map(means, plane_sizes(last))
+    found = _measured(
+        run,
+        "Residual unbalance",
+        ("plane", run["plane"].values),
+        unbalance=(size, "kg m", "unbalance that the balls of the plane have to balance"),
+        balls=(means(last["turn_plane_balls"].values), "kg m", "resultant of the balls of the plane"),
+        residual=(left, "kg m", "residual unbalance of the plane"),
+        share=(share_of(left, size), "1", "residual unbalance over unbalance"),
+    )
+    return found if plane is None else _chosen(found, "plane", plane)
+
+
+@of_a_run()
+def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
+    """Forces of the rotor on its supports in the last revolutions: the static part, with weight, and the vibrating one.
+
+    For supports on the ground these are the forces on the foundation.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``support``, N: ``static_x``, ``static_y``, ``static``; ``greatest``, the greatest distance of the force
+        from its mean; ``rms`` of the vibrating part in the direction in which it is greatest.
+
+    Raises
+    ------
+    QuestionError
+        If the run kept no whole revolution, or has no such support.
+    """
+    last = run.isel(turn=whole_turns(run))
+    force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
+    mean = standing_in(last, force)
+    greatest, rms, _ = moved(force, force, mean)
+    found = _measured(
+        run,
+        "Support forces",
+        ("support", run["support"].values),
+        static_x=(mean.real, "N", "static force along x"),
+        static_y=(mean.imag, "N", "static force along y"),
+        static=(sizes(mean), "N", "static force on the support"),
+        greatest=(greatest, "N", "greatest distance of the force from its mean"),
+        rms=(rms, "N", "root mean square of the vibrating force"),
+    )
+    return found if support is None else _chosen(found, "support", support)
+
+
+def plane_sizes(last: xr.Dataset) -> tuple[Floats, Floats]:
+    """Unbalance of each plane and what its balls leave of it in the last revolutions of a run, (times, P) kg m."""
+    if "turn_plane_residual" in last:
+        return last["turn_plane_unbalance"].values, last["turn_plane_residual"].values
+    unbalance, balls = plane_vectors(last, "turn_")  # of a file of an earlier version
+    return np.abs(unbalance), np.abs(unbalance + balls)
+
+
+def plane_vectors(run: xr.Dataset, prefix: str = "") -> tuple[Complexes, Complexes]:
+    """Unbalance of each plane and what its balls add up to, complex in the rotor, kg m, (times, P)."""
+    unbalance, balls = (
+        run[f"{prefix}plane_{name}"].values * np.exp(1j * run[f"{prefix}plane_{name}_angle_in_rotor"].values)
+        for name in ("unbalance", "balls")
+    )
+    return unbalance, balls
+
+
+def whole_turns(run: xr.Dataset) -> slice:
+    """The part of the dimension ``turn`` that makes whole revolutions up to the end, its first entry left out.
+
+    Raises
+    ------
+    QuestionError
+        If there is no whole revolution.
+    """
+    known = "turn_rotor_angle" in run and "turn_place_x" in run
+    turns = turns_of(run["turn_rotor_angle"].values if known else np.zeros(0))
+    if turns.start == turns.stop:
+        raise QuestionError(NO_TURNS)
+    return turns
+
+
+def turns_of(angle: Floats) -> slice:
+    """The part of rotor angles at equal steps that makes whole revolutions up to the end; empty if there is none."""
+    from autobalancer.kernels.measures.observables import turns_of as counted
+
+    return slice(angle.size - counted(plain(angle)), angle.size)
+
+
+def moved(z: Complexes, v: Complexes, mean: Complexes) -> tuple[Floats, Floats, Floats]:
+    """Greatest distance from a mean place, rms of that distance and of the velocity, for x + i y, (times, places).
+
+    The rms are those along the direction in which they are greatest.
+    """
+    from autobalancer.kernels.measures import record_series
+
+    found = np.empty((3, z.shape[1]))
+    record_series.moved(complexes(z), complexes(v), z.shape[0], complexes(mean), found)
+    return found[0], found[1], found[2]
+
+
+def sizes(z: Complexes) -> Floats:
+    """Size of x + i y."""
+    from autobalancer.kernels.measures import record_series
+
+    given = complexes(z)
+    found = np.empty(given.shape)
+    record_series.sizes(given.ravel(), found.ravel())
+    return found
+
+
+def directions(z: Complexes) -> Floats:
+    """Angle of x + i y, rad."""
+    from autobalancer.kernels.measures import record_series
+
+    given = complexes(z)
+    found = np.empty(given.shape)
+    record_series.directions(given.ravel(), found.ravel())
+    return found
+
+
+def half_range(z: Complexes) -> Floats:
+    """Half of the range along x or y, whichever is greater, (places,)."""
+    return np.asarray(0.5 * np.maximum(np.ptp(z.real, axis=0), np.ptp(z.imag, axis=0)), np.float64)
+
+
+def _measured(
+    run: xr.Dataset, title: str, along: tuple[str, NDArray[np.object_]], **values: tuple[Floats, str, str]
+) -> Labeled:
+    dimension, names = along
+    data = {
+        name: (dimension, numbers, {"units": unit, "long_name": f"{text} {WHEN}"})
+        for name, (numbers, unit, text) in values.items()
+    }
+    return Labeled.of_run(run, title, xr.Dataset(data, {dimension: names}))
+
+
+def _chosen(found: xr.Dataset, dimension: str, name: str) -> xr.Dataset:
+    known = [str(entry) for entry in found[dimension].values]
+    if name not in known:
+        raise QuestionError(f"{dimension}: given {name!r}; the run has {', '.join(map(repr, known))}")
+    return found.isel({dimension: known.index(name)})

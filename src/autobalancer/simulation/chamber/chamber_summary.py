@@ -1,0 +1,244 @@
+"""What is known of a machine with chambers before a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from autobalancer.assembly.chamber_assembly import assemble_chamber, contact_time
+from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.laws.capabilities import chamber_capability
+from autobalancer.machine.chamber import Chamber, ChamberMachine
+from autobalancer.machine.drive import AsynchronousMotor
+from autobalancer.machine.keys import bare_numbers
+from autobalancer.results.display_units import moment_text
+from autobalancer.simulation.chamber.bounds import (
+    chamber_critical_speeds,
+    fill,
+    filling_sites,
+    tilt_left,
+    tilting_warnings,
+)
+from autobalancer.simulation.chamber.chamber_run import default_step
+from autobalancer.tables import Described, rpm_and_si
+
+
+@dataclass(frozen=True)
+class ChamberFilling:
+    """One chamber with its balls, SI. ``room`` is the number of balls of its largest size that the filling finds places for.
+
+    ``tilt`` is how far the flat walls let a cylinder tilt that is alone between them.
+    """
+
+    chamber: int
+    balls: int
+    ball_mass: float
+    smallest_diameter: float
+    largest_diameter: float
+    depth: float
+    room: int
+    capability: float
+    body: str
+    longest: float | None  # cylinder
+    tilt: float | None
+
+
+@dataclass(frozen=True, repr=False)
+class ChamberSummary(Described):
+    """Masses, critical speeds, unbalance, capability, filling, contact time and step, and what looks wrong. SI."""
+
+    name: str
+    freedom: str
+    total_mass: float
+    rotor_mass: float
+    ball_mass: float
+    critical_speeds: tuple[float, ...]
+    damping_ratios: tuple[float, ...]
+    unbalance: float
+    couple_unbalance: float
+    capability: float
+    chambers: tuple[ChamberFilling, ...]
+    friction: float
+    ball_friction: float | None  # between balls, if it is another one
+    contact_time: float
+    step: float
+    duration: float | None
+    highest_speed: float
+    warnings: tuple[str, ...]
+
+    def rows(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
+        """A name and a text each, with speeds as ``said`` writes them."""
+        return chamber_rows(self, said)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        return asdict(self)
+
+
+def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
+    """What is known of a machine with chambers before a run.
+
+    Critical speeds are undamped and with the balls at rest in the chambers. ``contact_time`` is that of the shortest contact
+    at 4 m/s, ``step`` the default one of :func:`simulate_chamber`. ``couple_unbalance`` counts from the middle of the rotor.
+
+    Raises
+    ------
+    MachineError
+        If the machine is not possible as described, or its balls do not fit.
+    """
+    if not isinstance(machine, ChamberMachine):
+        machine = load_chamber_machine(machine)
+    fill(machine)
+    fillings = tuple(_filling(number, chamber) for number, chamber in enumerate(machine.chambers, 1))
+    unbalance = float(abs(sum(part.vector for part in machine.unbalances)))
+    couple = float(abs(sum(part.vector * part.position for part in machine.unbalances)))
+    balls = sum(filling.ball_mass for filling in fillings)
+    capability = sum(filling.capability for filling in fillings)
+    critical, ratios = chamber_critical_speeds(machine)
+    drive = machine.drive
+    highest = (
+        float(drive.synchronous_speed)
+        if isinstance(drive, AsynchronousMotor)
+        else float(assemble_chamber(machine, np.zeros((sum(f.balls for f in fillings), 3)), 1e-6).profile.speed.max())
+    )
+    return ChamberSummary(
+        name=machine.name,
+        freedom=machine.body.freedom,
+        total_mass=float(machine.body.mass or 0.0) + float(machine.rotor.mass) + balls,
+        rotor_mass=float(machine.rotor.mass),
+        ball_mass=balls,
+        critical_speeds=critical,
+        damping_ratios=ratios,
+        unbalance=unbalance,
+        couple_unbalance=couple,
+        capability=capability,
+        chambers=fillings,
+        friction=float(machine.contact.friction),
+        ball_friction=None if machine.contact.ball_friction is None else float(machine.contact.ball_friction),
+        contact_time=contact_time(machine),
+        step=default_step(machine),
+        duration=float(machine.run.duration) if machine.run is not None else None,
+        highest_speed=highest,
+        warnings=bare_numbers(machine) + _warnings(machine, unbalance, couple, capability, critical, highest),
+    )
+
+
+def _filling(number: int, chamber: Chamber) -> ChamberFilling:
+    groups = chamber.balls
+    largest, widest = max(group.radius for group in groups), max(group.half_width for group in groups)
+    lengths = [float(group.length) for group in groups if group.length is not None]
+    tilts = [tilt for group in groups if (tilt := tilt_left(chamber, group)) is not None]
+    return ChamberFilling(
+        chamber=number,
+        balls=sum(group.count for group in groups),
+        ball_mass=sum(group.count * group.ball_mass for group in groups),
+        smallest_diameter=2.0 * min(group.radius for group in groups),
+        largest_diameter=2.0 * largest,
+        depth=chamber.inner_depth,
+        room=len(
+            filling_sites(float(chamber.radius), chamber.inner_depth, largest, float(chamber.inner_radius), widest)
+        ),
+        capability=chamber_capability(
+            float(chamber.radius),
+            chamber.inner_depth,
+            [(group.count, group.radius, group.ball_mass, group.half_width) for group in groups],
+        ),
+        body=groups[0].body,
+        longest=max(lengths) if lengths else None,
+        tilt=max(tilts) if tilts else None,
+    )
+
+
+def _warnings(
+    machine: ChamberMachine,
+    unbalance: float,
+    couple: float,
+    capability: float,
+    critical: tuple[float, ...],
+    highest: float,
+) -> tuple[str, ...]:
+    warnings = tilting_warnings(machine)
+    if unbalance > capability:
+        warnings.append(
+            f"the balls can balance {moment_text(capability, 4)} of {moment_text(unbalance, 4)}; take more, heavier or, in a "
+            "single layer, fewer and larger balls"
+        )
+    if machine.body.freedom == "fixed":
+        warnings.append("the body is fixed: the unbalance has no effect on the balls, so they do not balance it")
+    elif critical and highest < critical[0]:
+        warnings.append("the highest speed is below the critical speeds; there the balls gather on the heavy side")
+    elif critical and highest < critical[-1]:
+        warnings.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
+    if couple > 1e-12 and machine.body.freedom == "planar":
+        warnings.append("a planar body does not feel the couple unbalance; only a free one lets the balls balance it")
+    return tuple(warnings)
+
+
+# What is known of a machine with deep chambers, as rows of a table: a name and a text each.
+
+
+FREEDOM = {"fixed": "fixed", "planar": "moves in its plane", "free": "free"}
+
+
+def chamber_rows(summary: ChamberSummary, said: Callable[[float], str]) -> list[tuple[str, str]]:
+    """Everything that ``check`` shows of it, with speeds as ``said`` writes them."""
+    couple = f", couple {summary.couple_unbalance * 1e9:.5g} g mm²" if summary.couple_unbalance else ""
+    steps = f", {summary.duration / summary.step:.3g} steps in {summary.duration:g} s" if summary.duration else ""
+    between = "" if summary.ball_friction is None else f", {summary.ball_friction:g} between balls"
+    those = f"{summary.chambers[0].body}s"
+    modes = zip(summary.critical_speeds, summary.damping_ratios, strict=True)
+    return [
+        ("body", FREEDOM[summary.freedom]),
+        ("mass", f"{summary.total_mass:.6g} kg with balls, rotor {summary.rotor_mass:.6g} kg"),
+        *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
+        ("unbalance", f"{moment_text(summary.unbalance, 5)}{couple}"),
+        *(
+            (f"chamber {filling.chamber}", _summary_rows_filling(filling, summary.unbalance))
+            for filling in summary.chambers
+        ),
+        (
+            "friction",
+            f"{summary.friction:g}{between}; with too little friction, or too few {those}, they stay at the bottom",
+        ),
+        ("shortest contact", f"{1e6 * summary.contact_time:.4g} us{_at(summary)}"),
+        ("step", f"{1e6 * summary.step:.4g} us{steps}"),
+        ("highest speed", said(summary.highest_speed)),
+    ]
+
+
+def _at(summary: ChamberSummary) -> str:
+    """A contact along a line takes the same time at any speed."""
+    return "" if summary.chambers[0].body == "cylinder" else " at 4 m/s"
+
+
+def _summary_rows_filling(filling: ChamberFilling, unbalance: float) -> str:
+    small, large = 1e3 * filling.smallest_diameter, 1e3 * filling.largest_diameter
+    size = f"{large:.4g} mm" if math.isclose(small, large) else f"{small:.4g} to {large:.4g} mm"
+    enough = f", {filling.capability / unbalance:.3g} times the unbalance" if unbalance else ""
+    one = filling.balls == 1
+    if filling.longest is not None:
+        size += f" by {1e3 * filling.longest:.4g} mm"
+    return (
+        f"{filling.balls} {filling.body}{'' if one else 's'} of {size}, {filling.ball_mass:.4g} kg{'' if one else ' together'}\n"
+        f"{1e3 * filling.depth:.4g} mm deep, {_room(filling)}{_tilt(filling.tilt)}\n"
+        f"capability {moment_text(filling.capability, 5)}{enough}"
+    )
+
+
+def _tilt(tilt: float | None) -> str:
+    if tilt is None:
+        return ""
+    return (
+        ", so that one could turn over" if tilt > 1.57 else f", which lets one tilt by {math.degrees(tilt):.3g} degrees"
+    )
+
+
+def _room(filling: ChamberFilling) -> str:
+    """Balls of mixed sizes may be more than there is room for of the largest."""
+    share = "" if filling.balls > filling.room else f": {100 * filling.balls / filling.room:.3g} % filled"
+    return f"room for {filling.room} of {1e3 * filling.largest_diameter:.4g} mm{share}"

@@ -1,0 +1,234 @@
+"""The verdict on a run of a deep chamber, by the rule and in the words of balls in races."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import xarray as xr
+
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import parse_machine
+from autobalancer.laws.capabilities import balance_grade
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.results.chamber_measures import balls_carried, chamber_settling, residual_of_balls, window
+from autobalancer.results.chamber_shape import bodies_of, unbalance_of
+from autobalancer.results.display_units import length_text
+from autobalancer.results.time_series import Complexes, Floats, calm_mean, moved, of_a_run
+from autobalancer.results.verdict import (
+    NO_VERDICT,
+    Course,
+    Peak,
+    PlaceVerdict,
+    Settling,
+    SupportVerdict,
+    Verdict,
+    speed_changes,
+    unsteady,
+    verdict_word,
+)
+from autobalancer.simulation.chamber.bounds import body_without_balancing, tilting_note
+from autobalancer.units import optional_argument
+
+MIDDLE = "middle of the rotor"
+TWENTIETHS = 20
+
+
+@of_a_run(runs="simulate_chamber")
+def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict:
+    """Whether a run of a deep chamber ends balanced, by the rule of balls in races.
+
+    The vibration is the greatest distance of the middle of the rotor from its mean position, across the axis. That without
+    balls is the steady one of the same body with the balls as masses in the middles of their chambers. Where all balls go around
+    with the rotor, what does not turn with it and becomes smaller is a free vibration that decays: it does not count, and
+    ``because`` says how large it is.
+
+    A run whose speed still changes has no steady state: without ``last`` only its greatest deflection is said, from the rest
+    position of the machine without balls.
+
+    Parameters
+    ----------
+    run
+        From ``simulate_chamber``, or an archive.
+    last
+        Seconds at the end that are the steady state; by default a tenth of the run.
+
+    Raises
+    ------
+    QuestionError
+        If there are too few samples, or the run does not say of which machine it is.
+    """
+    described = unbalance_of(run)
+    if described is None:
+        raise QuestionError("verdict: the run does not say of which machine it is; give one of simulate")
+    machine = parse_machine(str(run.attrs["machine"]))
+    assert isinstance(machine, ChamberMachine)
+    last = optional_argument("last", last, "s")
+    steady = window(run, last)
+    z, time = _across(run, "body_position"), run["time"].values
+    if last is None and _speed_changes(run):
+        return _under_way(run, z, abs(described[0]))
+    static, rate = calm_mean(z[steady, None]), np.gradient(z, time)[steady, None]
+    vibration, _, velocity = moved(z[steady, None], rate, static)
+    speed = float(run["speed"].values[steady].mean())
+    without = body_without_balancing(machine, speed)
+    ratio = float(vibration[0]) / without if without > 0.0 else np.nan
+    residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean())
+    mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
+    free, turning = _free_vibration(run, z - static[0], steady)
+    if free:
+        ratio = turning / without if without > 0.0 else np.nan
+    word, because = _because(run, z - static[0], without, free)
+    return Verdict(
+        word=word or verdict_word(ratio),
+        because=because or free,
+        speed=speed,
+        ratio=ratio,
+        unbalance=abs(described[0]),
+        residual=residual,
+        grade_before=_grade(abs(described[0]), mass, speed),
+        grade_after=_grade(residual, mass, speed),
+        places=(PlaceVerdict(MIDDLE, float(abs(static[0])), float(vibration[0]), float(velocity[0]), without),),
+        planes=(),
+        supports=_bearings(run.isel(time=steady)),
+        peak=_peak(run, z - static[0]),
+        peak_without_balls=None,
+        settling=_settling(run, last),
+        notes=_notes(run),
+        bodies=bodies_of(run),
+    )
+
+
+def middle_deflection(run: xr.Dataset) -> Complexes:
+    """Of the middle of the rotor across its axis, y + i z over time, m: from its mean position at the end of the run.
+
+    From the rest position of the machine without balls, if the speed still changes.
+    """
+    z = _across(run, "body_position")
+    return z if _speed_changes(run) else z - calm_mean(z[window(run), None])[0]
+
+
+def _speed_changes(run: xr.Dataset) -> bool:
+    time = run["time"].values
+    return speed_changes(time, run["speed"].values, float(time[-1]))
+
+
+def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
+    """Of a run whose speed still changes: how far it got from the rest position of the machine without balls."""
+    because = "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
+    return Verdict(
+        word=NO_VERDICT,
+        because=_stopped(run) or because,
+        speed=float(run["speed"].values[-1]),
+        ratio=np.nan,
+        unbalance=unbalance,
+        residual=np.nan,
+        grade_before=np.nan,
+        grade_after=np.nan,
+        places=(),
+        planes=(),
+        supports=(),
+        peak=_peak(run, z),
+        peak_without_balls=None,
+        settling=None,
+        notes=_notes(run),
+        bodies=bodies_of(run),
+    )
+
+
+def _peak(run: xr.Dataset, away: Complexes) -> Peak:
+    distance = np.abs(away)
+    place = int(np.argmax(distance))
+    return Peak(MIDDLE, float(distance[place]), float(run["speed"].values[place]))
+
+
+def _notes(run: xr.Dataset) -> tuple[str, ...]:
+    given = map(str, np.atleast_1d(run.attrs.get("remarks", [])))
+    return tuple(note for note in (*given, tilting_note(run)) if note)
+
+
+def _stopped(run: xr.Dataset) -> str:
+    outcome = run.attrs.get("outcome", "finished")
+    return "" if outcome == "finished" else f"the run did not finish: {run.attrs.get('outcome_text', outcome)}"
+
+
+def _turning(z: Complexes, angle: Floats) -> tuple[Complexes, float]:
+    """What of x + i y turns with the rotor, either way: its course and its greatest size, m."""
+    turn = np.exp(1j * angle)
+    forward, backward = calm_mean((z / turn)[:, None])[0], calm_mean((z * turn)[:, None])[0]
+    return forward * turn + backward / turn, float(abs(forward) + abs(backward))
+
+
+def _free_vibration(run: xr.Dataset, away: Complexes, steady: slice) -> tuple[str, float]:
+    """A text where a free vibration still decays, else none; and the size of what turns with the rotor, m."""
+    angle, time = run["rotor_angle"].values, run["time"].values
+    before = slice(max(0, 2 * steady.start - steady.stop), steady.start)
+    if before.stop - before.start < 2 or not bool(balls_carried(run).all()):
+        return "", np.nan
+    (_, turning), rest = _turning(away[steady], angle[steady]), []
+    for part in (before, steady):
+        still = away[part] - calm_mean(away[part, None])[0]
+        rest.append(float(np.sqrt(np.mean(np.abs(still - _turning(still, angle[part])[0]) ** 2))))
+    earlier, later = rest
+    if not turning < later < earlier:
+        return "", turning
+    decay = (time[steady.stop - 1] - time[steady.start]) / np.log(earlier / later)
+    return (
+        f"a free vibration still decays, {length_text(later)} rms, to a third in {1.1 * decay:.2g} s, and does not count; "
+        f"{length_text(turning)} turn with the rotor"
+    ), turning
+
+
+def _because(run: xr.Dataset, away: Complexes, without: float, free: str) -> tuple[str, str]:
+    stopped = _stopped(run)
+    if stopped:
+        return NO_VERDICT, stopped
+    if not without > 0.0:
+        return NO_VERDICT, (
+            "the rotor has no unbalance"
+            if without == 0.0
+            else "the speed is a critical speed of a body without damping"
+        )
+    time = run["time"].values
+    uneven = not bool(balls_carried(run).all())
+    middles, size = time, np.abs(away)
+    if free:  # what turns with the rotor in each twentieth
+        edges = np.linspace(0, time.size, TWENTIETHS + 1).astype(int)
+        parts = [slice(*pair) for pair in itertools.pairwise(edges)]
+        angle = run["rotor_angle"].values
+        middles = np.array([0.5 * (time[part.start] + time[part.stop - 1]) for part in parts])
+        size = np.array([_turning(away[part], angle[part])[1] for part in parts])
+    end, low = float(time[-1]), np.zeros_like(middles)
+    return unsteady(Course(end, True, time, run["speed"].values, uneven, middles, low, size), float(size[-1]), without)
+
+
+def _across(run: xr.Dataset, name: str) -> Complexes:
+    values = run[name].transpose("time", "axis", ...).values
+    return np.asarray(values[:, 1] + 1j * values[:, 2], np.complex128)
+
+
+def _bearings(steady: xr.Dataset) -> tuple[SupportVerdict, ...]:
+    """Radial forces of the rotor on its bearings; what they would be without balls is not worked out."""
+    force = -_across(steady, "bearing_force")
+    mean = calm_mean(force)
+    greatest = np.abs(force - mean).max(axis=0)
+    return tuple(
+        SupportVerdict(f"bearing {int(number)}", float(abs(mean[i])), float(greatest[i]), np.nan)
+        for i, number in enumerate(steady["bearing"].values)
+    )
+
+
+def _grade(unbalance: float, mass: float, speed: float) -> float:
+    return balance_grade(unbalance, mass, abs(speed)) if speed != 0.0 else np.nan
+
+
+def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
+    settling = chamber_settling(run, last=last)
+    if not settling.at.size:
+        return None
+    moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(settling.at)])
+    if len(moving) == settling.at.size:
+        return Settling(0, np.nan, "", np.nan, moving)
+    k = int(np.nanargmax(settling.at))
+    ball, duration = int(run["ball"].values[k]), float(settling.duration[k])
+    return Settling(ball, duration, settling.counted_from, float(settling.at[k]), moving)

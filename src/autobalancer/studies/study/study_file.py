@@ -1,0 +1,304 @@
+"""Study files: TOML, or the same as a dict, turned into a study; every fault is named with its key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from autobalancer.errors import MachineError, QuestionError, UnitError
+from autobalancer.files.machine_file import balls_in_races
+from autobalancer.files.samples import beside
+from autobalancer.files.text_files import faults_of, question_data
+from autobalancer.machine import Machine
+from autobalancer.machine.part import Amount, Duration, Label, Listed, Question, key, unknown_key
+from autobalancer.random_numbers import GREATEST
+from autobalancer.studies.ensemble.columns import SEED, is_start, unit_of_column
+from autobalancer.studies.study.chunk import OUTPUTS, RUN, RUN_UP, RunUp, check_length, quantity_kind, with_run_up
+from autobalancer.studies.study.study_spec import (
+    START,
+    TABLE,
+    WANTED,
+    Distribution,
+    Impossible,
+    Normal,
+    Plan,
+    Stop,
+    Study,
+    SuddenUnbalance,
+    Varied,
+    joined,
+    with_sudden,
+)
+from autobalancer.studies.variations import listed
+from autobalancer.units import list_argument, shortened, to_si
+
+Whole = Annotated[int, Field(strict=True, ge=1, le=GREATEST)]
+Seed = Annotated[int, Field(strict=True, ge=0, le=GREATEST)]
+Texts = Annotated[tuple[Label, ...], Listed]
+MOST = 10_000_000  # members
+
+
+class Correlation(Question):
+    """The correlation of two parameters that scatter."""
+
+    between: tuple[Label, Label] = key("their names")
+    value: Annotated[float, Field(strict=True, ge=-1.0, le=1.0)] = key(
+        "of the normal numbers behind both (Gaussian copula)"
+    )
+
+
+class Joint(Question):
+    """Parameters that are normal together."""
+
+    names: Annotated[tuple[Label, ...], Field(min_length=1)] = key("of the parameters")
+    covariance: tuple[tuple[Annotated[float, Field(strict=True)], ...], ...] = key(
+        "in SI, a row for each name", value="list of lists of numbers"
+    )
+    mean: tuple[Amount, ...] | None = key(
+        "a value for each name; those of the machine unless given", None, value="list in the units of the parameters"
+    )
+
+    @model_validator(mode="after")
+    def _is_a_covariance(self) -> Joint:
+        size, rows = len(self.names), self.covariance
+        if len(rows) != size or any(len(row) != size for row in rows):
+            raise QuestionError(f"must have {size} rows of {size} numbers, in SI", ("covariance",))
+        if any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
+            raise QuestionError("must be symmetric", ("covariance",))
+        if any(not rows[i][i] > 0.0 for i in range(size)):
+            raise QuestionError("its diagonal holds variances, which must be greater than zero", ("covariance",))
+        if self.mean is not None and len(self.mean) != size:
+            text = f"given {shortened(list(self.mean))}; must be a list of {size} values, as of names"
+            raise QuestionError(text, ("mean",))
+        return self
+
+
+class StudyFile(Question):
+    """A machine, what varies in it and how, and what is asked of every member."""
+
+    machine: Any = key("machine file, seen from this file", value="text")
+    name: Label = key("of the study", "")
+    members: Whole = key("draws at each point of the grid, at most; base samples with the plan `sensitivity`", 1000)
+    plan: Plan = key(
+        "of the draws: `sobol` and `latin_hypercube` fill the space more evenly, `sensitivity` is for Sobol' indices",
+        "random",
+    )
+    seed: Seed = key("equal seeds, equal numbers", 0)
+    starts: Literal["random", "machine"] = key("of the balls: each draw its own, or those of the machine", "random")
+    duration: Duration | None = key("of a run", None, default_text="that of the machine")
+    tolerance: Annotated[float, Field(strict=True, ge=1e-13, le=1e-2)] = key("relative, of the integration", 1e-6)
+    bins: Annotated[int, Field(strict=True, ge=10, le=GREATEST)] = key("of time in which the peak is looked for", 500)
+    settling_from: Literal["run-up", "release"] = key("what settling times count from", "run-up")
+    results: Annotated[Texts, Field(min_length=1)] = key(
+        "`run` for all measures; border speeds by name, `critical speed` and `capability` need no run", (RUN,)
+    )
+    impossible: Impossible = key("draws that make no machine: refuse them, draw again, or count them", "refuse")
+    sudden_unbalance: SuddenUnbalance | None = key("that appears at speed", None)
+    run_up: RunUp | None = key("in place of the drive of the machine", None)
+    vary: Varied = key("values that form a grid, and distributions", {}, value="lists, ranges, or tables")
+    correlation: Annotated[tuple[Correlation, ...], Listed] = key("of pairs", ())
+    joint: Annotated[tuple[Joint, ...], Listed] = key("parameters that are normal together", ())
+    stop: Stop | None = key("when draws are enough", None)
+    show: Texts = key("quantities of the table", (), default_text="peak deflection")
+
+    @field_validator("results")
+    @classmethod
+    def _are_known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for one in value:
+            if one not in OUTPUTS:
+                raise ValueError(f"given {one!r}; must be one of {', '.join(map(repr, OUTPUTS))}")
+        return tuple(dict.fromkeys(value))
+
+    @model_validator(mode="after")
+    def _go_together(self) -> StudyFile:
+        if self.sudden_unbalance is not None and self.run_up is not None:
+            raise QuestionError(f"give it or {RUN_UP!r}; an unbalance appears while the speed is held", (TABLE,))
+        if self.sudden_unbalance is not None and (RUN not in self.results or self.duration is not None):
+            text = "needs 'run' among the results, and no 'duration': it has 'before' and 'after'"
+            raise QuestionError(text, (TABLE,))
+        return self
+
+
+def read_study(given: str | Path | Mapping[str, Any]) -> Study:
+    """A study from a file or a dict of the same form.
+
+    Raises
+    ------
+    QuestionError
+        With the file and the key at fault, what was given, and what is allowed.
+    MachineFileError
+        If its machine cannot be read.
+    """
+    data, source, folder, name = question_data(given, "study", "study")
+    with faults_of(source):
+        return _study(StudyFile(**data), {key: one for key, one in data.items() if key != "machine"}, folder, name)
+
+
+def _study(asked: StudyFile, written: dict[str, Any], folder: Path, name: str) -> Study:
+    given = asked.machine
+    machine = base = balls_in_races(beside(folder, given) if isinstance(given, (str, Path)) else given)
+    sudden, paths = None, dict[str, dict[str, str]]()
+    if asked.sudden_unbalance is not None:
+        machine, sudden = with_sudden(machine, asked.sudden_unbalance)
+        paths[TABLE] = sudden.paths()
+    if asked.run_up is not None:
+        machine, paths[RUN_UP] = with_run_up(machine, asked.run_up)
+    grid, scatter = vary(machine, _as_paths(asked.vary, paths))
+    pairs = _joint(machine, asked.joint, scatter) | {one.between: one.value for one in asked.correlation}
+    check_pairs(pairs, scatter)
+    with _at("show"):
+        shown = tuple(one for one in asked.show if quantity_kind(one, asked.results)[0] != "bool")
+    own = math.nan if machine.run is None else float(machine.run.duration)
+    study = Study(
+        machine=machine,
+        name=asked.name or name,
+        grid=grid,
+        scatter=scatter,
+        correlation=pairs,
+        members=asked.members,
+        plan=asked.plan,
+        seed=asked.seed,
+        random_starts=asked.starts == "random" and RUN in asked.results,
+        duration=sudden.after if sudden is not None else own if asked.duration is None else float(asked.duration),
+        tolerance=asked.tolerance,
+        bins=asked.bins,
+        results=asked.results,
+        impossible=asked.impossible,
+        stop=None if asked.stop is None else _stop(asked.stop, asked.results),
+        show=shown,
+        base=base if base is not machine else None,
+        sudden=sudden,
+        settling_from=asked.settling_from,
+        written=written,
+    )
+    _check_whole(study)
+    if asked.run_up is not None:
+        check_length(study)
+    return study
+
+
+@contextmanager
+def _at(*path: str | int) -> Iterator[None]:
+    """What is refused meanwhile is at a path of the file."""
+    try:
+        yield
+    except (QuestionError, UnitError, MachineError) as error:
+        raise QuestionError.of("", error.within(*path).problems) from None
+
+
+def _stop(given: Stop, results: tuple[str, ...]) -> Stop:
+    with _at("stop", "of"):
+        kind, unit = quantity_kind(given.of, results)
+    with _at("stop"):
+        return given.settled(kind, unit)
+
+
+def _check_whole(study: Study) -> None:
+    if study.count > MOST:
+        raise QuestionError(f"{study.count} in all are asked for; at most {MOST} are possible", ("members",))
+    if not study.grid and not study.inputs:
+        text = "nothing varies; give a parameter with values or a distribution, or random starts"
+        raise QuestionError(text, ("vary",))
+    if study.plan == "sensitivity" and study.correlation:
+        raise QuestionError("Sobol' indices need inputs that are independent; take the plan 'random'", ("correlation",))
+    if study.plan == "sensitivity" and not study.inputs:
+        raise QuestionError("'sensitivity' needs inputs that scatter; give distributions under 'vary'", ("plan",))
+    if study.impossible == "truncate" and study.plan != "random":
+        raise QuestionError(
+            f"'truncate' draws again, which the plan {study.plan!r} cannot; take 'random'", ("impossible",)
+        )
+    if study.stop is not None and study.plan != "random":
+        text = f"the intervals are those of independent draws, and the plan is {study.plan!r}; take the plan 'random'"
+        raise QuestionError(text, ("stop",))
+    if START in study.scatter:
+        raise QuestionError("no parameter has this name; random starts are starts = 'random'", ("vary", START))
+
+
+def _as_paths(given: Mapping[str, Any], paths: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    """What varies by its path in the machine, where it is named by a key of a table of the study.
+
+    ``[vary.run_up.rate]`` is the same as ``[vary."run_up.rate"]``.
+    """
+    found: dict[str, Any] = {}
+    for name, entry in given.items():
+        table, _, key = str(name).partition(".")
+        if table not in paths:
+            found[str(name)] = entry
+            continue
+        for inner, value in {key: entry}.items() if key else dict(entry).items():
+            if inner not in paths[table]:
+                raise QuestionError(unknown_key(inner, [*paths[table]]), ("vary", table, inner))
+            found[paths[table][inner]] = value
+    return found
+
+
+# What varies in a study file: values that form a grid, distributions, and how they are correlated.
+
+
+Pairs = dict[tuple[str, str], float]
+
+
+def vary(
+    machine: Machine, given: Mapping[str, Any], table: str = "vary"
+) -> tuple[dict[str, list[Any]], dict[str, Distribution]]:
+    """Parameters with the values of a grid, and parameters with a distribution, from a table of a file."""
+    grid: dict[str, list[Any]] = {}
+    scatter: dict[str, Distribution] = {}
+    for name, entry in given.items():
+        with _at(table, name):
+            if name == SEED:
+                raise QuestionError("starts = 'random' gives every draw a seed of its own")
+            unit = unit_of_column(machine, name)
+            if isinstance(entry, Distribution):
+                scatter[name] = entry.settled(unit, lambda key, name=name: _of_machine(machine, name))  # type: ignore[misc]
+                continue
+            if isinstance(entry, Mapping):
+                raise QuestionError(f"given {shortened(dict(entry))}; {WANTED}")
+            grid[name] = list_argument(name, entry, unit) if is_start(name) else list(listed(machine, name, entry))
+            if not grid[name]:
+                raise QuestionError("given no value; give at least one")
+    return grid, scatter
+
+
+def _of_machine(machine: Machine, name: str) -> float:
+    from autobalancer.assembly.quantities import value_of
+
+    value = math.nan if is_start(name) else value_of(machine, name)
+    if not math.isfinite(value):
+        raise QuestionError(f"missing, and the machine has no single value of {name!r} to take for it")
+    return value
+
+
+def _joint(machine: Machine, given: Sequence[Joint], scatter: dict[str, Distribution]) -> Pairs:
+    """Normal parameters with their covariance (SI); they join ``scatter``."""
+    found: Pairs = {}
+    for place, one in enumerate(given):
+        deviation = [math.sqrt(one.covariance[i][i]) for i in range(len(one.names))]
+        for i, name in enumerate(one.names):
+            if name in scatter:
+                text = f"{name!r} has a distribution under 'vary' already; give it once"
+                raise QuestionError(text, ("joint", place))
+            with _at("joint", place, "mean"):
+                own = None if one.mean is None else to_si(one.mean[i], unit_of_column(machine, name))
+                mean = _of_machine(machine, name) if own is None else float(own)
+            scatter[name] = Normal(mean=mean, standard_deviation=deviation[i])
+            for j in range(i):
+                found[one.names[j], name] = one.covariance[i][j] / (deviation[i] * deviation[j])
+    return found
+
+
+def check_pairs(pairs: Pairs, scatter: dict[str, Distribution]) -> None:
+    """Refuse correlations of what does not scatter, and those that no numbers can have."""
+    for one, other in pairs:
+        for name in (one, other):
+            if name not in scatter:
+                text = f"{name!r} has no distribution under 'vary'; there are {list(scatter)}"
+                raise QuestionError(text, ("correlation",))
+        if one == other:
+            raise QuestionError(f"{one!r} is named twice; a correlation is between two parameters", ("correlation",))
+    joined(list(scatter), pairs)
