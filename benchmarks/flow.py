@@ -19,7 +19,7 @@ from tests.references.flow_differences import DifferenceFlow
 
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow.annulus import Annulus, annulus_of
-from autobalancer.flow.relaxation_modes import Track, wall_speed
+from autobalancer.flow.relaxation import Track, wall_speed
 from autobalancer.flow.solve import SpectralFlow
 from autobalancer.machine import Ramp
 from benchmarks import compared

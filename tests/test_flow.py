@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.relaxation_modes import (
+from autobalancer.flow.relaxation import (
     all_modes,
     diffusive_swirl,
     mode_table,

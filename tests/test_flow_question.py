@@ -21,7 +21,7 @@ from autobalancer.files.machine_file import load_race_machine
 from autobalancer.flow import solve
 from autobalancer.flow.annulus import Annulus, annulus_of
 from autobalancer.flow.annulus_problem import annulus_flow
-from autobalancer.flow.relaxation_modes import SpinUp, spin_up, wall_speed
+from autobalancer.flow.relaxation import SpinUp, spin_up, wall_speed
 from autobalancer.machine import Ramp, Table
 from autobalancer.results.store import load_run, save_run
 

@@ -11,7 +11,7 @@ from autobalancer.api import simulate
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import MachineError
 from autobalancer.flow.annulus import annulus_of
-from autobalancer.flow.relaxation_modes import relaxation_modes
+from autobalancer.flow.relaxation import relaxation_modes
 from autobalancer.machine import Machine
 from autobalancer.simulation import fluid_lag
 from autobalancer.simulation.fluid_lag import prepare

@@ -11,7 +11,7 @@ import autobalancer as ab
 from autobalancer.errors import MachineError, QuestionError, RangeWarning
 from autobalancer.flow.annulus import Annulus, Walls
 from autobalancer.flow.annulus_problem import ShearFlow
-from autobalancer.flow.relaxation_modes import wall_speed
+from autobalancer.flow.relaxation import wall_speed
 from autobalancer.laws.drag_coefficient import Sheared
 from autobalancer.machine import Machine, Ramp, ShearLaw
 from autobalancer.machine import plugins as leaves

@@ -18,7 +18,7 @@ from numba.core.types import NamedTuple as NamedTupleType
 from numba.core.types import NamedUniTuple
 
 from autobalancer.flow.annulus import Annulus, Walls
-from autobalancer.flow.relaxation_modes import Track, WallSpeed
+from autobalancer.flow.relaxation import Track, WallSpeed
 from autobalancer.kernels.annulus_flow import product, wall_speed
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import COMPILED

@@ -274,7 +274,7 @@ def annulus_flow(
       --speed "60 rad/s" --initial-speed "0 rpm" --duration "2 s" \\
       --time "0.1 s" --plot flow.png
     """
-    from autobalancer.flow.relaxation_modes import flow_notes
+    from autobalancer.flow.relaxation import flow_notes
     from autobalancer.tables import Column
 
     found = ab.flow.annulus_flow(machine, speed, times=time or [], points=_points(points), **options)

@@ -6,11 +6,11 @@ from autobalancer.flow.annulus import annulus_of as annulus_of
 from autobalancer.flow.annulus_problem import annulus_flow as annulus_flow
 from autobalancer.flow.ball_problem import Channel as Channel
 from autobalancer.flow.ball_problem import ball_drag as ball_drag
-from autobalancer.flow.relaxation_modes import RelaxationModes as RelaxationModes
-from autobalancer.flow.relaxation_modes import SpinUp as SpinUp
-from autobalancer.flow.relaxation_modes import recorded_speed as recorded_speed
-from autobalancer.flow.relaxation_modes import relaxation_modes as relaxation_modes
-from autobalancer.flow.relaxation_modes import spin_up as spin_up
+from autobalancer.flow.relaxation import RelaxationModes as RelaxationModes
+from autobalancer.flow.relaxation import SpinUp as SpinUp
+from autobalancer.flow.relaxation import recorded_speed as recorded_speed
+from autobalancer.flow.relaxation import relaxation_modes as relaxation_modes
+from autobalancer.flow.relaxation import spin_up as spin_up
 
 __all__ = [
     "Annulus",

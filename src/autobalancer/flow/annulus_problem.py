@@ -21,7 +21,7 @@ from autobalancer.assembly.drive_train import SpeedProfile
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls, annulus_of
-from autobalancer.flow.relaxation_modes import (
+from autobalancer.flow.relaxation import (
     Expected,
     Solved,
     WallSpeed,

@@ -12,8 +12,8 @@ from scipy.interpolate import CubicSpline
 
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
-from autobalancer.flow.relaxation_modes import Expected, Solved, Track, WallSpeed
-from autobalancer.flow.relaxation_modes import Progress as TrackProgress
+from autobalancer.flow.relaxation import Expected, Solved, Track, WallSpeed
+from autobalancer.flow.relaxation import Progress as TrackProgress
 from autobalancer.kernels import annulus_flow
 from autobalancer.kernels.annulus_flow import integrate_flow, remember
 

@@ -17,7 +17,7 @@ from autobalancer.machine import Machine, PrescribedSpeed
 
 if TYPE_CHECKING:
     from autobalancer.flow.annulus import Annulus, Floats
-    from autobalancer.flow.relaxation_modes import WallSpeed
+    from autobalancer.flow.relaxation import WallSpeed
 
 
 SAMPLES = 2001  # instants of the tabled lag
@@ -106,7 +106,7 @@ def _models(machine: Machine) -> dict[Place, str]:
 
 
 def _diffusing(annulus: Annulus) -> Lag:
-    from autobalancer.flow.relaxation_modes import relaxation_modes
+    from autobalancer.flow.relaxation import relaxation_modes
 
     modes = relaxation_modes(annulus)
     return Lag(rates=modes.rates, gains=modes.gains)
@@ -176,7 +176,7 @@ def _lags_by_passes(
     Every pass goes to ``end``, whatever events would stop the run itself. Where a pass breaks off, its last speed is kept. The
     record says how many passes there were, how much the last one changed the speed, and whether that was little enough.
     """
-    from autobalancer.flow.relaxation_modes import recorded_speed
+    from autobalancer.flow.relaxation import recorded_speed
 
     times = np.linspace(0.0, end, SAMPLES)
     lags, models = dict(diffusing), dict.fromkeys(chambers, "modes")
