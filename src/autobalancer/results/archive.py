@@ -108,7 +108,7 @@ class Archive:
         """
         if not NAME.fullmatch(name):
             raise QuestionError(f"name: given {name!r}; use letters, digits, and . _ + - after the first")
-        path, asked = self.folder / name, {str(key): plain(value) for key, value in question.items()}
+        path, requested = self.folder / name, {str(key): plain(value) for key, value in question.items()}
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as reason:
@@ -118,9 +118,9 @@ class Archive:
                 if not has_note(path):
                     made, told = provenance(), {str(key): plain(value) for key, value in parameters.items()}
                     write_text_safely(path / "machine.toml", machine)
-                    write_note(path, RunNote("running", told, asked, made["source"], made["created"]))
+                    write_note(path, RunNote("running", told, requested, made["source"], made["created"]))
         run = RunFolder(path, self.write)
-        refuse_another(path, "run", {"machine": run.machine, **run.note.question}, {"machine": machine, **asked})
+        refuse_another(path, "run", {"machine": run.machine, **run.note.question}, {"machine": machine, **requested})
         return run
 
     def names(self) -> list[str]:
@@ -163,21 +163,21 @@ class Archive:
             If the condition cannot be read, or contains a name that no run has.
         """
         rows = {name: self._row(name) for name in self.names()}
-        found = [rows[name] for name in matching(rows, where)]
-        table = xr.Dataset(coords={"run": ("run", np.array([row["run"] for row in found], dtype=object))})
+        items = [rows[name] for name in matching(rows, where)]
+        table = xr.Dataset(coords={"run": ("run", np.array([row["run"] for row in items], dtype=object))})
         for key in sorted(
             {key for row in rows.values() for key in row} - {"run"}, key=lambda key: (key != "state", key)
         ):
             unit = catalog_unit(key)
-            table[key] = ("run", _column([row.get(key) for row in found]), {"units": unit} if unit else {})
+            table[key] = ("run", _column([row.get(key) for row in items]), {"units": unit} if unit else {})
         table.attrs.update(title=f"Runs of {self.folder}", **provenance())
         return Labeled.of(table)
 
     def export(self, name: str, path: str | Path) -> Path:
         """Write a run as one result file, one variable at a time."""
-        found = self.samples(name)
-        found.attrs.setdefault("source", provenance()["source"])
-        return save_run(found, path)
+        samples = self.samples(name)
+        samples.attrs.setdefault("source", provenance()["source"])
+        return save_run(samples, path)
 
     def _row(self, name: str) -> dict[str, Any]:
         """What the note of a run says; of one that cannot be read only that."""
@@ -258,8 +258,8 @@ class RunFolder:
 
     def parts(self) -> list[Path]:
         """Files of the samples in the order of time."""
-        found = [(int(match[1]), file) for file in self.path.iterdir() if (match := PART.fullmatch(file.name))]
-        return [file for _, file in sorted(found)]
+        result = [(int(match[1]), file) for file in self.path.iterdir() if (match := PART.fullmatch(file.name))]
+        return [file for _, file in sorted(result)]
 
     def samples(self, read: Sequence[str] = ()) -> xr.Dataset:
         """All samples written so far, read when used; the attributes tell what the run is and how it ended.
@@ -273,12 +273,12 @@ class RunFolder:
         """
         files = self.parts()
         self._complete(files, self.note.parts or 0)
-        found = open_parts(files, read)
-        if "body_position" not in found or found.attrs.get("machine", self.machine) != self.machine:
+        parts = open_parts(files, read)
+        if "body_position" not in parts or parts.attrs.get("machine", self.machine) != self.machine:
             raise ResultError(f"{files[0]}: is not of this run; was it replaced by another file?")
         told = {key: value for key, value in self.note.outcome.items() if value is not None}
-        found.attrs.update(machine=self.machine, archive_state=self.state, **told)
-        return as_kind(found, "ChamberRun")
+        parts.attrs.update(machine=self.machine, archive_state=self.state, **told)
+        return as_kind(parts, "ChamberRun")
 
     def append(self, chunk: xr.Dataset, checkpoint: Checkpoint | None = None) -> None:
         """Keep a chunk of samples, and the state from which the run goes on after it.
@@ -474,14 +474,14 @@ class _Parts(BackendArray):
 
     def _read(self, key: tuple[Any, ...]) -> NDArray[Any]:
         wanted = np.atleast_1d(np.arange(self.shape[0])[key[0]])
-        found = np.empty((wanted.size, *self.shape[1:]), self.dtype)
+        result = np.empty((wanted.size, *self.shape[1:]), self.dtype)
         for file, start, end in zip(self.files, self.starts[:-1], self.starts[1:], strict=True):
             here = np.flatnonzero((wanted >= start) & (wanted < end))
             if here.size == 0:
                 continue
             local = wanted[here] - start
             low, high = int(local.min()), int(local.max()) + 1
-            found[here] = _samples(file, (self.name,), slice(low, high))[self.name][local - low]
+            result[here] = _samples(file, (self.name,), slice(low, high))[self.name][local - low]
         for axis in range(len(key) - 1, 0, -1):
-            found = found[(slice(None),) * axis + (key[axis],)]
-        return found[0] if isinstance(key[0], (int, np.integer)) else found
+            result = result[(slice(None),) * axis + (key[axis],)]
+        return result[0] if isinstance(key[0], (int, np.integer)) else result

@@ -96,13 +96,13 @@ def ball_settling_time(run: xr.Dataset, tolerance: float = 1.0, last: float | No
     steady = window(run, last)
     away = np.linalg.norm(place - place[steady].mean(axis=0), axis=2) > tolerance * run["ball_radius"].values
     time = run["time"].values
-    found = np.full(place.shape[1], np.nan)
+    result = np.full(place.shape[1], np.nan)
     for i in range(place.shape[1]):
         late = np.flatnonzero(away[:, i])
         after = int(late[-1]) + 1 if late.size else 0
         if after <= steady.start:
-            found[i] = time[after]
-    return xr.DataArray(found, {"ball": run["ball"]}, ["ball"], attrs={"long_name": "settling time", "units": "s"})
+            result[i] = time[after]
+    return xr.DataArray(result, {"ball": run["ball"]}, ["ball"], attrs={"long_name": "settling time", "units": "s"})
 
 
 def chamber_settling(run: xr.Dataset, tolerance: float = 1.0, last: float | None = None) -> Settled:
@@ -138,18 +138,18 @@ def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr
     radial = place.values[:, :, 1:]
     static = np.einsum("b,tbp->tp", mass, radial)
     couple = np.einsum("b,tb,tbp->tp", mass, along, radial)
-    found = xr.Dataset(coords={"time": run["time"], "part": ["y", "z"]})
-    found["static"] = (
+    dataset = xr.Dataset(coords={"time": run["time"], "part": ["y", "z"]})
+    dataset["static"] = (
         ("time", "part"),
         static,
         {"long_name": "unbalance of the balls", "units": "kg m", "frame": "rotor"},
     )
-    found["couple"] = (
+    dataset["couple"] = (
         ("time", "part"),
         couple,
         {"long_name": "couple unbalance of the balls", "units": "kg m^2", "frame": "rotor"},
     )
-    return Labeled.of_run(run, "Unbalance of the balls", found)
+    return Labeled.of_run(run, "Unbalance of the balls", dataset)
 
 
 def residual_of_balls(
@@ -162,15 +162,15 @@ def residual_of_balls(
     Zero ``static`` is static balance, zero of both is dynamic balance.
     """
     own = balls_unbalance(run, chamber_places)
-    found = xr.Dataset(coords={"time": run["time"]})
+    dataset = xr.Dataset(coords={"time": run["time"]})
     for name, given, text, unit in (
         ("static", unbalance, "residual unbalance", "kg m"),
         ("couple", couple, "residual couple unbalance", "kg m^2"),
     ):
         part = own[name].values
         size = np.abs(part[:, 0] + 1j * part[:, 1] + given)
-        found[name] = ("time", size, {"long_name": text, "units": unit})
-    return Labeled.of_run(run, "Residual unbalance", found)
+        dataset[name] = ("time", size, {"long_name": text, "units": unit})
+    return Labeled.of_run(run, "Residual unbalance", dataset)
 
 
 # What a run of a deep chamber recorded, as plain arrays: all that a measure is computed from.
@@ -253,8 +253,8 @@ class ChamberRecorded:
 
     def parts(self, values: Floats, measure: Callable[[Floats], Any]) -> Floats:
         """A measure of ``values`` (T,) before and in steady state; nan where there are none."""
-        found = (values[: self.steady.start], values[self.steady])
-        return np.array([float(measure(part)) if part.size else np.nan for part in found])
+        result = (values[: self.steady.start], values[self.steady])
+        return np.array([float(measure(part)) if part.size else np.nan for part in result])
 
     @cached_property
     def impacts(self) -> Floats:
@@ -313,22 +313,22 @@ def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     starts, ends = edges[:-1], edges[1:]
     before = np.concatenate([[time[0]], time[ends[:-1] - 1]])
     span = time[ends - 1] - before
-    found = xr.Dataset(coords={"part_time": ("part_time", 0.5 * (before + time[ends - 1]), {"units": "s"})})
+    dataset = xr.Dataset(coords={"part_time": ("part_time", 0.5 * (before + time[ends - 1]), {"units": "s"})})
     force = run["greatest_contact_force"].values
     for name, text in (("contacts_ball", "contacts between balls"), ("contacts_wall", "contacts with the chamber")):
         counts = run[name].values
-        found[name] = _scalar(float(counts.sum()), "", text)
+        dataset[name] = _scalar(float(counts.sum()), "", text)
         rate = np.add.reduceat(counts, starts) / span
-        found[f"{name}_rate"] = ("part_time", rate, {"units": "1/s", "long_name": f"rate of {text}"})
+        dataset[f"{name}_rate"] = ("part_time", rate, {"units": "1/s", "long_name": f"rate of {text}"})
     lost = np.diff(run["loss_contact"].values, prepend=run["loss_contact"].values[:1])
     power = np.add.reduceat(lost, starts) / span
-    found["impact_power"] = ("part_time", power, {"units": "W", "long_name": "power that impacts dissipate"})
-    found["greatest_force"] = ("part_time", np.maximum.reduceat(force, starts), {"units": "N"})
-    found["greatest_force"].attrs["long_name"] = "greatest force of a contact"
+    dataset["impact_power"] = ("part_time", power, {"units": "W", "long_name": "power that impacts dissipate"})
+    dataset["greatest_force"] = ("part_time", np.maximum.reduceat(force, starts), {"units": "N"})
+    dataset["greatest_force"].attrs["long_name"] = "greatest force of a contact"
     hardest = int(np.argmax(force))
-    found["hardest_contact"] = _scalar(force[hardest], "N", "force of the hardest contact")
-    found["hardest_contact_time"] = _scalar(time[hardest], "s", "time of the hardest contact")
-    return Labeled.of_run(run, "Contacts", found)
+    dataset["hardest_contact"] = _scalar(force[hardest], "N", "force of the hardest contact")
+    dataset["hardest_contact_time"] = _scalar(time[hardest], "s", "time of the hardest contact")
+    return Labeled.of_run(run, "Contacts", dataset)
 
 
 @of_a_run(runs="simulate_chamber")
@@ -370,9 +370,9 @@ def chamber_measures(
     def label(measure: Measure) -> dict[str, str]:
         return {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))}
 
-    found = measured(recorded, CHAMBER_MEASURES, label)
+    result = measured(recorded, CHAMBER_MEASURES, label)
     coords = {"stage": list(STAGES), "counted_from": recorded.settled.counted_from}
-    return Measured(found, coords, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
+    return Measured(result, coords, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
 
 
 def without_steady_state(run: xr.Dataset, measured: Measured) -> Measured:
@@ -381,27 +381,27 @@ def without_steady_state(run: xr.Dataset, measured: Measured) -> Measured:
     if not speed_changes(time, run["speed"].values, float(time[-1])):
         return measured
     peaks = {f"{direction}_{what}" for direction in DIRECTIONS for what in ("peak", "peak_time")}
-    found = {}
+    result = {}
     for name, value in measured.data_vars.items():
         if "stage" in value.dims:
-            found[name] = value.where(value["stage"] != "steady")
+            result[name] = value.where(value["stage"] != "steady")
         elif name in peaks or STEADY in value.attrs.get("long_name", ""):
-            found[name] = value.where(False)
-    return measured.assign(found)
+            result[name] = value.where(False)
+    return measured.assign(result)
 
 
 def catalog_numbers(measured: xr.Dataset) -> dict[str, float]:
     """The measures as single numbers for a catalog of runs; those of a stage get its name in front."""
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for name, value in measured.variables.items():
         if name in measured.coords:
             continue
         if value.ndim == 0:
-            found[str(name)] = float(value.values)
+            result[str(name)] = float(value.values)
         elif value.dims == ("stage",):
             for stage, number in zip(measured["stage"].values, value.values, strict=True):
-                found[f"{stage}_{name}"] = float(number)
-    return found
+                result[f"{stage}_{name}"] = float(number)
+    return result
 
 
 def catalog_unit(name: str) -> str:

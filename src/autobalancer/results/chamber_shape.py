@@ -41,11 +41,11 @@ def chambers_of(run: xr.Dataset) -> list[ChamberShape]:
     radius, number = run["ball_radius"].values, run["chamber"].values.astype(int)
     reach = np.hypot(place[:, :, 1], place[:, :, 2]).max(axis=0) + radius
     along = np.abs(place[:, :, 0]).max(axis=0) + radius
-    found = []
+    chambers = []
     for chamber in range(1, int(number.max(initial=1)) + 1):
         mine = number == chamber
-        found.append(ChamberShape(float(reach[mine].max(initial=1e-3)), 2.0 * float(along[mine].max(initial=1e-3))))
-    return found
+        chambers.append(ChamberShape(float(reach[mine].max(initial=1e-3)), 2.0 * float(along[mine].max(initial=1e-3))))
+    return chambers
 
 
 def unbalance_of(run: xr.Dataset) -> tuple[complex, complex] | None:

@@ -204,16 +204,16 @@ ForcesOfRaces = dict[tuple[int, int], list[Force]]
 def forces_of(run: xr.Dataset) -> ForcesOfRaces:
     """The forces of each race, by the numbers of its balancer and itself from 1; those that are not known here are left out."""
     text = run.attrs.get("machine", "")
-    found: ForcesOfRaces = {}
+    result: ForcesOfRaces = {}
     if "forces" not in text:
-        return found
+        return result
     for b, balancer in enumerate(tomllib.loads(text).get("balancers", []), 1):
         for r, race in enumerate(balancer.get("races", []), 1):
             forces = race.get("forces", [])
             for table in forces if isinstance(forces, list) else [forces]:
                 with suppress(MachineError):
-                    found.setdefault((b, r), []).append(_leaf(table))
-    return found
+                    result.setdefault((b, r), []).append(_leaf(table))
+    return result
 
 
 def _leaf(table: dict[str, Any]) -> Force:

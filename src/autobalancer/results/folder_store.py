@@ -285,11 +285,11 @@ class Store:
 
 def part_files(folder: Path) -> dict[Span, Path]:
     """The files of the finished parts in a folder, also while it is written."""
-    found = {}
+    result = {}
     for path in sorted((folder / PARTS).glob("*.npz")):
         if numbers := re.fullmatch(r"([0-9]{9,})-([0-9]{9,})", path.stem):
-            found[int(numbers[1]), int(numbers[2])] = path
-    return found
+            result[int(numbers[1]), int(numbers[2])] = path
+    return result
 
 
 def read_part(path: Path) -> Arrays:
@@ -395,16 +395,16 @@ class Shelf(Generic[E]):
 
     def names(self) -> list[str]:
         """Of all that have a note, the latest first."""
-        found = sorted((path.parent.name for path in self.home.glob(f"*/{NOTE}")), reverse=True)
-        return [name for name in found if NAME.fullmatch(name)]
+        result = sorted((path.parent.name for path in self.home.glob(f"*/{NOTE}")), reverse=True)
+        return [name for name in result if NAME.fullmatch(name)]
 
     def entries(self) -> list[E]:
         """All of them, the latest first; one that cannot be read is left out."""
-        found = []
+        result = []
         for name in self.names():
             with suppress(QuestionError):
-                found.append(self.entry(name))
-        return found
+                result.append(self.entry(name))
+        return result
 
     def note(self, entry: E) -> None:
         """Keep what is known of one."""
@@ -465,10 +465,10 @@ def matching(rows: Mapping[str, Mapping[str, Any]], where: str | Mapping[str, An
         raise refused
     table = pd.DataFrame.from_dict(rows, orient="index").fillna(np.nan).convert_dtypes()
     try:
-        found = table.eval(where.strip(), engine="python")
-        if not pd.api.types.is_bool_dtype(found):
+        result = table.eval(where.strip(), engine="python")
+        if not pd.api.types.is_bool_dtype(result):
             raise refused
-        return [str(name) for name in table.index[found.fillna(False).astype("boolean")]]
+        return [str(name) for name in table.index[result.fillna(False).astype("boolean")]]
     except QuestionError:
         raise
     except Exception as reason:  # pandas raises many kinds

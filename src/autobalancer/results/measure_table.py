@@ -364,8 +364,8 @@ def numbers(recorded: Recorded) -> dict[str, Any]:
 
 def in_row(row: Floats, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
     """The same by name out of a row of kernels/measures/row.py, or out of many rows; nan for what a run did not record."""
-    found = {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in SWEPT}
-    return found if settling_from == SETTLING_FROM[0] else found | {"settling_time": row[..., SINCE_RELEASE]}
+    result = {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in SWEPT}
+    return result if settling_from == SETTLING_FROM[0] else result | {"settling_time": row[..., SINCE_RELEASE]}
 
 
 def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
@@ -377,12 +377,12 @@ def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
 def swept(table: Sequence[Measure]) -> tuple[InSweep, ...]:
     """What a sweep keeps of the measures of a table: those that are computed there."""
     one = (m.of_all or OfAll(m.text, m.of) for m in table)
-    found = (
+    result = (
         InSweep(o.name or m.name, m.unit, o.text, o.per_ball, o.of, (o.needs,) if o.needs else needed(m))
         for m, o in zip(table, one, strict=True)
         if m.of_all is not None or not m.along
     )
-    return tuple(m for m in found if m.per_ball or m.name in COLUMNS)
+    return tuple(m for m in result if m.per_ball or m.name in COLUMNS)
 
 
 def _has(recorded: Any, names: tuple[str, ...]) -> bool:
@@ -411,9 +411,10 @@ def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
     QuestionError
         If the run kept neither.
     """
-    found = bins_of(run, bins)
+    result = bins_of(run, bins)
     envelope = xr.Dataset(
-        {"low": ("time", found.low), "high": ("time", found.high), "speed": ("time", found.speed)}, {"time": found.time}
+        {"low": ("time", result.low), "high": ("time", result.high), "speed": ("time", result.speed)},
+        {"time": result.time},
     )
     for name, text, unit in (
         ("low", "least deflection", "m"),
@@ -433,14 +434,14 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
     """
     bins = bins_of(run)
     place = greatest_at(bins.high)
-    found = xr.Dataset()
+    dataset = xr.Dataset()
     for name, values, unit, text in (
         ("deflection", bins.high, "m", "greatest deflection"),
         ("time", bins.time, "s", "time of the greatest deflection"),
         ("speed", bins.speed, "rad/s", "rotor speed at the greatest deflection"),
     ):
-        found[name] = ((), float(values[place]), {"units": unit, "long_name": text})
-    return Labeled.of_run(run, "Greatest deflection", found)
+        dataset[name] = ((), float(values[place]), {"units": unit, "long_name": text})
+    return Labeled.of_run(run, "Greatest deflection", dataset)
 
 
 @of_a_run()
@@ -497,9 +498,9 @@ def settling_time(run: xr.Dataset, tolerance: float = SETTLED, settling_from: st
     QuestionError
         If the machine has no balls, the run kept nothing of them, or ``settling_from`` is another word.
     """
-    found = settling(known_balls(run), critical_speed_of(run), jump_times(run), known_origin(settling_from), tolerance)
-    return _per_ball(run, found.duration, "settling time", "s").assign_coords(
-        settled_at=("ball", found.at), counted_from=found.counted_from
+    result = settling(known_balls(run), critical_speed_of(run), jump_times(run), known_origin(settling_from), tolerance)
+    return _per_ball(run, result.duration, "settling time", "s").assign_coords(
+        settled_at=("ball", result.at), counted_from=result.counted_from
     )
 
 
@@ -548,17 +549,17 @@ def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Measured
         return about | {"long_name": about["long_name"].replace(HERE, where)}
 
     source = {key: run.attrs[key] for key in SOURCE if key in run.attrs}
-    found = xr.Dataset(measured(recorded, MEASURES, label), attrs=source)
+    dataset = xr.Dataset(measured(recorded, MEASURES, label), attrs=source)
     for name in ("ball", "place", "plane", "support", "link"):
-        if name in found.dims:
-            found = found.assign_coords({name: run[name].values})
+        if name in dataset.dims:
+            dataset = dataset.assign_coords({name: run[name].values})
     if recorded.balls is not None:
-        found = found.assign_coords(counted_from=recorded.settled.counted_from)
+        dataset = dataset.assign_coords(counted_from=recorded.settled.counted_from)
     if recorded.parts is not None:
         begins = [begin for begin, _, _ in parts_between_jumps(run) if begin > 0.0]
         about = {"units": "s", "long_name": "time of a jump of the unbalance"}
-        found = found.assign_coords(jump_time=("jump", begins, about))
-    return Measured.of(found)
+        dataset = dataset.assign_coords(jump_time=("jump", begins, about))
+    return Measured.of(dataset)
 
 
 def _per_ball(run: xr.Dataset, values: np.ndarray, text: str, unit: str) -> xr.DataArray:

@@ -22,8 +22,8 @@ TIMES = ("time", "envelope_time", "turn_time")
 OF_RACES = "plot.run_up, race, orbit, impacts and drive_train"
 
 
-def given_race_run(given: Given, asked: str) -> xr.Dataset:
-    """The run of balls in races, opened if ``given`` is a path; ``asked`` is the public name of the function.
+def given_race_run(argument: Given, text: str) -> xr.Dataset:
+    """The run of balls in races, opened if ``argument`` is a path; ``text`` is the public name of the function.
 
     Raises
     ------
@@ -32,28 +32,28 @@ def given_race_run(given: Given, asked: str) -> xr.Dataset:
     ResultError
         If there is no such file, or it cannot be read.
     """
-    run = _run(given, asked)
+    run = _run(argument, text)
     if is_chamber_run(run):
-        raise QuestionError(f"{asked}: given a run of deep chambers; it draws balls in races. There are {OF_CHAMBERS}")
+        raise QuestionError(f"{text}: given a run of deep chambers; it draws balls in races. There are {OF_CHAMBERS}")
     return run
 
 
-def given_chamber_run(given: Given, asked: str) -> xr.Dataset:
-    """The run of deep chambers, opened if ``given`` is a path; raises as :func:`given_race_run`."""
-    run = _run(given, asked)
+def given_chamber_run(argument: Given, text: str) -> xr.Dataset:
+    """The run of deep chambers, opened if ``argument`` is a path; raises as :func:`given_race_run`."""
+    run = _run(argument, text)
     if not is_chamber_run(run):
-        raise QuestionError(f"{asked}: given a run of balls in races; it draws deep chambers. There are {OF_RACES}")
+        raise QuestionError(f"{text}: given a run of balls in races; it draws deep chambers. There are {OF_RACES}")
     return run
 
 
-def result(given: Given, asked: str, of: str, holds: Callable[[xr.Dataset], bool]) -> xr.Dataset:
-    """A result of the function with the public name ``of``, opened if ``given`` is a path.
+def result(argument: Given, text: str, of: str, holds: Callable[[xr.Dataset], bool]) -> xr.Dataset:
+    """A result of the function with the public name ``of``, opened if ``argument`` is a path.
 
     Parameters
     ----------
-    given
+    argument
         Dataset, or path of its file.
-    asked
+    text
         Public name of the function that was asked.
     of
         Public name of the function whose results it takes.
@@ -67,37 +67,37 @@ def result(given: Given, asked: str, of: str, holds: Callable[[xr.Dataset], bool
     ResultError
         If there is no such file, or it cannot be read.
     """
-    found = _opened(given, asked, f"a result of {of}")
-    if not holds(found):
-        what = "a run" if _is_run(found) else "another result"
-        raise QuestionError(f"{asked}: given {what}; this is not a result of {of}, which it draws")
-    return found
+    opened = _opened(argument, text, f"a result of {of}")
+    if not holds(opened):
+        what = "a run" if _is_run(opened) else "another result"
+        raise QuestionError(f"{text}: given {what}; this is not a result of {of}, which it draws")
+    return opened
 
 
-def refusal(thing: object, asked: str, wanted: str) -> QuestionError:
+def refusal(thing: object, text: str, wanted: str) -> QuestionError:
     """What is said where a picture is given something that it does not draw."""
     what = "a machine" if isinstance(thing, Part) else f"a {type(thing).__name__}"
-    return QuestionError(f"{asked}: given {what}; it draws {wanted}")
+    return QuestionError(f"{text}: given {what}; it draws {wanted}")
 
 
-def _run(given: Given, asked: str) -> xr.Dataset:
-    run = _opened(given, asked, f"a run, as in ab.{asked}(ab.simulate(machine))")
+def _run(argument: Given, text: str) -> xr.Dataset:
+    run = _opened(argument, text, f"a run, as in ab.{text}(ab.simulate(machine))")
     if not _is_run(run):
-        raise QuestionError(f"{asked}: given a result that is no run; it draws a run of simulate, or one from load_run")
+        raise QuestionError(f"{text}: given a result that is no run; it draws a run of simulate, or one from load_run")
     return run
 
 
-def _opened(given: Given, asked: str, wanted: str) -> xr.Dataset:
-    if isinstance(given, str | Path):
-        return open_run(given)
-    thing = cast("object", given)
+def _opened(argument: Given, text: str, wanted: str) -> xr.Dataset:
+    if isinstance(argument, str | Path):
+        return open_run(argument)
+    thing = cast("object", argument)
     if not isinstance(thing, xr.Dataset):
-        raise refusal(thing, asked, wanted)
+        raise refusal(thing, text, wanted)
     return thing
 
 
-def _is_run(found: xr.Dataset) -> bool:
-    return "outcome" in found.attrs or any(name in found.coords for name in TIMES)
+def _is_run(dataset: xr.Dataset) -> bool:
+    return "outcome" in dataset.attrs or any(name in dataset.coords for name in TIMES)
 
 
 # Results wherever they are: a file, or a run in an archive.

@@ -76,7 +76,7 @@ def impacts_of(run: xr.Dataset) -> Impacts | None:
     return Impacts(run["impact_time"].values, **{name: run[kept].values for kept, name in VARIABLES.items()})
 
 
-def noise_of(found: Impacts, end: float) -> Floats:
+def noise_of(impacts: Impacts, end: float) -> Floats:
     """Number, mean speed (m/s), power (W), greatest impulse (N s); rate (1/s) and power at the end of a run of ``end`` seconds.
 
     They are in the order of kernels/measures/columns_of_measures.py, from COUNT to LATE_POWER.
@@ -84,8 +84,8 @@ def noise_of(found: Impacts, end: float) -> Floats:
     from autobalancer.kernels.measures.record_series import impact_measures
 
     measured = np.empty(OF_IMPACTS)
-    time, speed, lost, impulse = map(plain, (found.time, found.speed, found.lost, found.impulse))
-    impact_measures(time, speed, lost, impulse, found.time.size, end - LAST * end, end, measured)
+    time, speed, lost, impulse = map(plain, (impacts.time, impacts.speed, impacts.lost, impacts.impulse))
+    impact_measures(time, speed, lost, impulse, impacts.time.size, end - LAST * end, end, measured)
     return measured
 
 
@@ -476,7 +476,7 @@ def parts_between_jumps(run: xr.Dataset) -> list[tuple[float, float, xr.Dataset]
     """
     end = float(run.attrs["end_time"])
     edges = [0.0, *(time for time in jump_times(run) if time < end), end]
-    found = []
+    parts = []
     for begin, until in itertools.pairwise(edges):
         inside: dict[str, Any] = {
             dimension: _within(run[name].values, begin, until, until == end)
@@ -486,8 +486,8 @@ def parts_between_jumps(run: xr.Dataset) -> list[tuple[float, float, xr.Dataset]
         empty = [dimension for dimension, mask in inside.items() if not mask.any()]
         if len(empty) < len(inside):
             rows = {name: np.flatnonzero(mask) for name, mask in inside.items() if name not in empty}
-            found.append((begin, until, run.drop_dims(empty).isel(rows)))
-    return found
+            parts.append((begin, until, run.drop_dims(empty).isel(rows)))
+    return parts
 
 
 def _within(time: Any, begin: float, until: float, last: bool) -> Any:

@@ -71,13 +71,13 @@ class _Pieces(BackendArray):
             return self.samples.piece(first, max(first, end))
         index = np.arange(self.samples.size)[at] if isinstance(at, slice) else np.atleast_1d(at)
         order = np.argsort(index, kind="stable")
-        found = np.empty(index.size)
+        result = np.empty(index.size)
         ahead = index[order]
         far = (np.diff(ahead) > NEAR) | (np.diff(ahead // BLOCK) > 0)
         for group in np.split(order, np.flatnonzero(far) + 1) if index.size else []:
             first = int(index[group[0]])
-            found[group] = self.samples.piece(first, int(index[group[-1]]) + 1)[index[group] - first]
-        return found if isinstance(at, (slice, np.ndarray)) else found[0]
+            result[group] = self.samples.piece(first, int(index[group[-1]]) + 1)[index[group] - first]
+        return result if isinstance(at, (slice, np.ndarray)) else result[0]
 
 
 def pieces(values: Any, overlap: int = 0) -> Iterator[tuple[int, Floats]]:
@@ -354,16 +354,16 @@ def read_universal(content: bytes | mmap.mmap, name: str, path: Path | None = No
         If one is damaged or in a format of numbers that is not IEEE.
     """
     length = force = 1.0
-    found: list[Function] = []
+    functions: list[Function] = []
     for kind, binary, start, end in _datasets(content):
         try:
             if kind == "164":
                 parts = content[start:end].decode("latin-1").replace("D", "E").split("\n")[1].split()
                 length, force = (1.0 / float(part) for part in parts[:2])
             elif kind == "58":
-                found.append(_function(content, (start, end), binary, (length, force), path))
+                functions.append(_function(content, (start, end), binary, (length, force), path))
         except (ValueError, IndexError, ArithmeticError) as reason:
-            place = f"dataset {kind}{'b' if binary else ''}" + f" of function {len(found) + 1}" * (kind == "58")
+            place = f"dataset {kind}{'b' if binary else ''}" + f" of function {len(functions) + 1}" * (kind == "58")
             raise ResultError(f"{name}, {place}: {reason}") from None
     there = 0
     for at in range(0, len(content), 8 * BLOCK):
@@ -371,8 +371,10 @@ def read_universal(content: bytes | mmap.mmap, name: str, path: Path | None = No
         there += sum(match.start() < 8 * BLOCK for match in _STARTS.finditer(part))
         if isinstance(content, mmap.mmap) and hasattr(content, "madvise"):
             content.madvise(mmap.MADV_DONTNEED)
-    lost = f"{len(found)} of {there} functions (datasets 58) could be read; lengths or marks of the others are wrong"
-    return found, [lost] if there > len(found) else []
+    lost = (
+        f"{len(functions)} of {there} functions (datasets 58) could be read; lengths or marks of the others are wrong"
+    )
+    return functions, [lost] if there > len(functions) else []
 
 
 def _datasets(content: bytes | mmap.mmap) -> Iterator[tuple[str, list[str], int, int]]:
@@ -493,21 +495,21 @@ def _written(block: bytes, count: int, each: int, single: bool, even: bool) -> N
     """Fields of fixed width: 13, 20, or 13 and 20 in turn where double values are uneven; else parted by blanks."""
     widths = [13] if single else [20] if even else [13, *[20] * (each - 1)]
     text = block.decode("latin-1").replace("D", "E").replace("d", "E")
-    found: list[float] = []
+    values: list[float] = []
     try:
         for line in text.splitlines():
             at, rest = 0, line.rstrip()
             while at < len(rest):
-                wide = widths[len(found) % len(widths)]
-                found.append(float(rest[at : at + wide]))
+                wide = widths[len(values) % len(widths)]
+                values.append(float(rest[at : at + wide]))
                 at += wide
     except ValueError:
-        found = []
-    if len(found) != count * each:
-        found = [float(part) for part in text.split()]
-    if len(found) != count * each:
-        raise ValueError(f"{len(found)} numbers where {count * each} are announced")
-    return np.array(found, np.float64).reshape(count, each)
+        values = []
+    if len(values) != count * each:
+        values = [float(part) for part in text.split()]
+    if len(values) != count * each:
+        raise ValueError(f"{len(values)} numbers where {count * each} are announced")
+    return np.array(values, np.float64).reshape(count, each)
 
 
 def universal_text(signals: xr.Dataset) -> str:

@@ -51,9 +51,9 @@ def settled_from(time: Floats, angle: Floats, rate: Floats, start: float, tolera
     ``angle`` and ``rate`` are (time, ball), in the rotor; ``start`` (s) is where the record begins. A ball has settled that has
     been within the tolerance of its last angle for a twentieth of the record, and whose way still to come is not longer.
     """
-    found = np.empty(angle.shape[1])
-    compiled().settled_from(plain(time), plain(angle), plain(rate), start, tolerance, found)
-    return found
+    result = np.empty(angle.shape[1])
+    compiled().settled_from(plain(time), plain(angle), plain(rate), start, tolerance, result)
+    return result
 
 
 def creeps(time: Floats, angle: Floats, settled: Floats, since: float, end: float) -> bool:
@@ -68,9 +68,9 @@ def release_rows(rotor_speed: Floats, rate: Floats, critical_speed: float) -> Fl
     the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
     released where it passes it for the last time, if it then comes nearer to the rotor speed.
     """
-    found = np.empty(rate.shape[1])
-    compiled().release_rows(plain(rotor_speed), plain(rate), critical_speed, found)
-    return found
+    result = np.empty(rate.shape[1])
+    compiled().release_rows(plain(rotor_speed), plain(rate), critical_speed, result)
+    return result
 
 
 def values_at(rows: Floats, values: Floats) -> Floats:
@@ -81,16 +81,16 @@ def values_at(rows: Floats, values: Floats) -> Floats:
 
 def stalled_times(start: float, time: Floats, rotor_speed: Floats, rate: Floats, critical_speed: float) -> Floats:
     """How long each ball is stalled, s, by the rule of :func:`release_rows`; ``start`` (s) is where the first step begins."""
-    found = np.empty(rate.shape[1])
-    compiled().stalled_times(start, plain(time), plain(rotor_speed), plain(rate), critical_speed, found)
-    return found
+    result = np.empty(rate.shape[1])
+    compiled().stalled_times(start, plain(time), plain(rotor_speed), plain(rate), critical_speed, result)
+    return result
 
 
 def fastest(rotor_speed: Floats, rate: Floats) -> Floats:
     """Greatest speed of each ball in space, rad/s."""
-    found = np.empty(rate.shape[1])
-    compiled().fastest(plain(rotor_speed), plain(rate), found)
-    return found
+    result = np.empty(rate.shape[1])
+    compiled().fastest(plain(rotor_speed), plain(rate), result)
+    return result
 
 
 def lifted_from(values: Floats, floor: Floats) -> Floats:
@@ -125,9 +125,9 @@ def time_since(begin: float, settled: Floats) -> Floats:
 def wrapped(angle: ArrayLike) -> Floats:
     """The same angle within (-pi, pi]."""
     given = plain(angle)
-    found = np.empty_like(given)
-    compiled().all_wrapped(given.ravel(), found.ravel())
-    return found
+    measured = np.empty_like(given)
+    compiled().all_wrapped(given.ravel(), measured.ravel())
+    return measured
 
 
 def last_deflection(time: Floats, high: Floats, begin: float) -> float:
@@ -225,16 +225,16 @@ def standing(z: Complexes, rotor: Floats, balls: Floats, load: str) -> Complexes
         revolutions of the rotor are not those of the deflection. Then the standing part is fitted together with what whirls
         with the rotor, with the balls, and against them. Weights that vanish at both ends (Hann's) suppress the rest.
     """
-    found = np.zeros(z.shape[1], np.complex128)
+    result = np.zeros(z.shape[1], np.complex128)
     if load == NONE:
-        return found
+        return result
     from autobalancer.kernels.measures import record_series
 
     count, columns = z.shape[0], 1 + 2 * (1 + balls.shape[1])
     work = np.zeros((max(count, columns), columns + z.shape[1] + 1), np.complex128)
     small = np.zeros((columns, columns + z.shape[1]), np.complex128)
-    record_series.standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, found)
-    return found
+    record_series.standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, result)
+    return result
 
 
 def complexes(values: Any) -> Complexes:
@@ -317,13 +317,13 @@ def _refuse_other_kind(name: str, run: xr.Dataset, runs: str) -> None:
         raise QuestionError(f"{name}: the run has lost its attributes, such as its machine; give it as it was computed")
 
 
-def _wanted(name: str, given: object, runs: str, of_machine: str) -> str:
-    if isinstance(given, Part):
+def _wanted(name: str, argument: object, runs: str, of_machine: str) -> str:
+    if isinstance(argument, Part):
         of_it = f"; of the machine itself ask {of_machine}" if of_machine else ""
         return f"{name}: given a machine; it measures a run, as in ab.{name}(ab.{runs}(machine)){of_it}"
-    if isinstance(given, (str, Path)):
-        return f"{name}: given {shortened(str(given))}; it measures a run, as in ab.{name}(ab.load_run('run.nc'))"
-    return f"{name}: given a {type(given).__name__}; it measures a run of {runs}, or one from load_run"
+    if isinstance(argument, (str, Path)):
+        return f"{name}: given {shortened(str(argument))}; it measures a run, as in ab.{name}(ab.load_run('run.nc'))"
+    return f"{name}: given a {type(argument).__name__}; it measures a run of {runs}, or one from load_run"
 
 
 WHEN = "in the last revolutions"
@@ -364,7 +364,7 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     z, v = (last[f"turn_place_{x}"].values + 1j * last[f"turn_place_{y}"].values for x, y in (("x", "y"), ("vx", "vy")))
     mean = standing_in(last, z)
     greatest, rms, velocity = moved(z, v, mean)
-    found = _measured(
+    result = _measured(
         run,
         "Vibration",
         ("place", run["place"].values),
@@ -376,7 +376,7 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
         rms=(rms, "m", "root mean square of the vibration"),
         velocity_rms=(velocity, "m/s", "root mean square of the velocity"),
     )
-    return found if place is None else _chosen(found, "place", place)
+    return result if place is None else _chosen(result, "place", place)
 
 
 @of_a_run()
@@ -419,7 +419,7 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
         raise QuestionError("the machine has no balancers; there is no plane with a residual unbalance")
     last = run.isel(turn=whole_turns(run))
     size, left = map(means, plane_sizes(last))
-    found = _measured(
+    result = _measured(
         run,
         "Residual unbalance",
         ("plane", run["plane"].values),
@@ -428,7 +428,7 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
         residual=(left, "kg m", "residual unbalance of the plane"),
         share=(share_of(left, size), "1", "residual unbalance over unbalance"),
     )
-    return found if plane is None else _chosen(found, "plane", plane)
+    return result if plane is None else _chosen(result, "plane", plane)
 
 
 @of_a_run()
@@ -452,7 +452,7 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
     mean = standing_in(last, force)
     greatest, rms, _ = moved(force, force, mean)
-    found = _measured(
+    result = _measured(
         run,
         "Support forces",
         ("support", run["support"].values),
@@ -462,7 +462,7 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
         greatest=(greatest, "N", "greatest distance of the force from its mean"),
         rms=(rms, "N", "root mean square of the vibrating force"),
     )
-    return found if support is None else _chosen(found, "support", support)
+    return result if support is None else _chosen(result, "support", support)
 
 
 def plane_sizes(last: xr.Dataset) -> tuple[Floats, Floats]:
@@ -511,9 +511,9 @@ def moved(z: Complexes, v: Complexes, mean: Complexes) -> tuple[Floats, Floats, 
     """
     from autobalancer.kernels.measures import record_series
 
-    found = np.empty((3, z.shape[1]))
-    record_series.moved(complexes(z), complexes(v), z.shape[0], complexes(mean), found)
-    return found[0], found[1], found[2]
+    result = np.empty((3, z.shape[1]))
+    record_series.moved(complexes(z), complexes(v), z.shape[0], complexes(mean), result)
+    return result[0], result[1], result[2]
 
 
 def sizes(z: Complexes) -> Floats:
@@ -521,9 +521,9 @@ def sizes(z: Complexes) -> Floats:
     from autobalancer.kernels.measures import record_series
 
     given = complexes(z)
-    found = np.empty(given.shape)
-    record_series.sizes(given.ravel(), found.ravel())
-    return found
+    result = np.empty(given.shape)
+    record_series.sizes(given.ravel(), result.ravel())
+    return result
 
 
 def directions(z: Complexes) -> Floats:
@@ -531,9 +531,9 @@ def directions(z: Complexes) -> Floats:
     from autobalancer.kernels.measures import record_series
 
     given = complexes(z)
-    found = np.empty(given.shape)
-    record_series.directions(given.ravel(), found.ravel())
-    return found
+    result = np.empty(given.shape)
+    record_series.directions(given.ravel(), result.ravel())
+    return result
 
 
 def half_range(z: Complexes) -> Floats:
@@ -552,8 +552,8 @@ def _measured(
     return Labeled.of_run(run, title, xr.Dataset(data, {dimension: names}))
 
 
-def _chosen(found: xr.Dataset, dimension: str, name: str) -> xr.Dataset:
-    known = [str(entry) for entry in found[dimension].values]
+def _chosen(dataset: xr.Dataset, dimension: str, name: str) -> xr.Dataset:
+    known = [str(entry) for entry in dataset[dimension].values]
     if name not in known:
         raise QuestionError(f"{dimension}: given {name!r}; the run has {', '.join(map(repr, known))}")
-    return found.isel({dimension: known.index(name)})
+    return dataset.isel({dimension: known.index(name)})

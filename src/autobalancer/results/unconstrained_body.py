@@ -99,7 +99,7 @@ def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | str | 
         "rotation_y": run["constraint_moment"].isel(axis=1).values,
         "rotation_z": run["constraint_moment"].isel(axis=2).values,
     }
-    found = xr.Dataset(coords={"time": run["time"]})
+    dataset = xr.Dataset(coords={"time": run["time"]})
     for name, (inertia, damping, stiffness) in body.oscillators().items():
         load = np.array(loads[name], float)
         if until is not None:
@@ -107,9 +107,9 @@ def unconstrained_motion(run: xr.Dataset, body: LooseBody, until: float | str | 
         motion = _oscillator(load, float(steps.mean()), inertia, damping, stiffness)
         unit, force = ("m", "N") if name == "x" else ("rad", "N m")
         spoken = name.replace("_", " about ")
-        found[name] = ("time", motion, {"units": unit, "long_name": f"{spoken} of the body if released"})
-        found[f"{name}_load"] = ("time", load, {"units": force, "long_name": f"reaction against {spoken}"})
-    return Labeled.of_run(run, "Motion of the released body", found)
+        dataset[name] = ("time", motion, {"units": unit, "long_name": f"{spoken} of the body if released"})
+        dataset[f"{name}_load"] = ("time", load, {"units": force, "long_name": f"reaction against {spoken}"})
+    return Labeled.of_run(run, "Motion of the released body", dataset)
 
 
 def _oscillator(load: Floats, step: float, inertia: float, damping: float, stiffness: float) -> Floats:

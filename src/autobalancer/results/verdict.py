@@ -126,10 +126,10 @@ def parts_of(run: xr.Dataset) -> tuple[RunPart, ...]:
 def peak_of(run: xr.Dataset) -> Peak | None:
     """The greatest deflection; None of a run that kept no data for it."""
     try:
-        found = peak_deflection(run)
+        deflection = peak_deflection(run)
     except QuestionError:
         return None
-    return Peak(str(run.attrs["reference_station"]), float(found["deflection"]), float(found["speed"]))
+    return Peak(str(run.attrs["reference_station"]), float(deflection["deflection"]), float(deflection["speed"]))
 
 
 def settling_of(run: xr.Dataset) -> Settling | None:
@@ -137,15 +137,15 @@ def settling_of(run: xr.Dataset) -> Settling | None:
     if not run.sizes.get("ball", 0):
         return None
     try:
-        found = settling_time(run)
+        time = settling_time(run)
     except QuestionError:
         return None
-    at = found["settled_at"].values
-    moving = tuple(int(ball) for ball in found["ball"].values[np.isnan(at)])
+    at = time["settled_at"].values
+    moving = tuple(int(ball) for ball in time["ball"].values[np.isnan(at)])
     if len(moving) == at.size:
         return Settling(0, np.nan, "", np.nan, moving)
     last = int(np.nanargmax(at))
-    return Settling(last + 1, float(found[last]), str(found["counted_from"].values), float(at[last]), moving)
+    return Settling(last + 1, float(time[last]), str(time["counted_from"].values), float(at[last]), moving)
 
 
 def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
@@ -469,8 +469,8 @@ def _without(run: xr.Dataset, held: xr.Dataset | None, name: str, measure: Any, 
 def _planes(run: xr.Dataset) -> tuple[PlaneVerdict, ...]:
     if "plane" not in run.coords:
         return ()
-    found = residual_unbalance(run)
-    rows = zip(run["plane"].values, found["unbalance"].values, found["residual"].values, strict=True)
+    unbalance = residual_unbalance(run)
+    rows = zip(run["plane"].values, unbalance["unbalance"].values, unbalance["residual"].values, strict=True)
     return tuple(PlaneVerdict(str(name), float(unbalance), float(left)) for name, unbalance, left in rows)
 
 
@@ -593,22 +593,26 @@ def rpm_text(speed: float) -> str:
     return f"{significant(speed * 30.0 / math.pi)} rpm"
 
 
-def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text) -> tuple[str, Lines, list[str]]:
+def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_text) -> tuple[str, Lines, list[str]]:
     """A headline, rows of a label and a text, and notes; ``speed_text`` writes a speed (rad/s)."""
     rows: Lines = []
-    if not math.isnan(found.residual):
-        of = f" of {moment_text(found.unbalance)}, {share_text(found.residual_share)}" if found.unbalance > 0.0 else ""
-        added = "planes added up, " * (len(found.planes) > 1)
-        rows.append(("residual unbalance", f"{moment_text(found.residual)}{of} ({added}mean at the end)"))
-    if len(found.planes) > 1:
-        for plane in found.planes:
+    if not math.isnan(verdict.residual):
+        of = (
+            f" of {moment_text(verdict.unbalance)}, {share_text(verdict.residual_share)}"
+            if verdict.unbalance > 0.0
+            else ""
+        )
+        added = "planes added up, " * (len(verdict.planes) > 1)
+        rows.append(("residual unbalance", f"{moment_text(verdict.residual)}{of} ({added}mean at the end)"))
+    if len(verdict.planes) > 1:
+        for plane in verdict.planes:
             share = f", {share_text(plane.residual / plane.unbalance)}" if plane.unbalance > 0.0 else ""
             rows.append((f"  {plane.name}", f"{moment_text(plane.residual)} of {moment_text(plane.unbalance)}{share}"))
-    if not math.isnan(found.couple_residual):
-        static = f"{moment_text(found.static_residual)} of {moment_text(found.static_unbalance)}"
-        couple = f"{couple_text(found.couple_residual)} of {couple_text(found.couple_unbalance)}"
+    if not math.isnan(verdict.couple_residual):
+        static = f"{moment_text(verdict.static_residual)} of {moment_text(verdict.static_unbalance)}"
+        couple = f"{couple_text(verdict.couple_residual)} of {couple_text(verdict.couple_unbalance)}"
         rows.append(("  vector sum", f"static {static}, couple about their middle {couple}"))
-    for number, place in enumerate(found.places):
+    for number, place in enumerate(verdict.places):
         text = f"at most {length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
         rows.append(
             (
@@ -616,52 +620,54 @@ def verdict_lines(found: Verdict, speed_text: Callable[[float], str] = rpm_text)
                 f"{place.name}: {text}{_text_without(place.without_balls, length_text)}",
             )
         )
-    settled = [place for place in found.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
+    settled = [place for place in verdict.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
     for number, place in enumerate(settled):
-        name = f"{place.name}: " if len(found.places) > 1 else ""
+        name = f"{place.name}: " if len(verdict.places) > 1 else ""
         beyond = (
             f", beyond the {length_text(place.sag)} by which the rotor sags without balls" if place.sag > 0.0 else ""
         )
         rows.append(("static deflection" if not number else "", f"{name}{length_text(place.static)}{beyond}"))
-    for number, support in enumerate(found.supports):
+    for number, support in enumerate(verdict.supports):
         static = f"static {force_text(support.static)}, " if support.static > 0.01 * support.vibrating else ""
-        name = f"{support.name}: " if len(found.supports) > 1 else ""
+        name = f"{support.name}: " if len(verdict.supports) > 1 else ""
         text = f"{name}{static}vibrating {force_text(support.vibrating)}"
         rows.append(("support forces" if not number else "", text + _text_without(support.without_balls, force_text)))
-    if not math.isnan(found.grade_after):
+    if not math.isnan(verdict.grade_after):
         after, before = (
             f"{grade_name(v)} ({velocity_text(1e-3 * v)})" if v > 0.0 else "no unbalance"
-            for v in (found.grade_after, found.grade_before)
+            for v in (verdict.grade_after, verdict.grade_before)
         )
         rows.append(("ISO 21940-11", f"{after}; without balls {before}"))
-    if found.peak is not None:
-        where = f"{found.peak.place}: " if len(found.places) > 1 else ""
-        rows.append(("greatest deflection", where + _peak(found.peak, speed_text)))
-        if found.peak_without_balls is not None:
-            rows.append(("  without balls", _peak(found.peak_without_balls, speed_text)))
-        elif found.without_held:
+    if verdict.peak is not None:
+        where = f"{verdict.peak.place}: " if len(verdict.places) > 1 else ""
+        rows.append(("greatest deflection", where + _peak(verdict.peak, speed_text)))
+        if verdict.peak_without_balls is not None:
+            rows.append(("  without balls", _peak(verdict.peak_without_balls, speed_text)))
+        elif verdict.without_held:
             rows.append(("  without balls", NOT_COMPARED))
-    if found.parts:
-        rows += _parts(found.parts, speed_text)
-    elif found.settling is not None:
-        rows.append(("balls settle", _settling(found.settling, None if found.word == NOT_SETTLED else found.forecast)))
-    rows = [(worded(label, found.bodies), worded(text, found.bodies)) for label, text in rows]
-    return headline(found), rows, list(found.notes)
+    if verdict.parts:
+        rows += _parts(verdict.parts, speed_text)
+    elif verdict.settling is not None:
+        rows.append(
+            ("balls settle", _settling(verdict.settling, None if verdict.word == NOT_SETTLED else verdict.forecast))
+        )
+    rows = [(worded(label, verdict.bodies), worded(text, verdict.bodies)) for label, text in rows]
+    return headline(verdict), rows, list(verdict.notes)
 
 
-def headline(found: Verdict) -> str:
+def headline(verdict: Verdict) -> str:
     """The verdict in a sentence, with the greatest deflection of the run where balls have made it much greater."""
-    vibration = f"vibration {share_text(found.ratio)} of that without balls"
-    if found.word in WORDS[:4]:
-        beside = f"; {found.because}" if found.because else ""
-        return worded(f"{found.word}{_transient(found)}: {vibration}{beside}", found.bodies)
-    still = _still(found) if found.word == NOT_SETTLED else ""
-    return worded(f"{found.word}: {still or found.because}{_transient(found)}", found.bodies)
+    vibration = f"vibration {share_text(verdict.ratio)} of that without balls"
+    if verdict.word in WORDS[:4]:
+        beside = f"; {verdict.because}" if verdict.because else ""
+        return worded(f"{verdict.word}{_transient(verdict)}: {vibration}{beside}", verdict.bodies)
+    still = _still(verdict) if verdict.word == NOT_SETTLED else ""
+    return worded(f"{verdict.word}: {still or verdict.because}{_transient(verdict)}", verdict.bodies)
 
 
-def verdict_html(found: Verdict) -> str:
+def verdict_html(verdict: Verdict) -> str:
     """The verdict as a table for a notebook."""
-    head, rows, notes = verdict_lines(found)
+    head, rows, notes = verdict_lines(verdict)
     cells = "".join(
         f"<tr><th style='text-align:left'>{html.escape(label.strip())}</th>"
         f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
@@ -675,12 +681,12 @@ def _text_without(value: float, text: Callable[[float], str]) -> str:
     return "" if math.isnan(value) else f"; without balls {text(value)}"
 
 
-def _transient(found: Verdict) -> str:
+def _transient(verdict: Verdict) -> str:
     """The passage of the resonance, where balls have made it worse."""
-    if found.peak is None or found.peak_without_balls is None:
+    if verdict.peak is None or verdict.peak_without_balls is None:
         return ""
-    text = passage_text(found.peak.deflection, found.peak_without_balls.deflection)
-    joined = ", but" if found.word == BALANCED else ", and" if found.word in WORDS[:4] else ";"
+    text = passage_text(verdict.peak.deflection, verdict.peak_without_balls.deflection)
+    joined = ", but" if verdict.word == BALANCED else ", and" if verdict.word in WORDS[:4] else ";"
     return f"{joined} {text}" if text else ""
 
 
@@ -700,18 +706,18 @@ def worse_by(ratio: float) -> str:
     return f"{share_text(ratio - 1.0)} worse" if ratio < 2.0 else f"{significant(ratio)} times as much"
 
 
-def _still(found: Verdict) -> str:
+def _still(verdict: Verdict) -> str:
     """What still changes at the end of a run, where it goes, and how long a run shows it."""
-    ahead = found.forecast
+    ahead = verdict.forecast
     if ahead is None:
-        return f"{found.because}; run longer (run.duration)"
-    said = found.because
-    if found.settling is not None and found.settling.moving:
+        return f"{verdict.because}; run longer (run.duration)"
+    said = verdict.because
+    if verdict.settling is not None and verdict.settling.moving:
         said = f"balls still move {significant(math.degrees(ahead.speed), 2)} deg/s"
     if math.isnan(ahead.duration):
         return f"{said}; run longer (run.duration)"
     return (
-        f"{said}; residual {share_text(found.residual_share)} now, {_later(ahead)} when they have settled (extrapolated); run "
+        f"{said}; residual {share_text(verdict.residual_share)} now, {_later(ahead)} when they have settled (extrapolated); run "
         f"for about {significant(ahead.duration, 2)} s to see it (run.duration)"
     )
 

@@ -219,14 +219,14 @@ def stable_ranges(p: Plane) -> list[Range]:
     """All speeds at which the balanced state of these balls with g2 = 0 is stable, rad/s; the last may end at infinity."""
     unit = _scaled(p)[0]
     edges = [0.0, *_crossings(p), math.inf]
-    found: list[Range] = []
+    ranges: list[Range] = []
     for low, high in pairwise(edges):
         middle = (2.0 * low or 1.0) if math.isinf(high) else 0.5 * high if low == 0.0 else math.sqrt(low * high)
         if not _stable(p, middle):
             continue
-        start = found.pop()[0] if found and found[-1][1] == low * unit else low * unit
-        found.append((start, high * unit))
-    return found
+        start = ranges.pop()[0] if ranges and ranges[-1][1] == low * unit else low * unit
+        ranges.append((start, high * unit))
+    return ranges
 
 
 def _scaled(p: Plane) -> tuple[float, float, float, float]:
@@ -269,7 +269,7 @@ def _stable(p: Plane, speed: float) -> bool:
 
 def _real(whole: Polynomial) -> list[float]:
     """Real roots, each improved by two steps of Newton's method."""
-    slope, found = whole.deriv(), []
+    slope, real = whole.deriv(), []
     for root in np.atleast_1d(whole.trim().roots()):
         if abs(root.imag) > DOUBLE * abs(root):
             continue
@@ -277,8 +277,8 @@ def _real(whole: Polynomial) -> list[float]:
         for _ in range(2):
             step = float(slope(x))
             x = x - float(whole(x)) / step if step != 0.0 else x
-        found.append(x)
-    return found
+        real.append(x)
+    return real
 
 
 # The averaged equations of balls on any rotor, linearized about a state of rest in the rotor.
@@ -318,7 +318,9 @@ def whirl_of(st: Stations, speeds: Floats) -> Whirl:
     w, model, n = speeds[:, None, None], st.model, st.model.pairs
     damping, stiffness = model.damping, model.stiffness
     if model.speeds.size > 1:
-        damping, stiffness = (np.array([at(one) for one in speeds]) for at in (model.damping_at, model.stiffness_at))
+        damping, stiffness = (
+            np.array([at(speed) for speed in speeds]) for at in (model.damping_at, model.stiffness_at)
+        )
     slow = np.asarray(2j * w * model.mass + w * model.gyroscopic, np.complex128)
     moving = damping + w * model.gyroscopic
     held = np.asarray(stiffness - w * w * model.mass + 1j * w * moving, np.complex128)

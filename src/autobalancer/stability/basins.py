@@ -145,18 +145,20 @@ def ends_dataset(
     size = question.assembly.state.size
     n = question.st.moment.size
     states = np.array([STATES.index(one.state) for one in named])
-    found = xr.Dataset()
+    dataset = xr.Dataset()
     for name, (path, values) in zip(names, axes.items(), strict=True):
         unit, text = unit_of_axis(path), axis_name(path)
-        found = found.assign_coords({name: (name, np.asarray(values, np.float64), {"long_name": text, "units": unit})})
-    found["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
-    found["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})
+        dataset = dataset.assign_coords(
+            {name: (name, np.asarray(values, np.float64), {"long_name": text, "units": unit})}
+        )
+    dataset["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
+    dataset["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})
     deflection = np.array([np.abs(deflections(question, end)).max(initial=0.0) for end in ends]).reshape(shape)
     angles = ends[:, BALLS : BALLS + n].reshape(*shape, n)
-    found["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
-    found = found.merge(residuals(question, dims, angles, states.reshape(shape), deflection))
+    dataset["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
+    dataset = dataset.merge(residuals(question, dims, angles, states.reshape(shape), deflection))
     planes = np.array([[PLANE_STATES.index(name) for name in one.planes] for one in named])
-    found["plane_state"] = (
+    dataset["plane_state"] = (
         (*dims, "plane"),
         planes.reshape(*shape, -1),
         {"long_name": "end state of a plane", "flag_meanings": list(PLANE_STATES)},
@@ -164,12 +166,12 @@ def ends_dataset(
     possible = states[states != STATES.index("overlapping start")]
     counts = np.bincount(possible, minlength=len(STATES))
     low, high = wilson_interval(counts, max(possible.size, 1))
-    found = found.assign_coords(end=("end", list(STATES)))
-    found["share"] = ("end", counts / max(possible.size, 1), {"long_name": "share of the starts", "units": "1"})
+    dataset = dataset.assign_coords(end=("end", list(STATES)))
+    dataset["share"] = ("end", counts / max(possible.size, 1), {"long_name": "share of the starts", "units": "1"})
     if not axes:
-        found["share_low"] = ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"})
-        found["share_high"] = ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"})
-    found.attrs = {
+        dataset["share_low"] = ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"})
+        dataset["share_high"] = ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"})
+    dataset.attrs = {
         **provenance(),
         "title": f"Basins of {machine.name}",
         "machine": machine_text(machine),
@@ -186,15 +188,15 @@ def ends_dataset(
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
         "remarks": [] if question.rubs else [NONE_GIVEN],
     }
-    return found if axes else _with_starts(found, starts)
+    return dataset if axes else _with_starts(dataset, starts)
 
 
-def _with_starts(found: xr.Dataset, starts: Matrix) -> xr.Dataset:
+def _with_starts(dataset: xr.Dataset, starts: Matrix) -> xr.Dataset:
     """The random starts themselves, and the number of the one with the greatest deflection at its end."""
-    n = found.sizes["ball"]
-    found["start_ball_angle_in_rotor"] = (("run", "ball"), starts[:, BALLS : BALLS + n], START_ANGLE)
-    worst = int(np.nan_to_num(found["final_deflection"].values).argmax())
-    return found.assign_attrs(worst=worst, worst_by="final_deflection", acceleration=0.0)
+    n = dataset.sizes["ball"]
+    dataset["start_ball_angle_in_rotor"] = (("run", "ball"), starts[:, BALLS : BALLS + n], START_ANGLE)
+    worst = int(np.nan_to_num(dataset["final_deflection"].values).argmax())
+    return dataset.assign_attrs(worst=worst, worst_by="final_deflection", acceleration=0.0)
 
 
 # The starts of a basin: axes with their values, or random ball angles.
@@ -393,14 +395,14 @@ def _together(planes: tuple[str, ...]) -> str:
 
 def overlapping(question: Question, starts: Matrix) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Which rows of ``starts`` put two balls of a race into one another."""
-    found = np.zeros(starts.shape[0], np.bool_)
+    result = np.zeros(starts.shape[0], np.bool_)
     balls = question.assembly.balls
-    for i, one in enumerate(balls):
+    for i, ball in enumerate(balls):
         for j, other in enumerate(balls[:i]):
-            if (one.balancer, one.race) == (other.balancer, other.race):
+            if (ball.balancer, ball.race) == (other.balancer, other.race):
                 apart = np.abs(np.angle(np.exp(1j * (starts[:, BALLS + i] - starts[:, BALLS + j]))))
-                found |= apart < 0.5 * occupied_angle([one, other]) * (1.0 - 1e-9)
-    return found
+                result |= apart < 0.5 * occupied_angle([ball, other]) * (1.0 - 1e-9)
+    return result
 
 
 def _diverges(question: Question, end: Floats) -> bool:
@@ -502,25 +504,25 @@ def residuals(
     alone = float(_deflections(st, speed, np.zeros((1, len(st.names)), np.complex128)).max())
     deflection = _deflections(st, speed, each.reshape(-1, len(st.names))).max(axis=-1).reshape(left.shape)
     ends = np.where(resting & np.isfinite(deflection), deflection, seen)
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {"residual_unbalance": (dims, left), "final_deflection": (dims, ends)},
         {"quantile": list(QUANTILES), "verdict": list(WORDS), "plane": list(st.names)},
     )
-    found["plane_residual_unbalance"] = ((*dims, "plane"), left_at)
-    found["plane_unbalance"] = ("plane", np.abs(wanted))
+    dataset["plane_residual_unbalance"] = ((*dims, "plane"), left_at)
+    dataset["plane_unbalance"] = ("plane", np.abs(wanted))
     for name, values in (("residual_quantile", left), ("deflection_quantile", deflection)):
         there = values[resting]
-        found[name] = ("quantile", np.quantile(there, QUANTILES) if there.size else np.full(len(QUANTILES), np.nan))
+        dataset[name] = ("quantile", np.quantile(there, QUANTILES) if there.size else np.full(len(QUANTILES), np.nan))
     at_rest = left_at[resting]
     nothing = np.full((len(QUANTILES), len(st.names)), np.nan)
     quantiles = np.quantile(at_rest, QUANTILES, axis=0) if len(at_rest) else nothing
-    found["plane_residual_quantile"] = (("quantile", "plane"), quantiles)
+    dataset["plane_residual_quantile"] = (("quantile", "plane"), quantiles)
     words = [verdict_word(value / alone) if alone > 0.0 else NO_VERDICT for value in deflection[resting]]
     counts = [words.count(word) for word in WORDS[:-1]]
     counts.append(int((possible & ~resting).sum()))
-    found["verdict_share"] = ("verdict", np.array(counts) / max(int(possible.sum()), 1))
-    found["unbalance"] = whole
-    found["deflection_without_balls"] = alone
+    dataset["verdict_share"] = ("verdict", np.array(counts) / max(int(possible.sum()), 1))
+    dataset["unbalance"] = whole
+    dataset["deflection_without_balls"] = alone
     for name, text, unit in (
         ("residual_unbalance", "unbalance of rotor and balls together", "kg m"),
         ("final_deflection", "deflection at the end", "m"),
@@ -533,16 +535,16 @@ def residuals(
         ("plane_residual_quantile", "residual unbalance of a plane, of the starts that end at rest", "kg m"),
         ("plane_unbalance", "unbalance that the balls of a plane have to balance", "kg m"),
     ):
-        found[name].attrs.update(long_name=text, units=unit)
-    return found
+        dataset[name].attrs.update(long_name=text, units=unit)
+    return dataset
 
 
 def moments_of(st: Stations, angles: Floats) -> Complexes:
     """Resultant m eps e^(i phi) of the balls of each plane for angles (..., n), (..., P) kg m."""
-    found = np.zeros((*angles.shape[:-1], len(st.names)), np.complex128)
+    moments = np.zeros((*angles.shape[:-1], len(st.names)), np.complex128)
     for ball, place in enumerate(st.station.tolist()):
-        found[..., place] += st.moment[ball] * np.exp(1j * angles[..., ball])
-    return found
+        moments[..., place] += st.moment[ball] * np.exp(1j * angles[..., ball])
+    return moments
 
 
 def _wanted(st: Stations, speed: float) -> Complexes:

@@ -80,9 +80,9 @@ def held_by_friction(
         return HeldByFriction(at, 0, (), "; ".join(filter(None, (NONE_GIVEN, left_out))))
     races = _races(st, at, balls, holding, rolling)
     angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
-    found = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
+    result = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
     rise = greatest_rise(machine, at)
-    planes = tuple(replace(plane, drive_acceleration=rise) for plane in found)
+    planes = tuple(replace(plane, drive_acceleration=rise) for plane in result)
     return HeldByFriction(at, starts, planes, "; ".join(filter(None, ("" if holding.all() else PART_GIVEN, left_out))))
 
 
@@ -182,13 +182,13 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
     total = needed + np.bincount(races.place, races.moment, needed.size)
     most = total if yields(st, speed) else _worst(races, stiff, centered, held)  # else balls gather on the heavy side
     worst = np.minimum(most + eccentric, total)
-    found = []
+    planes = []
     for place, name in enumerate(st.names):
         here = races.place == place
         loads = float(np.abs(stiff[place]) @ np.maximum(held, 0.0))
         whole = centered[place] + races.moment[here].sum()
         deflection = np.abs(whirl[:, place])
-        found.append(
+        planes.append(
             HeldPlane(
                 name=name,
                 adherence=float(races.adherence[here].max()),
@@ -212,7 +212,7 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
                 heavy_interval=math.asin(min(loads / whole, 1.0)) if loads < whole else math.pi,
             )
         )
-    return tuple(found)
+    return tuple(planes)
 
 
 def _held(races: Races, place: int, weight: float) -> float:
@@ -372,14 +372,14 @@ class HeldPlane:
             f"the unbalance of {moment_text(self.required)} {'and the eccentricity' if off else 'alone'} "
             f"{'make' if off else 'makes'} {length_text(self.unbalance_whirl)}"
         )
-        found = [("", first), ("residual", self._worst), ("starts", self._starts)]
+        result = [("", first), ("residual", self._worst), ("starts", self._starts)]
         if self.trapped_share > 0.0:
             ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
             share = f"{100.0 * self.trapped_share:.2g} % of them end {ended}"
-            found.append(("trapped", f"{share}, with up to {moment_text(self.greatest_residual)}"))
+            result.append(("trapped", f"{share}, with up to {moment_text(self.greatest_residual)}"))
         if not self.holds:
             near = f"each ball rests within {_deg(self.rest_interval)} of its balanced place"
-            return *found, (
+            return *result, (
                 "places",
                 f"{near}, and balls within {_deg(self.heavy_interval)} of the heavy place stay there",
             )
@@ -388,7 +388,7 @@ class HeldPlane:
             if self.largest_whirl > self.held_whirl
             else "nor does any whirl on the way up"
         )
-        return found[0], ("moving", f"THE BALLS WILL NOT MOVE at this speed; {before}"), *found[1:]
+        return result[0], ("moving", f"THE BALLS WILL NOT MOVE at this speed; {before}"), *result[1:]
 
     @property
     def settled_rows(self) -> tuple[tuple[str, str], ...]:

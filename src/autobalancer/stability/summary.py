@@ -110,14 +110,14 @@ def frame_of(machine: Machine, highest: float | None) -> Frame:
 
 def rubber_texts(machine: Machine) -> tuple[str, ...]:
     """How soft each piece of softening rubber becomes, and what is counted with it; empty without any."""
-    found = []
+    result = []
     for name, rubber in rubbers(machine):
         stiff, soft = (significant(1e-3 * one) for one in (rubber.initial_stiffness, float(rubber.stiffness)))
-        found.append(f"{name}: {stiff} kN/m in small motions, {soft} kN/m in the largest, when all elements slide")
-    if not found:
+        result.append(f"{name}: {stiff} kN/m in small motions, {soft} kN/m in the largest, when all elements slide")
+    if not result:
         return ()
     what = "critical speeds, borders and what friction holds are those of small motions"
-    return (*found, f"{what}; release, capture and vibration without balancing know how far it moves")
+    return (*result, f"{what}; release, capture and vibration without balancing know how far it moves")
 
 
 def _spatial(machine: Machine, highest: float | None) -> Frame:
@@ -184,7 +184,7 @@ def service_of(machine: Machine, assembly: Assembly, highest: float | None) -> S
     grade = balance_grade(unbalance, turning_mass(places), highest)
     if machine.excitations:
         return Service(highest, unbalance, several, grade, (), ())
-    vibration, force = (found.tolist() for found in without_balancing(assembly, places, gauges, LATE, highest))
+    vibration, force = (result.tolist() for result in without_balancing(assembly, places, gauges, LATE, highest))
     return Service(
         highest,
         unbalance,
@@ -295,10 +295,10 @@ def summary(
     with question("the critical speeds", math.inf, say):
         frame = frame_of(machine, highest)
     critical = frame.critical_speeds
-    found: tuple[Border, ...] = ()
+    borders: tuple[Border, ...] = ()
     reason = ""
     try:
-        found = borders_of(machine, described(weightless(machine), None), seconds=seconds, say=say)
+        borders = borders_of(machine, described(weightless(machine), None), seconds=seconds, say=say)
     except QuestionError as error:
         reason = str(error)
     service = highest or 3.0 * max(critical, default=0.0)
@@ -328,14 +328,14 @@ def summary(
         races=races,
         capability=capability,
         sommerfeld_number=_sommerfeld_number(machine, balls, frame.total_mass),
-        borders=found,
+        borders=borders,
         no_borders_because=reason,
         highest_speed=highest,
         warnings=input_notes(machine, None if machine.run is None else float(machine.run.duration))
         + _gravity_note(machine)
         + _pendulum_note(machine, balls)
         + _warnings(
-            unbalance, capability, critical, highest, found, bool(balls), isinstance(machine.rotor, PlanarRotor)
+            unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
         )
         + _short(frame.stations)
         + odd_sizes(machine, balls),
@@ -343,7 +343,7 @@ def summary(
         stations=frame.stations,
         service=service_of(machine, assembly, highest),
         friction=friction,
-        friction_settled=_settled(held, friction, found, critical),
+        friction_settled=_settled(held, friction, borders, critical),
         off_center=off_center(places_of(machine, assembly), balls, service),
     )
 
@@ -441,15 +441,15 @@ def _warnings(
     has_balls: bool,
     planar: bool,
 ) -> tuple[str, ...]:
-    found = []
+    warnings = []
     if has_balls and unbalance > capability:
-        found.append(
+        warnings.append(
             f"the balls can balance {moment_text(capability, 4)} of {moment_text(unbalance, 4)}; take more or heavier balls"
         )
     if has_balls and highest is not None and highest < min(critical, default=0.0):
-        found.append("the highest speed is below the critical speed; there the balls gather on the heavy side")
+        warnings.append("the highest speed is below the critical speed; there the balls gather on the heavy side")
     elif has_balls and highest is not None and planar and highest < max(critical, default=0.0):
-        found.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
+        warnings.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     exact = [border.speed for border in borders if border.name == "exact border"]
     windows = any("stable also" in border.note for border in borders if border.name == "exact border")
     if (
@@ -458,7 +458,7 @@ def _warnings(
         and highest > (max if planar else min)(critical, default=0.0)
         and exact[0] >= highest
     ):
-        found.append(
+        warnings.append(
             "the highest speed is below the exact border; "
             + ("there the balanced state is stable only in the ranges that the note of this border names" if windows
                else "the balanced state is not stable there; "
@@ -471,10 +471,10 @@ def _warnings(
         and highest > (max if planar else min)(critical, default=0.0)
         and release[0] > highest
     ):
-        found.append(
+        warnings.append(
             "the highest speed is below the release speed: balls that stall at a resonance in a slow run-up stay there"
         )
-    return tuple(found)
+    return tuple(warnings)
 
 
 # What is known of a machine, as rows of a table: a name and a text each, with speeds as ``said`` writes them.
@@ -485,23 +485,23 @@ Row = tuple[str, str]
 SpeedText = Callable[[float], str]
 
 
-def summary_rows(found: Summary, said: SpeedText) -> list[Row]:
+def summary_rows(summary: Summary, said: SpeedText) -> list[Row]:
     """Everything that ``check`` shows of a machine with races."""
     return [
-        ("axis", found.axis),
-        ("mass", f"{found.total_mass:.6g} kg with balls, {found.rotor_mass:.6g} kg without"),
-        *_critical_speeds(found, said),
-        *([("rubber", "\n".join(found.rubber))] if found.rubber else []),
-        *_unbalance(found, said),
-        *(_rows_race(race, found) for race in found.races),
-        *([("rings of liquid", "\n".join(found.liquid_rings))] if found.liquid_rings else []),
-        *_together(found),
-        *_planes(found, said),
-        *(friction_rows(found.friction, said) if found.friction is not None else ()),
-        *(_rows_settled(found.friction_settled, said) if found.friction_settled is not None else ()),
-        *_eccentricity(found),
-        *_borders(found, said),
-        ("highest speed", FROM_A_RUN if found.highest_speed is None else said(found.highest_speed)),
+        ("axis", summary.axis),
+        ("mass", f"{summary.total_mass:.6g} kg with balls, {summary.rotor_mass:.6g} kg without"),
+        *_critical_speeds(summary, said),
+        *([("rubber", "\n".join(summary.rubber))] if summary.rubber else []),
+        *_unbalance(summary, said),
+        *(_rows_race(race, summary) for race in summary.races),
+        *([("rings of liquid", "\n".join(summary.liquid_rings))] if summary.liquid_rings else []),
+        *_together(summary),
+        *_planes(summary, said),
+        *(friction_rows(summary.friction, said) if summary.friction is not None else ()),
+        *(_rows_settled(summary.friction_settled, said) if summary.friction_settled is not None else ()),
+        *_eccentricity(summary),
+        *_borders(summary, said),
+        ("highest speed", FROM_A_RUN if summary.highest_speed is None else said(summary.highest_speed)),
     ]
 
 
@@ -511,11 +511,11 @@ def friction_rows(held: HeldByFriction, said: SpeedText, *, brief: bool = False)
     return [*rows, ("friction", held.note)] if held.note else rows
 
 
-def _eccentricity(found: Summary) -> list[Row]:
-    if found.off_center is None or not found.off_center.sentence:
+def _eccentricity(summary: Summary) -> list[Row]:
+    if summary.off_center is None or not summary.off_center.sentence:
         return []
-    held = found.friction is not None and any(plane.eccentric_residual > 0.0 for plane in found.friction.planes)
-    return [("race eccentricity", found.off_center.sentence + "; with friction more is left, see above" * held)]
+    held = summary.friction is not None and any(plane.eccentric_residual > 0.0 for plane in summary.friction.planes)
+    return [("race eccentricity", summary.off_center.sentence + "; with friction more is left, see above" * held)]
 
 
 def service_rows(service: Service, said: SpeedText) -> list[Row]:
@@ -532,30 +532,30 @@ def service_rows(service: Service, said: SpeedText) -> list[Row]:
     return rows
 
 
-def _critical_speeds(found: Summary, said: SpeedText) -> Iterator[Row]:
-    names: tuple[str, ...] = ("along x and y, ",) if len(found.critical_speeds) == 1 else ("along x, ", "along y, ")
-    if found.rotor != "planar":
-        names = tuple("" for _ in found.critical_speeds)
-    rows = list(zip(names, found.critical_speeds, found.damping_ratios, strict=True))
+def _critical_speeds(summary: Summary, said: SpeedText) -> Iterator[Row]:
+    names: tuple[str, ...] = ("along x and y, ",) if len(summary.critical_speeds) == 1 else ("along x, ", "along y, ")
+    if summary.rotor != "planar":
+        names = tuple("" for _ in summary.critical_speeds)
+    rows = list(zip(names, summary.critical_speeds, summary.damping_ratios, strict=True))
     for name, speed, ratio in rows[:LISTED]:
         yield "critical speed", f"{said(speed)}, {name}damping ratio {100 * ratio:.3g} %"
     if len(rows) > LISTED:
         yield "", f"and {len(rows) - LISTED} more from {said(rows[LISTED][1])} on; see autobalancer modes"
 
 
-def _most(found: Summary) -> str:
-    return " (greatest over time)" if found.unbalance_varies else ""
+def _most(summary: Summary) -> str:
+    return " (greatest over time)" if summary.unbalance_varies else ""
 
 
-def _unbalance(found: Summary, said: SpeedText) -> Iterator[Row]:
-    what = ", vector sum of the point unbalances" * found.several_unbalances
-    yield "unbalance", f"{moment_text(found.unbalance, 5)}{what}{_most(found)}"
-    if found.service is not None:
-        yield from service_rows(found.service, said)
+def _unbalance(summary: Summary, said: SpeedText) -> Iterator[Row]:
+    what = ", vector sum of the point unbalances" * summary.several_unbalances
+    yield "unbalance", f"{moment_text(summary.unbalance, 5)}{what}{_most(summary)}"
+    if summary.service is not None:
+        yield from service_rows(summary.service, said)
 
 
-def _rows_race(race: RaceSummary, found: Summary) -> Row:
-    enough = _enough(race.capability, found) if len(found.races) == 1 else ""
+def _rows_race(race: RaceSummary, summary: Summary) -> Row:
+    enough = _enough(race.capability, summary) if len(summary.races) == 1 else ""
     enough += f"; {race.ignores}" if race.ignores else ""
     return (
         f"balancer {race.balancer}, race {race.race}",
@@ -567,21 +567,25 @@ def _rows_race(race: RaceSummary, found: Summary) -> Row:
     )
 
 
-def _together(found: Summary) -> Iterator[Row]:
-    if len(found.races) > 1 and not found.stations:
-        yield "all races", f"capability {moment_text(found.capability, 5)}{_enough(found.capability, found)}"
+def _together(summary: Summary) -> Iterator[Row]:
+    if len(summary.races) > 1 and not summary.stations:
+        yield "all races", f"capability {moment_text(summary.capability, 5)}{_enough(summary.capability, summary)}"
 
 
-def _enough(capability: float, found: Summary) -> str:
-    return f", {capability / found.unbalance:.3g} times the unbalance" if found.unbalance and not found.stations else ""
+def _enough(capability: float, summary: Summary) -> str:
+    return (
+        f", {capability / summary.unbalance:.3g} times the unbalance"
+        if summary.unbalance and not summary.stations
+        else ""
+    )
 
 
-def _planes(found: Summary, said: SpeedText) -> Iterator[Row]:
-    for plane in found.stations:
+def _planes(summary: Summary, said: SpeedText) -> Iterator[Row]:
+    for plane in summary.stations:
         enough = f", {plane.capability / plane.required:.3g} times as much" if plane.required > 0.0 else ""
         yield (
             f"plane {plane.name}",
-            f"needs {moment_text(plane.required, 5)}{_most(found)} for rest at {said(plane.speed)}, "
+            f"needs {moment_text(plane.required, 5)}{_most(summary)} for rest at {said(plane.speed)}, "
             f"capability {moment_text(plane.capability, 5)}{enough}",
         )
 
@@ -601,12 +605,12 @@ def _rows_of(title: str, held: HeldByFriction, planes: list[tuple[Row, ...]], sa
     return rows
 
 
-def _borders(found: Summary, said: SpeedText) -> Iterator[Row]:
-    if not found.borders:
-        yield "border speeds", f"none ({found.no_borders_because.removeprefix('border speeds: ')})"
+def _borders(summary: Summary, said: SpeedText) -> Iterator[Row]:
+    if not summary.borders:
+        yield "border speeds", f"none ({summary.no_borders_because.removeprefix('border speeds: ')})"
         return
-    if not math.isnan(found.sommerfeld_number):
-        yield "Sommerfeld number S", f"{found.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)"
-    for border in found.borders:
+    if not math.isnan(summary.sommerfeld_number):
+        yield "Sommerfeld number S", f"{summary.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)"
+    for border in summary.borders:
         shown = said(border.speed) + (f"   ({border.note})" if border.note else "")
         yield border.name, shown if border.known else f"not known: {border.note}"

@@ -138,11 +138,11 @@ def gridded_starts(
     runs = xr.concat([part.reset_coords("seed")[names] for part in parts], "member", combine_attrs="override")
     runs = runs.isel(member=np.argsort(order)).rename(member="run")
     runs.attrs |= {"hold": hold, "seed": seed, "speed": speed, "tolerance": tolerance}
-    found = _dataset(machine, axes, shape, runs, acceleration)
+    dataset = _dataset(machine, axes, shape, runs, acceleration)
     if acceleration:
-        found["peak_without_balls"] = peak_without_balls(steady, tolerance)
-    found.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
-    return found
+        dataset["peak_without_balls"] = peak_without_balls(steady, tolerance)
+    dataset.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
+    return dataset
 
 
 def _refuse(machine: Machine, axes: Mapping[str, Sequence[float]]) -> None:
@@ -185,19 +185,19 @@ def _dataset(
         raise QuestionError(f"basin: no start is possible: {reason}")
     counted = runs.isel(run=possible)
     refuse_no_unbalance(counted)
-    found = ends_of(counted, (*ENDS, OVERLAPPING)).drop_vars("seed")
+    dataset = ends_of(counted, (*ENDS, OVERLAPPING)).drop_vars("seed")
     states = np.full(runs.sizes["run"], len(ENDS))
-    states[possible] = found["state"].values
+    states[possible] = dataset["state"].values
     spread = distributions(counted, bool(acceleration))
     dims = tuple(name.replace("[", "_").rstrip("]") for name in axes)
     over = {name: (dims, runs[name].values.reshape(shape), runs[name].attrs) for name in KEPT}
-    over["state"] = (dims, states.reshape(shape), found["state"].attrs)
-    found = found.drop_vars(["state", "share_low", "share_high"]).merge(spread.drop_vars(KEPT)).assign(over)
+    over["state"] = (dims, states.reshape(shape), dataset["state"].attrs)
+    dataset = dataset.drop_vars(["state", "share_low", "share_high"]).merge(spread.drop_vars(KEPT)).assign(over)
     for dim, (path, values) in zip(dims, axes.items(), strict=True):
         label = {"long_name": axis_name(path), "units": unit_of_axis(path)}
-        found = found.assign_coords({dim: (dim, np.asarray(values, np.float64), label)})
+        dataset = dataset.assign_coords({dim: (dim, np.asarray(values, np.float64), label)})
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
-    found.attrs = {
+    dataset.attrs = {
         **runs.attrs,
         "title": f"Basins of {machine.name}",
         "states": [*ENDS, OVERLAPPING],
@@ -206,7 +206,7 @@ def _dataset(
         "released": released(axes, acceleration, resolve(machine)),
         "remarks": [] if rubs else [NONE_GIVEN],
     }
-    return found
+    return dataset
 
 
 # Starts whose ends have names: runs by the loop of ensembles, looked at again and again until their balls rest.
@@ -259,8 +259,8 @@ class Runs:
         long = (stepper.long.memory, stepper.long.amplitudes) if stepper.long is not None else ()
         record = record_for(() if instants is None else [SampleTimes(instants.tolist())], (), assembly, longest)
         gauges = gauges_of(assembly, places_of(question.machine, assembly), centered=True)
-        one = Integration(assembly.system, record, stepper.memory, gauges, long)
-        self._group = Group(one, stepper, len(assembly.balls))
+        integration = Integration(assembly.system, record, stepper.memory, gauges, long)
+        self._group = Group(integration, stepper, len(assembly.balls))
         layout = self._group.layout
         own = [layout.place(f"memory.{name}", i) for name in ("state", "start") for i in range(state.size)]
         self._places = [*own, layout.place("memory.clock", END), layout.place("memory.clock", STEP)]
@@ -289,9 +289,9 @@ class Runs:
         places = np.array([*self._places, *(own or {})], np.int64)
         first = np.broadcast_to(steps, times.shape)
         words = np.column_stack([states, states, times, first, *(own or {}).values()]).view(np.int64)
-        found = Found.room(len(states), self._group.balls, states.shape[1])
-        bench.run(self._group.fresh, places, words, range(len(states)), STEPS, flags, found)
-        return found.states, found.rows[:, STATUS] == FINISHED, times / np.maximum(found.counts[:, 0], 1)
+        room = Found.room(len(states), self._group.balls, states.shape[1])
+        bench.run(self._group.fresh, places, words, range(len(states)), STEPS, flags, room)
+        return room.states, room.rows[:, STATUS] == FINISHED, times / np.maximum(room.counts[:, 0], 1)
 
 
 class Settling:

@@ -89,25 +89,25 @@ def design_sensitivity(
         names = [changed.run_name(unbalance, duration, last, seed) for seed in seeds]
         jobs += [Job(name, made, seed, {"unbalance": unbalance}) for name, seed in zip(names, seeds, strict=True)]
     measured = measured_runs(jobs, Many(duration, last, kept, workers), progress)
-    told = [
+    messages = [
         numbers_of(job.machine, row) if isinstance(job.machine, ChamberMachine) and row["outcome"] == "finished" else {}
         for job, row in zip(jobs, measured, strict=True)
     ]
-    rows = np.array(told, object).reshape(len(cases), len(seeds))
-    found = xr.Dataset(coords={"change": [name for name, _, _ in cases], "seed": seeds})
+    rows = np.array(messages, object).reshape(len(cases), len(seeds))
+    dataset = xr.Dataset(coords={"change": [name for name, _, _ in cases], "seed": seeds})
     values = {name: np.array([[row.get(name, np.nan) for row in several] for several in rows]) for name in JUDGED}
     means = np.array([mean_interval(several) for several in values["vibration"]])
     for k, name in enumerate(("vibration_mean", "vibration_low", "vibration_high")):
-        found[name] = ("change", means[:, k], {"units": "m"})
+        dataset[name] = ("change", means[:, k], {"units": "m"})
     for name in ("vibration", "synchronous", "settling_time"):
-        found[f"worst_{name}"] = ("change", values[name].max(axis=1), {"units": JUDGED[name].unit})
+        dataset[f"worst_{name}"] = ("change", values[name].max(axis=1), {"units": JUDGED[name].unit})
     carried = [share_interval(int((shares >= 1.0 - 1e-9).sum()), len(seeds))[0] for shares in values["share_carried"]]
-    found["pick_up"] = ("change", np.array(carried), {"units": "1"})
+    dataset["pick_up"] = ("change", np.array(carried), {"units": "1"})
     for name, entry in JUDGED.items():
-        found[name] = (("change", "seed"), values[name], {"units": entry.unit, "long_name": entry.text})
+        dataset[name] = (("change", "seed"), values[name], {"units": entry.unit, "long_name": entry.text})
     title = f"{candidate.label}: what changes if something is not as designed"
-    found.attrs = {"title": title, **provenance(), "machine_name": machine.name}
-    return Labeled.of(found)
+    dataset.attrs = {"title": title, **provenance(), "machine_name": machine.name}
+    return Labeled.of(dataset)
 
 
 def _machine(machine: ChamberMachine, candidate: Candidate, unbalance: float) -> ChamberMachine | MachineError:
@@ -136,7 +136,7 @@ def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> l
     if not changes:
         raise QuestionError("changes: given none; give at least one, such as unbalance 0.2")
     refuse_changes(changes)
-    found = []
+    cases = []
     for name, share in changes.items():
         if name in ("viscosity", "ball_friction") and not getattr(candidate, name) > 0.0:
             raise QuestionError(f"changes: {name}: the design has none of its own")
@@ -145,8 +145,8 @@ def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> l
             changed = (
                 candidate if name == "unbalance" else replace(candidate, **{name: getattr(candidate, name) * factor})
             )
-            found.append((label, changed, size * factor if name == "unbalance" else size))
-    return found
+            cases.append((label, changed, size * factor if name == "unbalance" else size))
+    return cases
 
 
 # The machine of a design, with what was assumed written into its description.
@@ -188,27 +188,28 @@ def designed_machine(designs: xr.Dataset, place: int = 1, *, unbalance: float | 
     )
 
 
-def candidate_of(one: xr.Dataset) -> Candidate:
+def candidate_of(dataset: xr.Dataset) -> Candidate:
     """The candidate of one design of the answer."""
-    return Candidate(int(one["balls"]), *(float(one[name]) for name in NUMBERS))
+    return Candidate(int(dataset["balls"]), *(float(dataset[name]) for name in NUMBERS))
 
 
-def _said(designs: xr.Dataset, one: xr.Dataset, candidate: Candidate) -> str:
+def _said(designs: xr.Dataset, dataset: xr.Dataset, candidate: Candidate) -> str:
     limits = json.loads(designs.attrs["limits"])
-    asked = ", ".join(f"{name} {value:g}" for name, value in limits.items()) or "none"
+    requested = ", ".join(f"{name} {value:g}" for name, value in limits.items()) or "none"
     sizes = ", ".join(f"{size:g}" for size in designs["unbalance"].values)
-    meets = "It meets them." if int(one["meets"]) else f"It misses {str(one['missed'].values) or 'them'}."
+    meets = "It meets them." if int(dataset["meets"]) else f"It misses {str(dataset['missed'].values) or 'them'}."
     fluid = ""
     if candidate.viscosity > 0.0:
         fluid = (
             f" Fluid of {candidate.viscosity:g} Pa s and {candidate.fluid_density:g} kg/m^3 that fills {candidate.fill:g} of the "
             f"chamber, its drag that of balls far from walls, c_d = 24/Re + 0.44; buoyancy is left out."
         )
-    worst = float(one["worst_vibration"])
-    found = f"Worst vibration {worst:.3g} m" if not math.isnan(worst) else "Worst vibration not known"
+    worst = float(dataset["worst_vibration"])
+    text = f"Worst vibration {worst:.3g} m" if not math.isnan(worst) else "Worst vibration not known"
     return (
-        f"Design {int(one['place'])} of {designs.sizes['design']} for unbalances of {sizes} kg m. Limits (SI): {asked}. {meets} "
-        f"{found} in {designs.sizes['seed']} fillings of {designs.attrs['duration']:g} s. Assumed: a friction of "
+        f"Design {int(dataset['place'])} of {designs.sizes['design']} for unbalances of {sizes} kg m. Limits (SI): "
+        f"{requested}. {meets} "
+        f"{text} in {designs.sizes['seed']} fillings of {designs.attrs['duration']:g} s. Assumed: a friction of "
         f"{candidate.friction:g}, restitution and rolling resistance of the machine it was made from.{fluid}"
     )
 
@@ -293,17 +294,19 @@ def candidates(machine: ChamberMachine, shelf: Mapping[str, Any]) -> list[Candid
     between = values.pop("ball_friction", [math.nan])
     fluids = _fluids(values, chamber.drag > 0.0 or chamber.square_drag > 0.0)
     sizes = values if values else {"total_mass": [group.count * group.ball_mass]}
-    found: dict[tuple[float | None, ...], None] = {}
+    entries: dict[tuple[float | None, ...], None] = {}
     for count, heavy, rough, own, fluid in product(balls, density, friction, between, fluids):
         for kind, several in sizes.items():
             for size in several:
                 wide = size if kind == "diameter" else (6.0 * size / (math.pi * heavy * count)) ** (1.0 / 3.0)
-                found[
+                entries[
                     tuple(None if math.isnan(value) else value for value in (count, wide, heavy, rough, own, *fluid))
                 ] = None
-    if len(found) > MOST:
-        raise QuestionError(f"candidates: {len(found)} designs; at most {MOST} are possible. Take fewer values of each")
-    ordered = sorted(found, key=lambda entry: tuple(-1.0 if value is None else value for value in entry))
+    if len(entries) > MOST:
+        raise QuestionError(
+            f"candidates: {len(entries)} designs; at most {MOST} are possible. Take fewer values of each"
+        )
+    ordered = sorted(entries, key=lambda entry: tuple(-1.0 if value is None else value for value in entry))
     plain = [[math.nan if value is None else value for value in entry] for entry in ordered]
     return [Candidate(int(entry[0]), *entry[1:]) for entry in plain]
 
@@ -432,10 +435,10 @@ JUDGED = {
 LIMITS = {name: entry.unit for name, entry in JUDGED.items() if name != "share_carried"} | {"pick_up": "1"}
 
 
-def read_limits(given: Mapping[str, Any] | None) -> dict[str, float]:
+def read_limits(options: Mapping[str, Any] | None) -> dict[str, float]:
     """Limits in SI by name: most values, of ``pick_up`` the least share of the runs in which all balls are carried."""
-    found = {}
-    for name, value in (given or {}).items():
+    limits = {}
+    for name, value in (options or {}).items():
         if name not in LIMITS:
             raise QuestionError(f"limits: given {name!r}; must be one of {', '.join(LIMITS)}")
         read = argument(f"limits: {name}", value, "" if LIMITS[name] == "1" else LIMITS[name].replace(" ", "*"))
@@ -443,8 +446,8 @@ def read_limits(given: Mapping[str, Any] | None) -> dict[str, float]:
             raise QuestionError(f"limits: {name}: given {read:g}; must be above zero, and finite")
         if name == "pick_up" and read > 1.0:
             raise QuestionError(f"limits: pick_up: given {read:g}; it is a share of the runs, at most 1")
-        found[name] = read
-    return found
+        limits[name] = read
+    return limits
 
 
 def numbers_of(machine: ChamberMachine, measures: Mapping[str, Any]) -> dict[str, float]:
@@ -455,25 +458,25 @@ def numbers_of(machine: ChamberMachine, measures: Mapping[str, Any]) -> dict[str
     return {name: float(entry.of(known)) for name, entry in JUDGED.items()}
 
 
-def ruled_out(found: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
+def ruled_out(bounds: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
     """Why no run of a machine with these bounds can be good; empty if nothing speaks against it."""
     reasons = []
-    if found.capability < found.unbalance:
-        reasons.append(f"the balls can balance {found.capability:.3g} of {found.unbalance:.3g} kg m")
-    if not found.run_up_time < math.inf:
-        reasons.append(f"the speed stays below the critical speed of {found.critical_speed:.4g} rad/s")
-    if math.isnan(found.critical_speed):
+    if bounds.capability < bounds.unbalance:
+        reasons.append(f"the balls can balance {bounds.capability:.3g} of {bounds.unbalance:.3g} kg m")
+    if not bounds.run_up_time < math.inf:
+        reasons.append(f"the speed stays below the critical speed of {bounds.critical_speed:.4g} rad/s")
+    if math.isnan(bounds.critical_speed):
         reasons.append("the body has no critical speed: the balls do not feel the unbalance")
     if "pick_up" in limits:
-        reasons += _not_lifted(found)
+        reasons += _not_lifted(bounds)
     for name, least, unit in (
-        ("vibration", found.least_vibration, "m"),
-        ("synchronous", found.least_vibration, "m"),
-        ("residual_unbalance", found.least_residual, "kg m"),
-        ("settling_time", found.least_settling_time, "s"),
-        ("bearing_force", found.least_bearing_force, "N"),
-        ("contact_force", found.race_force, "N"),
-        ("contact_pressure", found.race_pressure, "Pa"),
+        ("vibration", bounds.least_vibration, "m"),
+        ("synchronous", bounds.least_vibration, "m"),
+        ("residual_unbalance", bounds.least_residual, "kg m"),
+        ("settling_time", bounds.least_settling_time, "s"),
+        ("bearing_force", bounds.least_bearing_force, "N"),
+        ("contact_force", bounds.race_force, "N"),
+        ("contact_pressure", bounds.race_pressure, "Pa"),
     ):
         if name in limits and least > limits[name]:
             reasons.append(
@@ -482,16 +485,16 @@ def ruled_out(found: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
     return reasons
 
 
-def _not_lifted(found: ChamberBounds) -> list[str]:
+def _not_lifted(bounds: ChamberBounds) -> list[str]:
     """Why no ball is carried up from the bottom. A row along the axis acts as one ball, whether the rotor shakes or not."""
-    needed = f"one ball needs {found.least_friction:.3g}"
-    if found.axial_rows == 1 and found.friction < found.least_friction:
+    needed = f"one ball needs {bounds.least_friction:.3g}"
+    if bounds.axial_rows == 1 and bounds.friction < bounds.least_friction:
         return [
-            f"friction {found.friction:g} does not lift the balls, which lie in one row and act as one ball: {needed}"
+            f"friction {bounds.friction:g} does not lift the balls, which lie in one row and act as one ball: {needed}"
         ]
-    if found.shaking < 1.0 and PUSHED * found.friction < found.least_friction:
+    if bounds.shaking < 1.0 and PUSHED * bounds.friction < bounds.least_friction:
         return [
-            f"friction {found.friction:g} lifts no ball of a calm rotor: {needed}, and others that push do not halve that"
+            f"friction {bounds.friction:g} lifts no ball of a calm rotor: {needed}, and others that push do not halve that"
         ]
     return []
 
@@ -538,14 +541,14 @@ def fronts(first: Floats, second: Floats) -> NDArray[np.int64]:
 
     Both are better where smaller; points with nan or infinity come last, all on one front.
     """
-    found = np.full(first.size, -1, np.int64)
+    result = np.full(first.size, -1, np.int64)
     known = np.isfinite(first) & np.isfinite(second)
     front = 0
-    while (left := np.flatnonzero(known & (found < 0))).size:
+    while (left := np.flatnonzero(known & (result < 0))).size:
         a, b = first[left], second[left]
         no_worse = (a[:, None] <= a[None, :]) & (b[:, None] <= b[None, :])
         better = no_worse & ((a[:, None] < a[None, :]) | (b[:, None] < b[None, :]))
-        found[left[~better.any(axis=0)]] = front
+        result[left[~better.any(axis=0)]] = front
         front += 1
-    found[found < 0] = front
-    return found
+    result[result < 0] = front
+    return result

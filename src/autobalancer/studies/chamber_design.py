@@ -119,39 +119,39 @@ def design(
         raise QuestionError("machine: its body is fixed, so the balls do not feel the unbalance; free it")
     sizes = _unbalances(machine, unbalances)
     kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
-    asked = Question(sizes, duration, short, last, fillings, finalists, kept, workers, progress)
+    requested = Question(sizes, duration, short, last, fillings, finalists, kept, workers, progress)
     told = read_limits(limits)
     if "contact_pressure" in told and machine.contact.youngs_modulus is None:
         raise QuestionError("limits: contact_pressure: needs the material of the balls; give contact.youngs_modulus")
-    designs = bounded(machine, all_candidates(machine, candidates), told, asked)
-    if all(one.reason for one in designs):
+    designs = bounded(machine, all_candidates(machine, candidates), told, requested)
+    if all(result.reason for result in designs):
         raise QuestionError(_none_left(designs))
-    screened(designs, asked)
-    return designs_dataset(machine, designs, told, asked)
+    screened(designs, requested)
+    return designs_dataset(machine, designs, told, requested)
 
 
-def _unbalances(machine: ChamberMachine, given: Sequence[float | str] | str | None) -> tuple[float, ...]:
+def _unbalances(machine: ChamberMachine, values: Sequence[float | str] | str | None) -> tuple[float, ...]:
     own = float(abs(sum(part.vector for part in machine.unbalances)))
     if not own > 0.0:
         raise QuestionError(
             "machine: its rotor has no unbalance to balance; give unbalances, with their sizes here if you like"
         )
-    if given is None:
+    if values is None:
         return (own,)
-    listing = isinstance(given, str) and "," in given
-    sizes = listed("unbalances", str(given), "kg*m") if listing else list_argument("unbalances", given, "kg*m")
+    listing = isinstance(values, str) and "," in values
+    sizes = listed("unbalances", str(values), "kg*m") if listing else list_argument("unbalances", values, "kg*m")
     if not sizes or any(not size > 0.0 for size in sizes):
-        raise QuestionError(f"unbalances: given {given!r}; must be above zero")
+        raise QuestionError(f"unbalances: given {values!r}; must be above zero")
     return tuple(sorted(set(sizes)))
 
 
 def _none_left(designs: Sequence[Any]) -> str:
     """How many designs each reason rules out; texts that differ in their numbers only count as one."""
     counts: dict[str, list[str]] = {}
-    for one in designs:
-        for reason in one.reason.split("; "):
+    for design in designs:
+        for reason in design.reason.split("; "):
             kind = " ".join(word for word in reason.split() if not any(sign.isdigit() for sign in word))
-            counts.setdefault(kind, []).append(f"{one.candidate.label}: {reason}")
+            counts.setdefault(kind, []).append(f"{design.candidate.label}: {reason}")
     lines = [f"{len(texts)} of {len(designs)}, such as {texts[0]}" for texts in counts.values()]
     return f"candidates: closed forms rule out every design. {'. '.join(lines)}. Take other candidates, or wider limits"
 
@@ -189,84 +189,86 @@ ALL_CARRIED = 1.0 - 1e-9
 
 
 def designs_dataset(
-    machine: ChamberMachine, designs: Sequence[Design], limits: dict[str, float], asked: Question
+    machine: ChamberMachine, designs: Sequence[Design], limits: dict[str, float], requested: Question
 ) -> ChamberDesigns:
     """Everything that is known of the designs; see :func:`~autobalancer.chamber.design`."""
     numbers = np.arange(1, len(designs) + 1)
-    found = xr.Dataset(
-        coords={"design": numbers, "unbalance": list(asked.unbalances), "seed": list(range(asked.fillings))}
+    dataset = xr.Dataset(
+        coords={"design": numbers, "unbalance": list(requested.unbalances), "seed": list(range(requested.fillings))}
     )
-    found["unbalance"].attrs["units"] = "kg m"
-    found["label"] = ("design", np.array([one.candidate.label for one in designs], object))
+    dataset["unbalance"].attrs["units"] = "kg m"
+    dataset["label"] = ("design", np.array([design.candidate.label for design in designs], object))
     for name, unit in CHOSEN.items():
-        found[name] = _along([float(getattr(one.candidate, name)) for one in designs], unit, name)
-    found["balls"] = found["balls"].astype(int)
+        dataset[name] = _along([float(getattr(design.candidate, name)) for design in designs], unit, name)
+    dataset["balls"] = dataset["balls"].astype(int)
     for name in ("stage", "reason"):
-        found[name] = ("design", np.array([getattr(one, name) for one in designs], object))
+        dataset[name] = ("design", np.array([getattr(design, name) for design in designs], object))
     for name, (unit, worst) in BOUNDED.items():
-        held = [[getattr(own, name) for own in one.bounds.values()] for one in designs]
-        found[name] = _along([worst(values) if values else math.nan for values in held], unit, name)
-    found["short_left"] = _along([left_in_short_runs(one) for one in designs], "1", "short_left")
-    found["short_left"].attrs["long_name"] = (
+        held = [[getattr(own, name) for own in design.bounds.values()] for design in designs]
+        dataset[name] = _along([worst(values) if values else math.nan for values in held], unit, name)
+    dataset["short_left"] = _along([left_in_short_runs(design) for design in designs], "1", "short_left")
+    dataset["short_left"].attrs["long_name"] = (
         "vibration that turns with the rotor in the short runs, over that without balls"
     )
     for name, entry in JUDGED.items():
         values = [
             [
-                [one.full.get((size, seed), {}).get(name, math.nan) for seed in range(asked.fillings)]
-                for size in asked.unbalances
+                [design.full.get((size, seed), {}).get(name, math.nan) for seed in range(requested.fillings)]
+                for size in requested.unbalances
             ]
-            for one in designs
+            for design in designs
         ]
         attrs = {"units": entry.unit, "long_name": entry.text}
-        found[name] = (("design", "unbalance", "seed"), np.array(values, np.float64), attrs)
-    full = np.array([one.stage == FULL for one in designs])
-    _summarize(found, full)
-    _judge(found, full, limits)
-    found.attrs = {
+        dataset[name] = (("design", "unbalance", "seed"), np.array(values, np.float64), attrs)
+    full = np.array([design.stage == FULL for design in designs])
+    _summarize(dataset, full)
+    _judge(dataset, full, limits)
+    dataset.attrs = {
         "title": f"Designs of {machine.name}",
         **provenance(),
         "machine": machine_text(machine),
         "machine_name": machine.name,
         "limits": json.dumps(limits),
         "confidence": SURE,
-        "worse_than_worst": worse_than_worst(asked.fillings),
-        "duration": asked.duration,
-        "short": asked.short,
-        "last": asked.last,
+        "worse_than_worst": worse_than_worst(requested.fillings),
+        "duration": requested.duration,
+        "short": requested.short,
+        "last": requested.last,
     }
-    return ChamberDesigns.of(found)
+    return ChamberDesigns.of(dataset)
 
 
 def _along(values: Any, unit: str, name: str) -> Any:
     return "design", np.array(values, np.float64), {"units": unit, "long_name": name.replace("_", " ")}
 
 
-def _summarize(found: xr.Dataset, full: Any) -> None:
+def _summarize(dataset: xr.Dataset, full: Any) -> None:
     """Means with intervals at the unbalance at which the mean is greatest, and worst values of all runs."""
-    runs = found["vibration"].values
-    rows = [max((mean_interval(case) for case in one), key=lambda row: row[0]) for one in runs]
+    runs = dataset["vibration"].values
+    rows = [max((mean_interval(case) for case in run), key=lambda row: row[0]) for run in runs]
     for k, name in enumerate(("vibration_mean", "vibration_low", "vibration_high")):
-        found[name] = _along([row[k] if there else math.nan for row, there in zip(rows, full, strict=True)], "m", name)
+        dataset[name] = _along(
+            [row[k] if there else math.nan for row, there in zip(rows, full, strict=True)], "m", name
+        )
     for name, entry in JUDGED.items():
         # a run without this number, as it did not finish or never settled, is the worst of all
-        found[f"worst_{name}"] = _along(
-            found[name].values.reshape(full.size, -1).max(axis=1), entry.unit, f"worst {name}"
+        dataset[f"worst_{name}"] = _along(
+            dataset[name].values.reshape(full.size, -1).max(axis=1), entry.unit, f"worst {name}"
         )
-    carried = found["share_carried"].values >= ALL_CARRIED
+    carried = dataset["share_carried"].values >= ALL_CARRIED
     shares = [min(share_interval(int(case.sum()), case.size) for case in one) for one in carried]
     for k, name in enumerate(("pick_up", "pick_up_low", "pick_up_high")):
-        found[name] = _along(
+        dataset[name] = _along(
             [row[k] if there else math.nan for row, there in zip(shares, full, strict=True)], "1", name
         )
 
 
-def _judge(found: xr.Dataset, full: Any, limits: dict[str, float]) -> None:
+def _judge(dataset: xr.Dataset, full: Any, limits: dict[str, float]) -> None:
     """Which designs meet the limits, in which order they are best, and which none of the others beats."""
     excess = np.where(full, 0.0, math.nan)
     missed: list[list[str]] = [[] for _ in full]
     for name, limit in limits.items():
-        values = found["pick_up" if name == "pick_up" else f"worst_{name}"].values
+        values = dataset["pick_up" if name == "pick_up" else f"worst_{name}"].values
         with np.errstate(divide="ignore"):
             over = limit / values - 1.0 if name == "pick_up" else values / limit - 1.0
         over = np.where(np.isnan(over), math.inf, np.maximum(over, 0.0))
@@ -274,19 +276,19 @@ def _judge(found: xr.Dataset, full: Any, limits: dict[str, float]) -> None:
         for i in np.flatnonzero(full & (over > 0.0)):
             missed[i].append(name)
     meets = full & (excess == 0.0)
-    found["meets"] = ("design", meets.astype(int), {"long_name": "meets all limits (1) or not (0)"})
-    found["missed"] = ("design", np.array([", ".join(names) for names in missed], object))
-    vibration, mass = found["worst_vibration"].values, found["total_mass"].values
+    dataset["meets"] = ("design", meets.astype(int), {"long_name": "meets all limits (1) or not (0)"})
+    dataset["missed"] = ("design", np.array([", ".join(names) for names in missed], object))
+    vibration, mass = dataset["worst_vibration"].values, dataset["total_mass"].values
     order = sorted(np.flatnonzero(full), key=lambda i: (excess[i], _last(float(vibration[i])), mass[i]))
     place = np.full(full.size, math.nan)
     place[order] = np.arange(1, len(order) + 1)
-    found["place"] = _along(place, "", "place, 1 is the best")
-    for name, other in (("pareto_mass", mass), ("pareto_settling", found["worst_settling_time"].values)):
+    dataset["place"] = _along(place, "", "place, 1 is the best")
+    for name, other in (("pareto_mass", mass), ("pareto_settling", dataset["worst_settling_time"].values)):
         on = fronts(np.where(full, vibration, math.nan), other) == 0
         text = "no other one has both less worst vibration and less " + (
             "mass of balls" if name == "pareto_mass" else "settling time"
         )
-        found[name] = ("design", (on & np.isfinite(other) & full).astype(int), {"long_name": text})
+        dataset[name] = ("design", (on & np.isfinite(other) & full).astype(int), {"long_name": text})
 
 
 def _last(value: float) -> float:
@@ -329,10 +331,10 @@ class Question:
 
 
 def bounded(
-    machine: ChamberMachine, found: Sequence[Candidate], limits: dict[str, float], asked: Question
+    machine: ChamberMachine, candidates: Sequence[Candidate], limits: dict[str, float], requested: Question
 ) -> list[Design]:
     """All designs, with the reasons of those that closed forms rule out."""
-    return [_bounded(machine, candidate, limits, asked.unbalances) for candidate in found]
+    return [_bounded(machine, candidate, limits, requested.unbalances) for candidate in candidates]
 
 
 def _bounded(
@@ -378,51 +380,53 @@ def _of_the_fluid(machine: ChamberMachine, candidate: Candidate) -> list[str]:
 
 def rounds(alive: int, finalists: int, fillings: int) -> list[tuple[int, int]]:
     """Designs and fillings of each round of short runs: half of the designs and twice the fillings from round to round."""
-    found, runs = [], 1
+    result, runs = [], 1
     while alive > finalists:
-        found.append((alive, runs))
+        result.append((alive, runs))
         alive, runs = max(finalists, math.ceil(alive / 2)), min(2 * runs, fillings)
-    return found
+    return result
 
 
-def screened(designs: Sequence[Design], asked: Question) -> None:
+def screened(designs: Sequence[Design], requested: Question) -> None:
     """Short runs of what the closed forms left, then full runs of the few best; the designs keep what was found."""
     alive = [design for design in designs if not design.reason]
-    plan = rounds(len(alive), asked.finalists, asked.fillings)
-    cases = len(asked.unbalances)
+    plan = rounds(len(alive), requested.finalists, requested.fillings)
+    cases = len(requested.unbalances)
     # a filling is run once: a round adds to those of the round before it
     added = [(count, runs - before) for (count, runs), (_, before) in zip(plan, [(0, 0), *plan], strict=False)]
-    left = min(asked.finalists, len(alive))
-    total = cases * (sum(count * runs for count, runs in added) + left * asked.fillings)
+    left = min(requested.finalists, len(alive))
+    total = cases * (sum(count * runs for count, runs in added) + left * requested.fillings)
     done = 0
 
     def told(now: int, _: int) -> None:
-        if asked.progress is not None:
-            asked.progress(done + now, total)
+        if requested.progress is not None:
+            requested.progress(done + now, total)
 
     for number, (_, runs) in enumerate(plan, 1):
         name = f"round {number}"
-        jobs = [(design, size, seed) for design in alive for size in asked.unbalances for seed in range(runs)]
+        jobs = [(design, size, seed) for design in alive for size in requested.unbalances for seed in range(runs)]
         jobs = [job for job in jobs if job[1:] not in job[0].short]
-        for (design, size, seed), row in zip(jobs, _run(jobs, asked.short, asked, told), strict=True):
+        for (design, size, seed), row in zip(jobs, _run(jobs, requested.short, requested, told), strict=True):
             design.short[size, seed] = row
         done += len(jobs)
-        alive = _halved(alive, name, max(asked.finalists, math.ceil(len(alive) / 2)))
-    jobs = [(design, size, seed) for design in alive for size in asked.unbalances for seed in range(asked.fillings)]
-    for (design, size, seed), row in zip(jobs, _run(jobs, asked.duration, asked, told), strict=True):
+        alive = _halved(alive, name, max(requested.finalists, math.ceil(len(alive) / 2)))
+    jobs = [
+        (design, size, seed) for design in alive for size in requested.unbalances for seed in range(requested.fillings)
+    ]
+    for (design, size, seed), row in zip(jobs, _run(jobs, requested.duration, requested, told), strict=True):
         design.full[size, seed] = row
         design.stage = FULL
 
 
 def _run(
-    jobs: Sequence[tuple[Design, float, int]], duration: float, asked: Question, told: Callable[[int, int], None]
+    jobs: Sequence[tuple[Design, float, int]], duration: float, requested: Question, told: Callable[[int, int], None]
 ) -> list[dict[str, Any]]:
-    last = min(asked.last, 0.5 * duration)
+    last = min(requested.last, 0.5 * duration)
     runs = [
         Job(design.candidate.run_name(size, duration, last, seed), design.machines[size], seed, {"unbalance": size})
         for design, size, seed in jobs
     ]
-    rows = measured_runs(runs, Many(duration, last, asked.archive, asked.workers), told)
+    rows = measured_runs(runs, Many(duration, last, requested.archive, requested.workers), told)
     return [
         {"outcome": row["outcome"], **(numbers_of(design.machines[size], row) if row["outcome"] == "finished" else {})}
         for (design, size, _), row in zip(jobs, rows, strict=True)
@@ -459,8 +463,8 @@ def left_in_short_runs(design: Design) -> float:
     """
     if not design.short:
         return math.nan
-    found = []
+    result = []
     for size, own in design.bounds.items():
         rows = [row.get("synchronous", math.inf) for (case, _), row in design.short.items() if case == size]
-        found.append(float(np.mean(rows)) / own.vibration_without_balls)
-    return max(found)
+        result.append(float(np.mean(rows)) / own.vibration_without_balls)
+    return max(result)

@@ -99,9 +99,11 @@ def amplitudes(
     for name, values in (("counts", numbers), ("frictions", frictions), ("layers", layers), ("seeds", seeds)):
         if len(values) == 0:
             raise QuestionError(f"{name}: given none; give at least one")
-    asked = len(frictions) * len(seeds) * sum(map(len, each.values()))
-    if asked > MOST_RUNS:
-        raise QuestionError(f"amplitudes: {asked} runs are asked for; at most {MOST_RUNS} are possible, ask for fewer")
+    requested = len(frictions) * len(seeds) * sum(map(len, each.values()))
+    if requested > MOST_RUNS:
+        raise QuestionError(
+            f"amplitudes: {requested} runs are asked for; at most {MOST_RUNS} are possible, ask for fewer"
+        )
     refuse_unmeasurable(duration, sample, last)
     own = machine.chambers[0]
     for friction in frictions:  # refused here, not noted as a gap
@@ -111,11 +113,11 @@ def amplitudes(
 
     jobs = [_job(machine, cell) for cell in cells]
     how = Many(duration, last, kept, workers, step, sample)
-    found = gathered(cells, measured_runs(jobs, how, progress))
+    result = gathered(cells, measured_runs(jobs, how, progress))
     title = f"Amplitudes of {machine.name} over balls and friction"
     about = {"machine": machine_text(machine), "machine_name": machine.name, "duration": duration}
-    found.attrs = {"title": title, **found.attrs, **about}
-    return found
+    result.attrs = {"title": title, **result.attrs, **about}
+    return result
 
 
 def _job(machine: ChamberMachine, cell: Cell) -> Job:
@@ -322,11 +324,11 @@ def _go_on(
 ) -> None:
     checkpoint = run.checkpoint()
     run.end("running")
-    asked = {key: value for key, value in question.items() if key != "part"}
+    options = {key: value for key, value in question.items() if key != "part"}
     try:
         ended = simulate_chamber(
             machine,
-            **asked,
+            **options,
             resume=checkpoint,
             on_chunk=run.append,
             keep=False,
@@ -348,9 +350,9 @@ def _go_on(
 
 
 def _measured(run: RunFolder, last: float | None, outcome: Mapping[str, Any] | None = None) -> None:
-    found = catalog_numbers(chamber_measures(run.samples(READ), last=last))
+    numbers = catalog_numbers(chamber_measures(run.samples(READ), last=last))
     run.note.measured_last = last
-    run.end("finished", outcome, found)
+    run.end("finished", outcome, numbers)
 
 
 def standard_parameters(machine: ChamberMachine) -> dict[str, Any]:
@@ -423,10 +425,10 @@ def measured_runs(
     def one(job: Job) -> dict[str, Any]:
         if isinstance(job.machine, MachineError):
             return {"outcome": f"does not fit: {job.machine}"}
-        asked = {"duration": how.duration, "step": how.step, "sample": how.sample, "seed": job.seed}
+        options = {"duration": how.duration, "step": how.step, "sample": how.sample, "seed": job.seed}
         try:
             return measured_run(
-                how.archive, job.name, job.machine, job.parameters, last=how.last, progress=watch, **asked
+                how.archive, job.name, job.machine, job.parameters, last=how.last, progress=watch, **options
             )
         except MachineError as reason:
             return {"outcome": f"does not fit: {reason}"}
@@ -489,12 +491,12 @@ def gathered(cells: Sequence[Cell], rows: Sequence[Mapping[str, Any]]) -> xr.Dat
         for name in names:
             value = row.get(name)
             values[name][place] = np.nan if value is None else float(value)
-    found: dict[str, Any] = {
+    dataset: dict[str, Any] = {
         name: (DIMS, numbers, {"units": catalog_unit(name), "long_name": name.replace("_", " ")})
         for name, numbers in values.items()
     }
-    found["outcome"] = (DIMS, outcome)
-    return ChamberStudy(found, dict(zip(DIMS, labels, strict=True)), provenance())
+    dataset["outcome"] = (DIMS, outcome)
+    return ChamberStudy(dataset, dict(zip(DIMS, labels, strict=True)), provenance())
 
 
 # What a study of a chamber says as a whole: means over seeds and over ranges, and what it takes to carry the balls.
@@ -511,13 +513,13 @@ def over_seeds(study: xr.Dataset) -> xr.Dataset:
     if "seed" not in study.dims:
         return study
     names = _measures(study)
-    found = xr.Dataset(attrs=study.attrs)
+    dataset = xr.Dataset(attrs=study.attrs)
     for name in names:
-        found[name] = study[name].mean("seed", skipna=True, keep_attrs=True)
-        found[f"{name}_spread"] = _spread(study[name])
+        dataset[name] = study[name].mean("seed", skipna=True, keep_attrs=True)
+        dataset[f"{name}_spread"] = _spread(study[name])
     if names:
-        found["runs"] = _counted(study[names[0]], "seed")
-    return ChamberStudy.of(found)
+        dataset["runs"] = _counted(study[names[0]], "seed")
+    return ChamberStudy.of(dataset)
 
 
 def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | None = None) -> xr.Dataset:
@@ -573,11 +575,11 @@ def pick_up_borders(study: xr.Dataset, share: float = 0.9) -> xr.Dataset:
     if not 0.0 < share <= 1.0:
         raise QuestionError(f"share: given {share:g}; must be above 0, at most 1")
     carried = over_seeds(study)["share_carried"] >= share
-    found = xr.Dataset()
+    dataset = xr.Dataset()
     for name, along in (("least_friction", "friction"), ("least_balls", "balls")):
         least = study[along].where(carried).min(along, skipna=True)
-        found[name] = least.assign_attrs(long_name=f"least {along} with which {share:.0%} of the balls go around")
-    return Labeled.of_run(study, "Borders of being carried", found)
+        dataset[name] = least.assign_attrs(long_name=f"least {along} with which {share:.0%} of the balls go around")
+    return Labeled.of_run(study, "Borders of being carried", dataset)
 
 
 def _measures(study: xr.Dataset) -> list[str]:
@@ -732,7 +734,7 @@ def _dataset(
     scheme: str,
 ) -> xr.Dataset:
     dims = ("relative_speed", "step")
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         coords={
             "relative_speed": ("relative_speed", list(speeds), {"units": "m/s", "long_name": "relative speed"}),
             "step": ("step", list(steps), {"units": "s", "long_name": "step"}),
@@ -746,15 +748,15 @@ def _dataset(
             **provenance(),
         },
     )
-    found["energy_error"] = ((*dims, "phase_number"), error)
-    found["greatest"] = (dims, error.max(axis=2))
-    found["least"] = (dims, error.min(axis=2))
-    found["mean"] = (dims, error.mean(axis=2))
-    found["root_mean_square"] = (dims, np.sqrt((error**2).mean(axis=2)))
-    found["share_of_gains"] = (dims, (error > 0.0).mean(axis=2))
-    found["expected_root_mean_square"] = (dims, expected)
-    found["typical_root_mean_square"] = (dims, typical)
-    found["contact_time"] = ("relative_speed", [contact_time(speed, k) for speed in speeds], {"units": "s"})
+    dataset["energy_error"] = ((*dims, "phase_number"), error)
+    dataset["greatest"] = (dims, error.max(axis=2))
+    dataset["least"] = (dims, error.min(axis=2))
+    dataset["mean"] = (dims, error.mean(axis=2))
+    dataset["root_mean_square"] = (dims, np.sqrt((error**2).mean(axis=2)))
+    dataset["share_of_gains"] = (dims, (error > 0.0).mean(axis=2))
+    dataset["expected_root_mean_square"] = (dims, expected)
+    dataset["typical_root_mean_square"] = (dims, typical)
+    dataset["contact_time"] = ("relative_speed", [contact_time(speed, k) for speed in speeds], {"units": "s"})
     texts = {
         "energy_error": "energy error after the collision over the energy before",
         "greatest": "greatest energy error",
@@ -767,6 +769,6 @@ def _dataset(
         "contact_time": "duration of the contact, elastic",
     }
     for name, text in texts.items():
-        found[name].attrs.setdefault("units", "1")
-        found[name].attrs["long_name"] = text
-    return Labeled.of(found)
+        dataset[name].attrs.setdefault("units", "1")
+        dataset[name].attrs["long_name"] = text
+    return Labeled.of(dataset)

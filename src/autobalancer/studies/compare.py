@@ -121,8 +121,8 @@ def compare(
     return _dataset(named, rows, speeds)
 
 
-def _read(given: Given) -> AnyMachine:
-    machine = any_machine(given)
+def _read(argument: Given) -> AnyMachine:
+    machine = any_machine(argument)
     return machine if isinstance(machine, ChamberMachine) else balls_in_races(machine)
 
 
@@ -147,24 +147,24 @@ def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, AnyMach
 def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Comparison:
     about = {entry.name: {"long_name": entry.text, "units": entry.unit} for entry in SWEPT}
     about["peak_without_balls"] = {"long_name": "greatest deflection with held balls", "units": "m"}
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {name: ("machine", [float(row[name]) for row in rows], about[name]) for name in MEASURES},
         {"machine": list(named), "speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})},
         {"title": "Comparison of machines", **provenance(), "machines": [machine_text(m) for m in named.values()]},
     )
     deflection = {"long_name": "greatest deflection", "units": "m"}
     late = {"long_name": "greatest deflection in the second half of the time at this speed", "units": "m"}
-    found["deflection_at"] = (
+    dataset["deflection_at"] = (
         ("machine", "speed"),
         np.reshape([row["deflection_at"] for row in rows], (len(rows), -1)),
         late,
     )
     border = {"long_name": "exact border", "units": "rad/s"}
-    found["exact_border"] = ("machine", [row["exact_border"] for row in rows], border)
+    dataset["exact_border"] = ("machine", [row["exact_border"] for row in rows], border)
     pushed = {"long_name": "greatest vibrating force of a support at the end", "units": "N"}
-    found["support_force"] = ("machine", [row["support_force"] for row in rows], pushed)
+    dataset["support_force"] = ("machine", [row["support_force"] for row in rows], pushed)
     for name in ("verdict", "border_note"):
-        found[name] = ("machine", np.array([row[name] for row in rows], dtype=object))
+        dataset[name] = ("machine", np.array([row[name] for row in rows], dtype=object))
     longest = max(row["course"][0].size for row in rows)
     courses = ("time_in_run", "deflection", "speed_in_run")
     labels = ({"long_name": "time", "units": "s"}, deflection, {"long_name": "rotor speed", "units": "rad/s"})
@@ -173,8 +173,8 @@ def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], sp
             np.pad(row["course"][number], (0, longest - row["course"][number].size), constant_values=np.nan)
             for row in rows
         ]
-        found[name] = (("machine", "bin"), np.array(padded), label)
-    return Comparison.of(found)
+        dataset[name] = (("machine", "bin"), np.array(padded), label)
+    return Comparison.of(dataset)
 
 
 # What a comparison of machines keeps of one run, of balls in races or in deep chambers.
@@ -242,7 +242,7 @@ def _word(judged: Verdict | None) -> str:
 
 def _support_force(judged: Verdict | None) -> float:
     """How far the force of the hardest loaded support gets from its mean, N."""
-    return max((one.vibrating for one in judged.supports), default=math.nan) if judged is not None else math.nan
+    return max((support.vibrating for support in judged.supports), default=math.nan) if judged is not None else math.nan
 
 
 def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:
@@ -257,7 +257,7 @@ def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:
 def _border(machine: Machine) -> tuple[float, str]:
     """Speed and note of the exact border."""
     try:
-        found = borders(machine, only=(BORDER,))
+        border = borders(machine, only=(BORDER,))
     except QuestionError as refused:
         return math.nan, f"border not known, {refused}"
-    return (found[0].speed, found[0].note) if found else (math.nan, "")
+    return (border[0].speed, border[0].note) if border else (math.nan, "")

@@ -101,12 +101,12 @@ def random_starts(
         progress=progress,
     )
     refuse_no_unbalance(runs)
-    found = ends_of(runs).merge(distributions(runs, ramp > 0.0))
+    result = ends_of(runs).merge(distributions(runs, ramp > 0.0))
     balls = resolve(machine)
     drawn = [start_angles(balls, generator(int(own)), given=False) for own in runs["seed"].values]
-    found["start_ball_angle_in_rotor"] = (("run", "ball"), np.array(drawn), START_ANGLE)
+    result["start_ball_angle_in_rotor"] = (("run", "ball"), np.array(drawn), START_ANGLE)
     if ramp:
-        found["peak_without_balls"] = peak_without_balls(steady, tolerance)
+        result["peak_without_balls"] = peak_without_balls(steady, tolerance)
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
     own: dict[str, Any] = {
         "title": f"Random starts of {machine.name}",
@@ -117,11 +117,11 @@ def random_starts(
         "released": released((), acceleration, balls),
     }
     # where every start balances, vibrations differ by nothing that counts
-    by = "peak_deflection" if ramp and (found["state"] == ENDS.index(BALANCED)).all() else "vibration"
-    own |= {"worst": int(np.nan_to_num(found[by].values).argmax()), "worst_by": by}
+    by = "peak_deflection" if ramp and (result["state"] == ENDS.index(BALANCED)).all() else "vibration"
+    own |= {"worst": int(np.nan_to_num(result[by].values).argmax()), "worst_by": by}
     falling = falling_note(machine, 0.0 if acceleration else speed)
-    found.attrs = {**runs.attrs, **own, "remarks": [*([] if rubs else [NONE_GIVEN]), *falling]}
-    return found
+    result.attrs = {**runs.attrs, **own, "remarks": [*([] if rubs else [NONE_GIVEN]), *falling]}
+    return result
 
 
 def refuse_excitations(machine: Machine) -> None:
@@ -142,8 +142,8 @@ def refuse_no_unbalance(runs: xr.Dataset) -> None:
 def peak_without_balls(machine: Machine, tolerance: float, duration: float | None = None) -> xr.DataArray:
     """The greatest deflection of a run with held balls, m."""
     held = simulate_races(machine, duration=duration, hold_balls=True, save=[Envelope(500)], tolerance=tolerance)
-    found = peak_deflection(held)["deflection"]
-    return xr.DataArray(float(found), attrs=found.attrs)
+    peak = peak_deflection(held)["deflection"]
+    return xr.DataArray(float(peak), attrs=peak.attrs)
 
 
 def driven_to(machine: Machine, speed: float, ramp: float, *, drawn: bool = True) -> Machine:
@@ -204,21 +204,23 @@ def ends_of(runs: xr.Dataset, ends: Sequence[str] = ENDS) -> xr.Dataset:
 
 def distributions(runs: xr.Dataset, run_up: bool) -> xr.Dataset:
     """What each run leaves, and its quantiles over the runs that reached their end, balanced or not."""
-    found = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in KEPT})
-    found = found.assign_coords(quantile=list(QUANTILES))
+    dataset = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in KEPT})
+    dataset = dataset.assign_coords(quantile=list(QUANTILES))
     finished = runs["outcome"].values == "finished"
     peaks = (("peak", "peak_deflection"),) if run_up else ()
     for name, values in (("vibration", "vibration"), ("residual", "residual_unbalance"), *peaks):
         ended = runs[values].values[finished]
         spread = np.quantile(ended, QUANTILES) if ended.size else np.full(len(QUANTILES), np.nan)
-        found[f"{name}_quantile"] = ("quantile", spread, runs[values].attrs)
-    found["moving_share"] = float(np.isnan(runs["settling_time"].values[finished]).mean()) if finished.any() else np.nan
-    found["moving_share"].attrs = {"long_name": "share of the runs at whose end a ball moves", "units": "1"}
-    found["vibration_without_balls"] = float(runs["vibration_without_balls"].max())
-    found["unbalance"] = float((runs["residual_unbalance"] / runs["residual_share"]).median())
-    found["vibration_without_balls"].attrs = dict(runs["vibration_without_balls"].attrs)
-    found["unbalance"].attrs = {"long_name": "unbalance without balls", "units": "kg m"}
-    return found
+        dataset[f"{name}_quantile"] = ("quantile", spread, runs[values].attrs)
+    dataset["moving_share"] = (
+        float(np.isnan(runs["settling_time"].values[finished]).mean()) if finished.any() else np.nan
+    )
+    dataset["moving_share"].attrs = {"long_name": "share of the runs at whose end a ball moves", "units": "1"}
+    dataset["vibration_without_balls"] = float(runs["vibration_without_balls"].max())
+    dataset["unbalance"] = float((runs["residual_unbalance"] / runs["residual_share"]).median())
+    dataset["vibration_without_balls"].attrs = dict(runs["vibration_without_balls"].attrs)
+    dataset["unbalance"].attrs = {"long_name": "unbalance without balls", "units": "kg m"}
+    return dataset
 
 
 # A thousand run-ups: parameters varied, measures collected, all cores used.
@@ -312,8 +314,8 @@ def sweep(
         for number, row, steps in zip(one.group.numbers, one.found.rows, one.found.counts[:, 0], strict=True):
             rows[number] = named(row, end, int(steps), settling_from)
     about = {"duration": end, "tolerance": tolerance, "bins": bins, "seed": seed, "settling_from": settling_from}
-    found = _dataset(machine, variations, grid, shape, rows, about)
-    return Swept.of(found.assign_coords(seed=drawn) if drawn is not None else found)
+    dataset = _dataset(machine, variations, grid, shape, rows, about)
+    return Swept.of(dataset.assign_coords(seed=drawn) if drawn is not None else dataset)
 
 
 def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[int, ...], list[tuple[Any, ...]]]:

@@ -167,25 +167,25 @@ def stepped_response(
     total, interrupted = len(legs) * chosen.size, False
     with Store(f"{place}.parts", question, "stepped response") if place is not None else nullcontext() as kept:
         parts = {} if kept is None else kept.parts()
-        found = {span: {key: values.tolist() for key, values in row.items()} for span, row in parts.items()}
+        entries = {span: {key: values.tolist() for key, values in row.items()} for span, row in parts.items()}
         if start == "fixed":
-            ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(found), workers)
+            ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(entries), workers)
         else:
-            ways = _carried(assembly, rows, weights, plan, groups, chosen, legs, found)
+            ways = _carried(assembly, rows, weights, plan, groups, chosen, legs, entries)
         if progress is not None:
-            progress(len(found), total)
+            progress(len(entries), total)
         try:
             for span, row in ways:
-                found[span] = row
+                entries[span] = row
                 if kept is not None:
                     kept.keep(span, row)
                 if progress is not None:
-                    progress(len(found), total)
+                    progress(len(entries), total)
         except KeyboardInterrupt:
             if not keep_on_interrupt:
                 raise
             interrupted = True
-        result = step_dataset(assembly, chosen.tolist(), legs, names, found)
+        result = step_dataset(assembly, chosen.tolist(), legs, names, entries)
         result.attrs = {
             "title": f"Stepped response of {machine.name}",
             **provenance(),
@@ -197,11 +197,11 @@ def stepped_response(
             "start": start,
             "dwell": dwell,
             "window": window,
-            "steps": sum(row["steps"] for row in found.values()),
-            "long_steps": sum(row["long_steps"] for row in found.values()),
+            "steps": sum(row["steps"] for row in entries.values()),
+            "long_steps": sum(row["long_steps"] for row in entries.values()),
             "averaged_stations": question["stations"],
             "question": json.dumps(question),
-            "outcome": "interrupted" if interrupted else "finished" if len(found) == total else "ended early",
+            "outcome": "interrupted" if interrupted else "finished" if len(entries) == total else "ended early",
         }
         if place is not None and kept is not None and not interrupted:
             save_run(result, place)
@@ -216,23 +216,23 @@ def _finished(path: Path, question: dict[str, Any]) -> SteppedResponse | None:
     if not path.exists():
         return None
     known = load_run(path)
-    asked = json.loads(known.attrs.get("question", "null"))
-    if not isinstance(asked, dict):
+    requested = json.loads(known.attrs.get("question", "null"))
+    if not isinstance(requested, dict):
         raise QuestionError(f"store: {path} is not a stepped response; give another file")
-    refuse_another(path, "stepped response", asked, json.loads(json.dumps(question)))
+    refuse_another(path, "stepped response", requested, json.loads(json.dumps(question)))
     return SteppedResponse.of(known)
 
 
-def _coincidence(found: xr.Dataset) -> list[str]:
+def _coincidence(dataset: xr.Dataset) -> list[str]:
     """A sentence if balls stay in one place at speeds where that state is unstable."""
-    if "parting_rate" not in found:
+    if "parting_rate" not in dataset:
         return []
-    driven = (found["parting_rate"].values > 0.0).reshape(-1, found.sizes["speed"]).any(axis=0)
+    driven = (dataset["parting_rate"].values > 0.0).reshape(-1, dataset.sizes["speed"]).any(axis=0)
     if not driven.any():
         return []
-    speeds = found["speed"].values[driven]
+    speeds = dataset["speed"].values[driven]
     return [
-        f"at {speeds.size} of {found.sizes['speed']} speeds, from {speeds[0]:.5g} to {speeds[-1]:.5g} rad/s, "
+        f"at {speeds.size} of {dataset.sizes['speed']} speeds, from {speeds[0]:.5g} to {speeds[-1]:.5g} rad/s, "
         f"balls lie in one place although this state is unstable there. {CURE}"
     ]
 
@@ -575,8 +575,8 @@ class Stepper:
             stride = 2.0 ** (math.floor(math.log2(speed)) - 4)
             near = stride * round(speed / stride)
         if near not in self.modes:
-            found = own if near == 0.0 else long_steps(self.assembly, self.memory, near)
-            self.modes[near] = found or _no_long_steps(self.memory)
+            result = own if near == 0.0 else long_steps(self.assembly, self.memory, near)
+            self.modes[near] = result or _no_long_steps(self.memory)
         return self.modes[near]
 
     def _parting(self, state: Floats, speed: float) -> Row:

@@ -86,10 +86,10 @@ def variation_text(variations: Iterable[str], point: tuple[Any, ...]) -> str:
 
 def coordinate(machine: Machine, path: str, values: Sequence[Any]) -> tuple[Any, dict[str, str]]:
     """Values along an axis, with its name and unit: numbers in SI, else texts, of whole parts too."""
-    found = [_number(machine, path, value) for value in values]
-    if not all(isinstance(value, (int, float, np.number)) for value in found):
-        found = [_text(value) for value in found]
-    return found, axis_attributes(path) | {"units": _unit(machine, path)}
+    result = [_number(machine, path, value) for value in values]
+    if not all(isinstance(value, (int, float, np.number)) for value in result):
+        result = [_text(value) for value in result]
+    return result, axis_attributes(path) | {"units": _unit(machine, path)}
 
 
 def _unit(machine: Machine, path: str) -> str:
@@ -219,8 +219,8 @@ def in_threads(
     workers = workers if workers is not None else os.cpu_count() or 1
     order = sorted(range(len(jobs)), key=lambda k: -cost(jobs[k])) if cost else range(len(jobs))
     if workers == 1:
-        found = {k: one(jobs[k]) for k in order}
-        return [found[k] for k in range(len(jobs))]
+        result = {k: one(jobs[k]) for k in order}
+        return [result[k] for k in range(len(jobs))]
     with ThreadPoolExecutor(workers) as pool:
         waiting = {k: pool.submit(one, jobs[k]) for k in order}
         try:

@@ -41,9 +41,9 @@ class Answer(xr.Dataset):
         super().__init_subclass__()  # type: ignore[no-untyped-call]
 
     @classmethod
-    def of(cls: type[A], found: xr.Dataset) -> A:
+    def of(cls: type[A], dataset: xr.Dataset) -> A:
         """The same dataset as an answer."""
-        return cls(found.data_vars, found.coords, found.attrs)
+        return cls(dataset.data_vars, dataset.coords, dataset.attrs)
 
     def heading(self) -> str:
         """The first line."""
@@ -137,9 +137,9 @@ def _narrow(head: list[str], rows: list[tuple[str, ...]]) -> tuple[list[str], li
     return list(lines[0]), [*lines[1:], *rows]
 
 
-def at_speed(found: xr.Dataset) -> str:
+def at_speed(dataset: xr.Dataset) -> str:
     """The speed for which it was asked: ``at 1200 rpm (125.66 rad/s)``; empty if it is not kept."""
-    return f"at {rpm_and_si(float(found.attrs['speed']))}" if "speed" in found.attrs else ""
+    return f"at {rpm_and_si(float(dataset.attrs['speed']))}" if "speed" in dataset.attrs else ""
 
 
 # Any labeled result as its single numbers, a table along its main dimension, and the ranges of all other values.
@@ -171,11 +171,11 @@ class Labeled(Answer):
     most = 8
 
     @classmethod
-    def of_run(cls: type[L], run: xr.Dataset, title: str, found: xr.Dataset) -> L:
+    def of_run(cls: type[L], run: xr.Dataset, title: str, dataset: xr.Dataset) -> L:
         """What was found of a run; it says of which one."""
         name = run.attrs.get("machine_name", "")
         own = {key: run.attrs[key] for key in SOURCE if key in run.attrs}
-        return cls(found.data_vars, found.coords, {"title": f"{title} of {name}" if name else title, **own})
+        return cls(dataset.data_vars, dataset.coords, {"title": f"{title} of {name}" if name else title, **own})
 
     def has_table(self) -> bool:
         """There must be something to show."""
@@ -183,14 +183,14 @@ class Labeled(Answer):
 
     def facts(self) -> list[tuple[str, str]]:
         """Numbers, and the least and greatest values of what is not in the table."""
-        told = [
+        messages = [
             (_words(name), _text(float(self.attrs[name]), unit)) for name, unit in ABOUT.items() if name in self.attrs
         ]
         along, ranges = self._along(), []
         for name, entry in self.data_vars.items():
             if entry.dims != (along,):
                 ranges += [(_words(str(name)), text) for text in _range(entry)]
-        return [*told, *ranges[:MOST]]
+        return [*messages, *ranges[:MOST]]
 
     def columns(self, unit: str = "", width: float = WIDTH) -> list[Column]:
         """Values along the main dimension with their uncertainties, as many as stand side by side in a ``width``."""

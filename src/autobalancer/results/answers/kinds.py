@@ -65,22 +65,22 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
 }
 
 
-def kind_of(found: xr.Dataset) -> str:
+def kind_of(dataset: xr.Dataset) -> str:
     """Name of its class; empty for a plain dataset."""
-    return type(found).__name__ if isinstance(found, Answer) else ""
+    return type(dataset).__name__ if isinstance(dataset, Answer) else ""
 
 
-def as_kind(found: xr.Dataset, kind: str) -> xr.Dataset:
+def as_kind(dataset: xr.Dataset, kind: str) -> xr.Dataset:
     """The same data as an answer of that name; of a name that this version does not know, a plain dataset.
 
     Runs of earlier versions, which kept no name, are recognized.
     """
-    if not kind and "outcome_text" in found.attrs:
-        kind = "ChamberRun" if "body_position" in found else "Run"
+    if not kind and "outcome_text" in dataset.attrs:
+        kind = "ChamberRun" if "body_position" in dataset else "Run"
     if kind not in HOMES:
-        return found
+        return dataset
     home: type[Answer] = getattr(import_module(f"{PACKAGE}.{HOMES[kind]}"), kind)
-    return home.of(found)
+    return home.of(dataset)
 
 
 # The measures of a run as a table: one row for each number.
@@ -202,32 +202,32 @@ class ChamberDesigns(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """One row for each design that ran in full."""
-        found = self.best()
+        best = self.best()
         length = length_axis("um", 1.0)
         pick_up = [
             f"{100.0 * share:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f})"
             for share, low, high in zip(
-                *(found[name].values for name in ("pick_up", "pick_up_low", "pick_up_high")), strict=True
+                *(best[name].values for name in ("pick_up", "pick_up_low", "pick_up_high")), strict=True
             )
         ]
-        fronts = zip(found["pareto_mass"].values, found["pareto_settling"].values, strict=True)
+        fronts = zip(best["pareto_mass"].values, best["pareto_settling"].values, strict=True)
         return [
-            Column("design", [str(text) for text in found["label"].values], wraps=True),
-            Column("ball mass", found["total_mass"].values, "kg", ".3g"),
-            Column("mean", found["vibration_mean"].values * length.factor, length.sign, ".4g"),
-            Column("worst", found["worst_vibration"].values * length.factor, length.sign, ".4g"),
-            Column("turning", found["worst_synchronous"].values * length.factor, length.sign, ".4g"),
+            Column("design", [str(text) for text in best["label"].values], wraps=True),
+            Column("ball mass", best["total_mass"].values, "kg", ".3g"),
+            Column("mean", best["vibration_mean"].values * length.factor, length.sign, ".4g"),
+            Column("worst", best["worst_vibration"].values * length.factor, length.sign, ".4g"),
+            Column("turning", best["worst_synchronous"].values * length.factor, length.sign, ".4g"),
             Column("carried", pick_up),
-            Column("settled", found["worst_settling_time"].values, "s", ".3g"),
-            Column("peak", 1e3 * found["worst_run_up_peak"].values, "mm", ".3g"),
-            Column("bearing", found["worst_bearing_force"].values, "N", ".3g"),
-            Column("hardest", 1e-3 * found["worst_contact_force"].values, "kN", ".3g"),
+            Column("settled", best["worst_settling_time"].values, "s", ".3g"),
+            Column("peak", 1e3 * best["worst_run_up_peak"].values, "mm", ".3g"),
+            Column("bearing", best["worst_bearing_force"].values, "N", ".3g"),
+            Column("hardest", 1e-3 * best["worst_contact_force"].values, "kN", ".3g"),
             Column(
                 "Pareto",
                 ["".join((" mass" if a else "", " settling" if b else "")).strip() or "-" for a, b in fronts],
                 wraps=True,
             ),
-            Column("misses", [str(text) or "-" for text in found["missed"].values], wraps=True),
+            Column("misses", [str(text) or "-" for text in best["missed"].values], wraps=True),
         ]
 
     def remarks(self) -> list[str]:
@@ -248,10 +248,10 @@ class ChamberDesigns(Answer):
         return {"label", "place", "stage", "worst_vibration"} <= set(self) and self["label"].dims == ("design",)
 
 
-def _limit(found: xr.Dataset, name: str, value: float) -> str:
+def _limit(dataset: xr.Dataset, name: str, value: float) -> str:
     if name == "pick_up":
         return f"at least {100.0 * value:.3g} %"
-    sign, factor = SIGNS[found[f"worst_{name}"].attrs["units"]]
+    sign, factor = SIGNS[dataset[f"worst_{name}"].attrs["units"]]
     return f"at most {value * factor:.4g} {sign}"
 
 
@@ -337,10 +337,10 @@ class RubberFit:
     @property
     def fitted(self) -> NDArray[np.complex128]:
         """K at the points, N/m."""
-        found = np.empty(len(self.points), np.complex128)
+        result = np.empty(len(self.points), np.complex128)
         for i, motion in enumerate(self.points.motion):
-            found[i] = self.law.stiffness(self.points.amplitude[i], self.points.frequency[i], motion)
-        return found
+            result[i] = self.law.stiffness(self.points.amplitude[i], self.points.frequency[i], motion)
+        return result
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -414,16 +414,18 @@ def element_columns(
 ) -> NDArray[np.complex128]:
     """K of each element of stiffness one (of the viscous one, damping one): (points, 2 + elements + Maxwell elements)."""
     w, a = np.asarray(frequency), np.asarray(amplitude)
-    found = np.zeros((w.size, 2 + limits.size + len(times)), np.complex128)
-    found[:, 0], found[:, 1] = 1.0, 1j * w
+    result = np.zeros((w.size, 2 + limits.size + len(times)), np.complex128)
+    result[:, 0], result[:, 1] = 1.0, 1j * w
     circle = np.array([one == "circle" for one in motion])
     for column, limit in enumerate(limits, 2):
         for mask, name in ((circle, "circle"), (~circle, "line")):
             if mask.any():
-                found[mask, column] = friction_stiffness(a[mask] / limit, law, "circle" if name == "circle" else "line")
+                result[mask, column] = friction_stiffness(
+                    a[mask] / limit, law, "circle" if name == "circle" else "line"
+                )
     for column, tau in enumerate(times, 2 + limits.size):
-        found[:, column] = 1j * w * tau / (1.0 + 1j * w * tau)
-    return found
+        result[:, column] = 1j * w * tau / (1.0 + 1j * w * tau)
+    return result
 
 
 # Measured stiffness and loss of rubber.
@@ -466,5 +468,5 @@ def joined(parts: list[RubberPoints]) -> RubberPoints:
         array("loss_uncertainty"),
         tuple(one for part in parts for one in part.motion),
         tuple(one for part in parts for one in part.kind),
-        tuple(one for part in parts for one in part.names),
+        tuple(name for part in parts for name in part.names),
     )

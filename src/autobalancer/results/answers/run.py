@@ -87,15 +87,15 @@ class Run(Answer):
         from autobalancer.results.verdict import verdict_lines
 
         try:
-            found = self.verdict()
+            verdict = self.verdict()
         except (AutobalancerError, KeyError, ValueError, IndexError) as reason:  # of a part of a run
             yield "verdict", f"none: {reason}" if isinstance(reason, AutobalancerError) else "none"
             return
-        head, rows, _ = verdict_lines(found)
+        head, rows, _ = verdict_lines(verdict)
         yield "verdict", head
-        if found.places:
-            worst = max(found.places, key=lambda place: place.vibration)
-            where = f" at {worst.name}" if len(found.places) > 1 else ""
+        if verdict.places:
+            worst = max(verdict.places, key=lambda place: place.vibration)
+            where = f" at {worst.name}" if len(verdict.places) > 1 else ""
             without = "" if np.isnan(worst.without_balls) else f"; without balls {length_text(worst.without_balls)}"
             yield "vibration", f"at most {length_text(worst.vibration)}{where}{without}"
         yield from (row for row in rows if row[0] in OF_VERDICT)

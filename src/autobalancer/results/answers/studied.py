@@ -69,12 +69,12 @@ class Ensemble(Answer):
         ends = [*CLASSES, *sorted(set(classes[ran]) - set(CLASSES))]
         values = self[by].values if by else np.zeros(classes.size)
         groups = sorted(set(values.tolist()))
-        counts = np.array([[(classes[ran & (values == one)] == end).sum() for end in ends] for one in groups])
-        totals = [max(int((ran & (values == one)).sum()), 1) for one in groups]
+        counts = np.array([[(classes[ran & (values == group)] == end).sum() for end in ends] for group in groups])
+        totals = [max(int((ran & (values == group)).sum()), 1) for group in groups]
         low, high = np.moveaxis(np.array([wilson_interval(c, t) for c, t in zip(counts, totals, strict=True)]), 1, 0)
         dims = (by, "end") if by else ("end",)
-        found = {"count": counts, "share": counts / np.array(totals)[:, None], "share_low": low, "share_high": high}
-        result = xr.Dataset({name: (dims, v if by else v[0]) for name, v in found.items()}, {"end": ends})
+        entries = {"count": counts, "share": counts / np.array(totals)[:, None], "share_low": low, "share_high": high}
+        result = xr.Dataset({name: (dims, v if by else v[0]) for name, v in entries.items()}, {"end": ends})
         return result.assign_coords({by: (by, groups, self[by].attrs)}) if by else result
 
     def share_of(self, which: Any) -> tuple[float, float, float]:
@@ -93,8 +93,8 @@ class Ensemble(Answer):
     def columns(self, unit: str = "") -> list[Column]:
         """The classes that came, with their shares."""
         by = self.group()
-        found = self.shares(by)
-        there = found if not by else found.stack(row=(by, "end"))
+        shares = self.shares(by)
+        there = shares if not by else shares.stack(row=(by, "end"))
         there = there.isel({"row" if by else "end": np.flatnonzero(there["count"].values > 0)})
         columns = []
         if by:
@@ -183,12 +183,12 @@ class Studied(Ensemble):
 
     def point_texts(self, unit: str = "") -> list[str]:
         """The values of the grid at each point, as people write them."""
-        found = []
+        result = []
         for where in self.at_points():
             first = int(np.flatnonzero(where)[0])
             columns = [self._of_grid(name, [first], unit) for name in self.grid_names()]
-            found.append(", ".join(f"{one.head} {one.cells()[0]} {one.unit}".strip() for one in columns))
-        return found
+            result.append(", ".join(f"{column.head} {column.cells()[0]} {column.unit}".strip() for column in columns))
+        return result
 
     def at_points(self) -> list[Any]:
         """Which members belong to each point of the grid, (member,) each."""
@@ -228,8 +228,8 @@ class Studied(Ensemble):
 
     def _shown_numbers(self) -> list[str]:
         if "show" in self.attrs:  # a file keeps a list of one as a text
-            asked = self.attrs["show"]
-            return [asked] if isinstance(asked, str) else [str(name) for name in asked]
+            requested = self.attrs["show"]
+            return [requested] if isinstance(requested, str) else [str(name) for name in requested]
         standing = [
             str(name)
             for name in self.data_vars
@@ -328,11 +328,11 @@ class Ends(Answer):
     def columns(self, unit: str = "") -> list[Column]:
         """The ends that came, their shares, and of random starts the intervals of these."""
         there = self.isel(end=np.flatnonzero(self["share"].values > 0.0))
-        found = [Column("end", [str(end) for end in there["end"].values])]
+        result = [Column("end", [str(end) for end in there["end"].values])]
         for name, head in (("share", "share"), ("share_low", "95 % from"), ("share_high", "95 % to")):
             if name in there:
-                found.append(Column(head, 100.0 * there[name].values, "%", ".2f"))
-        return found
+                result.append(Column(head, 100.0 * there[name].values, "%", ".2f"))
+        return result
 
     def heading(self) -> str:
         """Whose they are, and at which speed."""

@@ -185,17 +185,17 @@ def locate(problem: Problem, a: Point, b: Point, test: Callable[[Point], float],
     NoConvergence
         If the curve cannot be followed between them, or the test has one sign only.
     """
-    found: dict[float, Point] = {0.0: a, 1.0: b}
+    point: dict[float, Point] = {0.0: a, 1.0: b}
 
     def value(share: float) -> float:
-        if share not in found:
-            found[share] = between(problem, a, b, share)
-        return test(found[share])
+        if share not in point:
+            point[share] = between(problem, a, b, share)
+        return test(point[share])
 
     if value(0.0) * value(1.0) > 0.0:
         raise NoConvergence
     share = root(value, 0.0, 1.0, xtol=precision, rtol=1e-14)
-    return found[share] if share in found else between(problem, a, b, share)
+    return point[share] if share in point else between(problem, a, b, share)
 
 
 # Does a curve come back to where it was?
@@ -233,15 +233,15 @@ SINGULAR = 1e-6  # singular value below which the equations have two curves thro
 
 def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """All special points between two points of a curve, in order."""
-    found = _hopf_points(problem, a, b)
+    hopf_points = _hopf_points(problem, a, b)
     if problem.loose:  # across a continuum balls may meet and part freely; it ends where its parameter turns
-        found += [
+        hopf_points += [
             replace(s, kind="branch point", onward=(), ends=True) for s in _folds_and_branch_points(problem, a, b)
         ]
     else:
-        found += symmetric_points(problem, kind, a, b) or _folds_and_branch_points(problem, a, b)
+        hopf_points += symmetric_points(problem, kind, a, b) or _folds_and_branch_points(problem, a, b)
     chord = (b.u - a.u) * problem.weight
-    return sorted(found, key=lambda s: float(chord @ s.point.u))
+    return sorted(hopf_points, key=lambda s: float(chord @ s.point.u))
 
 
 def growing(values: Complexes) -> Floats:
@@ -251,7 +251,7 @@ def growing(values: Complexes) -> Floats:
 
 def _hopf_points(problem: Steady, a: Point, b: Point) -> list[Special]:
     before, after = (int((growing(problem.eigenvalues(p.u)) > 0.0).sum()) for p in (a, b))
-    found = []
+    hopf_points = []
     for rank in range(min(before, after), max(before, after)):
 
         def crossing(p: Point, rank: int = rank) -> float:
@@ -261,10 +261,10 @@ def _hopf_points(problem: Steady, a: Point, b: Point) -> list[Special]:
         try:
             point = locate(problem, a, b, crossing)
             if abs(crossing(point)) < 1e-6 * problem.span.frequency:
-                found.append(hopf_point(problem, point))
+                hopf_points.append(hopf_point(problem, point))
         except NoConvergence:
             continue
-    return found
+    return hopf_points
 
 
 def hopf_point(problem: Steady, guess: Point) -> Special:
@@ -323,12 +323,12 @@ def null_vector(matrix: Matrix, value: complex) -> Complexes:
     """The eigenvector of an eigenvalue that is known well, by inverse iteration."""
     size = matrix.shape[0]
     near = matrix - (value + APART * np.abs(matrix).max()) * np.eye(size)
-    found = np.exp(1j * np.arange(size))
+    result = np.exp(1j * np.arange(size))
     factors = scipy.linalg.lu_factor(near)
     for _ in range(3):
-        found = scipy.linalg.lu_solve(factors, found)
-        found = found / np.linalg.norm(found)
-    return np.asarray(found, np.complex128)
+        result = scipy.linalg.lu_solve(factors, result)
+        result = result / np.linalg.norm(result)
+    return np.asarray(result, np.complex128)
 
 
 def as_ball_angle(q: Complexes, problem: Steady) -> Complexes:
@@ -412,7 +412,7 @@ def symmetric_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b
 
 def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """Two groups of equal balls come together."""
-    found, first = [], problem.first
+    meetings, first = [], problem.first
     for one, other in meeting(problem.groups, kind):
         apart = [math.sin(0.5 * float(p.u[first + one] - p.u[first + other])) for p in (a, b)]
         if apart[0] * apart[1] >= 0.0:
@@ -427,15 +427,15 @@ def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point
             point = np.append(problem.gathered(together.state(u)), u[-1])
             balls = problem.angles
             point[balls] += 2.0 * np.pi * np.round((guess[balls] - point[balls]) / (2.0 * np.pi))
-            found.append(
+            meetings.append(
                 Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True)
             )
-    return found
+    return meetings
 
 
 def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:
     """A group in which all balls of a race coincide falls apart."""
-    found = []
+    specials = []
     for number, group in enumerate(problem.groups):
         r = [_restoring(problem, number, p.u) for p in (a, b)]
         if (
@@ -448,8 +448,10 @@ def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:
         u = falling_apart(problem, number, a.u + r[0] / (r[0] - r[1]) * (b.u - a.u))
         ways = tuple(way for way in splittings(problem.groups) if group not in way[0])
         if u is not None:
-            found.append(Special("pitchfork" if len(group) == 2 else "branch point", Point(u, b.tangent), onward=ways))
-    return found
+            specials.append(
+                Special("pitchfork" if len(group) == 2 else "branch point", Point(u, b.tangent), onward=ways)
+            )
+    return specials
 
 
 def _company(problem: Steady, u: Floats, group: int) -> list[int]:
@@ -483,7 +485,7 @@ def falling_apart(problem: Steady, group: int, guess: Floats) -> Floats | None:
 
 def _in_line(problem: Steady, a: Point, b: Point) -> list[Special]:
     """Two groups around one center stand in line and their race runs true: from the balanced side or from the other."""
-    found = []
+    specials = []
     for one in range(len(problem.groups)):
         pair = _company(problem, a.u, one)
         if len(pair) != 2 or pair[0] != one:
@@ -499,8 +501,8 @@ def _in_line(problem: Steady, a: Point, b: Point) -> list[Special]:
             continue
         u = _closing(problem, a.u + test[0] / (test[0] - test[1]) * (b.u - a.u), pair)
         if u is not None:
-            found.append(replace(crossing_at(problem, Point(u, b.tangent), all(true)), kind="pitchfork"))
-    return found
+            specials.append(replace(crossing_at(problem, Point(u, b.tangent), all(true)), kind="pitchfork"))
+    return specials
 
 
 def _across(problem: Steady, u: Floats, pair: list[int]) -> float:
@@ -544,8 +546,8 @@ def _closing(problem: Steady, guess: Floats, pair: list[int]) -> Floats | None:
         if size < 1e-13:
             break
     # what balls feel beyond the deflection of their race may leave a state in line without a race that runs true
-    found = size < 1e-9 and abs(u[-1] - guess[-1]) < 0.1
-    return u if found and np.abs(problem.residual(u)).max() < AT_REST else None
+    closing = size < 1e-9 and abs(u[-1] - guess[-1]) < 0.1
+    return u if closing and np.abs(problem.residual(u)).max() < AT_REST else None
 
 
 # What is known of a special point of a curve.

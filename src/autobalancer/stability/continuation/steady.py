@@ -295,18 +295,18 @@ class Steady:
 
     def second(self, u: Floats, a: Numbers, b: Numbers) -> Numbers:
         """Second derivatives of the scaled field along scaled directions."""
-        found = self.field(u).second(u[:-1] * self.scale, a * self.scale, b * self.scale)
-        return np.asarray(found / (self.scale * self.span.frequency))
+        result = self.field(u).second(u[:-1] * self.scale, a * self.scale, b * self.scale)
+        return np.asarray(result / (self.scale * self.span.frequency))
 
     def bent(self, u: Floats, a: Numbers) -> Numbers:
         """The matrix of the second derivatives along ``a`` and any other scaled direction."""
-        found = self.field(u).bent(u[:-1] * self.scale, a * self.scale)
-        return np.asarray(found * self.scale / (self.scale[:, None] * self.span.frequency))
+        result = self.field(u).bent(u[:-1] * self.scale, a * self.scale)
+        return np.asarray(result * self.scale / (self.scale[:, None] * self.span.frequency))
 
     def third(self, u: Floats, a: Numbers, b: Numbers) -> Numbers:
         """Third derivatives C(a, a, b) of the scaled field."""
-        found = self.field(u).third(u[:-1] * self.scale, a * self.scale, b * self.scale)
-        return np.asarray(found / (self.scale * self.span.frequency))
+        result = self.field(u).third(u[:-1] * self.scale, a * self.scale, b * self.scale)
+        return np.asarray(result / (self.scale * self.span.frequency))
 
 
 # A machine with one or several of its numbers free: the vector field as a function of parameters.
@@ -610,14 +610,14 @@ def restoring(equations: Equations, state: Floats) -> Floats:
 
 def splittings(groups: Groups) -> list[tuple[Groups, Floats]]:
     """Ways in which one group falls apart in two: the new groups, and in which direction each of them moves at first."""
-    found = []
+    result = []
     for number, group in enumerate(groups):
         for part in range(1, len(group) // 2 + 1):
             new = (*groups[:number], group[:part], group[part:], *groups[number + 1 :])
             way = np.zeros(len(new))
             way[number], way[number + 1] = (len(group) - part) / len(group), -part / len(group)
-            found.append((new, way))
-    return found
+            result.append((new, way))
+    return result
 
 
 def meeting(groups: Groups, kind: list[tuple[float, ...]]) -> list[tuple[int, int]]:
@@ -663,7 +663,7 @@ def signature(p: Stations, state: Floats) -> Floats:
     """Numbers that no exchange of equal balls alters, nor, of one station, the mirror image of a rotor at rest."""
     pairs, first, total = p.model.pairs, 4 * p.model.pairs, p.moment.sum() or 1.0
     loads = p.rows @ p.load
-    found: list[float] = []
+    values: list[float] = []
     for station, load in enumerate(loads):
         heavy = load / abs(load) if load else 1.0
         balls = np.flatnonzero(p.station == station)
@@ -671,8 +671,8 @@ def signature(p: Stations, state: Floats) -> Floats:
         whirl = complex(p.rows[station] @ (state[:pairs] + 1j * state[pairs : 2 * pairs])) * np.conj(heavy)
         sums = [complex((p.moment[balls] * np.exp(1j * k * angle)).sum()) / total for k in (1, 2, 3)]
         numbers = [whirl * p.model.total_mass / (abs(p.unbalance) + total), *sums]
-        found += [n.real for n in numbers] + [abs(n.imag) if loads.size == 1 else n.imag for n in numbers]
-    return np.array(found)
+        values += [n.real for n in numbers] + [abs(n.imag) if loads.size == 1 else n.imag for n in numbers]
+    return np.array(values)
 
 
 def _places(groups: Groups) -> np.ndarray:

@@ -188,9 +188,9 @@ def with_enough_harmonics(family: Family, explore: Callable[[], tuple[Found, flo
         If the balls do not swing smoothly somewhere.
     """
     while True:
-        found, tail = explore()
+        result, tail = explore()
         if tail <= SMOOTH:
-            return found
+            return result
         if 2 * family.count - 1 > MOST_HARMONICS:
             raise QuestionError(
                 f"branches: somewhere in the range balls swing so much that {family.count} harmonics do not describe it; "
@@ -256,7 +256,7 @@ def _partly_stalled(
     explorer: Explorer, span: Range, kind: list[tuple[float, ...]], intervals: int, wanted: str
 ) -> None:
     groups = coincident(np.zeros(len(kind)), kind)
-    found = False
+    result = False
     for hung in groups if len(groups) > 1 else ():
         begun: list[int] = []
         for share in sorted(np.linspace(0.0, 1.0, STARTS).tolist(), key=lambda share: abs(share - 0.5)):
@@ -267,8 +267,8 @@ def _partly_stalled(
                     continue
                 explorer.orbit_from(problem, u)
                 begun.append(len(explorer.branches) - 1)
-        found = found or bool(begun)
-    if wanted == "partly stalled" and not found:
+        result = result or bool(begun)
+    if wanted == "partly stalled" and not result:
         raise QuestionError(
             f"from_state: at none of {STARTS} values in the range the balls of one race hang at a resonance while all others "
             "stay in the rotor; they may drift around it, which is no periodic motion. Widen the range, take a greater "
@@ -362,15 +362,15 @@ def bifurcation_curves(
     def followed() -> tuple[tuple[list[dict[str, Any]], list[dict[str, Any]]], float]:
         explorer = Explorer(Range(family, first, last, (now,)), kind_of, steps, 10, 10, None)
         begin_all(explorer, from_state, parameter)
-        found = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
-        if not found:
+        items = [f for f in explorer.specials if f.special.kind == kind and f.steady is not None and not f.steady.loose]
+        if not items:
             raise QuestionError(
                 f"kind: no {kind} point of the {from_state} state along {parameter} from {first:.6g} to {last:.6g} at "
                 f"{second} = {now:.6g}; widen the range"
             )
         rows: list[dict[str, Any]] = []
         specials: list[dict[str, Any]] = []
-        for number, entry in enumerate(found, 1):
+        for number, entry in enumerate(items, 1):
             assert entry.steady is not None
             problem, u = curve_from(entry.special, entry.steady, now, ends)
             if _curves_passes(rows, problem, u):

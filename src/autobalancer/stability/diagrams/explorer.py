@@ -102,12 +102,12 @@ class Explorer:
         """Go on from every branch point that was not used yet, and from the new ones."""
         waiting = deque(f for f in self.specials if f.special.onward)
         while waiting and len(self.branches) < self.limit:
-            found = waiting.popleft()
-            if found.used or found.steady is None:
+            result = waiting.popleft()
+            if result.used or result.steady is None:
                 continue
-            found.used, seen = True, len(self.specials)
-            for groups, way in found.special.onward:
-                self._switched(found, found.steady, groups, way)
+            result.used, seen = True, len(self.specials)
+            for groups, way in result.special.onward:
+                self._switched(result, result.steady, groups, way)
             waiting.extend(f for f in self.specials[seen:] if f.special.onward)
 
     def tail(self) -> float:
@@ -117,16 +117,16 @@ class Explorer:
 
     def orbits(self) -> None:
         """Follow the periodic orbits born at every Hopf point."""
-        for found in [f for f in self.specials if f.special.kind == "Hopf"]:
-            if found.used or found.steady is None or found.steady.loose or len(self.branches) >= self.limit:
+        for result in [f for f in self.specials if f.special.kind == "Hopf"]:
+            if result.used or result.steady is None or result.steady.loose or len(self.branches) >= self.limit:
                 continue
-            found.used = True
+            result.used = True
             try:
-                problem, u, way = born_at(self.span, found.steady.groups, found.special, self.intervals)
+                problem, u, way = born_at(self.span, result.steady.groups, result.special, self.intervals)
             except (NoConvergence, np.linalg.LinAlgError):
                 continue
             number = self._open("orbit")
-            self.branches[number].rows = [found.row, *self._follow_orbits(number, problem, u, way, born=True)]
+            self.branches[number].rows = [result.row, *self._follow_orbits(number, problem, u, way, born=True)]
 
     def _open(self, kind: str) -> int:
         self.branches.append(Branch(kind))
@@ -204,8 +204,8 @@ class Explorer:
         second, first = self.branches.pop(), self.branches[-1]
         first.rows = [*reversed(second.rows), *first.rows[1:]]
         first.points = [*reversed(second.points), *first.points[1:]]
-        for found in self.specials:
-            found.branch = min(found.branch, len(self.branches) - 1)
+        for result in self.specials:
+            result.branch = min(result.branch, len(self.branches) - 1)
 
     def _note(self, special: Special, number: int, problem: Steady) -> None:
         row = steady_row(problem, special.point.u)
@@ -279,20 +279,20 @@ def branch_dataset(explorer: Explorer, parameter: dict[str, str], attributes: di
         "growth_rate": ("point", [row.growth for row in rows], _text("growth rate of the leading disturbance", "1/s")),
         **_motion(rows, balls, len(names), "point", ""),
     }
-    found = explorer.specials
-    marks = [f.row for f in found]
-    lyapunov = [f.special.lyapunov for f in found]
+    result = explorer.specials
+    marks = [f.row for f in result]
+    lyapunov = [f.special.lyapunov for f in result]
     data |= {
-        "special_type": ("special", [f.special.kind for f in found], {"long_name": "what happens there"}),
+        "special_type": ("special", [f.special.kind for f in result], {"long_name": "what happens there"}),
         "special_branch": (
             "special",
-            np.array([f.branch + 1 for f in found], np.int64),
+            np.array([f.branch + 1 for f in result], np.int64),
             {"long_name": "on which branch"},
         ),
         "special_parameter": ("special", [row.value for row in marks], parameter),
         "special_frequency": (
             "special",
-            [f.special.frequency for f in found],
+            [f.special.frequency for f in result],
             _text("frequency of the motion", "rad/s"),
         ),
         "lyapunov_coefficient": ("special", lyapunov, _text("first Lyapunov coefficient for ball angles in rad", "1")),
@@ -453,8 +453,8 @@ class Branches(Answer):
     def remarks(self) -> Sequence[str]:
         """How many special points there are, and what is not followed."""
         count = self.sizes.get("special", 0)
-        found = [f"{count} special points: special_rows() lists them"] if count else []
-        return found + self.not_followed()
+        result = [f"{count} special points: special_rows() lists them"] if count else []
+        return result + self.not_followed()
 
     def not_followed(self) -> list[str]:
         """Why motions are missing, if any may be."""
@@ -472,18 +472,18 @@ class BifurcationCurves(Answer):
     def columns(self, unit: str = "") -> list[Column]:
         """The ranges of both parameters along each curve, of Hopf curves the frequencies, and the special points."""
         curves = [self.isel(point=np.flatnonzero(self["curve"].values == k)) for k in np.unique(self["curve"].values)]
-        found = [Column("curve", [int(part["curve"][0]) for part in curves])]
+        result = [Column("curve", [int(part["curve"][0]) for part in curves])]
         for name in ("parameter", "second_parameter"):
             axis = axis_unit(self[name], unit or self.shown_in)
-            found.append(
+            result.append(
                 Column(str(self[name].attrs["long_name"]), [_span(part[name], axis) for part in curves], axis.sign)
             )
         if "frequency" in self:
             axis = speed_axis("Hz")
-            found.append(Column("frequency", [_span(part["frequency"], axis) for part in curves], axis.sign))
+            result.append(Column("frequency", [_span(part["frequency"], axis) for part in curves], axis.sign))
             kinds = [", ".join(sorted(set(part["criticality"].values.tolist()))) for part in curves]
-            found.append(Column("criticality", kinds, wraps=True))
-        return [*found, Column("points", [part.sizes["point"] for part in curves])]
+            result.append(Column("criticality", kinds, wraps=True))
+        return [*result, Column("points", [part.sizes["point"] for part in curves])]
 
     def remarks(self) -> Sequence[str]:
         """The special points, and what is ignored."""

@@ -52,10 +52,10 @@ def basis_for(st: Stations, highest: float) -> Matrix | None:
             yield basis if st.isotropic else _both(model, basis)
             count += max(4, count // 2)
 
-    found = fewest(model, bases(), st.rows, st.load, min(BEYOND * highest, model.top_speed))
-    if found is None or found[1] > AIM:
+    basis = fewest(model, bases(), st.rows, st.load, min(BEYOND * highest, model.top_speed))
+    if basis is None or basis[1] > AIM:
         return None
-    return found[0] if st.isotropic else found[0][:n, : found[0].shape[1] // 2]
+    return basis[0] if st.isotropic else basis[0][:n, : basis[0].shape[1] // 2]
 
 
 def _orthonormal(st: Stations, parts: list[Matrix]) -> Matrix:

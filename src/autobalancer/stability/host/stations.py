@@ -120,15 +120,15 @@ def refuse_forces(machine: Machine) -> None:
     QuestionError
         If it has any.
     """
-    found = [
+    items = [
         f"balancers[{b + 1}].races[{r + 1}].forces"
         for b, balancer in enumerate(machine.balancers)
         for r, race in enumerate(balancer.races)
         if race.forces
     ]
-    if found:
+    if items:
         raise QuestionError(
-            f"{found[0]}: this question does not know forces on the balls; simulate the machine instead, or ask without them"
+            f"{items[0]}: this question does not know forces on the balls; simulate the machine instead, or ask without them"
         )
 
 
@@ -210,9 +210,9 @@ class BallForces:
         angles, rates = (np.reshape(part, (-1, shape[-1]))[:, place] for part in (angles, rates))
         count = len(self.balls)
         system = self._system(angles[0] if order is None else np.reshape(order, -1)[place])
-        found = _torques_and_wall_forces(system, angles, rates, speed)[:, :count]
+        result = _torques_and_wall_forces(system, angles, rates, speed)[:, :count]
         together = np.zeros((len(angles), shape[-1]))
-        np.add.at(together.T, place, found.T)
+        np.add.at(together.T, place, result.T)
         return together.reshape(shape)
 
     def series(
@@ -225,13 +225,13 @@ class BallForces:
         ways = ((a, b), (c, d), (a + c, b + d), (a - c, b - d))
         one, other, plus, minus = (self._along(angles, rates, x, y, speed, max(order, 3)) for x, y in ways)
         both, apart = ([0.5 * (a + sign * b) for a, b in zip(plus, minus, strict=True)] for sign in (1.0, -1.0))
-        found = [
+        result = [
             one[0],
             one[1] + 1j * other[1],
             one[2] - other[2] + 1j * apart[2],
             2.0 * one[3] - both[3] + 1j * (apart[3] - 2.0 * other[3]),
         ]
-        return found[: order + 1]
+        return result[: order + 1]
 
     def _along(
         self, angles: Floats, rates: Floats, turn: Floats, change: Floats, speed: float, order: int
@@ -279,10 +279,10 @@ class BallForces:
         count, random = len(self.balls), generator(0)
         for speed in SPEEDS:
             angles, rates = (random.uniform(-size, size, (PLACES_TRIED, count)) for size in (np.pi, 1.0))
-            for one, rate in zip(angles, rates * speed, strict=True):
-                found = _torques_and_wall_forces(self._system(one), one[None], rate[None], speed)[0]
+            for angle, rate in zip(angles, rates * speed, strict=True):
+                result = _torques_and_wall_forces(self._system(angle), angle[None], rate[None], speed)[0]
                 radius = np.array([ball.orbit_radius for ball in self.balls])
-                if (np.abs(found[:count]) > FORCES_ROUNDING * np.abs(found[count:]) * radius).any():
+                if (np.abs(result[:count]) > FORCES_ROUNDING * np.abs(result[count:]) * radius).any():
                     return True
         return False
 
@@ -291,10 +291,10 @@ def _torques_and_wall_forces(system: System, angles: Floats, rates: Floats, spee
     from autobalancer.kernels.balls.ball_forces import force_torques
 
     count = system.ball_count
-    states, found = np.zeros((len(angles), BALLS + 2 * count)), np.zeros((len(angles), 2 * count))
+    states, forces = np.zeros((len(angles), BALLS + 2 * count)), np.zeros((len(angles), 2 * count))
     states[:, BALLS : BALLS + count], states[:, BALLS + count :] = angles, rates
-    force_torques(system, states, speed, found)
-    return found
+    force_torques(system, states, speed, forces)
+    return forces
 
 
 def _first(angles: Floats) -> Floats:
@@ -315,10 +315,10 @@ def forces_on(machine: Machine) -> BallForces | None:
     if not has_forces(machine):
         return None
     balls = resolve(machine)
-    found = BallForces(machine, balls, any(force.pairs for _, force, _ in forces_in(machine, balls)))
-    pushing = found.push()
-    _TRIED.add(found.kinds)
-    return found if pushing else None
+    ball_forces = BallForces(machine, balls, any(force.pairs for _, force, _ in forces_in(machine, balls)))
+    pushing = ball_forces.push()
+    _TRIED.add(ball_forces.kinds)
+    return ball_forces if pushing else None
 
 
 ALONG = 1e-9  # share of the greatest entry of a matrix that moves nothing
@@ -411,9 +411,9 @@ class Stations:
 
     def moments(self, angles: Floats) -> Complexes:
         """Resultant m eps e^(i phi) of the balls of each station, (P,) kg m."""
-        found = np.zeros(len(self.names), np.complex128)
-        np.add.at(found, self.station, self.moment * np.exp(1j * angles))
-        return found
+        result = np.zeros(len(self.names), np.complex128)
+        np.add.at(result, self.station, self.moment * np.exp(1j * angles))
+        return result
 
     def compliance(self, speed: float) -> Complexes:
         """Forward synchronous whirl of the coordinates for loads that turn with the rotor, (pairs, pairs).
@@ -429,8 +429,8 @@ class Stations:
         if self.isotropic:
             mass, turning, stiffness = model.complex_matrices(speed)
             return _inverse(stiffness, 1j * speed * turning, speed**2 * mass, speed)
-        found = self.whole_compliance(speed)
-        xx, xy, yx, yy = found[:n, :n], found[:n, n : 2 * n], found[n : 2 * n, :n], found[n : 2 * n, n : 2 * n]
+        result = self.whole_compliance(speed)
+        xx, xy, yx, yy = result[:n, :n], result[:n, n : 2 * n], result[n : 2 * n, :n], result[n : 2 * n, n : 2 * n]
         return np.asarray(0.5 * (xx + yy + 1j * (yx - xy)))
 
     def whole_compliance(self, speed: float) -> Complexes:
@@ -442,9 +442,11 @@ class Stations:
     def coordinates(self, speed: float, angles: Floats) -> Complexes:
         """Forward whirl of the coordinates, seen in the rotor, with the balls at rest at these angles, (pairs,)."""
         flat = self.plain_at(speed)
-        found = np.asarray(speed**2 * (self.compliance(speed) @ (flat.fixed_load + flat.rows.T @ flat.moments(angles))))
+        result = np.asarray(
+            speed**2 * (self.compliance(speed) @ (flat.fixed_load + flat.rows.T @ flat.moments(angles)))
+        )
         if self.slopes is None:
-            return found
+            return result
         # the shorter reach of a ball on a leaning race, a moment -m W^2 (s.r) r, is no linear map of complex coordinates
         slopes, pairs = self.slopes[self.station], self.model.pairs
         place = self.offset + self.orbit * np.exp(1j * angles)
@@ -452,7 +454,7 @@ class Stations:
         back = lean.T * (self.ball_mass * speed**2)
         answer = self.compliance(speed)
         whole = np.block([[answer.real, -answer.imag], [answer.imag, answer.real]])
-        both = np.linalg.solve(np.eye(2 * pairs) + whole @ back @ lean, np.concatenate([found.real, found.imag]))
+        both = np.linalg.solve(np.eye(2 * pairs) + whole @ back @ lean, np.concatenate([result.real, result.imag]))
         return np.asarray(both[:pairs] + 1j * both[pairs:])
 
 
@@ -461,14 +463,14 @@ def _inverse(stiffness: Any, turning: Any, inertia: Any, speed: float) -> Comple
     dynamic = stiffness + turning - inertia
     size = np.sqrt(np.abs(np.diag(stiffness)) + np.abs(np.diag(turning)) + np.abs(np.diag(inertia)))
     try:
-        found = np.linalg.inv(dynamic / np.outer(size, size))
+        result = np.linalg.inv(dynamic / np.outer(size, size))
     except np.linalg.LinAlgError:
-        found = np.full_like(dynamic, np.inf)
-    if not np.abs(found).max() * ROUNDING < 1.0:
+        result = np.full_like(dynamic, np.inf)
+    if not np.abs(result).max() * ROUNDING < 1.0:
         raise QuestionError(
             f"speed: {speed:.6g} rad/s is a critical speed of an undamped rotor, where its deflection is not determined"
         )
-    return np.asarray(found / np.outer(size, size), np.complex128)
+    return np.asarray(result / np.outer(size, size), np.complex128)
 
 
 def stations(machine: Machine, unbalance: complex | float | None = None, *, largest: bool = False) -> Stations:
@@ -617,8 +619,8 @@ def load_of(machine: Machine, model: LateralModel, largest: bool) -> tuple[Compl
     if not largest:
         return _load_at(machine, model, np.inf, False)
     inverse = np.linalg.inv(model.mass[: model.pairs, : model.pairs])
-    found = loads_at_corners(machine, model)
-    return max(found, key=lambda one: float(np.real(one[0].conj() @ inverse @ one[0])))
+    result = loads_at_corners(machine, model)
+    return max(result, key=lambda one: float(np.real(one[0].conj() @ inverse @ one[0])))
 
 
 def loads_at_corners(machine: Machine, model: LateralModel) -> list[tuple[Complexes, complex]]:

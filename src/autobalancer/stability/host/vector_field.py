@@ -428,8 +428,8 @@ class Cycle:
 
     def harmonics(self, states: Numbers) -> Numbers:
         """The other way, (..., count * size)."""
-        found = _waves(self.count).T @ states / self.count
-        return np.asarray(found.reshape(*states.shape[:-2], self.count * self.size))
+        result = _waves(self.count).T @ states / self.count
+        return np.asarray(result.reshape(*states.shape[:-2], self.count * self.size))
 
     def __call__(self, state: Floats) -> Floats:
         """Time derivative of a state."""
@@ -438,10 +438,10 @@ class Cycle:
 
     def jacobian(self, state: Floats) -> Matrix:
         """Derivative with respect to the state."""
-        found = self._spread(self.field.jacobian(self.around(state)))
+        spread = self._spread(self.field.jacobian(self.around(state)))
         count, size = self.count, self.size
-        found.reshape(count, size, count, size)[:, range(size), :, range(size)] -= self.speed * _slopes(count)
-        return found
+        spread.reshape(count, size, count, size)[:, range(size), :, range(size)] -= self.speed * _slopes(count)
+        return spread
 
     def _spread(self, blocks: Numbers) -> Numbers:
         """Matrices at the angles, (count, size, size), as one matrix over the harmonics."""
@@ -458,8 +458,8 @@ class Cycle:
         """The matrix of B(u, .)."""
         here, way = self.around(state), self.around(u)
         each = self.field.units(here)
-        found = self.field.second(here, np.broadcast_to(way, each.shape), each.astype(way.dtype))
-        return self._spread(np.moveaxis(found, 0, -1))
+        second = self.field.second(here, np.broadcast_to(way, each.shape), each.astype(way.dtype))
+        return self._spread(np.moveaxis(second, 0, -1))
 
     def third(self, state: Floats, u: Numbers, v: Numbers) -> Numbers:
         """The symmetric trilinear form C(u, u, v) of the third derivatives."""
@@ -471,11 +471,11 @@ class Cycle:
         ``stiffness`` r and ``damping`` c at the angles, (count, n). The other harmonics of d are eliminated: what is left of
         its mean vanishes where d has the multiplier 1.
         """
-        waves, slopes, found = _waves(self.count), _slopes(self.count), []
+        waves, slopes, result = _waves(self.count), _slopes(self.count), []
         for r, c in zip(stiffness.T, damping.T, strict=True):
             whole = waves.T @ (r[:, None] * waves + c[:, None] * (waves @ slopes)) / self.count + slopes @ slopes
-            found.append(whole[0, 0] - whole[0, 1:] @ np.linalg.solve(whole[1:, 1:], whole[1:, 0]))
-        return np.array(found)
+            result.append(whole[0, 0] - whole[0, 1:] @ np.linalg.solve(whole[1:, 1:], whole[1:, 0]))
+        return np.array(result)
 
     def half_turn(self, state: Floats) -> Matrix:
         """The map of small motions over half a turn from the angle zero on, in the frame of the rotor, (size, size)."""
@@ -537,11 +537,11 @@ def step_maps(held: Matrix, slowed: Matrix, h: float) -> Matrix:
     left = left.swapaxes(2, 3).reshape(steps, 4 * size, 4 * size)
     left[:, range(4 * size), range(4 * size)] += 1.0
     right = np.concatenate([held, slowed + h * nodes[:, None, None, None] * held], axis=-1)
-    found = np.linalg.solve(left, right.reshape(steps, 4 * size, 2 * size)).reshape(steps, 4, -1)
+    result = np.linalg.solve(left, right.reshape(steps, 4 * size, 2 * size)).reshape(steps, 4, -1)
     maps = np.zeros((steps, 2 * size, 2 * size)) + np.eye(2 * size)
     maps[:, range(size), range(size, 2 * size)] += h
-    maps[:, :size] += h * h * (weights @ inner @ found).reshape(steps, size, 2 * size)
-    maps[:, size:] += h * (weights @ found).reshape(steps, size, 2 * size)
+    maps[:, :size] += h * h * (weights @ inner @ result).reshape(steps, size, 2 * size)
+    maps[:, size:] += h * (weights @ result).reshape(steps, size, 2 * size)
     return maps
 
 
@@ -556,19 +556,19 @@ def _at_own(count: int) -> Matrix:
 
 
 def _harmonics(count: int, theta: Floats) -> Matrix:
-    found = np.ones((theta.size, count))
+    harmonics = np.ones((theta.size, count))
     for k in range(1, count // 2 + 1):
-        found[:, 2 * k - 1], found[:, 2 * k] = (
+        harmonics[:, 2 * k - 1], harmonics[:, 2 * k] = (
             math.sqrt(2.0) * np.cos(2 * k * theta),
             math.sqrt(2.0) * np.sin(2 * k * theta),
         )
-    return found
+    return harmonics
 
 
 @cache
 def _slopes(count: int) -> Matrix:
     """Derivative with respect to the angle, over the harmonics."""
-    found = np.zeros((count, count))
+    slopes = np.zeros((count, count))
     for k in range(1, count // 2 + 1):
-        found[2 * k - 1, 2 * k], found[2 * k, 2 * k - 1] = 2.0 * k, -2.0 * k
-    return found
+        slopes[2 * k - 1, 2 * k], slopes[2 * k, 2 * k - 1] = 2.0 * k, -2.0 * k
+    return slopes

@@ -285,11 +285,11 @@ class BallsAtRest:
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s."""
         p = self.plane
-        found = close_polygon(p.moment, -p.fixed_load)
-        if not found:
+        polygon = close_polygon(p.moment, -p.fixed_load)
+        if not polygon:
             return np.full(speeds.size, np.nan)
         neutral = np.full(speeds.size, max(p.moment.size - 2, 0))
-        return _at_rest(p, speeds, np.tile(found[0], (speeds.size, 1)), neutral)
+        return _at_rest(p, speeds, np.tile(polygon[0], (speeds.size, 1)), neutral)
 
 
 def _at_rest(p: Plane, speeds: Floats, angles: Floats, neutral: NDArray[np.int64]) -> Floats:
@@ -379,11 +379,11 @@ class MostStable(ABC):
             states = self.states(speed)
         except QuestionError:  # exactly a critical speed of an undamped rotor
             return math.nan
-        found = []
+        rate = []
         for state in states:
             with suppress(QuestionError):  # on anisotropic supports no periodic state near this one
-                found.append(self.growth(self.stations, speed, state))
-        return min(found, default=math.nan)
+                rate.append(self.growth(self.stations, speed, state))
+        return min(rate, default=math.nan)
 
     def exists(self, speed: float) -> bool:
         """Whether there is a balanced state, stable or not."""
@@ -534,28 +534,28 @@ def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | 
 
 def _centers(st: Stations) -> Complexes | None:
     """The race center of each station, (P,) m; ``None`` where a station has several."""
-    found = np.zeros(len(st.names), np.complex128)
+    centers = np.zeros(len(st.names), np.complex128)
     for place in range(len(st.names)):
         here = st.offset[st.station == place]
         if np.any(here != here[:1]):
             return None
-        found[place] = here[0] if here.size else 0.0
-    return found
+        centers[place] = here[0] if here.size else 0.0
+    return centers
 
 
 def _sampled(st: Stations, counts: list[int], growth: Growth, route: str) -> list[StationBalls]:
     """Places of all but two balls of each station, drawn evenly, for which these two can close the sum at high speed."""
     random = np.random.default_rng(0)
     high = 40.0 * st.scale_speed if math.isinf(st.model.top_speed) else st.model.top_speed
-    found: list[StationBalls] = []
+    station_balls: list[StationBalls] = []
     for _ in range(200 * SAMPLES):
         drawn = tuple(tuple(random.uniform(-math.pi, math.pi, max(count - 2, 0)).tolist()) for count in counts)
         member = StationBalls(st, growth, drawn, route)
         if member.states(high):
-            found.append(member)
-        if len(found) == (SAMPLES if st.plain else FEW):
+            station_balls.append(member)
+        if len(station_balls) == (SAMPLES if st.plain else FEW):
             break
-    return found
+    return station_balls
 
 
 # Growth rate over the speed of the states in which balls with forces on them make the deflection smaller.
@@ -593,7 +593,7 @@ class ForcedBalls(MostStable):
         if speed not in self.known:
             near = min(self.known, key=lambda other: abs(math.log(other / speed)), default=math.inf)
             before = self.known[near] if max(near / speed, speed / near) < NEAR else []
-            found = searched(self.stations, speed, [state.angles for state in before])
-            found = [state for state in found if state.name == "balanced"]
-            self.known[speed] = found if found and len(found) >= len(before) else balanced_of(self.stations, speed)
+            result = searched(self.stations, speed, [state.angles for state in before])
+            result = [state for state in result if state.name == "balanced"]
+            self.known[speed] = result if result and len(result) >= len(before) else balanced_of(self.stations, speed)
         return self.known[speed]

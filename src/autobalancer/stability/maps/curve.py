@@ -155,21 +155,21 @@ def _dataset(
     machine: Machine, parameter: str, numbers: list[float], rows: list[tuple[Border, ...]], critical: list[float]
 ) -> BorderCurve:
     dim = dimension_of(parameter)
-    found = xr.Dataset(coords={dim: (dim, numbers, axis_attributes(parameter))})
+    dataset = xr.Dataset(coords={dim: (dim, numbers, axis_attributes(parameter))})
     names = [name for name in VARIABLES if any(border.name == name for row in rows for border in row)]
     for name in names:
         by_name = [{border.name: border for border in row} for row in rows]
         missing = Border(name, math.nan, MISSING.get(name, ""))
         borders = [entry.get(name, missing) for entry in by_name]
-        found[VARIABLES[name]] = (dim, [b.speed for b in borders], {"long_name": name, "units": "rad/s"})
-        found[f"{VARIABLES[name]}_note"] = (
+        dataset[VARIABLES[name]] = (dim, [b.speed for b in borders], {"long_name": name, "units": "rad/s"})
+        dataset[f"{VARIABLES[name]}_note"] = (
             dim,
             np.array([b.note for b in borders], dtype=object),
             {"long_name": f"note on the {name}"},
         )
-    found["critical_speed"] = (dim, critical, {"long_name": "lower critical speed", "units": "rad/s"})
+    dataset["critical_speed"] = (dim, critical, {"long_name": "lower critical speed", "units": "rad/s"})
     p = described(weightless(machine), None)
-    found.attrs = {
+    dataset.attrs = {
         "title": f"Border speeds of {machine.name} over {text_of(parameter)}",
         **provenance(),
         "machine": machine_text(machine),
@@ -182,7 +182,7 @@ def _dataset(
         "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
         "capture speed: torque balance of stalled balls",
     }
-    return BorderCurve.of(found)
+    return BorderCurve.of(dataset)
 
 
 def _ignored(machine: Machine, names: list[str]) -> dict[str, str]:
@@ -307,16 +307,16 @@ def _question(
         return described(machine, unbalance)
 
     if which == AVERAGED:
-        found = averaged_of(of(machine))
-        if math.isnan(found.speed):
-            raise QuestionError(f"{which}: {found.note}")
+        result = averaged_of(of(machine))
+        if math.isnan(result.speed):
+            raise QuestionError(f"{which}: {result.note}")
         return lambda m: averaged_of(of(m)).speed <= speed
     if which in (RELEASE, CAPTURE):
         return lambda m: _surplus(m, of(m), which, speed) <= 0.0
     if which == "exact border, worst case":
-        found = worst_case_of(of(machine))
-        if math.isnan(found.speed):
-            raise QuestionError(f"{which}: {found.note}")
+        result = worst_case_of(of(machine))
+        if math.isnan(result.speed):
+            raise QuestionError(f"{which}: {result.note}")
         return lambda m: worst_case_of(of(m)).speed <= speed
     (first, *_) = exact_borders(machine, of(machine))
     if math.isnan(first.speed):
@@ -335,8 +335,8 @@ def _question(
 
 def _surplus(machine: Machine, p: Described, which: str, speed: float) -> float:
     """Log of the release or capture speed over ``speed``, between -1 and 1; -1 where balls do not stall."""
-    found = {one.name: one.speed for one in release_of(machine, p, capture=which == CAPTURE)}
-    border = found[RELEASE] if math.isinf(found[RELEASE]) else found.get(which, math.nan)
+    entries = {one.name: one.speed for one in release_of(machine, p, capture=which == CAPTURE)}
+    border = entries[RELEASE] if math.isinf(entries[RELEASE]) else entries.get(which, math.nan)
     return -1.0 if math.isnan(border) else max(min(math.log(border / speed), 1.0), -1.0)
 
 
@@ -426,8 +426,8 @@ def with_size(p: Plane, size: float) -> Plane:
 
 def _rates(machine: Machine, p: Described, speeds: Floats, worst: bool) -> Floats:
     members = balanced_states(p)[:MEMBERS]
-    found = np.array([member.rates(speeds) for member in members])
-    return np.asarray((np.fmax if worst else np.fmin).reduce(found))
+    rates = np.array([member.rates(speeds) for member in members])
+    return np.asarray((np.fmax if worst else np.fmin).reduce(rates))
 
 
 def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Described]:

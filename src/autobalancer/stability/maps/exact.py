@@ -54,27 +54,27 @@ SPREADS = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)  # |S2|/N at which the wor
 def exact_borders(machine: Machine, p: Described) -> list[Border]:
     """*exact border*, and *exact border, best case* where the positions of the balls are a continuum."""
     members = balanced_states(p)
-    found = [border_of(member, p) for member in members]
-    if any(not math.isnan(speed) for speed, _ in found):  # positions that exist only at some speeds do not count
-        found = [one for one in found if not math.isnan(one[0])]
-    if p.forces is None and all(math.isinf(speed) for speed, _ in found):
+    result = [border_of(member, p) for member in members]
+    if any(not math.isnan(speed) for speed, _ in result):  # positions that exist only at some speeds do not count
+        result = [one for one in result if not math.isnan(one[0])]
+    if p.forces is None and all(math.isinf(speed) for speed, _ in result):
         because = why_never(machine, as_station(p), p.highest_searched)
-        found = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in found]
+        result = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in result]
     if isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
         short = (
             f"side by side the balls can balance {moment_text(p.capability, 4)} only: here they would have to overlap"
         )
-        found = [
-            (speed, "; ".join(filter(None, (short, note)))) for speed, note in found if not math.isnan(speed)
-        ] or found
+        result = [
+            (speed, "; ".join(filter(None, (short, note)))) for speed, note in result if not math.isnan(speed)
+        ] or result
     if isinstance(members[0], ForcedBalls):
-        found = [(speed, "; ".join(filter(None, (members[0].left_at(speed), note)))) for speed, note in found]
-    low, high = min(found, key=_rank), max(found, key=_rank)
+        result = [(speed, "; ".join(filter(None, (members[0].left_at(speed), note)))) for speed, note in result]
+    low, high = min(result, key=_rank), max(result, key=_rank)
     if len(members) == 1:
-        return [Border("exact border", *found[0])]
+        return [Border("exact border", *result[0])]
     if math.isnan(high[0]):  # nowhere is there any of them
         return [Border("exact border", *high), Border("exact border, best case", *high)]
-    which = f"worst of {len(found)} positions of the balls, {_range(members)}best {_say(low[0])}"
+    which = f"worst of {len(result)} positions of the balls, {_range(members)}best {_say(low[0])}"
     return [
         Border("exact border", high[0], "; ".join(filter(None, (which, high[1])))),
         Border("exact border, best case", low[0], "; ".join(filter(None, ("best of these positions", low[1])))),
@@ -164,8 +164,8 @@ def worst_case_at_one_station(st: Stations) -> Border:
 
 def _worst_spread(members: Sequence[Balanced], p: Described) -> Border:
     """The worst of members for each of ``SPREADS``."""
-    found = [(*border_of(member, p), share) for member, share in zip(members, SPREADS, strict=True)]
-    speed, note, share = max(found, key=lambda one: one[0])
+    items = [(*border_of(member, p), share) for member, share in zip(members, SPREADS, strict=True)]
+    speed, note, share = max(items, key=lambda one: one[0])
     where = f"for |S2|/N = {share:g}, of {len(SPREADS)} that were tried"
     return Border(
         "exact border, worst case", speed, "; ".join(filter(None, (where, note if math.isinf(speed) else "")))
@@ -272,11 +272,11 @@ def stable_windows(
             "they must ascend, be greater than zero, and finite"
         )
     members = balanced_states(p)
-    found = [windows_of(member, low, float(highest), p) for member in members]
-    common = found[0][0]
-    for windows, _ in found[1:]:
+    items = [windows_of(member, low, float(highest), p) for member in members]
+    common = items[0][0]
+    for windows, _ in items[1:]:
         common = _overlap(common, windows)
-    note = found[0][1]
+    note = items[0][1]
     if len(members) > 1:
         note = f"all of {len(members)} positions that balance; {note}".rstrip("; ")
     note = "; ".join(filter(None, (note, ignores(machine, Theory.AT_REST))))
@@ -382,8 +382,8 @@ def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> fl
     return float(inside)
 
 
-def _overlap(one: list[Window], other: list[Window]) -> list[Window]:
-    pairs = ((max(a, c), min(b, d)) for a, b in one for c, d in other)
+def _overlap(window: list[Window], other: list[Window]) -> list[Window]:
+    pairs = ((max(a, c), min(b, d)) for a, b in window for c, d in other)
     return [pair for pair in pairs if pair[0] < pair[1]]
 
 
@@ -477,12 +477,12 @@ def averaged_border_of(p: Described, worst_case: bool, searched: tuple[float, fl
     st = replace(st, slopes=None)
     low, high = searched or (st.scale_speed, p.highest_searched)
     members = _any_unbalance(st) if worst_case else members_of(st, averaged_station_growth)
-    found = [border_of(member, st, high, low) for member in members]
-    found = [one for one in found if not math.isnan(one[0])] or found[:1]
-    speed, note = max(found, key=lambda one: one[0])
+    items = [border_of(member, st, high, low) for member in members]
+    items = [item for item in items if not math.isnan(item[0])] or items[:1]
+    speed, note = max(items, key=lambda one: one[0])
     where = "worst case over the unbalance" if worst_case else "at this unbalance"
-    if not worst_case and len(found) > 1:
-        where += f", worst of {len(found)} positions of the balls"
+    if not worst_case and len(items) > 1:
+        where += f", worst of {len(items)} positions of the balls"
     text = "; ".join(filter(None, (f"{where}, from the averaged eigenvalue problem", note)))
     return Border(AVERAGED_WORST_CASE if worst_case else AVERAGED, speed, text)
 
@@ -604,18 +604,18 @@ def borders_of(
         ({"exact border", "exact border, best case"}, lambda: exact_borders(machine, p)),
         ({RELEASE, CAPTURE}, lambda: release_of(machine, p, capture=CAPTURE in wanted, up_to=up_to)),
     ]
-    found: list[Border] = []
+    borders: list[Border] = []
     for names, answer in asked:
         which = sorted(names & wanted, key=NAMES.index)
         if not which:
             continue
         try:
             with question(f"the {' and '.join(which)}", seconds, say):
-                found += answer()
+                borders += answer()
         except OutOfTime:
             note = NOT_FOUND.format(seconds, "'autobalancer borders FILE' (ab.stability.borders)")
-            found += [Border(name, math.nan, note, False) for name in which]
-    return saying_what_is_ignored(machine, [border for border in found if border.name in wanted])
+            borders += [Border(name, math.nan, note, False) for name in which]
+    return saying_what_is_ignored(machine, [border for border in borders if border.name in wanted])
 
 
 def theory_of(border: str) -> Theory:

@@ -109,14 +109,14 @@ def map(
     later = min(borders, max(axis.size for name, axis in values.items() if name != "speed")) if "speed" in axes else 0
     first, second = _one_after_the_other(progress, later)
     rates = rates_over(machine, values, fixed, positions == "worst", workers, first)
-    found = _dataset(machine, values, rates, fixed, positions)
+    dataset = _dataset(machine, values, rates, fixed, positions)
     if later > 0:
-        found = with_borders(found, machine, values, borders, second)
+        dataset = with_borders(dataset, machine, values, borders, second)
     elif borders > 0:
-        found = with_release(found, machine, values)
-    found = with_held(found, machine, values)
-    found = with_operating_points(found, machine, list(values), operating_points or {})
-    return StabilityMap.of(with_fluids(found, machine, list(values)))
+        dataset = with_release(dataset, machine, values)
+    dataset = with_held(dataset, machine, values)
+    dataset = with_operating_points(dataset, machine, list(values), operating_points or {})
+    return StabilityMap.of(with_fluids(dataset, machine, list(values)))
 
 
 def _one_after_the_other(progress: Progress | None, later: int) -> tuple[Progress | None, Progress | None]:
@@ -171,13 +171,13 @@ def _fixed_speed(machine: Machine, speed: float | str | None) -> float:
 
 def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: float, positions: str) -> xr.Dataset:
     dims = tuple(dimension_of(name) for name in values)
-    found = xr.Dataset()
+    dataset = xr.Dataset()
     for dim, (name, numbers) in zip(dims, values.items(), strict=True):
-        found = found.assign_coords({dim: (dim, numbers, axis_attributes(name))})
-    found["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
+        dataset = dataset.assign_coords({dim: (dim, numbers, axis_attributes(name))})
+    dataset["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
     p = described(weightless(machine), None)
     route = balanced_states(p)[0].route
-    found.attrs = {
+    dataset.attrs = {
         "title": f"Stability map of {machine.name}",
         **provenance(),
         "machine": machine_text(machine),
@@ -189,8 +189,8 @@ def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: 
         "ignores": ", ".join(unknown(with_friction(machine, values), Theory.AT_REST)),
     }
     if not math.isnan(speed):
-        found.attrs["speed"] = speed
-    return found
+        dataset.attrs["speed"] = speed
+    return dataset
 
 
 # What is drawn on a map besides the growth rate: border speeds, operating points, fluids of the catalog.
@@ -200,7 +200,7 @@ COARSE = 11  # values of each axis at which release and capture speed are found
 
 
 def with_borders(
-    found: xr.Dataset,
+    dataset: xr.Dataset,
     machine: Machine,
     values: dict[str, Floats],
     count: int,
@@ -216,10 +216,10 @@ def with_borders(
     curve = border_curve(machine, other, chosen, up_to=float(values["speed"].max()), progress=progress)
     dim = dimension_of(other)
     kept = [name for name in (*VARIABLES.values(), "critical_speed") if name in curve]
-    return found.merge(curve[kept].rename({dim: f"{dim}_of_border"}))
+    return dataset.merge(curve[kept].rename({dim: f"{dim}_of_border"}))
 
 
-def with_release(found: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
+def with_release(dataset: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
     """Release and capture speed over two axes without the speed, at a few values of each."""
     few = [
         axis[np.unique(np.linspace(0, axis.size - 1, min(COARSE, axis.size)).round().astype(int))]
@@ -229,18 +229,18 @@ def with_release(found: xr.Dataset, machine: Machine, values: dict[str, Floats])
     for i, first in enumerate(few[0].tolist()):
         for j, second in enumerate(few[1].tolist()):
             changed, p = with_values(machine, dict(zip(values, (first, second), strict=True)))
-            borders = borders_of(changed, p, (RELEASE, CAPTURE), float(found.attrs["speed"]))
+            borders = borders_of(changed, p, (RELEASE, CAPTURE), float(dataset.attrs["speed"]))
             named = {border.name: border.speed for border in borders}
             speeds[:, i, j] = [named.get(name, math.nan) for name in (RELEASE, CAPTURE)]
     dims = [f"{dimension_of(name)}_of_border" for name in values]
-    found = found.assign_coords(dict(zip(dims, few, strict=True)))
+    dataset = dataset.assign_coords(dict(zip(dims, few, strict=True)))
     for name, table in zip((RELEASE, CAPTURE), speeds, strict=True):
-        found[name.replace(" ", "_")] = (dims, table, {"long_name": name, "units": "rad/s"})
-    return found
+        dataset[name.replace(" ", "_")] = (dims, table, {"long_name": name, "units": "rad/s"})
+    return dataset
 
 
 def with_operating_points(
-    found: xr.Dataset, machine: Machine, names: list[str], points: Mapping[str, tuple[Any, Any]]
+    dataset: xr.Dataset, machine: Machine, names: list[str], points: Mapping[str, tuple[Any, Any]]
 ) -> xr.Dataset:
     """Named points on the map; the machine itself is the first, if it has a value along both axes."""
     rows: dict[str, tuple[float, ...]] = {}
@@ -255,24 +255,24 @@ def with_operating_points(
             for name, value in zip(names, pair, strict=True)
         )
     if not rows:
-        return found
+        return dataset
     table = np.array(list(rows.values()))
     for name, column in zip(names, table.T, strict=True):
         dim = dimension_of(name)
         attrs = {
-            "long_name": f"{found[dim].attrs['long_name']} of the operating point",
-            "units": found[dim].attrs["units"],
+            "long_name": f"{dataset[dim].attrs['long_name']} of the operating point",
+            "units": dataset[dim].attrs["units"],
         }
-        found[f"operating_{dim}"] = ("operating_point", column, attrs)
-    return found.assign_coords(operating_point=("operating_point", list(rows)))
+        dataset[f"operating_{dim}"] = ("operating_point", column, attrs)
+    return dataset.assign_coords(operating_point=("operating_point", list(rows)))
 
 
-def with_fluids(found: xr.Dataset, machine: Machine, names: list[str]) -> xr.Dataset:
+def with_fluids(dataset: xr.Dataset, machine: Machine, names: list[str]) -> xr.Dataset:
     """The fluids of the catalog along a viscosity axis, at the temperature of the machine's fluid, else 25 degC."""
     if "viscosity" not in names:
-        return found
+        return dataset
     temperature = _temperature(machine)
-    low, high = float(found["viscosity"].min()), float(found["viscosity"].max())
+    low, high = float(dataset["viscosity"].min()), float(dataset["viscosity"].max())
     rows = []
     for entry in fluids():
         try:
@@ -282,15 +282,15 @@ def with_fluids(found: xr.Dataset, machine: Machine, names: list[str]) -> xr.Dat
         if low <= state.viscosity <= high:
             rows.append((entry.name, entry.family, state.viscosity, state.density))
     if not rows:
-        return found
+        return dataset
     rows.sort(key=lambda row: row[2])
-    found = found.assign_coords(fluid=("fluid", [row[0] for row in rows]))
-    found["fluid_family"] = ("fluid", [row[1] for row in rows], {"long_name": "family of the fluid"})
+    dataset = dataset.assign_coords(fluid=("fluid", [row[0] for row in rows]))
+    dataset["fluid_family"] = ("fluid", [row[1] for row in rows], {"long_name": "family of the fluid"})
     attrs = {"long_name": "kinematic viscosity of the fluid", "units": "m^2/s", "temperature": temperature}
-    found["fluid_viscosity"] = ("fluid", [row[2] for row in rows], attrs)
+    dataset["fluid_viscosity"] = ("fluid", [row[2] for row in rows], attrs)
     attrs = {"long_name": "its density; the map keeps that of the machine's fluid", "units": "kg/m^3"}
-    found["fluid_density"] = ("fluid", [row[3] for row in rows], attrs)
-    return found
+    dataset["fluid_density"] = ("fluid", [row[3] for row in rows], attrs)
+    return dataset
 
 
 def _temperature(machine: Machine) -> float:
@@ -314,11 +314,11 @@ def with_friction(machine: Machine, values: Mapping[str, Floats]) -> Machine:
     return with_quantity(machine, name, float(values[name].max())) if name in values else machine
 
 
-def with_held(found: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
+def with_held(dataset: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
     """``held_share`` over coarser values of both axes; nothing is added to a map without friction."""
     races = [race for balancer in with_friction(machine, values).balancers for race in balancer.races]
     if all(race.friction is None for race in races):
-        return found
+        return dataset
     few = {name: _few(axis, SPEEDS if name == "speed" else MAP_FRICTION_COARSE) for name, axis in values.items()}
     shares = np.empty(tuple(axis.size for axis in few.values()))
     names = list(few)
@@ -328,16 +328,16 @@ def with_held(found: xr.Dataset, machine: Machine, values: dict[str, Floats]) ->
             row = held_share(with_quantity(machine, names[other], value), few["speed"])
             shares[(slice(None), number) if other == 1 else (number, slice(None))] = row
     else:
-        speed = np.array([float(found.attrs["speed"])])
+        speed = np.array([float(dataset.attrs["speed"])])
         for i, first in enumerate(few[names[0]].tolist()):
             changed = with_quantity(machine, names[0], first)
             for j, second in enumerate(few[names[1]].tolist()):
                 shares[i, j] = held_share(with_quantity(changed, names[1], second), speed)[0]
     dims = {name: f"{dimension_of(name)}_of_friction" for name in names}
-    found = found.assign_coords({dims[name]: axis for name, axis in few.items()})
+    dataset = dataset.assign_coords({dims[name]: axis for name, axis in few.items()})
     text = {"long_name": "whirl that friction holds over that of the unbalance alone", "units": "1"}
-    found["held_share"] = (tuple(dims.values()), shares, text)
-    return found
+    dataset["held_share"] = (tuple(dims.values()), shares, text)
+    return dataset
 
 
 def _few(axis: Floats, count: int) -> Floats:

@@ -538,15 +538,15 @@ def special_orbits(problem: Orbits, a: Point, b: Point, before: Orbit, after: Or
     def at(p: Point) -> Orbit:
         return before if p is a else after if p is b else problem.orbit(p.u)
 
-    found: list[Special] = []
+    specials: list[Special] = []
     if a.tangent[-1] * b.tangent[-1] < 0.0:
-        found += _located(problem, a, b, "fold", lambda p: float(p.tangent[-1]))
+        specials += _located(problem, a, b, "fold", lambda p: float(p.tangent[-1]))
     elif _sign(before.own[1:], 1.0) * _sign(after.own[1:], 1.0) < 0.0:
-        found += _located(problem, a, b, "branch point", lambda p: _distance(at(p).own[1:], 1.0))
+        specials += _located(problem, a, b, "branch point", lambda p: _distance(at(p).own[1:], 1.0))
     if _sign(before.apart, 1.0) * _sign(after.apart, 1.0) < 0.0:
-        found += _located(problem, a, b, "branch point", lambda p: _distance(at(p).apart, 1.0))
+        specials += _located(problem, a, b, "branch point", lambda p: _distance(at(p).apart, 1.0))
     if _sign(before.multipliers, -1.0) * _sign(after.multipliers, -1.0) < 0.0:
-        found += _located(problem, a, b, "period doubling", lambda p: _distance(at(p).multipliers, -1.0))
+        specials += _located(problem, a, b, "period doubling", lambda p: _distance(at(p).multipliers, -1.0))
     counts = [int((_turning(m) > 0.0).sum()) for m in (before.multipliers, after.multipliers)]
     for rank in range(min(counts), max(counts)):
 
@@ -554,9 +554,9 @@ def special_orbits(problem: Orbits, a: Point, b: Point, before: Orbit, after: Or
             sizes = _turning(at(p).multipliers)
             return float(sizes[rank]) if rank < sizes.size else -1.0
 
-        found += _located(problem, a, b, "torus", crossing)
+        specials += _located(problem, a, b, "torus", crossing)
     chord = (b.u - a.u) * problem.weight
-    return sorted(found, key=lambda s: float(chord @ s.point.u))
+    return sorted(specials, key=lambda s: float(chord @ s.point.u))
 
 
 def _located(problem: Orbits, a: Point, b: Point, kind: str, test: Callable[[Point], float]) -> list[Special]:

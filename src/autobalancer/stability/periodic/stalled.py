@@ -35,8 +35,8 @@ def stalled_orbits(span: Range, groups: Groups, share: float, intervals: int) ->
     mesh = Mesh(np.linspace(0.0, 1.0, intervals + 1))
     rotor = Whirling(field.host)
     balance = Balance(rotor, Loads(tuple(_group(field, number) for number in range(len(groups)))))
-    (found,) = stable(balance, balance.found(np.array([field.speed])))
-    for whirl, phases, hanging in zip(found.whirl.tolist(), found.phases, balance.resonant(found), strict=True):
+    (result,) = stable(balance, balance.found(np.array([field.speed])))
+    for whirl, phases, hanging in zip(result.whirl.tolist(), result.phases, balance.resonant(result), strict=True):
         if not hanging:
             continue
         period = 2.0 * math.pi / (field.speed - whirl)
@@ -135,9 +135,9 @@ class Hanging:
         at = at[(at > 0.019 * self.speed) & (at < 0.999 * self.speed)]
         here = self.surplus(at)
         rising = np.flatnonzero((here[:-1] < 0.0) & (here[1:] >= 0.0))
-        found = [root(self._one, at[i], at[i + 1], xtol=1e-10 * self.speed) for i in rising]
+        result = [root(self._one, at[i], at[i + 1], xtol=1e-10 * self.speed) for i in rising]
         first = 2 * self.whole.model.pairs
-        return [v for v in found if np.abs(self.answer(np.array([v]))[0, first:]).max(initial=0.0) < LARGEST_SWING]
+        return [v for v in result if np.abs(self.answer(np.array([v]))[0, first:]).max(initial=0.0) < LARGEST_SWING]
 
     def _one(self, whirl: float) -> float:
         return float(self.surplus(np.array([whirl]))[0])
@@ -181,9 +181,9 @@ def partly_stalled_orbits(
         at_rest = StationState(state.name, angles[[g[0] for g in resting]], state.whirl, 0, 0)
         hanging = Hanging(merged, _with(merged, np.arange(1, len(groups))), at_rest, field.speed)
         for whirl in hanging.whirls():
-            found = _raised(span, groups, share, hanging, whirl, intervals)
-            if found is not None:
-                yield found
+            orbits = _raised(span, groups, share, hanging, whirl, intervals)
+            if orbits is not None:
+                yield orbits
 
 
 def _raised(

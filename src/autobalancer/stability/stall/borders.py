@@ -101,28 +101,28 @@ def release_of(
     if soft is not None:
         limit = math.inf if p.planar else limit
         if len(groups) > 1:
-            found = several_on_rubber(machine, soft, loads, capture, limit)
+            result = several_on_rubber(machine, soft, loads, capture, limit)
         else:
-            found = on_rubber(machine, soft, groups, capture, limit)
+            result = on_rubber(machine, soft, groups, capture, limit)
     elif isinstance(p, Plane) and len(groups) == 1 and not left_out:
-        found = _in_one_plane(p, groups[0], capture)
+        result = _in_one_plane(p, groups[0], capture)
     else:
         plain = not left_out and all(group.plain for group in groups)
         closed = release_border(p) if plain and isinstance(p, Plane) and p.isotropic else None
         runs = None if left_out or closed else slow_runs(machine, loads)
         limit = math.inf if p.planar else limit
-        found = joint_borders(as_station(p), loads, top, limit, capture, closed, runs)
+        result = joint_borders(as_station(p), loads, top, limit, capture, closed, runs)
     planes = len(set(loads.station.tolist()))
     if planes > 2 or (planes == 2 and runs is None):
-        found = tuple(
+        result = tuple(
             replace(one, note=f"{one.note}; {EARLIER_PLANE}")
             if one.name == CAPTURE and one.known and not one.note.startswith(RUN_DOWN)
             else one
-            for one in found
+            for one in result
         )
     if left_out:
-        found = tuple(replace(one, note=f"{one.note}; {CARRIED}") for one in found)
-    return found
+        result = tuple(replace(one, note=f"{one.note}; {CARRIED}") for one in result)
+    return result
 
 
 def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border, ...]:
@@ -234,10 +234,10 @@ def joint_borders(
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
     first += which(st, loads, last) + (UNFOLLOWED if last.cause == LOST else "")
     notes += unsought(loads, runs is not None)
-    found = [Border(RELEASE, last.end, "; ".join([first, *others(st, loads, met, last), *notes]))]
+    result = [Border(RELEASE, last.end, "; ".join([first, *others(st, loads, met, last), *notes]))]
     if capture:
-        found.append(_captured(rotor, loads, last.end, top, limit, runs))
-    return tuple(found)
+        result.append(_captured(rotor, loads, last.end, top, limit, runs))
+    return tuple(result)
 
 
 def _followed(runs: SlowRuns | None, loads: Loads, met: list[HangingRange]) -> list[HangingRange]:
@@ -245,14 +245,14 @@ def _followed(runs: SlowRuns | None, loads: Loads, met: list[HangingRange]) -> l
     if runs is None:
         return met
     ends = np.array([one.end for one in met])
-    highest, found = float(ends.max()), []
+    highest, hanging_ranges = float(ends.max()), []
     for one in met:
         last = runs.released(one) if UPPER * highest < one.end < math.inf else None
         if last is not None and (np.abs(last.speed / ends - 1.0) > DIFFERS).all():
             slips, cause = tuple(last.slip.tolist()), GRADUAL if last.gradual else RUN
             one = replace(one, end=last.speed, whirl=last.speed - max(slips), cause=cause, slips=slips)
-        found.append(one)
-    return found
+        hanging_ranges.append(one)
+    return hanging_ranges
 
 
 def _unbounded(rotor: Whirling, loads: Loads, limit: float) -> str:
@@ -270,21 +270,21 @@ def _unbounded(rotor: Whirling, loads: Loads, limit: float) -> str:
 def _captured(
     rotor: Whirling, loads: Loads, released: float, top: float, limit: float, runs: SlowRuns | None
 ) -> Border:
-    found = captured(rotor, loads, released, top, limit, runs)
-    notes = [] if math.isnan(found.step) else [f"the planes turn in step only below {found.step:.4g} rad/s"]
-    if (later := found.later) is not None:
+    border = captured(rotor, loads, released, top, limit, runs)
+    notes = [] if math.isnan(border.step) else [f"the planes turn in step only below {border.step:.4g} rad/s"]
+    if (later := border.later) is not None:
         notes.append(later.reason or f"in step all fall back at {later.speed:.4g} rad/s")
-    if math.isnan(found.speed):
-        return Border(CAPTURE, math.nan, "; ".join([found.reason, *notes]))
-    if found.reason:
-        notes.insert(0, f"above it {found.reason}")
-    elif found.lost > found.speed:
-        notes.insert(0, f"the planes lose synchronism at {found.lost:.4g} rad/s")
-    if found.cause not in ("fold", "run"):
+    if math.isnan(border.speed):
+        return Border(CAPTURE, math.nan, "; ".join([border.reason, *notes]))
+    if border.reason:
+        notes.insert(0, f"above it {border.reason}")
+    elif border.lost > border.speed:
+        notes.insert(0, f"the planes lose synchronism at {border.lost:.4g} rad/s")
+    if border.cause not in ("fold", "run"):
         notes.insert(0, "there they begin to swing against each other")
-    balls = "" if found.station is None else f" of {rotor.st.names[found.station]} alone"
-    how = RUN_DOWN if found.cause == "run" else HOW
-    return capture_border(found.speed, "; ".join([f" of {found.whirl:.4g} rad/s", *notes]), balls, how)
+    balls = "" if border.station is None else f" of {rotor.st.names[border.station]} alone"
+    how = RUN_DOWN if border.cause == "run" else HOW
+    return capture_border(border.speed, "; ".join([f" of {border.whirl:.4g} rad/s", *notes]), balls, how)
 
 
 def _exactly(rotor: Whirling, loads: Loads, last: HangingRange, top: float) -> list[str]:
@@ -357,10 +357,10 @@ def several_on_rubber(
 
 def _ranges(whole: Softening, limit: float) -> list[HangingRange]:
     """All ranges, set by set."""
-    found: list[HangingRange] = []
+    hanging_ranges: list[HangingRange] = []
     for chosen in sets(whole.frozen[0], whole.loads):
-        found += of_set(whole.of(chosen), chosen, _speeds(whole), limit)
-    return found
+        hanging_ranges += of_set(whole.of(chosen), chosen, _speeds(whole), limit)
+    return hanging_ranges
 
 
 def _speeds(whole: Softening) -> Floats:
@@ -401,9 +401,9 @@ def _first(whole: Softening, met: list[HangingRange], last: HangingRange) -> lis
 def _beyond(whole: Softening, last: HangingRange) -> list[str]:
     some = whole.of(last.groups)
     size = [
-        float(one)
-        for one, law in zip(some.stretches(last.state)[0], whole.soft.laws, strict=True)
-        if one > law.largest_amplitude
+        float(stretch)
+        for stretch, law in zip(some.stretches(last.state)[0], whole.soft.laws, strict=True)
+        if stretch > law.largest_amplitude
     ]
     return [BEYOND.format(1e3 * max(size))] if size else []
 
@@ -460,8 +460,8 @@ def on_rubber(
     resonances = [speed for speed in _resonances(soft) if speed <= limit]
     limit = min(limit, FARTHEST * max(resonances, default=0.0))
     if not resonances:
-        found = (Border(RELEASE, math.nan, NONE_MET), Border(CAPTURE, math.nan, NONE_MET))
-        return found if capture else found[:1]
+        borders = (Border(RELEASE, math.nan, NONE_MET), Border(CAPTURE, math.nan, NONE_MET))
+        return borders if capture else borders[:1]
     over = 1.0
     folds: tuple[StallRange, ...] = ()
     for _ in range(PASSES):
@@ -470,8 +470,8 @@ def on_rubber(
             receptance = whirl_receptance(soft, row, total, over, resonances)
             folds = tuple(fold for fold in stall_ranges(ball, receptance, resonances) if not fold.release_whirl > limit)
         except QuestionError as refused:
-            found = (Border(RELEASE, math.nan, str(refused), False), Border(CAPTURE, math.nan, str(refused), False))
-            return found if capture else found[:1]
+            borders = (Border(RELEASE, math.nan, str(refused), False), Border(CAPTURE, math.nan, str(refused), False))
+            return borders if capture else borders[:1]
         if not folds or math.isinf(folds[-1].release) or not soft.sliding.gyroscopic.any():
             break
         over = folds[-1].release / folds[-1].release_whirl
@@ -496,8 +496,8 @@ def whirl_receptance(
 
     def receptance(whirl: Floats) -> Complexes:
         v = np.atleast_1d(np.asarray(whirl, dtype=float))
-        found = soft.steady(v, np.outer(total * v**2, row).astype(np.complex128), "release speed", over=over)
-        return np.asarray(found.motion @ row / (total * v**2))
+        steady = soft.steady(v, np.outer(total * v**2, row).astype(np.complex128), "release speed", over=over)
+        return np.asarray(steady.motion @ row / (total * v**2))
 
     return receptance
 
@@ -527,8 +527,8 @@ def _motion(
     soft: Softened, row: Floats, total: float, v: Floats, over: float
 ) -> tuple[Complexes | None, Floats | None]:
     """Motion in circles and amplitudes of the rubber; none in ellipses."""
-    found = soft.circles(v, np.outer(total * v**2, row).astype(np.complex128), over=over)
-    return (None, None) if found is None else (found.motion, found.amplitude)
+    circles = soft.circles(v, np.outer(total * v**2, row).astype(np.complex128), over=over)
+    return (None, None) if circles is None else (circles.motion, circles.amplitude)
 
 
 def _resonances(soft: Softened) -> list[float]:
@@ -624,9 +624,9 @@ class Softening(Balance):
     def ahead(self, state: States) -> States | None:
         """The state beyond the corner, at a slightly higher speed; none if the branch turns back there."""
         for more in SOFTENING_BEYOND:
-            found = self.corrected(States(state.speed * (1.0 + more), state.y))
-            if found.speed.size and np.abs(found.y - state.y).max() < SOFTENING_NEAR:
-                return found
+            corrected = self.corrected(States(state.speed * (1.0 + more), state.y))
+            if corrected.speed.size and np.abs(corrected.y - state.y).max() < SOFTENING_NEAR:
+                return corrected
         return None
 
     def stretches(self, states: States) -> Floats:
@@ -642,9 +642,9 @@ class Softening(Balance):
         load = v[:, None] ** 2 * ((self.loads.count * self.loads.moment * np.exp(1j * states.phases)) @ rows)
         over = states.speed / v
         known = np.isfinite(states.y).all(axis=1)
-        found = np.full((v.size, self.rotor.load.shape[0]), np.nan, np.complex128)
+        result = np.full((v.size, self.rotor.load.shape[0]), np.nan, np.complex128)
         if not known.any():
-            return found
+            return result
         v, over, load = v[known], over[known], load[known]
         if self.rotor.isotropic:
             circles = self.soft.circles(v, load, over=over, attempted=True)
@@ -653,8 +653,8 @@ class Softening(Balance):
         else:
             rest = np.zeros((v.size, self.soft.sliding.size - 2 * load.shape[1]))
             moved = attempted(self.soft, v, np.hstack([load, -1j * load, rest]), over=over).motion
-        found[known] = moved
-        return found
+        result[known] = moved
+        return result
 
     def deflections(self, states: States) -> Complexes:
         """q h of each group, (n, G), m."""
@@ -691,26 +691,26 @@ class Softening(Balance):
         here, more = (self.soft.added(size * (1.0 + step), states.whirl) for step in (0.0, DIFFERENCE))
         ahead = stretch / np.where(size > 0.0, size, 1.0)
         seen = np.stack([_real(row[None]) for row in rows])  # (M, 2, 2 n)
-        found = np.zeros((len(motion), *2 * (2 * rows.shape[1],)))
+        result = np.zeros((len(motion), *2 * (2 * rows.shape[1],)))
         for m, rows_of_one in enumerate(seen):
             steeper = (more[:, m] - here[:, m]) / DIFFERENCE * ahead[:, m]  # over the change of size
             inward = np.stack([ahead[:, m].real, ahead[:, m].imag], axis=-1)
             outward = np.stack([steeper.real, steeper.imag], axis=-1)
             slope = np.array([_real(np.array([[one]])) for one in here[:, m]])
             slope = slope + outward[:, :, None] * inward[:, None, :]
-            found += share[m] * rows_of_one.T @ slope @ rows_of_one
-        return found
+            result += share[m] * rows_of_one.T @ slope @ rows_of_one
+        return result
 
     def _of_ellipses(self, motion: Complexes, states: States) -> Floats:
-        found = np.zeros((len(motion), *2 * (2 * motion.shape[1],)))
+        result = np.zeros((len(motion), *2 * (2 * motion.shape[1],)))
         every = np.arange(len(motion))
         for law, mount in zip(self.soft.laws, self.soft.mounts, strict=True):
             circles = TO_CIRCLES @ mount.rows
             slope = Elements.of(law, every.size).on(every, motion @ circles.T, states.whirl).slope
             pair = [0, 2, 1, 3]  # real parts first
             slope = slope[:, pair][:, :, pair]
-            found += _real(mount.rows.T @ FROM_CIRCLES) @ slope @ _real(circles)
-        return found
+            result += _real(mount.rows.T @ FROM_CIRCLES) @ slope @ _real(circles)
+        return result
 
 
 def softening(soft: Softened, st: Stations, loads: Loads) -> Softening:

@@ -134,8 +134,8 @@ def _share(balance: Balance, here: Point, there: Point, sign: float, cause: str)
 def _between(balance: Balance, here: Point, there: Point, share: float) -> Point:
     if share in (0.0, 1.0):
         return there if share else here
-    found = corrected(balance, here.x + share * (there.x - here.x), here.along)
-    return here if found is None else found
+    branches = corrected(balance, here.x + share * (there.x - here.x), here.along)
+    return here if branches is None else branches
 
 
 # Points of a branch of stalled states and its direction there, by Newton's method.
@@ -335,10 +335,10 @@ class HangingRange:
 def hanging_ranges(rotor: Whirling, loads: Loads, top: float, limit: float = np.inf) -> list[HangingRange]:
     """All ranges that begin below the rotor speed ``top`` (rad/s), set by set; none from above ``limit`` is followed further."""
     speeds = grid(rotor, _inside(rotor, top))
-    found = []
+    result = []
     for chosen in sets(rotor, loads):
-        found += of_set(Balance(rotor, loads.some(chosen)), chosen, speeds, limit)
-    return found
+        result += of_set(Balance(rotor, loads.some(chosen)), chosen, speeds, limit)
+    return result
 
 
 def furthest_speed(rotor: Whirling, top: float) -> float:
@@ -354,10 +354,14 @@ def _inside(rotor: Whirling, speed: float) -> float:
 
 def reached(ranges: list[HangingRange], critical: tuple[float, ...]) -> list[HangingRange]:
     """The ranges into which a slow run-up leads: from a critical speed, or out of another one that ends in it."""
-    found = [one for one in ranges if any(one.begin <= MET[1] * w and one.end >= MET[0] * w for w in critical)]
-    for one in found:  # grows as it is walked through
-        found += [other for other in ranges if other not in found and other.holds(one.end) and other.whirl > one.whirl]
-    return found
+    hanging_ranges = [one for one in ranges if any(one.begin <= MET[1] * w and one.end >= MET[0] * w for w in critical)]
+    for hanging_range in hanging_ranges:  # grows as it is walked through
+        hanging_ranges += [
+            other
+            for other in ranges
+            if other not in hanging_ranges and other.holds(hanging_range.end) and other.whirl > hanging_range.whirl
+        ]
+    return hanging_ranges
 
 
 def grid(rotor: Whirling, top: float) -> Floats:
@@ -376,12 +380,12 @@ def sets(rotor: Whirling, loads: Loads) -> list[tuple[int, ...]]:
     count = len(loads.groups)
     if count <= SETS:
         return [chosen for size in range(count, 0, -1) for chosen in combinations(range(count), size)]
-    found = {tuple(range(count)), *((g,) for g in range(count))}
+    groups = {tuple(range(count)), *((g,) for g in range(count))}
     modes = rotor.modes(rotor.st.scale_speed)
     for reach in np.abs(modes.right * modes.left)[:, loads.station]:
         order = np.argsort(-loads.moment * np.sqrt(reach), kind="stable")
-        found |= {tuple(sorted(order[:size].tolist())) for size in range(2, count)}
-    return sorted(found, key=lambda chosen: (-len(chosen), chosen))
+        groups |= {tuple(sorted(order[:size].tolist())) for size in range(2, count)}
+    return sorted(groups, key=lambda chosen: (-len(chosen), chosen))
 
 
 @dataclass
@@ -396,7 +400,7 @@ class _Open:
 def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: float) -> list[HangingRange]:
     """The ranges of one set of groups that begin at ``speeds`` (rad/s); none from above ``limit`` is followed further."""
     going: list[_Open] = []
-    found: list[HangingRange] = []
+    hanging_ranges: list[HangingRange] = []
     furthest = furthest_speed(balance.rotor, float(speeds[-1]))
     for i, here in enumerate(stable(balance, balance.found(speeds))):
         near = STEP * (np.log(speeds[i] / speeds[i - 1]) / np.log(FINE) if i else 1.0)
@@ -409,7 +413,7 @@ def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: flo
             else:
                 leaving = followed(balance, one.last, float(speeds[i]))
                 if leaving.cause:
-                    found += _range(balance, chosen, one, leaving)
+                    hanging_ranges += _range(balance, chosen, one, leaving)
                     continue
                 one.last = leaving.state
                 known = _nearest(one.last, here, left, ALIKE)
@@ -423,17 +427,21 @@ def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: flo
     for one in going:
         further = one.begin <= limit  # false of nan
         leaving = followed(balance, one.last, furthest) if further else Leaving(one.last, "")
-        found += _range(balance, chosen, one, leaving)
-    found.sort(key=lambda one: one.begin)
-    return [one for i, one in enumerate(found) if not any(one.same(other) for other in found[:i])]
+        hanging_ranges += _range(balance, chosen, one, leaving)
+    hanging_ranges.sort(key=lambda one: one.begin)
+    return [
+        hanging_range
+        for i, hanging_range in enumerate(hanging_ranges)
+        if not any(hanging_range.same(other) for other in hanging_ranges[:i])
+    ]
 
 
-def stable(balance: Balance, found: list[States]) -> list[States]:
+def stable(balance: Balance, states: list[States]) -> list[States]:
     """Those in which balls stay, their whirl steady and the balls of a group together."""
-    every = States(np.concatenate([one.speed for one in found]), np.vstack([one.y for one in found]))
+    every = States(np.concatenate([state.speed for state in states]), np.vstack([state.y for state in states]))
     stays = (growth(balance, every) < 0.0) & (together(balance, every) > 0.0)
-    parts = np.split(stays, np.cumsum([one.speed.size for one in found])[:-1])
-    return [one.some(np.flatnonzero(part)) for one, part in zip(found, parts, strict=True)]
+    parts = np.split(stays, np.cumsum([state.speed.size for state in states])[:-1])
+    return [state.some(np.flatnonzero(part)) for state, part in zip(states, parts, strict=True)]
 
 
 def _nearest(last: States, here: States, left: list[int], near: float) -> int | None:

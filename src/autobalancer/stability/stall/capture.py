@@ -86,49 +86,49 @@ def captured(
         never_in_step = (_alone(balance, speeds) if several else None) or Capture(math.nan, reason=NEVER)
         search = runs if several else None
         return never_in_step if search is None else _first(search, balance, speeds, never_in_step, in_step=False)
-    found = _down(balance, begun, float(speeds[0]))
-    if not math.isnan(found.lost):
-        found = _again(balance, speeds[speeds < found.lost], found)
+    result = _down(balance, begun, float(speeds[0]))
+    if not math.isnan(result.lost):
+        result = _again(balance, speeds[speeds < result.lost], result)
     if not several:
-        return found
+        return result
     ended = followed(balance, begun, float(speeds[-1]), ("fold", "swinging"))
-    found = replace(found, step=ended.speed if ended.cause else math.nan)
+    result = replace(result, step=ended.speed if ended.cause else math.nan)
     alone = _alone(balance, every[every <= max(ABOVE * limit, speeds[-1])])
-    before = max(one for one in (found.speed, found.lost, 0.0) if not math.isnan(one))
+    before = max(one for one in (result.speed, result.lost, 0.0) if not math.isnan(one))
     if alone is None or alone.speed <= before:
-        return found if runs is None else _first(runs, balance, speeds, found)
-    alone = replace(alone, step=found.step, later=found)
+        return result if runs is None else _first(runs, balance, speeds, result)
+    alone = replace(alone, step=result.step, later=result)
     if runs is None:
-        return alone if alone.speed > found.step else found
+        return alone if alone.speed > result.step else result
     begin = max(float(speeds[-1]), ABOVE * alone.speed)
     slip = LITTLE * alone.speed if math.isnan(alone.whirl) else alone.speed - alone.whirl
     fell = runs.fell(begin, alone.speed, slip)
-    return replace(alone, speed=fell) if fell > before else _first(runs, balance, speeds, found)
+    return replace(alone, speed=fell) if fell > before else _first(runs, balance, speeds, result)
 
 
 def _alone(balance: Balance, speeds: Floats) -> Capture | None:
     """Where the first plane falls back while each turns at a speed of its own; none if no one does at these speeds."""
-    found = []
+    capture = []
     for place in sorted(set(balance.loads.station.tolist())) if speeds.size else ():
         one = _of(balance, place)
         begun = _begun(one, speeds)
-        found += [] if begun is None else [replace(_down(one, begun, float(speeds[0])), station=place)]
-    return max((one for one in found if not math.isnan(one.speed)), key=lambda one: one.speed, default=None)
+        capture += [] if begun is None else [replace(_down(one, begun, float(speeds[0])), station=place)]
+    return max((one for one in capture if not math.isnan(one.speed)), key=lambda one: one.speed, default=None)
 
 
-def _first(runs: SlowRuns, balance: Balance, speeds: Floats, found: Capture, in_step: bool = True) -> Capture:
+def _first(runs: SlowRuns, balance: Balance, speeds: Floats, capture: Capture, in_step: bool = True) -> Capture:
     """The same, or where balls fall back before in a slow run-down, if planes are not in step all the way."""
-    known = [one for one in (found.lost, found.step) if not math.isnan(one)]
-    if in_step and not known and not math.isnan(found.speed):
-        return found
+    known = [one for one in (capture.lost, capture.step) if not math.isnan(one)]
+    if in_step and not known and not math.isnan(capture.speed):
+        return capture
     begin, lowest = float(speeds[-1]), min(balance.rotor.st.critical_speeds, default=float(speeds[0])) / EARLIER
-    lowest = lowest if math.isnan(found.speed) else found.speed
+    lowest = lowest if math.isnan(capture.speed) else capture.speed
     fall = runs.falls(begin, EARLIER * max(known, default=begin), lowest)
-    if fall is None or fall.speed < EARLIER * found.speed:
-        return found
+    if fall is None or fall.speed < EARLIER * capture.speed:
+        return capture
     station = min(fall.stations) if len(fall.stations) == 1 else None
-    before = "" if EARLIER * fall.speed > found.lost else found.reason.replace(SINGLE, "")
-    return replace(found, speed=fall.speed, whirl=fall.whirl, cause="run", reason=before, station=station)
+    before = "" if EARLIER * fall.speed > capture.lost else capture.reason.replace(SINGLE, "")
+    return replace(capture, speed=fall.speed, whirl=fall.whirl, cause="run", reason=before, station=station)
 
 
 def _of(balance: Balance, place: int) -> Balance:
@@ -136,7 +136,7 @@ def _of(balance: Balance, place: int) -> Balance:
     return Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(balance.loads.station == place).tolist())))
 
 
-def _again(balance: Balance, speeds: Floats, found: Capture) -> Capture:
+def _again(balance: Balance, speeds: Floats, capture: Capture) -> Capture:
     """Where planes lose step: from where on down all stall together, if that is before one of them falls back."""
     for speed in speeds[::-1].tolist():
         here = stands(balance, speed)
@@ -144,12 +144,12 @@ def _again(balance: Balance, speeds: Floats, found: Capture) -> Capture:
         highest = passed[passed < speed].max(initial=0.0)
         stalled = np.flatnonzero((past(balance, here) <= 0.0) | (here.whirl < highest))
         if stalled.size:
-            leaving = followed(balance, here.some(stalled[-1:]), found.lost, ("fold", "swinging"))
-            if math.isnan(found.speed):
-                return replace(found, reason=found.reason + AGAIN.format(leaving.speed))
-            together = Capture(leaving.speed, leaving.whirl, "fold", lost=found.lost)
-            return together if leaving.speed > found.speed else found
-    return found
+            leaving = followed(balance, here.some(stalled[-1:]), capture.lost, ("fold", "swinging"))
+            if math.isnan(capture.speed):
+                return replace(capture, reason=capture.reason + AGAIN.format(leaving.speed))
+            together = Capture(leaving.speed, leaving.whirl, "fold", lost=capture.lost)
+            return together if leaving.speed > capture.speed else capture
+    return capture
 
 
 def _down(balance: Balance, begun: States, lowest: float) -> Capture:
@@ -178,16 +178,16 @@ def _apart(balance: Balance, leaving: Leaving, lowest: float) -> Capture:
     places, speed = balance.loads.station, leaving.speed
     if len(set(places.tolist())) == 1:
         return Capture(speed, math.nan, leaving.cause)
-    found, beyond = [], bool(past(balance, leaving.state)[0] > 0.0)
+    items, beyond = [], bool(past(balance, leaving.state)[0] > 0.0)
     for place in sorted(set(places.tolist())):
         alone = _of(balance, place)
         below = stands(alone, (1.0 - BESIDE) * speed)
         kept = np.flatnonzero(_in_line(alone, below, beyond, leaving))
         if kept.size:
-            found.append(replace(_down(alone, below.some(kept[:1]), lowest), station=place))
+            items.append(replace(_down(alone, below.some(kept[:1]), lowest), station=place))
         elif below.speed.size:
-            found.append(Capture(speed, float(below.whirl[0]), leaving.cause, station=place))
-    known = [one for one in found if not math.isnan(one.speed)]
+            items.append(Capture(speed, float(below.whirl[0]), leaving.cause, station=place))
+    known = [item for item in items if not math.isnan(item.speed)]
     if not known:
         return Capture(math.nan, reason=LOST.format(speed), lost=speed)
     first = max(known, key=lambda one: one.speed)
@@ -209,8 +209,8 @@ def _in_line(balance: Balance, states: States, beyond: bool, leaving: Leaving) -
 
 def stands(balance: Balance, speed: float) -> States:
     """Stable balances at one rotor speed, of groups whose balls stay together, those that lag least first."""
-    (found,) = balance.found(np.array([speed]))
-    return found.some(np.flatnonzero(growth(balance, found) < 0.0))
+    (steady,) = balance.found(np.array([speed]))
+    return steady.some(np.flatnonzero(growth(balance, steady) < 0.0))
 
 
 def _let_down(balance: Balance, speeds: Floats) -> Capture:
@@ -234,7 +234,7 @@ def _slipping(balance: Balance, speeds: Floats) -> States | None:
     def arcs(at: Floats) -> list[tuple[Floats, Floats]]:
         return balance.arcs(at, balance.rotor.all_modes(at), (at * (1.0 - TINY))[:, None])
 
-    found = []
+    slips = []
     for k, (rest, _) in enumerate(arcs(speeds)):
         for i in np.flatnonzero(rest[1:, 0] * rest[:-1, 0] <= 0.0)[-1:]:
 
@@ -244,8 +244,8 @@ def _slipping(balance: Balance, speeds: Floats) -> States | None:
             speed = root(resting, speeds[i], speeds[i + 1], xtol=1e-13 * speeds[i])
             phase = float(arcs(np.array([speed]))[k][1][0, 0])
             y = [math.log(TINY), phase][: len(balance.loads.groups)]
-            found.append(States(np.array([speed]), np.array([y])))
-    return max(found, key=lambda one: float(one.speed[0]), default=None)
+            slips.append(States(np.array([speed]), np.array([y])))
+    return max(slips, key=lambda one: float(one.speed[0]), default=None)
 
 
 def _beyond_all(balance: Balance, speeds: Floats) -> States | None:
@@ -331,7 +331,7 @@ class SlowRuns:
 
     def __init__(self, machine: Machine, loads: Loads) -> None:
         self.loads = loads
-        plain = {"balancers": tuple(_plain(one) for one in machine.balancers), "tilting_races": "deflection"}
+        plain = {"balancers": tuple(_plain(balancer) for balancer in machine.balancers), "tilting_races": "deflection"}
         left_out = {"unbalances": (), "excitations": (), "axis": "vertical", "start": type(machine.start)()}
         self.machine = machine.model_copy(update=plain | left_out)
 
@@ -340,13 +340,16 @@ class SlowRuns:
         """Whether they take long steps; else they would take too long."""
         return stepper_for(self._assembled((0.0,), (1.0,), 0.0), 1.0, TOLERANCE).long is not None
 
-    def released(self, one: HangingRange) -> LastSeen | None:
+    def released(self, hanging_range: HangingRange) -> LastSeen | None:
         """Where the last ball leaves in a slow run-up from a balance; none if balls do not stall in it before its end."""
-        slip, near = one.end - one.whirl, NEAR * one.end
-        for begin in (near, *(min(max(share * one.whirl, 1.02 * one.begin), near) for share in EARLY)):
-            start = self._stalled(one, max(slip - (one.end - begin), 0.0))
+        slip, near = hanging_range.end - hanging_range.whirl, NEAR * hanging_range.end
+        for begin in (
+            near,
+            *(min(max(share * hanging_range.whirl, 1.02 * hanging_range.begin), near) for share in EARLY),
+        ):
+            start = self._stalled(hanging_range, max(slip - (hanging_range.end - begin), 0.0))
             path: tuple[float, ...] = (begin, near, FURTHER * near)
-            found, w, slips = None, np.zeros(0), np.zeros((0, start.shape[-1]))
+            result, w, slips = None, np.zeros(0), np.zeros((0, start.shape[-1]))
             for _ in range(STRETCHES):
                 motion = self.run(path, start, slip, SPREAD)
                 w, slips = np.append(w, motion.speed), np.concatenate([slips, motion.slip])
@@ -360,12 +363,12 @@ class SlowRuns:
                     np.searchsorted(w, (1.0 - SLOW_RUNS_BESIDE) * last),
                     [group.members[0] for group in self.loads.groups],
                 ]
-                found = LastSeen(last, before, last > (1.0 + GRADUALLY) * full)
+                result = LastSeen(last, before, last > (1.0 + GRADUALLY) * full)
                 if w[-1] > (1.0 + SLOW_RUNS_BESIDE) * last:
                     break
                 path, start = (path[-1], FURTHER * path[-1]), motion.last
-            if found is not None:
-                return found
+            if result is not None:
+                return result
         return None
 
     def fell(self, begin: float, near: float, slip: float) -> float:
@@ -402,17 +405,19 @@ class SlowRuns:
             angles[list(group.members)] = OTHER * group.station
         return self.run(path, np.stack([angles, np.zeros_like(angles)]), slip, 0.0)
 
-    def _stalled(self, one: HangingRange, slip: float) -> Floats:
+    def _stalled(self, hanging_range: HangingRange, slip: float) -> Floats:
         """Angles and speeds of all balls in the rotor; those that do not stall are at rest, spread evenly over each race."""
-        found = np.zeros((2, sum(len(group.members) for group in self.loads.groups)))
+        result = np.zeros((2, sum(len(group.members) for group in self.loads.groups)))
         for g, group in enumerate(self.loads.groups):
             members = list(group.members)
-            if g in one.groups:
-                found[0, members] = one.state.phases[0, one.groups.index(g)] + 1e-2 * np.arange(len(members))
-                found[1, members] = -slip
+            if g in hanging_range.groups:
+                result[0, members] = hanging_range.state.phases[0, hanging_range.groups.index(g)] + 1e-2 * np.arange(
+                    len(members)
+                )
+                result[1, members] = -slip
             else:
-                found[0, members] = 2.0 * math.pi * np.arange(len(members)) / len(members)
-        return found
+                result[0, members] = 2.0 * math.pi * np.arange(len(members)) / len(members)
+        return result
 
     def _assembled(self, times: Sequence[float], speeds: Sequence[float], spread: float) -> Assembly:
         drive = PrescribedSpeed(profile=Table(time=tuple(times), speed=tuple(speeds)))
@@ -491,24 +496,24 @@ def capture_border(speed: float, which: str, balls: str = "", how: str = HOW) ->
     return Border(CAPTURE, speed, f"{how}: below it balls in line{balls} fall back to the resonance{which}")
 
 
-def beyond(st: Stations, loads: Loads, one: HangingRange) -> str:
+def beyond(st: Stations, loads: Loads, hanging_range: HangingRange) -> str:
     """Where balls leave in a slow run, and how they lag there; the end of their balance is elsewhere."""
     slips: dict[str, float] = {}
-    for group, slip in zip(loads.groups, one.slips, strict=True):
+    for group, slip in zip(loads.groups, hanging_range.slips, strict=True):
         slips[st.names[group.station]] = max(slip, slips.get(st.names[group.station], 0.0))
     each = ", ".join(f"those of {name} by {slip:.3g} rad/s" for name, slip in slips.items())
-    until = f"the torque balance of balls in line ends at {float(one.state.speed[0]):.4g} rad/s"
-    gradually = ", to half of it gradually" if one.cause == GRADUAL else ""
+    until = f"the torque balance of balls in line ends at {float(hanging_range.state.speed[0]):.4g} rad/s"
+    gradually = ", to half of it gradually" if hanging_range.cause == GRADUAL else ""
     each += f" slower than the rotor{gradually}; {until}"
-    return f"slow run of stalled balls at the resonance of {one.whirl:.4g} rad/s: {each}"
+    return f"slow run of stalled balls at the resonance of {hanging_range.whirl:.4g} rad/s: {each}"
 
 
-def which(st: Stations, loads: Loads, one: HangingRange) -> str:
+def which(st: Stations, loads: Loads, hanging_range: HangingRange) -> str:
     """Which balls hang, if not all."""
-    if len(one.groups) == len(loads.groups):
+    if len(hanging_range.groups) == len(loads.groups):
         return ""
     places = {group.station for group in loads.groups}
-    held = {loads.groups[g].station for g in one.groups}
+    held = {loads.groups[g].station for g in hanging_range.groups}
     if len(held) < len(places):
         names = ", ".join(st.names[place] for place in sorted(held))
         return f", balls of {names} alone, those of other planes are free already"
@@ -524,22 +529,23 @@ def unsought(loads: Loads, runs: bool) -> list[str]:
 def others(st: Stations, loads: Loads, met: list[HangingRange], last: HangingRange) -> list[str]:
     """The next lower ends, each resonance and set once."""
     rest = sorted((one for one in met if one is not last and math.isfinite(one.end)), key=lambda one: -one.end)
-    found: list[str] = []
+    texts: list[str] = []
     for one in rest:
         held = {loads.groups[g].station for g in one.groups}
         alone = (
             "" if len(one.groups) == len(loads.groups) else f" ({', '.join(st.names[p] for p in sorted(held))} alone)"
         )
         text = f"{one.end:.4g} rad/s at that of {one.whirl:.4g} rad/s{alone}"
-        if text not in found:
-            found.append(text)
-    return found[:OTHERS]
+        if text not in texts:
+            texts.append(text)
+    return texts[:OTHERS]
 
 
-def again(one: HangingRange) -> str:
+def again(hanging_range: HangingRange) -> str:
     """A range that no run-up meets."""
-    to = "" if math.isinf(one.end) else f" to {one.end:.4g}"
-    return f"from {one.begin:.4g}{to} rad/s on balls can stall again, at a resonance that rises with the speed, never passed"
+    to = "" if math.isinf(hanging_range.end) else f" to {hanging_range.end:.4g}"
+    begin = f"{hanging_range.begin:.4g}{to}"
+    return f"from {begin} rad/s on balls can stall again, at a resonance that rises with the speed, never passed"
 
 
 # Release and capture speed of equal balls in one plane, whatever the receptance of the rotor.

@@ -80,24 +80,24 @@ def stalled_groups(machine: Machine, station: list[int]) -> tuple[StalledGroup, 
 
     Balls between partitions are carried along and are left out.
     """
-    found: list[StalledGroup] = []
+    result: list[StalledGroup] = []
     for number, (place, ball) in enumerate(zip(station, resolve(machine), strict=True)):
         if machine.balancers[ball.balancer].races[ball.race].partitions is not None:
             continue
-        for g, group in enumerate(found):
+        for g, group in enumerate(result):
             if group.station == place and _equal(group.ball, ball):
-                found[g] = replace(group, count=group.count + 1, members=(*group.members, number))
+                result[g] = replace(group, count=group.count + 1, members=(*group.members, number))
                 break
         else:
-            found.append(StalledGroup(place, 1, ball, ball.rolling_resistance, (number,)))
-    return tuple(found)
+            result.append(StalledGroup(place, 1, ball, ball.rolling_resistance, (number,)))
+    return tuple(result)
 
 
-def _equal(one: Ball, other: Ball) -> bool:
+def _equal(ball: Ball, other: Ball) -> bool:
     """Whether balls stall like equal ones; those of a lot differ by some 1e-4."""
-    if (one.drag_curve is None) != (other.drag_curve is None) or one.rolling_resistance != other.rolling_resistance:
+    if (ball.drag_curve is None) != (other.drag_curve is None) or ball.rolling_resistance != other.rolling_resistance:
         return False
-    first, second = ((ball.moment, ball.orbit_radius, ball.drag, ball.inertia) for ball in (one, other))
+    first, second = ((ball.moment, ball.orbit_radius, ball.drag, ball.inertia) for ball in (ball, other))
     return bool(np.allclose(first, second, rtol=EQUAL, atol=0.0))
 
 
@@ -139,10 +139,10 @@ class Loads:
 
     def carried(self, slip: Floats, whirl: Complexes, speed: Floats) -> Floats:
         """Torque that drives one ball of each group at slips (n,), (n, g)."""
-        found = np.empty(whirl.shape)
+        result = np.empty(whirl.shape)
         for g, group in enumerate(self.groups):
-            found[:, g] = group.carried(slip, speed, whirl[:, g].real)
-        return found
+            result[:, g] = group.carried(slip, speed, whirl[:, g].real)
+        return result
 
 
 # A rotor that runs at W, under loads that circle forward at another speed v: receptance at its stations and modes.
@@ -250,7 +250,7 @@ class Whirling:
         n = self._mass.shape[0]
         damping, stiffness = self._held
         if self.st.model.speeds.size > 1:
-            parts = [self._at(float(one)) for one in speeds]
+            parts = [self._at(float(speed)) for speed in speeds]
             damping, stiffness = (np.stack(matrices) for matrices in zip(*parts, strict=True))
         whole = np.zeros((speeds.size, 2 * n, 2 * n), np.complex128)
         whole[:, :n, n:] = np.eye(n)
@@ -272,16 +272,16 @@ class Whirling:
 
     def hang(self, speeds: Floats, whirls: Floats) -> NDArray[np.bool_]:
         """Whether a resonance that the rotor has passed is ahead of balls that whirl so fast, or just behind them, (n,)."""
-        found = []
+        result = []
         for speed, whirl in zip(speeds.tolist(), whirls.tolist(), strict=True):
             modes = self.modes(speed)
-            found.append(bool(((modes.frequency < speed) & (modes.frequency + PAST * modes.decay > whirl)).any()))
-        return np.array(found, np.bool_)
+            result.append(bool(((modes.frequency < speed) & (modes.frequency + PAST * modes.decay > whirl)).any()))
+        return np.array(result, np.bool_)
 
     def all_modes(self, speeds: Floats) -> AllModes:
         """Every mode at rotor speeds (s,)."""
-        found = [self._known(float(speed)) for speed in speeds]
-        return AllModes(*(np.stack(parts) for parts in zip(*found, strict=True)))
+        result = [self._known(float(speed)) for speed in speeds]
+        return AllModes(*(np.stack(parts) for parts in zip(*result, strict=True)))
 
     def _known(self, speed: float) -> Known:
         key = 0.0 if self._fixed else speed
@@ -511,14 +511,14 @@ class Balance:
         if count == 1:
             return [(host(0, 0).imag - need[:, :, 0], np.zeros_like(whirl))]
         across, own = host(0, 1), host(0, 0)
-        found = []
+        result = []
         with np.errstate(invalid="ignore", divide="ignore"):
             lag = np.arcsin((need[:, :, 0] - own.imag) / np.abs(across))
             for angle in (lag, np.pi - lag):
                 phase = angle - np.angle(across)
                 rest = (host(1, 1) + host(1, 0) * np.exp(-1j * phase)).imag - need[:, :, 1]
-                found.append((rest, phase))
-        return found
+                result.append((rest, phase))
+        return result
 
     def _whirls(self, speeds: Floats, modes: AllModes) -> Floats:
         """Whirl speeds at which to look, ascending, (s, n)."""
@@ -563,9 +563,9 @@ def _solved(matrices: Floats, right: Floats) -> Floats:
     """Solutions (n, G), nan where there is none."""
     good = np.flatnonzero(np.isfinite(matrices).all(axis=(1, 2)) & np.isfinite(right).all(axis=1))
     good = good[np.abs(np.linalg.det(matrices[good])) > 1e-300]
-    found = np.full(right.shape, np.nan)
-    found[good] = np.linalg.solve(matrices[good], right[good][:, :, None])[:, :, 0]
-    return found
+    result = np.full(right.shape, np.nan)
+    result[good] = np.linalg.solve(matrices[good], right[good][:, :, None])[:, :, 0]
+    return result
 
 
 def _distinct(states: States) -> States:
@@ -599,10 +599,10 @@ def joints(speeds: Floats, lag: Floats, arcs: list[tuple[Floats, Floats]]) -> li
     (one, phase), (other, far) = arcs
     known = np.isfinite(one) & np.isfinite(other)
     turn = np.angle(np.exp(1j * (far - phase)))
-    found = []
+    result = []
     for here, beyond in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
         at, k = np.nonzero(known[:, here] & ~known[:, beyond] & (one[:, here] * other[:, here] <= 0.0))
         k = k if here.stop == -1 else k + 1
         y = np.column_stack([lag[at, k], phase[at, k] + 0.5 * turn[at, k]])
-        found.append((speeds[at], y))
-    return found
+        result.append((speeds[at], y))
+    return result

@@ -31,12 +31,12 @@ def close_polygon(lengths: Floats, target: complex) -> list[Floats]:
         a, b = lengths
         cosine = (size**2 + a**2 - b**2) / (2.0 * size * a) if size > 0.0 else 0.0
         opening = math.acos(min(max(cosine, -1.0), 1.0))
-        found = []
+        result = []
         for side in (1.0, -1.0):
             first = cmath.phase(target) + side * opening
             second = cmath.phase(target - a * cmath.exp(1j * first))
-            found.append(np.array([first, second]))
-        return found[:1] if np.allclose(np.exp(1j * found[0]), np.exp(1j * found[1]), atol=1e-9) else found
+            result.append(np.array([first, second]))
+        return result[:1] if np.allclose(np.exp(1j * result[0]), np.exp(1j * result[1]), atol=1e-9) else result
     opened = directions(lengths, target)
     return [] if opened is None else [opened, 2.0 * cmath.phase(target) - opened]
 
@@ -153,8 +153,8 @@ def _refined(angles: Floats, place: int, groups: tuple[int, int, int], share: fl
     """The extreme value near a grid point, times ``sign``."""
 
     def value(angle: float) -> float:
-        found = sign * _spreads(np.exp(1j * np.array([angle])), groups, share)
-        return float(np.nanmin(found)) if np.isfinite(found).any() else float(groups[0] + groups[1] + groups[2])
+        result = sign * _spreads(np.exp(1j * np.array([angle])), groups, share)
+        return float(np.nanmin(result)) if np.isfinite(result).any() else float(groups[0] + groups[1] + groups[2])
 
     low, high = angles[max(place - 1, 0)], angles[min(place + 1, POINTS - 1)]
     return min(least(value, low, high, xtol=1e-10)[1], value(float(angles[place])))

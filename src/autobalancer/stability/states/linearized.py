@@ -246,8 +246,8 @@ def _accelerations(st: Stations, swing: Swing, turn: Floats) -> tuple[Matrix, Ma
     center = st.moment[:, None] * w * w * (np.exp(-1j * angle) * st.offset[:, None]).real
     right[:, size + ball, size + ball] = (seen - center).T
     right[:, size + ball, 2 * size + n + ball] = -st.drag
-    found = np.linalg.solve(mass, right)
-    return np.asarray(found[:, :, : size + n]), np.asarray(found[:, :, size + n :])
+    accelerations = np.linalg.solve(mass, right)
+    return np.asarray(accelerations[:, :, : size + n]), np.asarray(accelerations[:, :, size + n :])
 
 
 # Periodic steady states where x and y are not alike: the balls swing in the rotor with twice its speed.
@@ -337,11 +337,13 @@ class _Balance:
         sigma = 1j * speed * grid.odd[:, None, None]
         held, damping = model.stiffness_at(speed), model.damping_at(speed) + speed * model.gyroscopic
         loads = np.column_stack([pushed.T, force])
-        found = pushed @ np.linalg.solve(held + sigma * damping + sigma**2 * model.mass, loads) * sigma**2
+        result = pushed @ np.linalg.solve(held + sigma * damping + sigma**2 * model.mass, loads) * sigma**2
         size = 2 * places * m
-        answer = (found[:, :, :-1].reshape(grid.odd.size, -1).T @ grid.times).real.reshape(2 * places, 2 * places, m, m)
+        answer = (result[:, :, :-1].reshape(grid.odd.size, -1).T @ grid.times).real.reshape(
+            2 * places, 2 * places, m, m
+        )
         self.answer = answer.swapaxes(1, 2).reshape(size, size)
-        self.alone = np.real(speed**2 * found[0, :, -1:] * np.exp(1j * self.turn))  # (2 P, m)
+        self.alone = np.real(speed**2 * result[0, :, -1:] * np.exp(1j * self.turn))  # (2 P, m)
 
     def solved(self, mean: Matrix, swing: Matrix) -> tuple[Matrix, Matrix]:
         """Mean angles (n, 1) and swings (n, m) of the balls at which all torques vanish."""
@@ -374,8 +376,8 @@ class _Balance:
         size = 1.0 / np.sqrt(1.0 + self.st.inertia[:, None] / unit * np.maximum(self.squares, 0.0))  # (n, m)
         blocks = self.waves.T @ slope.reshape(n, m, n, m).swapaxes(1, 2) @ self.waves  # (n, n, m, m)
         scaled = (blocks.swapaxes(1, 2) * size[:, :, None, None] * size).reshape(n * m, n * m)
-        found = np.linalg.lstsq(scaled, -((miss @ self.waves) * size).ravel(), rcond=1e-9)[0]
-        return np.asarray((found.reshape(n, m) * size) @ self.waves.T)
+        step = np.linalg.lstsq(scaled, -((miss @ self.waves) * size).ravel(), rcond=1e-9)[0]
+        return np.asarray((step.reshape(n, m) * size) @ self.waves.T)
 
     def acceleration(self, mean: Matrix, swing: Matrix) -> Complexes:
         """Of the stations in space, (P, m)."""
@@ -384,8 +386,8 @@ class _Balance:
         total = np.zeros((places, self.m), np.complex128)
         np.add.at(total, self.st.station, force)
         parts = np.concatenate([total.real, total.imag]).ravel()
-        found = (self.answer @ parts).reshape(2 * places, self.m) + self.alone
-        return np.asarray(found[:places] + 1j * found[places:])
+        result = (self.answer @ parts).reshape(2 * places, self.m) + self.alone
+        return np.asarray(result[:places] + 1j * result[places:])
 
     def _unit(self) -> Floats:
         """Size of the torque on each ball, (n, 1)."""
@@ -536,8 +538,8 @@ def sizes(cycle: Cycle) -> Floats:
     """Of the components of a state: deflections by the moment of unbalance and balls, angles of one radian."""
     host, n = cycle.host, cycle.balls
     length = (abs(host.unbalance) + float(host.moment.sum())) / host.model.total_mass or 1.0
-    one = np.repeat([length, length * cycle.speed, 1.0, cycle.speed], [cycle.rotor // 2, cycle.rotor // 2, n, n])
-    return np.asarray(np.tile(one, cycle.count), np.float64)
+    repeat = np.repeat([length, length * cycle.speed, 1.0, cycle.speed], [cycle.rotor // 2, cycle.rotor // 2, n, n])
+    return np.asarray(np.tile(repeat, cycle.count), np.float64)
 
 
 # Growth rates of balanced planar rotors on orthotropic supports, at many speeds at once.
@@ -609,11 +611,11 @@ def half_turns(p: Plane, speeds: Floats, angles: Matrix, steps: int) -> Matrix:
     at_start = (waves.reshape(-1, 3) @ one.reshape(k, 3, -1) for one in (held, slowed))
     held, slowed = (one.reshape(k, steps, 4, size, size) for one in at_start)
     right = np.concatenate([held, slowed + h[..., None] * nodes[:, None, None] * held], axis=-1)
-    found = np.linalg.solve(left, right.reshape(k, steps, 4 * size, 2 * size)).reshape(k, steps, 4, 2 * size * size)
+    result = np.linalg.solve(left, right.reshape(k, steps, 4 * size, 2 * size)).reshape(k, steps, 4, 2 * size * size)
     maps = np.zeros((k, steps, 2 * size, 2 * size)) + np.eye(2 * size)
     maps[:, :, range(size), range(size, 2 * size)] = h[..., 0]
-    maps[:, :, :size] += h * h * (weights @ inner @ found).reshape(k, steps, size, 2 * size)
-    maps[:, :, size:] += h * (weights @ found).reshape(k, steps, size, 2 * size)
+    maps[:, :, :size] += h * h * (weights @ inner @ result).reshape(k, steps, size, 2 * size)
+    maps[:, :, size:] += h * (weights @ result).reshape(k, steps, size, 2 * size)
     while maps.shape[1] > 1:
         odd = maps[:, -1:] if maps.shape[1] % 2 else maps[:, :0]
         maps = np.concatenate([maps[:, 1::2] @ maps[:, : maps.shape[1] // 2 * 2 : 2], odd], axis=1)

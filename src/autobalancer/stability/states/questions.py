@@ -99,21 +99,21 @@ def equilibria(
         "growth_rate": ("state", rates, "growth rate", "1/s"),
         "leading_motion": ("state", [text for _, text in rows], "what moves in the leading mode", ""),
     }
-    found = xr.Dataset(coords={"mode": np.arange(1, modes + 1), "ball": np.arange(1, n + 1)})
+    dataset = xr.Dataset(coords={"mode": np.arange(1, modes + 1), "ball": np.arange(1, n + 1)})
     if where:
         needed = required(st, speed) if n else np.zeros(0, np.complex128)
-        found = found.assign_coords(station=("station", list(st.names)))
+        dataset = dataset.assign_coords(station=("station", list(st.names)))
         data |= {
             "deflection_at_station": (("state", "station"), np.abs(whirl), "deflection at the stations", "m"),
             "required_moment": ("station", np.abs(needed), "what the balls of a station have to add up to", "kg m"),
             "required_moment_angle": ("station", np.angle(needed), "direction of that in the rotor", "rad"),
         }
     for name, (dims, entries, text, unit) in data.items():
-        found[name] = (dims, entries, {"long_name": text, "units": unit})
+        dataset[name] = (dims, entries, {"long_name": text, "units": unit})
     verdicts = ["not found" if np.isnan(rate) else verdict(rate, speed) for rate in rates]
-    found["verdict"] = ("state", verdicts, {"long_name": "stable, marginal or unstable"})
-    found.attrs = _attributes(machine, st) | {"speed": speed, "title": f"Steady states of {machine.name}"}
-    return Equilibria.of(found)
+    dataset["verdict"] = ("state", verdicts, {"long_name": "stable, marginal or unstable"})
+    dataset.attrs = _attributes(machine, st) | {"speed": speed, "title": f"Steady states of {machine.name}"}
+    return Equilibria.of(dataset)
 
 
 def eigenvalues(
@@ -162,10 +162,10 @@ def eigenvalues(
         every = balanced_of(st, speed) if state == "balanced" and st.moment.size else states_of(st, speed)
         wanted = [s for s in without_exchanges(st, every) if s.name == state and outward in (None, s.outward)]
         states = [in_mean(st, speed, s) for s in wanted]
-        found = [(speed, s, *judged(st, speed, s)) for s in states]
-        found = [row for row in found if not np.isnan(row[2]).any()]
-        if found:
-            rows.append(min(found, key=lambda row: _rate(row[2], row[1])))
+        items = [(speed, s, *judged(st, speed, s)) for s in states]
+        items = [row for row in items if not np.isnan(row[2]).any()]
+        if items:
+            rows.append(min(items, key=lambda row: _rate(row[2], row[1])))
         else:
             missing.append(speed)
         if progress is not None:
@@ -225,12 +225,12 @@ def overlapping(machine: Machine, states: Sequence[StationState]) -> list[bool]:
         and not races[balls[i].balancer][balls[i].race].coincidence
     ]
     orbit, radius = np.array([[ball.orbit_radius, ball.radius] for ball in balls]).reshape(-1, 2).T
-    found = []
+    result = []
     for state in states:
         place = orbit * np.exp(1j * state.angles)
         touches = [abs(place[i] - place[j]) < (radius[i] + radius[j]) * (1.0 - TOUCH) for i, j in pairs]
-        found.append(any(touches) and state.freedom == 0)
-    return found
+        result.append(any(touches) and state.freedom == 0)
+    return result
 
 
 def _where(st: Stations) -> str:
@@ -334,16 +334,16 @@ class Eigenvalues(Answer):
 
     def remarks(self) -> Sequence[str]:
         """What is left out, and where there is no such state."""
-        found, missing = super().remarks(), np.size(self.attrs.get("speeds_without_state", ()))
-        return [*found, f"no such state at {missing} of the speeds"] if missing else found
+        result, missing = super().remarks(), np.size(self.attrs.get("speeds_without_state", ()))
+        return [*result, f"no such state at {missing} of the speeds"] if missing else result
 
 
-def verdict_rows(found: xr.Dataset) -> list[list[Any]]:
+def verdict_rows(dataset: xr.Dataset) -> list[list[Any]]:
     """Speeds in a row with one verdict: first, last, verdict, greatest growth rate, the motion there, whether a gap is before."""
     speeds, rates, verdicts, motions = (
-        found[name].values for name in ("speed", "growth_rate", "verdict", "leading_motion")
+        dataset[name].values for name in ("speed", "growth_rate", "verdict", "leading_motion")
     )
-    missing = np.asarray(found.attrs.get("speeds_without_state", ()), np.float64)
+    missing = np.asarray(dataset.attrs.get("speeds_without_state", ()), np.float64)
     rows: list[list[Any]] = []
     for i, speed in enumerate(speeds):
         gap = i > 0 and bool(np.any((missing > speeds[i - 1]) & (missing < speed)))

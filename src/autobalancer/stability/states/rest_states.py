@@ -66,19 +66,19 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
     if st.moment.size == 0:
         return [StationState("no balls", np.zeros(0), st.rows @ st.coordinates(speed, np.zeros(0)), 0, 0)]
     count = len(st.names)
-    found: list[StationState] = []
+    station_states: list[StationState] = []
     for size in range(count, -1, -1):
         for true in combinations(range(count), size):
             still_time()
-            found += _states(st, speed, true)
-    return sorted(found, key=lambda state: state.rank)
+            station_states += _states(st, speed, true)
+    return sorted(station_states, key=lambda state: state.rank)
 
 
 def balanced_of(st: Stations, speed: float) -> list[StationState]:
     """The balanced ones only; of a continuum two members that are mirror images."""
     _check(speed)
-    found = _states(st.plain_at(speed), speed, tuple(range(len(st.names))))
-    return found if st.plain else [state for state in settled(st, speed, found) if state.name == "balanced"]
+    states = _states(st.plain_at(speed), speed, tuple(range(len(st.names))))
+    return states if st.plain else [state for state in settled(st, speed, states) if state.name == "balanced"]
 
 
 def required(st: Stations, speed: float, centers: Complexes | None = None) -> Complexes:
@@ -114,7 +114,7 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
     rest = tuple(p for p in range(len(st.names)) if p not in true)
     centers = [_centers(st, p) for p in true]
     rank = _rank(host, true)
-    found = []
+    states = []
     for chosen in product(*centers):
         for angles, fixed in _others(st, true, chosen):
             moved = _moments(st, np.flatnonzero(fixed), angles)
@@ -136,8 +136,8 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
                         continue
                     whirl[list(true)] = at_rest
                     balls = sum(max(int((~fixed & (st.station == p)).sum()) - 2, 0) for p in true)
-                    found.append(_named(st, true, fixed, full.copy(), whirl, balls + 2 * (len(true) - rank)))
-    return found
+                    states.append(_named(st, true, fixed, full.copy(), whirl, balls + 2 * (len(true) - rank)))
+    return states
 
 
 def _rank(host: Complexes, true: tuple[int, ...]) -> int:
@@ -149,8 +149,8 @@ def _rank(host: Complexes, true: tuple[int, ...]) -> int:
 
 
 def _centers(st: Stations, place: int) -> list[complex]:
-    found = {complex(c) for c in st.offset[st.station == place]}
-    return sorted(found, key=lambda c: (abs(c), cmath.phase(c)))
+    centers = {complex(c) for c in st.offset[st.station == place]}
+    return sorted(centers, key=lambda c: (abs(c), cmath.phase(c)))
 
 
 def _moments(st: Stations, balls: np.ndarray, angles: Floats) -> Complexes:
@@ -249,13 +249,13 @@ def directions_of(a: Aligned) -> list[dict[int, float]]:
     if any(np.ptp(a.offset[balls].real) or np.ptp(a.offset[balls].imag) for balls in a.balls) or len(a.balls) > 2:
         return _searched(a)
     centers = np.array([a.offset[balls[0]] for balls in a.balls])
-    found = []
+    directions = []
     for signs in product(*(_net(a.moment[balls]) for balls in a.balls)):
         nets = np.array([float(sign @ a.moment[balls]) for sign, balls in zip(signs, a.balls, strict=True)])
         solve = _one if len(a.balls) == 1 else _two
         for psi in solve(a.host * nets, a.free + centers):
-            found.append(_placed(a, signs, psi))
-    return found
+            directions.append(_placed(a, signs, psi))
+    return directions
 
 
 def _placed(a: Aligned, signs: tuple[Floats, ...], psi: Floats) -> dict[int, float]:
@@ -272,15 +272,15 @@ def _net(moment: Floats) -> list[Floats]:
     counts = np.bincount(place)
     if int(np.prod(counts + 1)) > PATTERNS:
         raise QuestionError("steady states: too many different balls to try all arrangements")
-    found: dict[float, Floats] = {}
+    net: dict[float, Floats] = {}
     for outward in product(*(range(int(count) + 1) for count in counts)):
         signs = np.empty(moment.size)
         for kind in range(kinds.size):
             members = np.flatnonzero(place == kind)
             signs[members] = -1.0
             signs[members[: outward[kind]]] = 1.0
-        found.setdefault(round(float(signs @ moment), 18), signs)
-    return list(found.values())
+        net.setdefault(round(float(signs @ moment), 18), signs)
+    return list(net.values())
 
 
 def _one(h: Complexes, b: Complexes) -> Iterator[Floats]:
@@ -303,19 +303,19 @@ def _two(h: Complexes, b: Complexes) -> list[Floats]:
     a1, b1, c1 = -(np.conj(b[0]) * y + np.conj(h[0, 1])), 2j * h[0, 0].imag * y, b[0] * y + h[0, 1] * y**2
     a2, b2, c2 = h[1, 0] + 0.0 * y, b[1] + 2j * h[1, 1].imag * y - np.conj(b[1]) * y**2, -np.conj(h[1, 0]) * y**2
     resultant = (a1 * c2 - a2 * c1) ** 2 - (a1 * b2 - a2 * b1) * (b1 * c2 - b2 * c1)
-    found: list[Floats] = []
+    values: list[Floats] = []
     for second in resultant.roots():
         if abs(abs(second) - 1.0) > OFF_CIRCLE:
             continue
         for first in np.roots([a1(second), b1(second), c1(second)]):
             if abs(abs(first) - 1.0) < OFF_CIRCLE:
-                _add(found, _polished(h, b, np.angle([first, second])))
-    return found
+                _add(values, _polished(h, b, np.angle([first, second])))
+    return values
 
 
-def _add(found: list[Floats], psi: Floats | None) -> None:
-    if psi is not None and not any(np.abs(np.exp(1j * psi) - np.exp(1j * old)).max() < 1e-7 for old in found):
-        found.append(psi)
+def _add(values: list[Floats], psi: Floats | None) -> None:
+    if psi is not None and not any(np.abs(np.exp(1j * psi) - np.exp(1j * old)).max() < 1e-7 for old in values):
+        values.append(psi)
 
 
 def _polished(h: Complexes, b: Complexes, psi: Floats) -> Floats | None:
@@ -349,7 +349,7 @@ def _searched(a: Aligned) -> list[dict[int, float]]:
     random = np.random.default_rng(0)
     count = len(a.balls)
     starts = random.normal(size=(STARTS * count, 2 * count)) * 10.0 ** random.uniform(-2.0, 0.3, (STARTS * count, 1))
-    found: list[dict[int, float]] = []
+    result: list[dict[int, float]] = []
     for pattern in product((1.0, -1.0), repeat=len(balls)):
         signs = np.array(pattern)
 
@@ -371,8 +371,8 @@ def _searched(a: Aligned) -> list[dict[int, float]]:
                 continue
             seen.append(c)
             angles = np.angle(signs * c)
-            found.append(dict(zip(balls.tolist(), angles.tolist(), strict=True)))
-    return _distinct(found, a)
+            result.append(dict(zip(balls.tolist(), angles.tolist(), strict=True)))
+    return _distinct(result, a)
 
 
 def _distinct(found: list[dict[int, float]], a: Aligned) -> list[dict[int, float]]:
@@ -420,23 +420,23 @@ def settled(st: Stations, speed: float, states: Iterable[StationState]) -> list[
         return searched(st, speed, [*(state.angles for state in states), *random])
     if not st.isotropic:
         return without_exchanges(st, states)
-    found = []
+    station_states = []
     for state in without_exchanges(st, states):
         angles, freedom = _newton(st, speed, state.angles, state.freedom)
         if angles is not None and np.abs(angles - state.angles).max() < FAR:
             whirl = st.rows @ st.coordinates(speed, angles)
-            found.append(replace(state, angles=angles, whirl=whirl, freedom=freedom))
-    return found
+            station_states.append(replace(state, angles=angles, whirl=whirl, freedom=freedom))
+    return station_states
 
 
 def searched(st: Stations, speed: float, starts: Iterable[Floats]) -> list[StationState]:
     """States that Newton's method reaches from these ball angles, without exchanges of equal balls, in order."""
-    found = []
+    station_states = []
     for start in starts:
         angles, freedom = _newton(st, speed, start)
         if angles is not None:
-            found.append(named_at_rest(st, speed, np.mod(angles, 2.0 * np.pi), freedom))
-    return sorted(without_exchanges(st, found, DIGITS), key=lambda state: state.rank)
+            station_states.append(named_at_rest(st, speed, np.mod(angles, 2.0 * np.pi), freedom))
+    return sorted(without_exchanges(st, station_states, DIGITS), key=lambda state: state.rank)
 
 
 def _newton(st: Stations, speed: float, start: Floats, freedom: int = 0) -> tuple[Floats | None, int]:

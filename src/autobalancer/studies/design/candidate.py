@@ -55,15 +55,15 @@ class Candidate:
 
     def parts(self) -> dict[str, str]:
         """The same piece by piece."""
-        found = {"ring": self.ring.label, "count": f"{self.count} ball{'s' * (self.count != 1)}"}
-        found |= {"races": f"{self.races} races"} if self.races > 1 else {}
-        found |= {"planes": " and ".join(self.planes)} if self.planes else {}
-        return found | ({"fluid": self.fluid} if self.fillings else {})
+        result = {"ring": self.ring.label, "count": f"{self.count} ball{'s' * (self.count != 1)}"}
+        result |= {"races": f"{self.races} races"} if self.races > 1 else {}
+        result |= {"planes": " and ".join(self.planes)} if self.planes else {}
+        return result | ({"fluid": self.fluid} if self.fillings else {})
 
     @property
     def fluid(self) -> str:
         """Its fluids as text."""
-        return " / ".join(one.label for one in self.fillings)
+        return " / ".join(filling.label for filling in self.fillings)
 
     def key(self) -> tuple[Any, ...]:
         """What makes two candidates the same design."""
@@ -119,7 +119,7 @@ def density_of_balls(spec: Spec) -> float:
 def densities(spec: Spec, fillings: tuple[Filling, ...]) -> tuple[float, ...]:
     """Of the fluid of each race when it is cold and dense, kg/m^3; of the fluid of the machine where none is chosen."""
     if fillings:
-        return tuple(one.at(spec.temperature[0])[0] for one in fillings)
+        return tuple(filling.at(spec.temperature[0])[0] for filling in fillings)
     races = [race for balancer in spec.machine.balancers for race in balancer.races]
     part = races[0].fluid if races else None
     if part is None:
@@ -161,7 +161,7 @@ def candidates(spec: Spec) -> Iterator[Candidate]:
     if (
         not options.counts
         and not isinstance(spec.machine.rotor, PlanarRotor)
-        and any(planes_of(spec, one) > 1 for one in options.planes)
+        and any(planes_of(spec, plane) > 1 for plane in options.planes)
     ):
         raise QuestionError("candidates.count: 'fewest' is known for one plane; give numbers of balls")
     for ring, races, planes, fillings in product(rings(spec), options.races, options.planes, options.fluids or ((),)):
@@ -178,7 +178,7 @@ def of_ring(
         yield Candidate(ring, count, races, planes, fillings)
 
 
-def capability_of_races(spec: Spec, one: Candidate) -> float:
+def capability_of_races(spec: Spec, candidate: Candidate) -> float:
     """What the balls of one plane can balance when the fluid is cold, kg m.
 
     Raises
@@ -186,11 +186,12 @@ def capability_of_races(spec: Spec, one: Candidate) -> float:
     QuestionError
         If the balls float.
     """
-    dense = densities(spec, one.fillings)
-    each = dense if len(dense) == one.races else dense * one.races
-    ring, ball = one.ring, density_of_balls(spec)
+    dense = densities(spec, candidate.fillings)
+    each = dense if len(dense) == candidate.races else dense * candidate.races
+    ring, ball = candidate.ring, density_of_balls(spec)
     return sum(
-        capability(ring.orbit_radius, ring.ball_diameter, ball, one.count, fluid_density=float(found)) for found in each
+        capability(ring.orbit_radius, ring.ball_diameter, ball, candidate.count, fluid_density=float(result))
+        for result in each
     )
 
 
@@ -200,14 +201,14 @@ def capability_of_races(spec: Spec, one: Candidate) -> float:
 CHANGED = ("bearing", "orbit_radius", "race_radius", "balls", "fluid", "drag", "width", "height")
 
 
-def machine_of(spec: Spec, one: Candidate, temperature: float, unbalance: float | None = None) -> Machine:
+def machine_of(spec: Spec, candidate: Candidate, temperature: float, unbalance: float | None = None) -> Machine:
     """The machine of a candidate with its fluids at a temperature (K).
 
     Parameters
     ----------
     spec
         Its machine gives rotor, drive, friction and whatever else a candidate does not change.
-    one
+    candidate
         Races, balls and fluids.
     temperature
         K.
@@ -223,46 +224,54 @@ def machine_of(spec: Spec, one: Candidate, temperature: float, unbalance: float 
     template = machine.balancers[0].races[0] if machine.balancers else None
     races = tuple(
         _race(
-            spec, one, template, one.fillings[min(number, len(one.fillings) - 1)] if one.fillings else None, temperature
+            spec,
+            candidate,
+            template,
+            candidate.fillings[min(number, len(candidate.fillings) - 1)] if candidate.fillings else None,
+            temperature,
         )
-        for number in range(one.races)
+        for number in range(candidate.races)
     )
-    if one.planes:
-        balancers = tuple(Balancer(name=name, station=name, races=races) for name in one.planes)
+    if candidate.planes:
+        balancers = tuple(Balancer(name=name, station=name, races=races) for name in candidate.planes)
     elif machine.balancers:
         balancers = tuple(
-            changed_part(balancer, races=races, **_renamed(balancer.name, template, one))
+            changed_part(balancer, races=races, **_renamed(balancer.name, template, candidate))
             for balancer in machine.balancers
         )
     else:
         balancers = (Balancer(races=races),)
-    found: Machine = changed_part(machine, balancers=balancers)
-    return found if unbalance is None else with_quantity(found, "unbalance", unbalance)
+    result: Machine = changed_part(machine, balancers=balancers)
+    return result if unbalance is None else with_quantity(result, "unbalance", unbalance)
 
 
-def _renamed(name: str, template: Race | None, one: Candidate) -> dict[str, str]:
+def _renamed(name: str, template: Race | None, candidate: Candidate) -> dict[str, str]:
     """The name of a balancer with the new bearing, where it has the old one in it."""
     old = template.bearing if template is not None else None
-    return {"name": name.replace(old, one.ring.bearing)} if old and one.ring.bearing and old in name else {}
+    return {"name": name.replace(old, candidate.ring.bearing)} if old and candidate.ring.bearing and old in name else {}
 
 
-def _race(spec: Spec, one: Candidate, template: Race | None, filling: Any, temperature: float) -> Race:
-    ring, options = one.ring, spec.options
+def _race(spec: Spec, candidate: Candidate, template: Race | None, filling: Any, temperature: float) -> Race:
+    ring, options = candidate.ring, spec.options
     kept = {} if template is None else {k: getattr(template, k) for k in template.model_fields_set if k not in CHANGED}
     if template is not None and template.fluid is not None and template.fluid.lag != "none":
         kept |= {"width": template.width, "height": template.height}
     size = {"bearing": ring.bearing} if ring.bearing else {"orbit_radius": ring.orbit_radius}
     drag: Any = options.drag if options.drag is not None else template.drag if template is not None else None
     return Race(
-        **kept, **size, drag=drag, fluid=_fluid(template, filling, temperature), balls=(_balls(spec, one, template),)
+        **kept,
+        **size,
+        drag=drag,
+        fluid=_fluid(template, filling, temperature),
+        balls=(_balls(spec, candidate, template),),
     )
 
 
-def _balls(spec: Spec, one: Candidate, template: Race | None) -> Balls:
+def _balls(spec: Spec, candidate: Candidate, template: Race | None) -> Balls:
 
     motion = template.balls[0].motion if template is not None else "rolling"
     stuff = dict(spec.options.balls) or {"density": density_of_balls(spec)}
-    return Balls(count=one.count, diameter=one.ring.ball_diameter, motion=motion, **stuff)
+    return Balls(count=candidate.count, diameter=candidate.ring.ball_diameter, motion=motion, **stuff)
 
 
 def _fluid(template: Race | None, filling: Any, temperature: float) -> Any:
@@ -319,118 +328,118 @@ class Design:
         self.stage, self.reason, self.excess = stage, reason, excess
 
 
-def screened(spec: Spec, one: Candidate) -> Design:
+def screened(spec: Spec, candidate: Candidate) -> Design:
     """A candidate after the closed forms; ``reason`` is empty if it stays."""
-    found = Design(one)
+    design = Design(candidate)
     for question in (_space, _rule_out_by_fluid, _capability, _pressure, _machine, _critical):
-        question(spec, found)
-        if found.reason:
+        question(spec, design)
+        if design.reason:
             break
-    return found
+    return design
 
 
-def _space(spec: Spec, found: Design) -> None:
-    space, ring, one = spec.space, found.candidate.ring, found.candidate
+def _space(spec: Spec, design: Design) -> None:
+    space, ring, one = spec.space, design.candidate.ring, design.candidate
     width, outer = ring.width * one.races, math.inf if space.outer is None else space.outer
     widest = math.inf if space.width is None else space.width
     if ring.bore < space.bore * (1.0 - ROUNDING):
-        found.rule_out(
+        design.rule_out(
             "space", f"its bore of {_mm(ring.bore)} is below {_mm(space.bore)}", (space.bore - ring.bore) / space.bore
         )
     elif ring.outer > outer * (1.0 + ROUNDING):
-        found.rule_out(
+        design.rule_out(
             "space",
             f"its outer diameter of {_mm(ring.outer)} is above {_mm(outer)}",
             ring.outer / outer - 1.0,
         )
     elif width > widest * (1.0 + ROUNDING):
-        found.rule_out("space", f"its width of {_mm(width)} is above {_mm(widest)}", width / widest - 1.0)
+        design.rule_out("space", f"its width of {_mm(width)} is above {_mm(widest)}", width / widest - 1.0)
     elif ring.orbit_radius <= 0.5 * ring.ball_diameter:
-        found.rule_out("space", "its balls are larger than its race")
+        design.rule_out("space", "its balls are larger than its race")
     elif one.count > (room := largest_count(ring.orbit_radius, ring.ball_diameter)):
-        found.rule_out("space", f"its race has room for {room} of {one.count} balls", one.count / room - 1.0)
+        design.rule_out("space", f"its race has room for {room} of {one.count} balls", one.count / room - 1.0)
 
 
-def _rule_out_by_fluid(spec: Spec, found: Design) -> None:
-    one = found.candidate
+def _rule_out_by_fluid(spec: Spec, design: Design) -> None:
+    one = design.candidate
     try:
         dense = max(densities(spec, one.fillings))
         known = [tuple(filling.at(temperature)[1] for temperature in spec.temperature) for filling in one.fillings]
         if known:
-            found.viscosity = known[0][0], known[0][1]
+            design.viscosity = known[0][0], known[0][1]
     except AutobalancerError as reason:
-        found.rule_out("fluid", str(reason))
+        design.rule_out("fluid", str(reason))
         return
     if (heavy := density_of_balls(spec)) <= dense:
-        found.rule_out("fluid", f"its balls of {heavy:.0f} kg/m³ float in a fluid of {dense:.0f} kg/m³", dense / heavy)
+        design.rule_out("fluid", f"its balls of {heavy:.0f} kg/m³ float in a fluid of {dense:.0f} kg/m³", dense / heavy)
 
 
-def _capability(spec: Spec, found: Design) -> None:
-    one, planes = found.candidate, planes_of(spec, found.candidate.planes)
-    found.capability = capability_of_races(spec, one)
+def _capability(spec: Spec, design: Design) -> None:
+    one, planes = design.candidate, planes_of(spec, design.candidate.planes)
+    design.capability = capability_of_races(spec, one)
     ring = one.ring
     if one.count * one.races == 1:
-        found.rule_out("capability", "one ball alone balances an unbalance of exactly its own moment only")
+        design.rule_out("capability", "one ball alone balances an unbalance of exactly its own moment only")
         return
-    found.ball_mass = planes * one.races * one.count * ball_mass(ring.ball_diameter, density_of_balls(spec))
+    design.ball_mass = planes * one.races * one.count * ball_mass(ring.ball_diameter, density_of_balls(spec))
     if isinstance(spec.machine.rotor, PlanarRotor):
-        _enough(spec, found, planes * found.capability, spec.unbalance[1], "")
+        _enough(spec, design, planes * design.capability, spec.unbalance[1], "")
 
 
-def _enough(spec: Spec, found: Design, have: float, need: float, where: str) -> None:
-    asked = spec.capability_margin
-    found.margin = min(have / need if need > 0.0 else math.inf, found.margin if found.margin > 0.0 else math.inf)
-    if have < asked * need * (1.0 - ROUNDING):
-        times = f", {have / need:.3g} times as much; needed is {asked:g} times" if asked > 1.0 else ""
-        found.rule_out(
+def _enough(spec: Spec, design: Design, have: float, need: float, where: str) -> None:
+    requested = spec.capability_margin
+    design.margin = min(have / need if need > 0.0 else math.inf, design.margin if design.margin > 0.0 else math.inf)
+    if have < requested * need * (1.0 - ROUNDING):
+        times = f", {have / need:.3g} times as much; needed is {requested:g} times" if requested > 1.0 else ""
+        design.rule_out(
             "capability",
             f"its balls{where} can balance {moment_text(have)} of {moment_text(need)}{times}",
-            asked * need / max(have, 1e-12) - 1.0,
+            requested * need / max(have, 1e-12) - 1.0,
         )
 
 
-def _pressure(spec: Spec, found: Design) -> None:
-    ring, speed = found.candidate.ring, spec.fastest
+def _pressure(spec: Spec, design: Design) -> None:
+    ring, speed = design.candidate.ring, spec.fastest
     radius = 0.5 * ring.ball_diameter
-    heavy = density_of_balls(spec) - min(densities(spec, found.candidate.fillings))  # less the fluid displaced
+    heavy = density_of_balls(spec) - min(densities(spec, design.candidate.fillings))  # less the fluid displaced
     force = ball_mass(ring.ball_diameter, heavy) * ring.orbit_radius * speed**2
-    found.pressure = greatest_pressure(force, STEEL, radius, ring.orbit_radius + radius)
+    design.pressure = greatest_pressure(force, STEEL, radius, ring.orbit_radius + radius)
     allowed = spec.limits.get(PRESSURE, math.inf)
-    if found.pressure > allowed:
-        found.rule_out(
+    if design.pressure > allowed:
+        design.rule_out(
             "pressure",
-            f"a ball presses with {1e-6 * found.pressure:.0f} MPa on its race at {rpm_and_si(speed)}, allowed are "
+            f"a ball presses with {1e-6 * design.pressure:.0f} MPa on its race at {rpm_and_si(speed)}, allowed are "
             f"{1e-6 * allowed:.4g} MPa",
-            found.pressure / allowed - 1.0,
+            design.pressure / allowed - 1.0,
         )
 
 
-def _machine(spec: Spec, found: Design) -> None:
+def _machine(spec: Spec, design: Design) -> None:
     """Build it, and of a rotor that tilts ask what each plane has to balance."""
-    one = found.candidate
+    one = design.candidate
     try:
         middle = 0.5 * sum(spec.temperature)
-        found.machine = machine_of(spec, one, middle, spec.unbalance[1])
+        design.machine = machine_of(spec, one, middle, spec.unbalance[1])
         if not isinstance(spec.machine.rotor, PlanarRotor):
-            for plane in frame_of(found.machine, spec.slowest).stations:
-                if not found.reason:
-                    _enough(spec, found, plane.capability, plane.required, f" at {plane.name!r}")
+            for plane in frame_of(design.machine, spec.slowest).stations:
+                if not design.reason:
+                    _enough(spec, design, plane.capability, plane.required, f" at {plane.name!r}")
     except AutobalancerError as reason:
-        found.rule_out("fluid" if "fluid" in str(reason) else "space", str(reason))
+        design.rule_out("fluid" if "fluid" in str(reason) else "space", str(reason))
 
 
-def _critical(spec: Spec, found: Design) -> None:
+def _critical(spec: Spec, design: Design) -> None:
     """No border lies below the lowest critical speed: known at once, where borders take a while."""
     from autobalancer.rotordynamics.campbell import critical_speeds
 
-    assert found.machine is not None
+    assert design.machine is not None
     try:
-        speeds = critical_speeds(found.machine)["critical_speed"].values
+        speeds = critical_speeds(design.machine)["critical_speed"].values
     except AutobalancerError:  # its borders say what they can
         return
     allowed = spec.slowest / (1.0 + spec.limits.get(MARGIN, 0.0))
     if speeds.size and float(speeds[0]) > allowed:
-        found.rule_out(
+        design.rule_out(
             "border",
             f"balls balance above the critical speed of {rpm_and_si(float(speeds[0]))} only; needed is {rpm_and_si(allowed)} or "
             "less",

@@ -112,32 +112,32 @@ def design(
     named = {"specification_file": Path(given).name} if isinstance(given, (str, Path)) else {}
     with Store(folder, spec.identity(), "design") if folder is not None else nullcontext():
         kept = Path(folder) / ANSWER if folder is not None else None
-        found = _kept(kept, spec) if kept is not None else None
-        if found is None:
+        result = _kept(kept, spec) if kept is not None else None
+        if result is None:
             way = _Way(spec, Path(folder) / RUNS if folder is not None else None, workers, progress, seen)
             try:
-                found = _designed(way)
+                result = _designed(way)
             except QuestionError as reason:
                 if folder is not None and str(folder) in str(reason):
                     raise
                 source = given if isinstance(given, (str, Path)) else "specification"
                 raise QuestionError(f"{source}: {reason}") from None
             if kept is not None:
-                save_run(found, kept)
-        return found.assign_attrs(named)
+                save_run(result, kept)
+        return result.assign_attrs(named)
 
 
 def _kept(path: Path, spec: Spec) -> Designed | None:
     """The answer that the same call left, if it had the same names and was made by the same version; a damaged one is none."""
     try:
-        found = load_run(path) if path.exists() and spec.measured is None else None
+        designs = load_run(path) if path.exists() and spec.measured is None else None
     except ResultError:
         return None
     named = {**provenance(), "design_name": spec.name, "remarks": list(spec.remarks)}
-    same = found is not None and all(
-        found.attrs.get(key, "") == text for key, text in named.items() if key != "created"
+    same = designs is not None and all(
+        designs.attrs.get(key, "") == text for key, text in named.items() if key != "created"
     )
-    return Designed.of(found) if found is not None and same else None
+    return Designed.of(designs) if designs is not None and same else None
 
 
 class _Way(NamedTuple):
@@ -149,10 +149,10 @@ class _Way(NamedTuple):
     progress: Callable[[int, int], None] | None
     seen: Callable[[Designed], None] | None
 
-    def tell(self, found: Iterable[Design]) -> None:
+    def tell(self, designs: Iterable[Design]) -> None:
         """Say what is known so far."""
         if self.seen is not None:
-            self.seen(Designed.of(designs_dataset(self.spec, list(found), "so far")))
+            self.seen(Designed.of(designs_dataset(self.spec, list(designs), "so far")))
 
     def look(self, alive: Sequence[Design]) -> None:
         """Let somebody end it while nothing runs."""
@@ -164,26 +164,26 @@ def _designed(way: _Way) -> Designed:
     """Every candidate, where sizes have steps and the budget is enough; else a search."""
     spec = way.spec
     searched = bool(spec.options.free)
-    found = [] if searched else [screened(spec, one) for one in candidates(spec)]
+    designed = [] if searched else [screened(spec, candidate) for candidate in candidates(spec)]
     if not searched:
-        refuse_none(spec, found)
-        alive = [one for one in found if not one.reason]
+        refuse_none(spec, designed)
+        alive = [one for one in designed if not one.reason]
         _each_race_once(alive)
         alive = [one for one in alive if not one.reason]
         searched = len(alive) > spec.search.budget
     if not searched:
         for one in alive:
             judge_scatter(spec, one)
-        refuse_none(spec, found)
+        refuse_none(spec, designed)
         alive = [one for one in alive if not one.reason]
         for one in alive:
             way.look(alive)
             judge_borders(spec, one)
-        refuse_none(spec, found)
-        run_all(way, [one for one in alive if not one.reason], lambda: way.tell(found))
-        refuse_none(spec, found)
-        return Designed.of(designs_dataset(spec, found, "every candidate that was left"))
-    return _searched(way, found)
+        refuse_none(spec, designed)
+        run_all(way, [one for one in alive if not one.reason], lambda: way.tell(designed))
+        refuse_none(spec, designed)
+        return Designed.of(designs_dataset(spec, designed, "every candidate that was left"))
+    return _searched(way, designed)
 
 
 def _each_race_once(alive: Iterable[Design]) -> None:
@@ -205,20 +205,20 @@ def _searched(way: _Way, known: list[Design]) -> Designed:
     def judge(one: Any) -> Design:
         if one.key() not in judged:
             judged[one.key()] = screened(spec, one)
-        found = judged[one.key()]
-        found = first[one.motion()] if found.stage == SAME else found
-        if not found.reason and not found.numbers:
-            judge_scatter(spec, found)
+        design = judged[one.key()]
+        design = first[one.motion()] if design.stage == SAME else design
+        if not design.reason and not design.numbers:
+            judge_scatter(spec, design)
             _refuse_hopeless(spec, judged.values())
-        if not found.reason and not found.numbers:
-            judge_borders(spec, found)
-        return found
+        if not design.reason and not design.numbers:
+            judge_borders(spec, design)
+        return design
 
     looked = found_by_search(spec, judge, lambda designs: run_all(way, designs, lambda: way.tell(judged.values())))
-    found = list(judged.values())
+    designed = list(judged.values())
     seen = {id(one) for one in looked}
-    ran, budget = sum(bool(one.numbers) for one in found), spec.search.budget
-    for one in found:
+    ran, budget = sum(bool(one.numbers) for one in designed), spec.search.budget
+    for one in designed:
         if not one.reason and not one.numbers:
             why = (
                 "the search did not look at it"
@@ -227,12 +227,12 @@ def _searched(way: _Way, known: list[Design]) -> Designed:
             )
             one.rule_out(NOT_RUN, f"not run: {why}", 0.0)
     if not ran:
-        refuse_none(spec, found)
+        refuse_none(spec, designed)
     how = (
         f"NSGA-II over {spec.search.generations} generations, seed {spec.search.seed}, then the nearest to the best; looked at "
         f"{len(looked)} candidates, of the budget of {budget} designs {ran} were run"
     )
-    return Designed.of(designs_dataset(spec, found, how))
+    return Designed.of(designs_dataset(spec, designed, how))
 
 
 def _runs(spec: Spec, alive: Sequence[Design]) -> int:
@@ -268,14 +268,14 @@ def run_all(way: _Way, alive: Sequence[Design], tell: Callable[[], None]) -> Non
         tell()
 
 
-def _refuse_hopeless(spec: Spec, found: Iterable[Design]) -> None:
+def _refuse_hopeless(spec: Spec, designs: Iterable[Design]) -> None:
     """Refuse a search whose first designs that pass the closed forms are all impossible; there is no end of others to try."""
-    known = [one for one in found if one.stage in ("", "border", STAGES[-1])]
+    known = [design for design in designs if design.stage in ("", "border", STAGES[-1])]
     if len(known) >= HOPELESS and all(one.stage == STAGES[-1] and not one.numbers for one in known):
         refuse_none(spec, known)
 
 
-def refuse_none(spec: Spec, found: Sequence[Design]) -> None:
+def refuse_none(spec: Spec, designs: Sequence[Design]) -> None:
     """Refuse a specification that leaves no candidate.
 
     Raises
@@ -283,16 +283,16 @@ def refuse_none(spec: Spec, found: Sequence[Design]) -> None:
     QuestionError
         With how many each question ruled out, and the nearest miss of the question that ruled the last ones out.
     """
-    if not found:
+    if not designs:
         raise QuestionError("candidates: there is none; races and fluids do not go together")
-    if any(not one.reason for one in found):
+    if any(not design.reason for design in designs):
         return
-    counts = {stage: sum(one.stage == stage for one in found) for stage in STAGES}
+    counts = {stage: sum(design.stage == stage for design in designs) for stage in STAGES}
     said = ", ".join(f"{stage} {count}" for stage, count in counts.items() if count)
-    last = max((one.stage for one in found), key=STAGES.index)
-    nearest = min((one for one in found if one.stage == last), key=lambda one: one.excess)
+    last = max((design.stage for design in designs), key=STAGES.index)
+    nearest = min((design for design in designs if design.stage == last), key=lambda one: one.excess)
     text = (
-        f"candidates: none of {len(found)} is left; ruled out by {said}. The last ones were ruled out by {last}, the nearest: "
+        f"candidates: none of {len(designs)} is left; ruled out by {said}. The last ones were ruled out by {last}, the nearest: "
         f"{nearest.candidate.label}: {nearest.reason}"
     )
     raise QuestionError(". ".join([text, *spec.remarks]))
@@ -322,13 +322,13 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     how
         How those that ran were chosen.
     """
-    ranked = ordered(spec, [one for one in designs if one.numbers])
+    ranked = ordered(spec, [design for design in designs if design.numbers])
     place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
     front = {id(one): level for one, level in ranked}
     best = next((one.machine for one, _ in ranked if one.machine is not None), None)
-    found = xr.Dataset(attrs={**_attributes(spec, how), "left_out": left_out(spec, best) if best is not None else ""})
-    found.attrs["borders_ignore"] = _borders_ignore(designs)
-    found = found.assign_coords(
+    dataset = xr.Dataset(attrs={**_attributes(spec, how), "left_out": left_out(spec, best) if best is not None else ""})
+    dataset.attrs["borders_ignore"] = _borders_ignore(designs)
+    dataset = dataset.assign_coords(
         design=("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
     )
 
@@ -336,40 +336,48 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         kept = (
             np.array(values, dtype=object) if values and isinstance(values[0], str) else np.asarray(values, np.float64)
         )
-        found[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
+        dataset[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
 
     add("label", _labels(designs), "what it is")
-    add("place", [float(place.get(id(one), np.nan)) for one in designs], "place among those that ran, 1 for the best")
-    add("front", [float(front.get(id(one), np.nan)) for one in designs], "number of its Pareto front, 0 for the first")
+    add(
+        "place",
+        [float(place.get(id(design), np.nan)) for design in designs],
+        "place among those that ran, 1 for the best",
+    )
+    add(
+        "front",
+        [float(front.get(id(design), np.nan)) for design in designs],
+        "number of its Pareto front, 0 for the first",
+    )
     add(
         "meets",
-        [float(meets(spec, one)) if one.numbers else -1.0 for one in designs],
+        [float(meets(spec, design)) if design.numbers else -1.0 for design in designs],
         "1: keeps all limits; 0: too few runs to say; -1: does not",
     )
-    beyond = [misses(spec, one) if one.numbers else {} for one in designs]
+    beyond = [misses(spec, design) if design.numbers else {} for design in designs]
     add("misses", [float(len(one)) for one in beyond], "limits on the runs that it misses, their number", "1")
     add(
         "missed",
-        [missed(spec, one) if one.numbers else one.stage for one in designs],
+        [missed(spec, design) if design.numbers else design.stage for design in designs],
         "limits that it misses, or what ruled it out",
     )
     add(
         "stage",
-        [one.stage for one in designs],
+        [design.stage for design in designs],
         f"what ruled it out: {', '.join(STAGES[:-1])}; {STAGES[-1]!r} if it ran",
     )
-    add("reason", [one.reason for one in designs], "why it was ruled out")
+    add("reason", [design.reason for design in designs], "why it was ruled out")
     add(
         "excess",
-        [one.excess if one.reason else sum(more.values()) for one, more in zip(designs, beyond, strict=True)],
+        [design.excess if design.reason else sum(more.values()) for design, more in zip(designs, beyond, strict=True)],
         "how far it misses that, or limits on the runs added up, over what is allowed",
         "1",
     )
-    add("bearing", [one.candidate.ring.bearing for one in designs], "bearing whose outer ring is the race")
-    add("fluid", [one.candidate.fluid for one in designs], "fluid of the races")
-    add("planes", [", ".join(one.candidate.planes) for one in designs], "stations with balls")
-    add("count", [one.candidate.count for one in designs], "balls of a race")
-    add("races", [one.candidate.races for one in designs], "races of a plane")
+    add("bearing", [design.candidate.ring.bearing for design in designs], "bearing whose outer ring is the race")
+    add("fluid", [design.candidate.fluid for design in designs], "fluid of the races")
+    add("planes", [", ".join(design.candidate.planes) for design in designs], "stations with balls")
+    add("count", [design.candidate.count for design in designs], "balls of a race")
+    add("races", [design.candidate.races for design in designs], "races of a plane")
     for name, text in (
         ("orbit_radius", "orbit radius"),
         ("ball_diameter", "diameter of a ball"),
@@ -377,90 +385,105 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         ("outer", "outer diameter"),
         ("width", "width of a race"),
     ):
-        add(name, [getattr(one.candidate.ring, name) for one in designs], text, "m")
+        add(name, [getattr(design.candidate.ring, name) for design in designs], text, "m")
     add(
         "viscosity_cold",
-        [one.viscosity[0] for one in designs],
+        [design.viscosity[0] for design in designs],
         "kinematic viscosity at the lowest temperature",
         "m^2/s",
     )
     add(
         "viscosity_warm",
-        [one.viscosity[1] for one in designs],
+        [design.viscosity[1] for design in designs],
         "kinematic viscosity at the highest temperature",
         "m^2/s",
     )
-    add("capability", [one.capability for one in designs], "unbalance that the balls of a plane can balance", "kg m")
+    add(
+        "capability",
+        [design.capability for design in designs],
+        "unbalance that the balls of a plane can balance",
+        "kg m",
+    )
     add(
         "capability_margin",
-        [one.margin for one in designs],
+        [design.margin for design in designs],
         "capability over what is to be balanced, the least of all planes",
         "1",
     )
-    add("ball_mass", [one.ball_mass for one in designs], "mass of all balls", "kg")
-    add("pressure", [one.pressure for one in designs], "greatest pressure between ball and race (Hertz)", "Pa")
+    add("ball_mass", [design.ball_mass for design in designs], "mass of all balls", "kg")
+    add("pressure", [design.pressure for design in designs], "greatest pressure between ball and race (Hertz)", "Pa")
     add(
         "release",
-        [one.release for one in designs],
+        [design.release for design in designs],
         "release speed, the worst of all temperatures and unbalances",
         "rad/s",
     )
     add(
-        "border", [one.border for one in designs], "exact border, the worst of all temperatures and unbalances", "rad/s"
+        "border",
+        [design.border for design in designs],
+        "exact border, the worst of all temperatures and unbalances",
+        "rad/s",
     )
     for name, (unit, text) in MEASURED.items():
         at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
-        add(name, [one.numbers.get(name, np.nan) for one in designs], at_share, unit)
-        add(f"{name}_median", [one.numbers.get(f"{name}_median", np.nan) for one in designs], f"{text}; median", unit)
+        add(name, [design.numbers.get(name, np.nan) for design in designs], at_share, unit)
+        add(
+            f"{name}_median",
+            [design.numbers.get(f"{name}_median", np.nan) for design in designs],
+            f"{text}; median",
+            unit,
+        )
     for name, text in SHARES.items():
-        if any(name in one.numbers for one in designs):
-            add(name, [one.numbers.get(name, np.nan) for one in designs], text, "1")
+        if any(name in design.numbers for design in designs):
+            add(name, [design.numbers.get(name, np.nan) for design in designs], text, "1")
             for end, said in ENDS.items():
                 key = f"{name}_{end}"
-                add(key, [one.numbers.get(key, np.nan) for one in designs], f"{text}; {said}", "1")
-    add("drag_warning", [one.drag_warning for one in designs], "where its balls leave the range of their drag law")
-    add("passage", [one.passage for one in designs], "where its passage is worse than without balls")
+                add(key, [design.numbers.get(key, np.nan) for design in designs], f"{text}; {said}", "1")
+    add(
+        "drag_warning", [design.drag_warning for design in designs], "where its balls leave the range of their drag law"
+    )
+    add("passage", [design.passage for design in designs], "where its passage is worse than without balls")
     add(
         "used",
-        [used(spec, one) if one.numbers else np.nan for one in designs],
+        [used(spec, design) if design.numbers else np.nan for design in designs],
         "greatest share of a limit that it uses up",
         "1",
     )
-    found["machine"] = (
+    dataset["machine"] = (
         "design",
-        np.array([_text(spec, one, place) for one in designs], dtype=object),
+        np.array([_text(spec, design, place) for design in designs], dtype=object),
         {"long_name": "machine file"},
     )
     if spec.measured is not None:
         variables, attributes = labelled(spec.measured)
-        found = found.assign(variables).assign_attrs(attributes)
-    return found
+        dataset = dataset.assign(variables).assign_attrs(attributes)
+    return dataset
 
 
 def _borders_ignore(designs: Sequence[Design]) -> list[str]:
     """What the border speeds of the table leave out of the machines, a sentence each."""
-    machines = [one.machine for one in designs if one.machine is not None and one.numbers]
-    found = []
+    machines = [design.machine for design in designs if design.machine is not None and design.numbers]
+    sentences = []
     for name, theory in (("release speed", Theory.STALLED), ("exact border", Theory.AT_REST)):
         terms = dict.fromkeys(term for machine in machines for term in unknown(machine, theory))
-        found += [f"{name}: ignores {', '.join(terms)}"] if terms else []
-    return found
+        sentences += [f"{name}: ignores {', '.join(terms)}"] if terms else []
+    return sentences
 
 
 def _labels(designs: Sequence[Design]) -> list[str]:
     """What each is, without what all have in common."""
-    parts = [one.candidate.parts() for one in designs]
-    for part, one in zip(parts, designs, strict=True):
-        part["ring"] += f" (same race: {', '.join(one.twins)})" * bool(one.twins)
+    parts = [design.candidate.parts() for design in designs]
+    for part, design in zip(parts, designs, strict=True):
+        part["ring"] += f" (same race: {', '.join(design.twins)})" * bool(design.twins)
     common = {key for key in ("ring", "races", "planes", "fluid") if len({one.get(key) for one in parts}) == 1}
     return [", ".join(text for key, text in one.items() if key not in common) for one in parts]
 
 
-def _text(spec: Spec, one: Design, place: dict[int, int]) -> str:
+def _text(spec: Spec, design: Design, place: dict[int, int]) -> str:
     """The machine file of a design that ran, with the run-up of the specification."""
-    if one.machine is None or id(one) not in place:
+    if design.machine is None or id(design) not in place:
         return ""
-    machine = driven(spec, one.machine, spec.fastest, coasting=False)
+    machine = driven(spec, design.machine, spec.fastest, coasting=False)
     return machine_text(in_author_units(with_author_springs(machine, spec.machine), spec.machine))
 
 
@@ -524,14 +547,14 @@ def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
     places: dict[int, Floats] = {}  # of designs, by identity: rings that are the same race share one
 
     def designs(rows: Floats) -> list[Design]:
-        found = []
+        result = []
         for row in rows:
-            one = coded.candidate(row.tolist())
-            if one.key() not in seen:
-                seen[one.key()] = judge(one)
-                places.setdefault(id(seen[one.key()]), row)
-            found.append(seen[one.key()])
-        return found
+            candidate = coded.candidate(row.tolist())
+            if candidate.key() not in seen:
+                seen[candidate.key()] = judge(candidate)
+                places.setdefault(id(seen[candidate.key()]), row)
+            result.append(seen[candidate.key()])
+        return result
 
     def known() -> list[Design]:
         return list({id(one): one for one in seen.values()}.values())
@@ -545,10 +568,10 @@ def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
     problem = problems.Problem(n_var=len(coded.names), n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
     algorithm.setup(problem, termination=("n_gen", spec.search.generations), seed=spec.search.seed, verbose=False)
     while algorithm.has_next() and spent() < spec.search.budget:
-        asked = algorithm.ask()
-        if asked is None:
+        requested = algorithm.ask()
+        if requested is None:
             break
-        group = designs(asked.get("X"))
+        group = designs(requested.get("X"))
         left = spec.search.budget - spent()
         fresh = {id(one): one for one in group if not one.reason and not one.numbers}
         run(list(fresh.values())[:left])
@@ -557,8 +580,8 @@ def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
             F=np.array([_objectives(spec, one) for one in group]),
             G=np.array([[_missed(spec, one)] for one in group]),
         )
-        evaluators.Evaluator().eval(numbers, asked)
-        algorithm.tell(infills=asked)
+        evaluators.Evaluator().eval(numbers, requested)
+        algorithm.tell(infills=requested)
     for number in range(spec.search.budget):  # what the generations have left of it
         left, fresh = min(spec.search.budget - spent(), each), {}
         if left <= 0:
@@ -592,29 +615,29 @@ def _nearest(spec: Spec, coded: Coded, seen: list[Design], places: dict[int, Flo
 def _first(spec: Spec, width: int, each: int, designs: Callable[[Floats], list[Design]]) -> Floats:
     """The first generation: as many as possible that pass the screens, the others those that miss them by least."""
     rows = generator(spec.search.seed, 1).random((TRIED * each, width))
-    found, order, keys = [], [], set()
+    items, order, keys = [], [], set()
     for place, row in enumerate(rows):
         (one,) = designs(row[None])
         if one.candidate.key() in keys:
             continue
         keys.add(one.candidate.key())
         order.append((one.excess if one.reason else -1.0, place))
-        found.append(not one.reason)
-        if sum(found) == each:
+        items.append(not one.reason)
+        if sum(items) == each:
             break
     chosen = [place for _, place in sorted(order)[:each]]
     return np.asarray(rows[chosen + list(range(each - len(chosen)))])
 
 
-def _objectives(spec: Spec, one: Design) -> list[float]:
-    values = [objective(one, name) for name in spec.search.objectives]
+def _objectives(spec: Spec, design: Design) -> list[float]:
+    values = [objective(design, name) for name in spec.search.objectives]
     return [float(np.log(value)) if np.isfinite(value) and value > 0.0 else FAR for value in values]
 
 
-def _missed(spec: Spec, one: Design) -> float:
-    if one.reason:
-        return 1.0 + min(one.excess, WORST)
-    return min(max(used(spec, one) - 1.0, 0.0), WORST) if one.numbers else WORST
+def _missed(spec: Spec, design: Design) -> float:
+    if design.reason:
+        return 1.0 + min(design.excess, WORST)
+    return min(max(used(spec, design) - 1.0, 0.0), WORST) if design.numbers else WORST
 
 
 def _pymoo() -> tuple[Any, Any, Any, Any]:
@@ -679,30 +702,30 @@ class Coded:
         axes = [(np.arange(len(self.lists[name])) + 0.5) / len(self.lists[name]) for name in self.names]
         return np.array(list(product(*axes)), np.float64).reshape(-1, len(axes))
 
-    def _chosen(self, name: str, given: dict[str, float]) -> Any:
+    def _chosen(self, name: str, options: dict[str, float]) -> Any:
         some = self.lists[name]
         if not some:
             return None
-        return some[min(int(given.get(name, 0.0) * len(some)), len(some) - 1)]
+        return some[min(int(options.get(name, 0.0) * len(some)), len(some) - 1)]
 
-    def _ring(self, given: dict[str, float]) -> Ring:
+    def _ring(self, options: dict[str, float]) -> Ring:
         own = own_sizes(self.spec) or (math.nan, math.nan)
         sizes = [
-            self._size(name, given, usual) for name, usual in zip(("orbit_radius", "ball_diameter"), own, strict=True)
+            self._size(name, options, usual) for name, usual in zip(("orbit_radius", "ball_diameter"), own, strict=True)
         ]
         return free_ring(self.spec, sizes[0], sizes[1])
 
-    def _size(self, name: str, given: dict[str, float], usual: float) -> float:
+    def _size(self, name: str, options: dict[str, float], usual: float) -> float:
         if name in self.free:
             low, high = self.free[name]
-            return round(low + given[name] * (high - low), 5)  # to 10 um: nobody makes it finer
-        return float(self._chosen(name, given) or usual)
+            return round(low + options[name] * (high - low), 5)  # to 10 um: nobody makes it finer
+        return float(self._chosen(name, options) or usual)
 
-    def _fillings(self, given: dict[str, float]) -> Any:
+    def _fillings(self, options: dict[str, float]) -> Any:
         if self.spec.options.blend is None:
-            return self._chosen("fluid", given) or ()
+            return self._chosen("fluid", options) or ()
         low, high = self.free["viscosity"]
-        viscosity = float(f"{low * (high / low) ** given['viscosity']:.3g}")
+        viscosity = float(f"{low * (high / low) ** options['viscosity']:.3g}")
         return (blended(*self.spec.options.blend, min(max(viscosity, low), high)),)
 
 
@@ -714,23 +737,23 @@ RELEASE, EXACT = "release speed", "exact border"
 SAYS = {RELEASE: "its balls stall at the critical speed and are released at", EXACT: "balancing is stable from"}
 
 
-def judge_borders(spec: Spec, found: Design) -> None:
+def judge_borders(spec: Spec, design: Design) -> None:
     """Ask both borders at all temperatures and both ends of the unbalance; rule the design out where one is too high."""
     allowed = spec.slowest / (1.0 + spec.limits.get(MARGIN, 0.0))
     worst: dict[str, tuple[float, float, float]] = {}
     for temperature in spec.temperatures:
         for size in sorted({max(spec.unbalance[0], 0.02 * spec.unbalance[1]), spec.unbalance[1]}):
             try:
-                machine = machine_of(spec, found.candidate, temperature, size)
-                known = {one.name: one.speed for one in borders(machine, only=(RELEASE, EXACT))}
+                machine = machine_of(spec, design.candidate, temperature, size)
+                known = {border.name: border.speed for border in borders(machine, only=(RELEASE, EXACT))}
             except AutobalancerError:
                 continue
             for name in (RELEASE, EXACT):
                 speed = known.get(name, math.nan)
                 if not math.isnan(speed) and speed > worst.get(name, (-1.0, 0.0, 0.0))[0]:
                     worst[name] = speed, temperature, size
-    found.release = worst.get(RELEASE, (math.nan,))[0]
-    found.border = worst.get(EXACT, (math.nan,))[0]
+    design.release = worst.get(RELEASE, (math.nan,))[0]
+    design.border = worst.get(EXACT, (math.nan,))[0]
     for name in (RELEASE, EXACT):
         speed, temperature, size = worst.get(name, (0.0, 0.0, 0.0))
         if speed > allowed:
@@ -738,8 +761,8 @@ def judge_borders(spec: Spec, found: Design) -> None:
             at = f" at {temperature - 273.15:.4g} °C" if spec.temperature[0] != spec.temperature[1] else ""
             at += f" and {moment_text(size)}" if spec.unbalance[0] != spec.unbalance[1] else ""
             reason = f"{said}{at}; needed is {rpm_and_si(allowed)} or less"
-            found.rule_out(
-                "border", reason + _least(spec, found, name, allowed, (temperature, size)), speed / allowed - 1.0
+            design.rule_out(
+                "border", reason + _least(spec, design, name, allowed, (temperature, size)), speed / allowed - 1.0
             )
             return
 
@@ -752,9 +775,9 @@ def _never(name: str) -> str:
     )
 
 
-def _least(spec: Spec, found: Design, name: str, allowed: float, at: tuple[float, float]) -> str:
+def _least(spec: Spec, design: Design, name: str, allowed: float, at: tuple[float, float]) -> str:
     """How thick the oil would have to be at its density, as the end of a reason; empty where it is not known."""
-    one, (temperature, size) = found.candidate, at
+    one, (temperature, size) = design.candidate, at
     if len(set(one.fillings)) != 1:
         return ""
     has = one.fillings[0].at(temperature)[1]

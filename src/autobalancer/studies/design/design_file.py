@@ -50,7 +50,7 @@ from autobalancer.studies.design.specification import (
 from autobalancer.tables import rpm_and_si
 
 
-def read_spec(given: str | Path | Mapping[str, Any]) -> Spec:
+def read_spec(options: str | Path | Mapping[str, Any]) -> Spec:
     """A specification from a file or a dict of the same form.
 
     Raises
@@ -60,60 +60,63 @@ def read_spec(given: str | Path | Mapping[str, Any]) -> Spec:
     MachineFileError
         If its machine cannot be read.
     """
-    data, source, folder, name = question_data(given, "specification", "design")
+    data, source, folder, name = question_data(options, "specification", "design")
     with faults_of(source):
         spec = _spec(Specification(**data), folder, name)
         refuse_contradictions(spec)
     return spec
 
 
-def _spec(asked: Specification, folder: Path, name: str) -> Spec:
-    machine, name = None if asked.machine is None else _machine(asked.machine, folder), asked.name or name
-    measured = None if asked.rotor is None else read_rotor(asked.rotor, folder)
+def _spec(specification: Specification, folder: Path, name: str) -> Spec:
+    machine, name = (
+        None if specification.machine is None else _machine(specification.machine, folder),
+        specification.name or name,
+    )
+    measured = None if specification.rotor is None else read_rotor(specification.rotor, folder)
     if measured is not None:
         machine = with_rotor(machine, measured, name)
     assert machine is not None
-    unbalance = asked.unbalance or _own_unbalance(machine)
+    unbalance = specification.unbalance or _own_unbalance(machine)
     if measured is not None:
         machine = with_some_unbalance(machine, unbalance[1])
     return Spec(
         name=name,
         machine=machine,
-        operation=_operation(machine, asked.operation),
+        operation=_operation(machine, specification.operation),
         unbalance=(float(unbalance[0]), float(unbalance[1])),
-        space=asked.space,
-        temperature=(float(asked.temperature[0]), float(asked.temperature[1])),
-        limits={key: float(value) for key, value in asked.limits if value is not None},
-        options=_options(machine, asked.candidates),
-        search=asked.search,
-        scatter=asked.scatter,
+        space=specification.space,
+        temperature=(float(specification.temperature[0]), float(specification.temperature[1])),
+        limits={key: float(value) for key, value in specification.limits if value is not None},
+        options=_options(machine, specification.candidates),
+        search=specification.search,
+        scatter=specification.scatter,
         measured=measured.fit if measured is not None else None,
-        remarks=bare_numbers(asked),
+        remarks=bare_numbers(specification),
     )
 
 
-def _machine(given: Any, folder: Path) -> Machine:
-    if isinstance(given, str) and given in rigs():
-        return rig(given)
-    return balls_in_races(beside(folder, given) if isinstance(given, (str, Path)) else given)
+def _machine(argument: Any, folder: Path) -> Machine:
+    if isinstance(argument, str) and argument in rigs():
+        return rig(argument)
+    return balls_in_races(beside(folder, argument) if isinstance(argument, (str, Path)) else argument)
 
 
-def _operation(machine: Machine, given: Operation) -> Operation:
-    if not given.speed:
+def _operation(machine: Machine, operation: Operation) -> Operation:
+    if not operation.speed:
         top = highest_prescribed(machine)
         if top is None or not top > 0.0:
             raise QuestionError("missing, and the drive of the machine names no highest speed", ("operation", "speed"))
-        given = given.model_copy(update={"speed": (float(top),)})
-    way = {"run_up": given.run_up, "hold": given.hold, "coast_down": given.coast_down}
-    if any(way.values()) and not (given.run_up and given.hold):
+        operation = operation.model_copy(update={"speed": (float(top),)})
+    way = {"run_up": operation.run_up, "hold": operation.hold, "coast_down": operation.coast_down}
+    if any(way.values()) and not (operation.run_up and operation.hold):
         text = "'run_up' and 'hold' belong together; give both, or neither to take the drive of the machine"
         raise QuestionError(text, ("operation",))
-    if len(given.speed) > 1 and not given.run_up:
+    if len(operation.speed) > 1 and not operation.run_up:
         text = "several speeds need 'run_up' and 'hold', which say how the machine gets to each"
         raise QuestionError(text, ("operation", "speed"))
-    if not given.run_up and machine.run is None:
+    if not operation.run_up and machine.run is None:
         raise QuestionError("the machine has no 'run.duration'; give 'run_up' and 'hold' here", ("operation",))
-    return given
+    return operation
 
 
 def _own_unbalance(machine: Machine) -> tuple[float, float]:
@@ -169,10 +172,10 @@ def _fast_enough(spec: Spec) -> None:
         return
     from autobalancer.rotordynamics.campbell import critical_speeds
 
-    found = critical_speeds(spec.machine)["critical_speed"].values
-    if found.size and spec.slowest < (1.0 + margin) * float(found[0]):
+    result = critical_speeds(spec.machine)["critical_speed"].values
+    if result.size and spec.slowest < (1.0 + margin) * float(result[0]):
         raise QuestionError(
-            f"contradicts operation.speed: balls balance above the critical speed of {rpm_and_si(float(found[0]))} only, and "
+            f"contradicts operation.speed: balls balance above the critical speed of {rpm_and_si(float(result[0]))} only, and "
             f"{100.0 * margin:g} % above it is more than {rpm_and_si(spec.slowest)}",
             ("limits", MARGIN),
         )
@@ -182,33 +185,36 @@ def _fast_enough(spec: Spec) -> None:
 # planes.
 
 
-def _options(machine: Machine, given: Candidates) -> Options:
+def _options(machine: Machine, candidates: Candidates) -> Options:
     """What there is to choose from, with the names of the catalog and the stations of the machine."""
-    sizes = {name: getattr(given, name) for name in ("orbit_radius", "ball_diameter")}
+    sizes = {name: getattr(candidates, name) for name in ("orbit_radius", "ball_diameter")}
     if not machine.balancers:
-        if not given.bearings and not all(sizes.values()):
+        if not candidates.bearings and not all(sizes.values()):
             text = "the machine has no race; give 'bearings', or both 'orbit_radius' and 'ball_diameter'"
             raise QuestionError(text, ("candidates",))
-        if given.drag is None:
+        if candidates.drag is None:
             text = 'missing, and the machine has no race to take it from; such as { law = "cd_re", cd_re = 387 }'
             raise QuestionError(text, ("candidates", "drag"))
-    fillings, blend, free = _fluids(given.fluids)
+    fillings, blend, free = _fluids(candidates.fluids)
     for place, choice in enumerate(fillings):
-        if len(choice) > 1 and len(choice) not in given.races:
+        if len(choice) > 1 and len(choice) not in candidates.races:
             labels = ", ".join(one.label for one in choice)
-            text = f"{labels} are fluids of {len(choice)} races, and 'races' is {list(given.races)}; allow {len(choice)} there"
+            text = (
+                f"{labels} are fluids of {len(choice)} races, and 'races' is {list(candidates.races)}; "
+                f"allow {len(choice)} there"
+            )
             raise QuestionError(text, ("candidates", "fluids", place))
     values = {name: () if isinstance(one, Range) else tuple(map(float, one)) for name, one in sizes.items()}
     return Options(
-        bearings=tuple(bearing(name).designation for name in given.bearings),
+        bearings=tuple(bearing(name).designation for name in candidates.bearings),
         orbit_radii=values["orbit_radius"],
         ball_diameters=values["ball_diameter"],
-        counts=tuple(dict.fromkeys(given.count or ())),
+        counts=tuple(dict.fromkeys(candidates.count or ())),
         fluids=tuple(dict.fromkeys(fillings)),
-        races=tuple(dict.fromkeys(given.races)),
-        planes=_planes(machine, given.planes),
-        balls={name: one for name in ("material", "density") if (one := getattr(given, name)) is not None},
-        drag=given.drag,
+        races=tuple(dict.fromkeys(candidates.races)),
+        planes=_planes(machine, candidates.planes),
+        balls={name: one for name in ("material", "density") if (one := getattr(candidates, name)) is not None},
+        drag=candidates.drag,
         free=(
             *((name, float(one.low), float(one.high)) for name, one in sizes.items() if isinstance(one, Range)),
             *free,
@@ -217,15 +223,15 @@ def _options(machine: Machine, given: Candidates) -> Options:
     )
 
 
-def _planes(machine: Machine, given: tuple[str | tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
+def _planes(machine: Machine, values: tuple[str | tuple[str, ...], ...]) -> tuple[tuple[str, ...], ...]:
     """Choices of stations that hold a balancer each; an empty one keeps the balancers of the machine."""
     path = ("candidates", "planes")
-    if not given:
+    if not values:
         if machine.balancers or machine.rotor.kind in ("planar", "modal"):
             return ((),)
         raise QuestionError("missing; name the stations that may hold a balancer", path)
-    known = [one.name for one in machine.stations]
-    choices = tuple((choice,) if isinstance(choice, str) else choice for choice in given)
+    known = [station.name for station in machine.stations]
+    choices = tuple((choice,) if isinstance(choice, str) else choice for choice in values)
     for place, name in ((place, name) for place, choice in enumerate(choices) for name in choice if name not in known):
         said = ", ".join(map(repr, known)) or "none"
         raise QuestionError(f"no station is called {name!r}; there are {said}", (*path, place))
@@ -233,24 +239,24 @@ def _planes(machine: Machine, given: tuple[str | tuple[str, ...], ...]) -> tuple
 
 
 def _fluids(
-    given: tuple[str | tuple[str, ...] | Blend, ...],
+    values: tuple[str | tuple[str, ...] | Blend, ...],
 ) -> tuple[list[tuple[Filling, ...]], tuple[str, str] | None, list[tuple[str, float, float]]]:
     """Choices of fluids; the pair of oils whose blend is searched, with its viscosities at 25 °C."""
-    found: list[tuple[Filling, ...]] = []
-    for place, entry in enumerate(given):
+    fluids: list[tuple[Filling, ...]] = []
+    for place, entry in enumerate(values):
         path = ("candidates", "fluids", place)
         if not isinstance(entry, Blend):
             names = (entry,) if isinstance(entry, str) else entry
-            found.append(tuple(Filling(known_fluid(name, *path)) for name in names))
+            fluids.append(tuple(Filling(known_fluid(name, *path)) for name in names))
             continue
         oils = known_fluid(entry.blend[0], *path), known_fluid(entry.blend[1], *path)
         blends = [(blended(*oils, float(one)),) for one in entry.viscosity]  # refuses what the two cannot make
         if isinstance(entry.viscosity, Range):
-            if len(given) > 1:
+            if len(values) > 1:
                 raise QuestionError("a blend with 'from' and 'to' stands alone", path)
             return [], oils, [("viscosity", float(entry.viscosity.low), float(entry.viscosity.high))]
-        found += blends
-    return found, None, []
+        fluids += blends
+    return fluids, None, []
 
 
 # The rotor of a specification from a measured receptance: read, fitted, and refused where it was not measured.
@@ -260,7 +266,7 @@ PREFIX = "rotor_"  # of names in the answer of a design
 KEPT = ("title", "fit_error", "free_error", "modes", "band_low", "band_high", "warnings", "noise")
 
 
-def read_rotor(given: MeasuredReceptance, folder: Path) -> MeasuredRotor:
+def read_rotor(measured_receptance: MeasuredReceptance, folder: Path) -> MeasuredRotor:
     """Read a measured receptance and fit a rotor to it; paths are seen from ``folder``.
 
     Raises
@@ -270,20 +276,25 @@ def read_rotor(given: MeasuredReceptance, folder: Path) -> MeasuredRotor:
     ResultError
         If the file cannot be read.
     """
-    file = beside(folder, given.receptance)
+    file = beside(folder, measured_receptance.receptance)
     try:
-        measured = load_receptance(file, function=given.function, mass_added=given.mass_added)
-        found = measured_rotor(receptance(measured, modes=given.modes, band=given.band), inertia=given.inertia)
+        measured = load_receptance(
+            file, function=measured_receptance.function, mass_added=measured_receptance.mass_added
+        )
+        rotor = measured_rotor(
+            receptance(measured, modes=measured_receptance.modes, band=measured_receptance.band),
+            inertia=measured_receptance.inertia,
+        )
     except QuestionError as reason:
         raise reason.within("rotor") from None
-    low, lowest = float(found.fit.attrs["band_low"]), float(found.fit["mode_frequency"].values[0])
+    low, lowest = float(rotor.fit.attrs["band_low"]), float(rotor.fit["mode_frequency"].values[0])
     if lowest < low:
         raise QuestionError(
             f"the lowest mode, at {hertz(lowest)} Hz, lies below what was measured, from {hertz(low)} Hz on; a run-up passes it, "
             "so measure from lower frequencies on",
             ("rotor", "receptance"),
         )
-    return found
+    return rotor
 
 
 def with_rotor(machine: Machine | None, measured: MeasuredRotor, name: str) -> Machine:
@@ -339,6 +350,6 @@ def read_back(designs: Any) -> FittedReceptance | None:
         return None
     names = {name: str(name)[len(PREFIX) :] for name in designs.data_vars if str(name).startswith(PREFIX)}
     attrs = {str(name)[len(PREFIX) :]: value for name, value in designs.attrs.items() if str(name).startswith(PREFIX)}
-    found = designs[list(names)].rename(names)
-    found.attrs = {**attrs, "rotor": designs.attrs["rotor"], "modes": int(np.asarray(attrs["modes"]))}
-    return FittedReceptance.of(found)
+    back = designs[list(names)].rename(names)
+    back.attrs = {**attrs, "rotor": designs.attrs["rotor"], "modes": int(np.asarray(attrs["modes"]))}
+    return FittedReceptance.of(back)

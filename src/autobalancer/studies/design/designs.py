@@ -81,7 +81,7 @@ class Designed(Answer):
     def facts(self) -> list[tuple[str, str]]:
         """What was asked, and how many candidates each question left."""
         low, high = self.attrs["unbalance_range"]
-        cold, warm = (one - 273.15 for one in self.attrs["temperature_range"])
+        cold, warm = (attr - 273.15 for attr in self.attrs["temperature_range"])
         ran = int(np.isfinite(self["place"].values).sum())
         out = self.ruled_out()
         parts = [f"{stage} {count}" for stage, count in out.items() if stage not in (SAME, NOT_RUN)]
@@ -141,23 +141,23 @@ class Designed(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """One row for each design that ran, the best first."""
-        found = self.best()
+        best = self.best()
         measures = list(dict.fromkeys(("peak_deflection", "settling_time", *self._measured())))
         return [
-            Column("place", [int(one) for one in found["place"].values]),
-            Column("design", [str(one) for one in found["label"].values], wraps=True),
-            Column("keeps limits", self._keeps(found)),
-            *(self._scaled(found, name) for name in measures),
-            Column("stall", [self._interval(found, "stall", i) for i in range(found.sizes["design"])], "%"),
-            self._speed(found, "release", unit),
-            self._speed(found, "border", unit),
-            Column("ball mass", 1e3 * found["ball_mass"].values, "g", ".4g"),
-            Column("front", [int(one) + 1 for one in found["front"].values]),
+            Column("place", [int(one) for one in best["place"].values]),
+            Column("design", [str(one) for one in best["label"].values], wraps=True),
+            Column("keeps limits", self._keeps(best)),
+            *(self._scaled(best, name) for name in measures),
+            Column("stall", [self._interval(best, "stall", i) for i in range(best.sizes["design"])], "%"),
+            self._speed(best, "release", unit),
+            self._speed(best, "border", unit),
+            Column("ball mass", 1e3 * best["ball_mass"].values, "g", ".4g"),
+            Column("front", [int(one) + 1 for one in best["front"].values]),
         ]
 
-    def _keeps(self, found: xr.Dataset) -> list[str]:
+    def _keeps(self, dataset: xr.Dataset) -> list[str]:
         """Whether each design keeps all limits, or how many it misses."""
-        pairs = zip(found["meets"].values.astype(int), found["misses"].values.astype(int), strict=True)
+        pairs = zip(dataset["meets"].values.astype(int), dataset["misses"].values.astype(int), strict=True)
         return [f"misses {count}" if meets < 0 and count else MEETS[meets] for meets, count in pairs]
 
     def remarks(self) -> Sequence[str]:
@@ -186,12 +186,12 @@ class Designed(Answer):
         """How many of those that ran leave the range of their drag law, and what one of them says of it."""
         if "drag_warning" not in self:
             return []
-        found = self.best()["drag_warning"].values.astype(str)
-        there = np.flatnonzero(found != "")
+        drag = self.best()["drag_warning"].values.astype(str)
+        there = np.flatnonzero(drag != "")
         if not there.size:
             return []
-        who = f"{there.size} of {found.size} designs leave the range of their drag law"
-        return [f"{who}; of place {there[0] + 1}: {found[there[0]]}"]
+        who = f"{there.size} of {drag.size} designs leave the range of their drag law"
+        return [f"{who}; of place {there[0] + 1}: {drag[there[0]]}"]
 
     def _missed(self) -> list[str]:
         """Which limits are missed, and of which too few runs tell; each with the places."""
@@ -253,17 +253,17 @@ class Designed(Answer):
     def _measured(self) -> list[str]:
         return [name for name in json.loads(self.attrs["limits"]) if name in self]
 
-    def _scaled(self, found: xr.Dataset, name: str) -> Column:
-        sign, factor = SHOWN[found[name].attrs["units"]]
-        values = [None if not np.isfinite(one) else factor * float(one) for one in found[name].values]
+    def _scaled(self, dataset: xr.Dataset, name: str) -> Column:
+        sign, factor = SHOWN[dataset[name].attrs["units"]]
+        values = [None if not np.isfinite(one) else factor * float(one) for one in dataset[name].values]
         return Column(name.replace("_", " "), ["never" if one is None else significant(one) for one in values], sign)
 
-    def _speed(self, found: xr.Dataset, name: str, unit: str) -> Column:
-        shown = axis_unit(found[name], unit or self.shown_in)
-        return Column(name, shown.shown(found[name].values), shown.sign, ".4g")
+    def _speed(self, dataset: xr.Dataset, name: str, unit: str) -> Column:
+        shown = axis_unit(dataset[name], unit or self.shown_in)
+        return Column(name, shown.shown(dataset[name].values), shown.sign, ".4g")
 
-    def _interval(self, found: xr.Dataset, name: str, row: int) -> str:
-        share, low, high = (100.0 * float(found[f"{name}{end}"].values[row]) for end in ("", "_low", "_high"))
+    def _interval(self, dataset: xr.Dataset, name: str, row: int) -> str:
+        share, low, high = (100.0 * float(dataset[f"{name}{end}"].values[row]) for end in ("", "_low", "_high"))
         return f"{share:.3g} ({low:.2g} to {high:.2g})"
 
     def _limit(self, name: str, value: Any) -> str:
@@ -313,8 +313,8 @@ def designed_machine(designs: xr.Dataset, place: int = 1) -> Machine:
     return machine.model_copy(update={"name": f"{machine.name}, {label}", "description": _said(designs, one, machine)})
 
 
-def _said(designs: xr.Dataset, one: xr.Dataset, machine: Machine) -> str:
-    fluid = str(one["fluid"].values)
+def _said(designs: xr.Dataset, dataset: xr.Dataset, machine: Machine) -> str:
+    fluid = str(dataset["fluid"].values)
     filled = f" Its races are filled with {fluid}{' (shares by mass)' if '%' in fluid else ''}." if fluid else ""
     limits = dict(Designed.of(designs).facts())["limits"]
     low, high = designs.attrs["unbalance_range"]
@@ -322,19 +322,19 @@ def _said(designs: xr.Dataset, one: xr.Dataset, machine: Machine) -> str:
     keeps = {
         1: "It keeps them",
         0: "Too few runs to say whether it keeps them",
-        -1: f"It misses {_missed(one)}",
+        -1: f"It misses {_missed(dataset)}",
     }
     began = f" The machine that was given: {machine.description}" if machine.description else ""
     return (
-        f"Place {int(one['place'])} of design {designs.attrs['design_name']!r} for unbalances of {moment_text(low)} to "
+        f"Place {int(dataset['place'])} of design {designs.attrs['design_name']!r} for unbalances of {moment_text(low)} to "
         f"{moment_text(high)}, {cold:.4g} to {warm:.4g} °C.{filled} Its numbers here are those at "
-        f"{0.5 * (cold + warm):.4g} °C. Limits: {limits}. {keeps[int(one['meets'])]} in "
+        f"{0.5 * (cold + warm):.4g} °C. Limits: {limits}. {keeps[int(dataset['meets'])]} in "
         f"{designs.attrs['members']} runs with the seed {designs.attrs['seed']}.{began}"
     )
 
 
-def _missed(one: xr.Dataset) -> str:
-    return ", ".join(name for name in str(one["missed"].values).split(", ") if not name.endswith(OPEN))
+def _missed(dataset: xr.Dataset) -> str:
+    return ", ".join(name for name in str(dataset["missed"].values).split(", ") if not name.endswith(OPEN))
 
 
 # Runs of a design with scatter: unbalance, temperature, starts and what else the specification lets vary.
@@ -355,7 +355,12 @@ class Case(NamedTuple):
 
 
 def runs_of(
-    spec: Spec, one: Candidate, folder: Path | None, workers: int | None, progress: Report, seed: int | None = None
+    spec: Spec,
+    candidate: Candidate,
+    folder: Path | None,
+    workers: int | None,
+    progress: Report,
+    seed: int | None = None,
 ) -> list[Case]:
     """All runs that judge a candidate; finished ones are taken from the folder.
 
@@ -364,21 +369,21 @@ def runs_of(
     QuestionError
         If the scatter makes impossible machines.
     """
-    machine = machine_of(spec, one, 0.5 * sum(spec.temperature), spec.unbalance[1])
+    machine = machine_of(spec, candidate, 0.5 * sum(spec.temperature), spec.unbalance[1])
     cases = [
         (f"{speed:.6g} rad/s", driven(spec, machine, speed, coasting=False), False) for speed in spec.operation.speeds
     ]
     if spec.operation.coast_down:
         cases.append(("coast-down", driven(spec, machine, spec.fastest, coasting=True), True))
-    found = []
+    runs = []
     for name, described, coasting in cases:
-        asked = study_of(spec, described, one, spec.search.seed if seed is None else seed)
-        place = folder / name_of(spec, one, name) if folder is not None else None
-        found.append(Case(name, study(asked, folder=place, workers=workers, progress=progress), coasting))
-    return found
+        requested = study_of(spec, described, candidate, spec.search.seed if seed is None else seed)
+        place = folder / name_of(spec, candidate, name) if folder is not None else None
+        runs.append(Case(name, study(requested, folder=place, workers=workers, progress=progress), coasting))
+    return runs
 
 
-def judge_scatter(spec: Spec, found: Design) -> None:
+def judge_scatter(spec: Spec, design: Design) -> None:
     """Rule out a design of which the scatter makes no possible machine, as its runs would, before anything runs.
 
     Raises
@@ -386,18 +391,18 @@ def judge_scatter(spec: Spec, found: Design) -> None:
     QuestionError
         With the key at fault, for a scatter or temperatures of the machine's own fluid that no design can have.
     """
-    if spec.scatter and found.machine is not None:
-        vary(found.machine, spec.scatter, "scatter")
-    if found.machine is not None and not found.candidate.fluid:
-        _temperatures(spec, found.machine, found.candidate)
-    if not spec.scatter or found.machine is None:
+    if spec.scatter and design.machine is not None:
+        vary(design.machine, spec.scatter, "scatter")
+    if design.machine is not None and not design.candidate.fluid:
+        _temperatures(spec, design.machine, design.candidate)
+    if not spec.scatter or design.machine is None:
         return
-    machine = driven(spec, found.machine, spec.fastest, coasting=False)
+    machine = driven(spec, design.machine, spec.fastest, coasting=False)
     try:
-        Made(read_study(study_of(spec, machine, found.candidate, spec.search.seed)), 0, 1)
+        Made(read_study(study_of(spec, machine, design.candidate, spec.search.seed)), 0, 1)
     except AutobalancerError as reason:
         text = str(reason).removeprefix("impossible: draw 1 made")
-        found.rule_out(STAGES[-1], f"the scatter makes{text}" if text != str(reason) else f"cannot be run: {reason}")
+        design.rule_out(STAGES[-1], f"the scatter makes{text}" if text != str(reason) else f"cannot be run: {reason}")
 
 
 def left_out(spec: Spec, machine: Machine) -> str:
@@ -406,7 +411,7 @@ def left_out(spec: Spec, machine: Machine) -> str:
     They are no scatter by themselves, since coefficients of friction differ by thousands from race to race: a value that nobody
     gave would decide the order.
     """
-    found = list[str]()
+    result = list[str]()
     if not any("eccentricity" in name for name in spec.scatter):
         away = off_center(
             places_of(machine, assemble(machine, lags=diffusing_lags(machine))), resolve(machine), spec.fastest
@@ -415,7 +420,7 @@ def left_out(spec: Spec, machine: Machine) -> str:
             if not plane.given:
                 left = f" and {moment_text(plane.residual)}" * math.isfinite(plane.residual)
                 size = length_text(plane.eccentricity)
-                found.append(
+                result.append(
                     f"eccentricity of the race: {size}, as is typical, would leave a vibration of {size}{left}"
                 )
                 break
@@ -429,18 +434,18 @@ def left_out(spec: Spec, machine: Machine) -> str:
             rolling = {"adherence": typical.adherence, "rolling_resistance": typical.rolling_resistance}
             machine = with_value_at(machine, f"{race}.friction", rolling)
         held = max((plane.residual_95 for plane in held_by_friction(machine, spec.fastest).planes), default=0.0)
-        found.append(
+        result.append(
             f"friction: that of a {TYPICAL} (adherence {typical.adherence:g}) would leave up to {moment_text(held)} in 95 % of "
             "starts at this speed, that of others more"
         )
-    return "; ".join([*found, "give them in the machine or in [scatter], 0 for none"]) if found else ""
+    return "; ".join([*result, "give them in the machine or in [scatter], 0 for none"]) if result else ""
 
 
-def study_of(spec: Spec, machine: Machine, one: Candidate, seed: int) -> dict[str, Any]:
+def study_of(spec: Spec, machine: Machine, candidate: Candidate, seed: int) -> dict[str, Any]:
     """The study that runs a machine with the scatter of the specification, as a dict of the form of study files."""
     low, high = spec.unbalance
     vary: dict[str, Any] = {"unbalance": {"distribution": "uniform", "low": low, "high": high}} if low < high else {}
-    vary |= _temperatures(spec, machine, one) | spec.scatter
+    vary |= _temperatures(spec, machine, candidate) | spec.scatter
     return {
         "machine": machine,
         "members": spec.search.members,
@@ -452,27 +457,27 @@ def study_of(spec: Spec, machine: Machine, one: Candidate, seed: int) -> dict[st
     }
 
 
-def _temperatures(spec: Spec, machine: Machine, one: Candidate) -> dict[str, Any]:
+def _temperatures(spec: Spec, machine: Machine, candidate: Candidate) -> dict[str, Any]:
     low, high = spec.temperature
     if low == high:
         return {}
     fluids = {race.fluid for balancer in machine.balancers for race in balancer.races}
     if all(fluid is not None and fluid.name is not None for fluid in fluids):
         return {"temperature": {"distribution": "uniform", "low": low, "high": high}}
-    if len(one.fillings) != 1:
-        which = one.fluid or "the fluid of the machine"
+    if len(candidate.fillings) != 1:
+        which = candidate.fluid or "the fluid of the machine"
         raise QuestionError(
             f"temperature: given from {low - 273.15:.4g} to {high - 273.15:.4g} °C, which is known for fluids of the catalog "
             f"and for one blend in all races, not for {which}; give one temperature"
         )
     middles = low + (high - low) * (np.arange(STEPS) + 0.5) / STEPS
-    values = [one.fillings[0].at(float(temperature))[1] for temperature in middles]
+    values = [candidate.fillings[0].at(float(temperature))[1] for temperature in middles]
     return {"viscosity": {"distribution": "discrete", "values": values}}
 
 
-def name_of(spec: Spec, one: Candidate, case: str) -> str:
+def name_of(spec: Spec, candidate: Candidate, case: str) -> str:
     """The name of the folder of a design's runs: the same for the same design."""
-    return hashlib.sha256(repr((one.key(), case)).encode()).hexdigest()[:16]
+    return hashlib.sha256(repr((candidate.key(), case)).encode()).hexdigest()[:16]
 
 
 # Numbers of a design from its runs, and whether it keeps the limits: shares with their 95 % intervals (Wilson 1927).
@@ -484,19 +489,19 @@ Flags = NDArray[np.bool_]
 KEPT, UNDECIDED, MISSED = 1, 0, -1
 
 
-def judge_runs(spec: Spec, found: Design, cases: Sequence[Case]) -> None:
+def judge_runs(spec: Spec, design: Design, cases: Sequence[Case]) -> None:
     """Fill the numbers of a design.
 
     Of several cases the worst one counts. Of a measure: its value that the wanted share of the runs stays below, its median, the
     share of runs above the limit with its interval. of stall those of :func:`stalled`.
     """
-    numbers = found.numbers
+    numbers = design.numbers
     for name in MEASURED:
         parts: list[dict[str, float]] = [
             _measure(spec, name, case) for case in cases if name == PEAK or not case.coasting
         ]
         numbers.update(max(parts, key=partial(_badness, name)))
-    found.drag_warning, found.passage = (
+    design.drag_warning, design.passage = (
         next(filter(None, (str(case.found.attrs.get(name, "")) for case in cases)), "")
         for name in ("drag_warning", "passage_text")
     )
@@ -511,15 +516,17 @@ def _badness(name: str, part: dict[str, float]) -> tuple[float, float]:
 
 def _measure(spec: Spec, name: str, case: Case) -> dict[str, float]:
     values = values_of(case.found, name)
-    found = {name: _level(values, spec.share), f"{name}_median": _level(values, 0.5)}
+    measure = {name: _level(values, spec.share), f"{name}_median": _level(values, 0.5)}
     limit = spec.limits.get(name)
-    return found if limit is None else found | _share(f"{name}_over", ~(values <= limit))
+    return measure if limit is None else measure | _share(f"{name}_over", ~(values <= limit))
 
 
-def values_of(found: Studied, name: str) -> NDArray[np.float64]:
+def values_of(studied: Studied, name: str) -> NDArray[np.float64]:
     """A measure of all runs; infinite where a run did not end or has no such number, as a ball that never settles."""
-    values = np.asarray(found[name].values, np.float64) if name in found else np.full(found.sizes["member"], np.nan)
-    return np.where(np.isfinite(values) & (found["outcome"].values == FINISHED), values, math.inf)
+    values = (
+        np.asarray(studied[name].values, np.float64) if name in studied else np.full(studied.sizes["member"], np.nan)
+    )
+    return np.where(np.isfinite(values) & (studied["outcome"].values == FINISHED), values, math.inf)
 
 
 def _level(values: NDArray[np.float64], share: float) -> float:
@@ -528,24 +535,24 @@ def _level(values: NDArray[np.float64], share: float) -> float:
     return float(ordered[min(math.ceil(share * ordered.size) - 1, ordered.size - 1)])
 
 
-def stalled(found: Studied) -> Flags:
+def stalled(studied: Studied) -> Flags:
     """Which runs end stalled, or do not end.
 
     A ball stalls that has not settled, was stalled and never broke away, or makes the vibration worse than without balls at the
     end. The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
     """
-    restless = ~np.isfinite(values_of(found, "settling_time"))
-    hung = found["stalled_time"].values > 0.0
-    bad = np.isin(found["verdict"].values.astype(str), (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(
-        found["release_speed"].values
+    restless = ~np.isfinite(values_of(studied, "settling_time"))
+    hung = studied["stalled_time"].values > 0.0
+    bad = np.isin(studied["verdict"].values.astype(str), (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(
+        studied["release_speed"].values
     )
-    stuck = found["time_at_resonance"].values > 0.5 * float(found.attrs["duration"])
-    return np.asarray((restless & hung & bad) | stuck | (found["outcome"].values != FINISHED))
+    stuck = studied["time_at_resonance"].values > 0.5 * float(studied.attrs["duration"])
+    return np.asarray((restless & hung & bad) | stuck | (studied["outcome"].values != FINISHED))
 
 
-def balanced(found: Studied) -> Flags:
+def balanced(studied: Studied) -> Flags:
     """Which runs end balanced."""
-    return np.asarray(found["balanced"].values.astype(bool) & (found["outcome"].values == FINISHED))
+    return np.asarray(studied["balanced"].values.astype(bool) & (studied["outcome"].values == FINISHED))
 
 
 def _share(name: str, which: Flags) -> dict[str, float]:
@@ -554,12 +561,12 @@ def _share(name: str, which: Flags) -> dict[str, float]:
     return {name: count / total, f"{name}_low": float(low[0]), f"{name}_high": float(high[0])}
 
 
-def verdicts(spec: Spec, found: Design) -> dict[str, int]:
+def verdicts(spec: Spec, design: Design) -> dict[str, int]:
     """Each limit on the runs: kept, missed, or open because so few runs cannot tell."""
     shares = {name: (f"{name}_over", 1.0 - spec.share) for name in MEASURED if name in spec.limits}
     if STALL in spec.limits:
         shares[STALL] = ("stall", spec.limits[STALL])
-    return {limit: _verdict(found.numbers, share, allowed) for limit, (share, allowed) in shares.items()}
+    return {limit: _verdict(design.numbers, share, allowed) for limit, (share, allowed) in shares.items()}
 
 
 def _verdict(numbers: dict[str, float], share: str, allowed: float) -> int:
@@ -571,31 +578,31 @@ def _verdict(numbers: dict[str, float], share: str, allowed: float) -> int:
 # The order of the designs that ran: limits, how many are missed and by how much, then the Pareto front.
 
 
-def objective(found: Design, name: str) -> float:
+def objective(design: Design, name: str) -> float:
     """A number of a design that should be small."""
     if name == MASS:
-        return found.ball_mass
-    return found.candidate.ring.outer if name == OUTER else found.numbers.get(name, math.nan)
+        return design.ball_mass
+    return design.candidate.ring.outer if name == OUTER else design.numbers.get(name, math.nan)
 
 
-def meets(spec: Spec, found: Design) -> int:
+def meets(spec: Spec, design: Design) -> int:
     """1: keeps all limits; 0: too few runs to say; -1: misses one."""
-    return min(verdicts(spec, found).values(), default=1)
+    return min(verdicts(spec, design).values(), default=1)
 
 
-def missed(spec: Spec, found: Design) -> str:
+def missed(spec: Spec, design: Design) -> str:
     """The limits that it misses, and those of which too few runs say nothing."""
-    found_of = verdicts(spec, found)
+    found_of = verdicts(spec, design)
     texts = [name.replace("_", " ") for name, one in found_of.items() if one == MISSED]
     return ", ".join(
         texts + [f"{name.replace('_', ' ')} undecided" for name, one in found_of.items() if one == UNDECIDED]
     )
 
 
-def misses(spec: Spec, found: Design) -> dict[str, float]:
+def misses(spec: Spec, design: Design) -> dict[str, float]:
     """The limits that it misses, each with how far it is beyond it, over the limit."""
-    beyond = {name: one for name, one in verdicts(spec, found).items() if one == MISSED}
-    return {name: found.numbers["stall" if name == STALL else name] / spec.limits[name] - 1.0 for name in beyond}
+    beyond = {name: one for name, one in verdicts(spec, design).items() if one == MISSED}
+    return {name: design.numbers["stall" if name == STALL else name] / spec.limits[name] - 1.0 for name in beyond}
 
 
 def _added_up(beyond: Collection[float]) -> tuple[int, float]:
@@ -604,11 +611,11 @@ def _added_up(beyond: Collection[float]) -> tuple[int, float]:
     return len(beyond) - len(finite), sum(finite)
 
 
-def used(spec: Spec, found: Design) -> float:
+def used(spec: Spec, design: Design) -> float:
     """The greatest share of a limit that it uses up; 0 without limits on the runs."""
-    shares = [found.numbers[name] / spec.limits[name] for name in MEASURED if name in spec.limits]
+    shares = [design.numbers[name] / spec.limits[name] for name in MEASURED if name in spec.limits]
     if STALL in spec.limits:
-        shares.append(found.numbers["stall"] / spec.limits[STALL])
+        shares.append(design.numbers["stall"] / spec.limits[STALL])
     return max(shares, default=0.0)
 
 
@@ -620,7 +627,7 @@ def ordered(spec: Spec, ran: Sequence[Design]) -> list[tuple[Design, int]]:
     them, in shares of each added up; all others front by front, and on a front the one whose two objectives have the smallest
     product: a little of one is given for much of the other, in shares of each.
     """
-    found: list[tuple[Design, int]] = []
+    result: list[tuple[Design, int]] = []
     beyond = {id(one): misses(spec, one) for one in ran}
     classes = {id(one): (-meets(spec, one), len(beyond[id(one)])) for one in ran}
     for level in sorted(set(classes.values())):
@@ -634,5 +641,5 @@ def ordered(spec: Spec, ran: Sequence[Design]) -> list[tuple[Design, int]]:
             range(len(group)),
             key=lambda i: (excess[i], front[i], product[i], used(spec, group[i]), group[i].candidate.label),
         )
-        found += [(group[i], int(front[i])) for i in order]
-    return found
+        result += [(group[i], int(front[i])) for i in order]
+    return result

@@ -83,8 +83,8 @@ def blended(first: str, second: str, viscosity: float) -> Filling:
     QuestionError, CatalogError
         If a fluid is unknown, or the viscosity does not lie between those of the two.
     """
-    found = blend(first, second, viscosity)
-    return Filling(found.first, found.second, found.fraction)
+    filling = blend(first, second, viscosity)
+    return Filling(filling.first, filling.second, filling.fraction)
 
 
 @cache
@@ -126,12 +126,12 @@ Objective = Literal[
 ]
 
 
-def _all_bearings(given: Any) -> Any:
-    return tuple(one.designation for one in bearings()) if given == "all" else given
+def _all_bearings(argument: Any) -> Any:
+    return tuple(bearing.designation for bearing in bearings()) if argument == "all" else argument
 
 
-def _fewest(given: Any) -> Any:
-    return None if given == "fewest" else given
+def _fewest(argument: Any) -> Any:
+    return None if argument == "fewest" else argument
 
 
 class Operation(Question):
@@ -263,12 +263,12 @@ class Search(Question):
         return value
 
 
-def _file(given: Any) -> Any:
-    if not isinstance(given, (str, Path)):
+def _file(argument: Any) -> Any:
+    if not isinstance(argument, (str, Path)):
         raise ValueError(
-            f'given {shortened(given)}; give the file of a measured frequency response, such as "hammer.csv"'
+            f'given {shortened(argument)}; give the file of a measured frequency response, such as "hammer.csv"'
         )
-    return given
+    return argument
 
 
 class MeasuredReceptance(Question):

@@ -62,7 +62,7 @@ class Columns:
         return tuple(values[number] for values in self.parameters.values())
 
 
-def columns_of(machine: Machine, given: Mapping[str, Any] | str | Path | None) -> Columns:
+def columns_of(machine: Machine, options: Mapping[str, Any] | str | Path | None) -> Columns:
     """The columns that a user gave, checked as far as that needs no machine for each member.
 
     Raises
@@ -70,13 +70,13 @@ def columns_of(machine: Machine, given: Mapping[str, Any] | str | Path | None) -
     QuestionError
         For names that there are not, unequal lengths, seeds or starts that are no numbers.
     """
-    if isinstance(given, (str, Path)):
-        given = _from_file(machine, Path(given))
-    if given is not None and not isinstance(given, Mapping):
+    if isinstance(options, (str, Path)):
+        options = _from_file(machine, Path(options))
+    if options is not None and not isinstance(options, Mapping):
         raise QuestionError(
-            f"columns: given {type(given).__name__}; must be names with their values, or the path of a table"
+            f"columns: given {type(options).__name__}; must be names with their values, or the path of a table"
         )
-    lists = {name: _listed(machine, name, values) for name, values in (given or {}).items()}
+    lists = {name: _listed(machine, name, values) for name, values in (options or {}).items()}
     sizes = {name: len(values) for name, values in lists.items()}
     if sizes and min(sizes.values()) == 0:
         raise QuestionError(f"columns: {min(sizes, key=sizes.__getitem__)!r} is empty; give at least one value")
@@ -103,9 +103,9 @@ def ball_count(machine: Machine) -> int:
 
 def ball_of(name: str) -> tuple[str, int | None]:
     """Kind of a start, and the number of its ball from 0; None: of all balls."""
-    found = _START.fullmatch(name)
-    assert found is not None
-    return found[1], int(found[2]) - 1 if found[2] else None
+    ball = _START.fullmatch(name)
+    assert ball is not None
+    return ball[1], int(ball[2]) - 1 if ball[2] else None
 
 
 def _listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:
@@ -137,30 +137,30 @@ def _start(machine: Machine, name: str, kind: re.Match[str], values: Sequence[An
             f"columns: no start {name!r}; there are ball_angle[1] to ball_angle[{balls}], ball_speed[1] to "
             f"ball_speed[{balls}], and ball_speed for all balls"
         )
-    found = np.array(list_argument(name, values, STARTS[kind[1]]), np.float64)
-    wrong = np.flatnonzero(~np.isfinite(found))
+    start = np.array(list_argument(name, values, STARTS[kind[1]]), np.float64)
+    wrong = np.flatnonzero(~np.isfinite(start))
     if wrong.size:
-        raise QuestionError(f"columns: member {wrong[0] + 1}, {name!r}: given {found[wrong[0]]}; must be finite")
-    return found
+        raise QuestionError(f"columns: member {wrong[0] + 1}, {name!r}: given {start[wrong[0]]}; must be finite")
+    return start
 
 
 def _from_file(machine: Machine, path: Path) -> dict[str, Any]:
     """Columns of a text file; the head of each is its name and, where it has one, its unit in brackets."""
     table = read_table(path, EXAMPLE, error=QuestionError)
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name in table.heads:
         written = table.heads[name][1]
         unit = "" if name == SEED else unit_of_column(machine, name)
         texts = table.texts(name)
         if written or (not any(_is_text(text) for text in texts) and not unit):
-            found[name] = table.numbers(name, unit)
+            result[name] = table.numbers(name, unit)
         elif any(_is_text(text) for text in texts):
-            found[name] = texts
+            result[name] = texts
         else:
             raise QuestionError(
                 f"{path}: column {name!r}: numbers without a unit; write it in the first line, such as {name} [{unit}]"
             )
-    return found
+    return result
 
 
 def unit_of_column(machine: Machine, name: str) -> str:
@@ -237,7 +237,7 @@ class Described:
         different = self._differences(machine)
         if different is None:
             return None
-        found: Words = {}
+        words: Words = {}
         balls, system = different.balls or self._assembly.balls, self._assembly.system
         drive = different.drive or system.drive
         again = any(_moved(*pair) for pair in zip(different.balls, self._assembly.balls, strict=False))
@@ -247,24 +247,24 @@ class Described:
             own = made and number_words(machine, made, self._before, self._end, self._tolerance, layout, block)
             if made is None or own is None:
                 return None
-            found, own_assembly = own, made.assembly
-            again = again or any(race.contact is not None for one in machine.balancers for race in one.races)
+            words, own_assembly = own, made.assembly
+            again = again or any(race.contact is not None for balancer in machine.balancers for race in balancer.races)
         for i, ball in enumerate(different.balls):
             for name, value in _row(ball, self._assembly.balls[i]).items():
-                found[layout.place("system.balls", i, field=name)] = bits(value)
+                words[layout.place("system.balls", i, field=name)] = bits(value)
         if different.drive is not None:
             own = layout.words("system.drive", drive, block)
             if own is None:
                 return None
-            found |= own
+            words |= own
             speed = bits(first_speed(machine, drive))
-            found |= {layout.place(f"memory.{name}", SPEED): speed for name in ("state", "start")}
+            words |= {layout.place(f"memory.{name}", SPEED): speed for name in ("state", "start")}
         if different.unbalances and not different.numbers:
             own = self._of_unbalances(machine, drive, layout, block)
             if own is None:
                 return None
-            found |= own
-        return Changed(found, machine, balls, own_assembly, again)
+            words |= own
+        return Changed(words, machine, balls, own_assembly, again)
 
     def _differences(self, machine: Machine) -> Differences | None:
         """What is different; None if that has to be assembled."""
@@ -320,10 +320,10 @@ class Described:
             return None
         if unbalance_jumps(machine, self._end) != unbalance_jumps(self._machine, self._end):
             return None
-        found, own = drive_of(machine), self._assembly.system.drive
-        if own.linked or found.linked or found.segments.shape != own.segments.shape:
+        drive, own = drive_of(machine), self._assembly.system.drive
+        if own.linked or drive.linked or drive.segments.shape != own.segments.shape:
             return None
-        return found
+        return drive
 
 
 def _row(ball: Ball, before: Ball) -> dict[str, float]:
@@ -353,7 +353,7 @@ def _in_numbers(ball: Ball, before: Ball) -> bool:
     curved = ball.drag_curve is not None or ball.slipstream
     free = START_COLUMNS | OF_FRICTION | (set() if curved else OF_DRAG)
     return ball is not before and any(
-        getattr(ball, one.name) != getattr(before, one.name) for one in fields(Ball) if one.name not in free
+        getattr(ball, field.name) != getattr(before, field.name) for field in fields(Ball) if field.name not in free
     )
 
 
@@ -370,12 +370,12 @@ def _changed(one: Part, other: Part) -> set[str]:
     return {key for key, mine, its in pairs if mine is not its and mine != its}
 
 
-def _races(one: Machine, other: Machine) -> Iterator[tuple[Any, Any]]:
+def _races(machine: Machine, other: Machine) -> Iterator[tuple[Any, Any]]:
     """The races of two machines side by side; balancers that differ in more than their races as a whole."""
-    if len(one.balancers) != len(other.balancers):
-        yield one, other
+    if len(machine.balancers) != len(other.balancers):
+        yield machine, other
         return
-    for mine, its in zip(one.balancers, other.balancers, strict=True):
+    for mine, its in zip(machine.balancers, other.balancers, strict=True):
         if not _changed(mine, its) <= {"races"} or len(mine.races) != len(its.races):
             yield mine, its
         else:
@@ -446,10 +446,10 @@ def numbers_of(machine: Machine, balls: tuple[Ball, ...], before: Before, drive:
     ``long`` says whether the assembled one takes long steps.
     """
     made = _planar if before.assembly.model is Model.PLANAR else _general
-    found = made(machine, balls, before, drive, long=long)
-    if found is None or bool(why_no_long_steps(found.assembly)) != bool(why_no_long_steps(before.assembly)):
+    numbers = made(machine, balls, before, drive, long=long)
+    if numbers is None or bool(why_no_long_steps(numbers.assembly)) != bool(why_no_long_steps(before.assembly)):
         return None
-    return found
+    return numbers
 
 
 def number_words(

@@ -125,7 +125,7 @@ def ensemble(
         raise QuestionError(f"seeds: given {seeds}; stands in place of a column 'seed'")
     if impossible not in ("refuse", "record"):
         raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
-    asked = ASKABLE if measures is None else known_measures(measures)
+    requested = ASKABLE if measures is None else known_measures(measures)
     tolerance = argument("tolerance", tolerance, "")
     if not 1e-13 <= tolerance <= 1e-2:
         raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
@@ -141,20 +141,20 @@ def ensemble(
     if drawn is not None or given.seeds is not None:
         machine = without_start_angles(machine)
     members = Members(machine, given, drawn, seed, "member")
-    plan = Plan(end, tolerance, bins, max_steps, method, settling_from, asked)
+    plan = Plan(end, tolerance, bins, max_steps, method, settling_from, requested)
     groups, reasons = members.sorted(plan, impossible, keep_on_interrupt=keep_on_interrupt)
     ran, seconds, interrupted = run_groups(groups, workers, progress, keep_states)
     if interrupted and not keep_on_interrupt:
         raise KeyboardInterrupt
-    found = ensemble_dataset(members, ran, reasons, plan)
-    done = int((found["steps"].values > 0).sum())
-    found.attrs |= {
+    dataset = ensemble_dataset(members, ran, reasons, plan)
+    done = int((dataset["steps"].values > 0).sum())
+    dataset.attrs |= {
         "run_time_per_member": seconds / done if done else math.nan,
         "method": ", ".join(sorted({one.group.stepper.method for one in ran})),
         "lanes": max((NODES if one.group.stepper.long is not None else 1 for one in ran), default=1),
         "outcome": "interrupted" if interrupted else "finished",
     }
-    return Ensemble.of(found)
+    return Ensemble.of(dataset)
 
 
 def known_measures(names: Sequence[str]) -> tuple[str, ...]:
@@ -197,7 +197,7 @@ Variable = tuple[Any, Any, Any]  # dimensions, values, label
 
 def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], plan: Plan) -> xr.Dataset:
     """The dataset; a member that did not run has no numbers."""
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         ensemble_variables(members, ran, reasons, plan.settling_from, plan.measures),
         coords={"member": ("member", np.arange(1, members.count + 1), {"long_name": "number of the member"})},
         attrs={
@@ -212,10 +212,10 @@ def ensemble_dataset(members: Members, ran: list[Ran], reasons: dict[int, str], 
             "settling_from": plan.settling_from,
         },
     )
-    found = found.assign_coords(_coordinates(members))
-    ran_steps = found["steps"].values[found["steps"].values > 0]
-    found.attrs["steps_per_member"] = float(ran_steps.mean()) if ran_steps.size else 0.0
-    return found
+    dataset = dataset.assign_coords(_coordinates(members))
+    ran_steps = dataset["steps"].values[dataset["steps"].values > 0]
+    dataset.attrs["steps_per_member"] = float(ran_steps.mean()) if ran_steps.size else 0.0
+    return dataset
 
 
 def ensemble_variables(
@@ -235,27 +235,27 @@ def ensemble_variables(
     outcomes[list(reasons)] = IMPOSSIBLE
     for number in np.flatnonzero(steps):
         outcomes[number] = _outcome(int(numbers[number, STATUS]))
-    found: dict[str, Variable] = {}
+    result: dict[str, Variable] = {}
     words = np.where(np.isfinite(numbers[:, VERDICT]), numbers[:, VERDICT], NO_VERDICT).astype(int)
     for measure, values in zip(SWEPT, in_row(numbers, settling_from).values(), strict=True):
         if measure.name in measures:
             dims = ("member", "ball") if measure.per_ball else ("member",)
-            found[measure.name] = (dims, values, label_of(measure, settling_from))
+            result[measure.name] = (dims, values, label_of(measure, settling_from))
     verdicts = np.array(WORDS, dtype=object)[words]
-    found["outcome"] = ("member", outcomes, {})
+    result["outcome"] = ("member", outcomes, {})
     if "verdict" in measures:
-        found["verdict"] = ("member", verdicts, {})
-        found["balanced"] = ("member", verdicts == BALANCED, {"long_name": "whether the verdict is 'balanced'"})
+        result["verdict"] = ("member", verdicts, {})
+        result["balanced"] = ("member", verdicts == BALANCED, {"long_name": "whether the verdict is 'balanced'"})
     if reasons:
         texts = np.full(count, "", dtype=object)
         texts[list(reasons)] = list(reasons.values())
-        found["reason"] = ("member", texts, {"long_name": "why the member is impossible"})
-    found["steps"] = ("member", steps, {"long_name": "accepted steps"})
+        result["reason"] = ("member", texts, {"long_name": "why the member is impossible"})
+    result["steps"] = ("member", steps, {"long_name": "accepted steps"})
     if balls:
-        found["start_ball_angle_in_rotor"] = (("member", "ball"), starts, START_ANGLE)
+        result["start_ball_angle_in_rotor"] = (("member", "ball"), starts, START_ANGLE)
     if states.size:
-        found["final_state"] = (("member", "component"), states, {"long_name": "state at the end"})
-    return found
+        result["final_state"] = (("member", "component"), states, {"long_name": "state at the end"})
+    return result
 
 
 @cache
@@ -266,12 +266,12 @@ def _outcome(status: int) -> str:
 
 def _coordinates(members: Members) -> dict[str, Any]:
     rows = np.array([members.row(number) for number in range(members.count)], np.int64)
-    found: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
     for name, values in members.columns.parameters.items():
         distinct, label = coordinate(members.machine, name, values)
-        found[dimension_of(name)] = ("member", np.asarray(distinct)[rows], label)
+        coordinates[dimension_of(name)] = ("member", np.asarray(distinct)[rows], label)
     for name, starts in members.columns.starts.items():
         unit = STARTS[ball_of(name)[0]]
-        found[dimension_of(name)] = ("member", starts[rows], {"long_name": axis_name(name), "units": unit})
-    found["seed"] = ("member", members.seeds, {"long_name": "seed of the start"})
-    return found
+        coordinates[dimension_of(name)] = ("member", starts[rows], {"long_name": axis_name(name), "units": unit})
+    coordinates["seed"] = ("member", members.seeds, {"long_name": "seed of the start"})
+    return coordinates

@@ -49,12 +49,12 @@ class Layout:
     """
 
     def __init__(self, value: Any, kind: Any, apart: tuple[str, ...] = ()) -> None:
-        found, known = list(leaves(value)), dict[tuple[int, Any], int]()
+        result, known = list(leaves(value)), dict[tuple[int, Any], int]()
         self.apart = apart
-        self.numbers = self.size = sum(not isinstance(leaf, np.ndarray) for _, leaf in found)
+        self.numbers = self.size = sum(not isinstance(leaf, np.ndarray) for _, leaf in result)
         self._order: list[Leaf] = []
         number = 0
-        for (path, leaf), of in zip(found, _kinds(kind), strict=True):
+        for (path, leaf), of in zip(result, _kinds(kind), strict=True):
             if not isinstance(leaf, np.ndarray):
                 self._order.append(Leaf(path, number, None, np.dtype(float if isinstance(of, types.Float) else int)))
                 number += 1
@@ -76,12 +76,12 @@ class Layout:
 
     def packed(self, value: Any) -> Integers | None:
         """The block of a tuple of the same shape; None if it has another one."""
-        found: list[Any] = []
-        if _flat(value, found) != self._form:
+        items: list[Any] = []
+        if _flat(value, items) != self._form:
             return None
         numbers: list[Any] = []
         parts, size = [b""], self.numbers
-        for own, leaf in zip(found, self._order, strict=True):
+        for own, leaf in zip(items, self._order, strict=True):
             if leaf.shape is None:
                 numbers.append(own)
                 continue
@@ -111,30 +111,30 @@ class Layout:
         words = value.nbytes // 8
         if words == 0:
             return value.copy()
-        found = block[leaf.first : leaf.first + words].view(value.dtype).reshape(value.shape)
-        return found.view(type(value))
+        views = block[leaf.first : leaf.first + words].view(value.dtype).reshape(value.shape)
+        return views.view(type(value))
 
     def words(self, path: str, value: Any, known: Integers | None = None) -> dict[int, int] | None:
         """Places and words of a tuple that stands at a path; None if it has another shape.
 
         Of arrays those only that differ from a ``known`` block, if there is one.
         """
-        found: dict[int, int] = {}
+        result: dict[int, int] = {}
         for below, own in leaves(value, path):
             leaf = self._by_path.get(below)
             if leaf is None or leaf.shape != (own.shape if isinstance(own, np.ndarray) else None):
                 return None
             if leaf.shape is None:
-                found[leaf.first] = bits(own) if leaf.dtype.kind == "f" else int(own)
+                result[leaf.first] = bits(own) if leaf.dtype.kind == "f" else int(own)
                 continue
             content = own.tobytes()
             if known is None:
-                found.update(enumerate(np.frombuffer(content, np.int64).tolist(), leaf.first))
+                result.update(enumerate(np.frombuffer(content, np.int64).tolist(), leaf.first))
             elif content != (there := known[leaf.first : leaf.first + len(content) // 8]).tobytes():
                 words = np.frombuffer(content, np.int64)
                 other = np.flatnonzero(words != there)
-                found.update(zip((other + leaf.first).tolist(), words[other].tolist(), strict=True))
-        return found
+                result.update(zip((other + leaf.first).tolist(), words[other].tolist(), strict=True))
+        return result
 
     def has(self, path: str) -> bool:
         """Whether there is a number or an array at a path."""
@@ -220,12 +220,12 @@ class Plan(NamedTuple):
         """What a run has to record for the measures: nothing where its end alone is asked for."""
         needs = [set(one.needs) for one in SWEPT if one.name in self.measures and OF_END.isdisjoint(one.needs)]
         both = not MIXED.isdisjoint(self.measures)
-        found: list[Sampling] = []
+        samplings: list[Sampling] = []
         if both or any(need.isdisjoint(OF_TURNS) for need in needs):
-            found.append(Envelope(self.bins))
+            samplings.append(Envelope(self.bins))
         if both or any(not need.isdisjoint(OF_TURNS) for need in needs):
-            found.append(LastRevolutions())
-        return found
+            samplings.append(LastRevolutions())
+        return samplings
 
 
 class Integration(NamedTuple):
@@ -238,10 +238,10 @@ class Integration(NamedTuple):
     long: tuple[Any, ...] = ()  # memory and amplitudes of long steps
 
 
-def kind_of(one: Integration) -> Any:
+def kind_of(integration: Integration) -> Any:
     """Its compiled type."""
     kinds = [value_type(kind) for kind in (system_type, record_type, memory_type, inputs_type)]
-    if one.long:
+    if integration.long:
         from autobalancer.kernels.integrators.collocation import amplitudes_type
 
         kinds.append(types.Tuple((value_type(memory_type), value_type(amplitudes_type))))  # type: ignore[no-untyped-call]
@@ -333,11 +333,11 @@ class Group:
         self.later: dict[int, tuple[Assembly, Places]] = {}  # members that are not measured by compiled code alone
         self._blocks: list[tuple[Integers, Any]] = []  # places, and what stands there, (members, places)
 
-    def takes(self, one: Integration, stepper: Stepper, number: int) -> bool:
+    def takes(self, integration: Integration, stepper: Stepper, number: int) -> bool:
         """Take a member, if its numbers lie like those of the others and it is integrated as they are."""
         if _way(stepper) != _way(self.stepper):
             return False
-        block = self.layout.packed(one)
+        block = self.layout.packed(integration)
         if block is None:
             return False
         self.add([number], where := np.flatnonzero(block != self.fresh), block[None, where])
@@ -351,9 +351,9 @@ class Group:
 
     def last(self) -> Integers:
         """All words of the member that was taken last."""
-        found, (places, words) = self.fresh.copy(), self._blocks[-1]
-        found[places] = words[-1]
-        return found
+        result, (places, words) = self.fresh.copy(), self._blocks[-1]
+        result[places] = words[-1]
+        return result
 
     def words(self) -> tuple[Integers, Any]:
         """Where members differ from the fresh run, and what stands there, (members, places)."""
@@ -367,12 +367,12 @@ class Group:
     def starts(self, places: Integers, words: Any) -> Floats:
         """Ball angles at the start, (members, balls)."""
         first = self.layout.place("memory.state", BALLS) if self.balls else 0
-        found = np.tile(self.fresh[first : first + self.balls], (len(self.numbers), 1))
+        result = np.tile(self.fresh[first : first + self.balls], (len(self.numbers), 1))
         for ball in range(self.balls):
             where = np.flatnonzero(places == first + ball)
             if where.size:
-                found[:, ball] = words[:, where[0]]
-        return found.view(np.float64)
+                result[:, ball] = words[:, where[0]]
+        return result.view(np.float64)
 
     def bench(self) -> Bench:
         """A place for one thread."""

@@ -505,13 +505,13 @@ def followed(members: Members, number: int, plan: Plan) -> list[str]:
         return []
     assembly, _ = members.ready(number, plan)
     varied = members.varied(members.row(number))
-    described, found = Described(varied, assembly, plan.end, plan.tolerance), list[str]()
+    described, texts = Described(varied, assembly, plan.end, plan.tolerance), list[str]()
     for name, values in columns.items():
         own = repr(values[members.row(number)])
         others = list(islice((value for value in values if repr(value) != own), TRIED))
         if can_follow(machine, assembly, name) or any(_follows(described, varied, name, other) for other in others):
-            found.append(name)
-    return found
+            texts.append(name)
+    return texts
 
 
 def _follows(described: Described, machine: Machine, name: str, value: Any) -> bool:
@@ -547,14 +547,14 @@ def can_follow(machine: Machine, assembly: Assembly, name: str) -> bool:
         return False
     if name == "drag":
         return bool(assembly.balls)
-    if found := _BETA.fullmatch(name):
-        return isinstance(_race(machine, int(found[1]) - 1, int(found[2]) - 1).drag, DragTorque)
+    if result := _BETA.fullmatch(name):
+        return isinstance(_race(machine, int(result[1]) - 1, int(result[2]) - 1).drag, DragTorque)
     if assembly.model is not Model.PLANAR or not isinstance(machine.rotor, PlanarRotor):
         return False
     if name == "unbalance":
         return True
-    found = _PART.fullmatch(name)
-    return bool(found and getattr(machine.unbalances[int(found[1]) - 1], found[2]) is not None)
+    result = _PART.fullmatch(name)
+    return bool(result and getattr(machine.unbalances[int(result[1]) - 1], result[2]) is not None)
 
 
 def starts_can_follow(machine: Machine, assembly: Assembly, names: Sequence[str]) -> bool:
@@ -601,7 +601,7 @@ class Follower:
 
         ``machine`` is what the values make of it, without its start.
         """
-        own, found = self._own, dict[int, int]()
+        own, result = self._own, dict[int, int]()
         if self._described is not None:
             if self._last[0] != tuple(values):
                 changed = self._described.changed(machine(), self._group.layout, self._block)
@@ -611,19 +611,19 @@ class Follower:
                     self._orders = {}  # of other balls
                 self._last = tuple(values), changed
             own = self._last[1]
-            found = dict(own.words)
+            result = dict(own.words)
         elif not all(isinstance(value, float | int) and math.isfinite(value) and value > 0.0 for value in values):
             return None
         if (seed, starts) == self._begin and not own.again:
-            return found
-        return found if self._follow_start(own, seed, starts, found) else None
+            return result
+        return result if self._follow_start(own, seed, starts, result) else None
 
     def of_parameters(self, values: Sequence[Sequence[Any]]) -> dict[int, Integers]:
         """Words of many members that follow, at each place an array over them; ``values`` has a row of each of them."""
-        found: dict[int, Integers] = {}
+        result: dict[int, Integers] = {}
         for i, follow in enumerate(self._parameters):
-            found |= follow(np.array([float(row[i]) for row in values]))
-        return found
+            result |= follow(np.array([float(row[i]) for row in values]))
+        return result
 
     def _of_parameter(self, name: str) -> Callable[[Floats], dict[int, Integers]]:
         layout, balls = self._group.layout, self._assembly.balls
@@ -635,8 +635,8 @@ class Follower:
             places = list(zip(first, second, [balls[i] for i in own], strict=True))
 
             def follow_drag(values: Floats) -> dict[int, Integers]:
-                found = {drag: words_of(values) for drag, _, _ in places}
-                return found | {viscous: words_of(values / ball.orbit_radius**2) for _, viscous, ball in places}
+                result = {drag: words_of(values) for drag, _, _ in places}
+                return result | {viscous: words_of(values / ball.orbit_radius**2) for _, viscous, ball in places}
 
             return follow_drag
         part = _PART.fullmatch(name)
@@ -653,7 +653,7 @@ class Follower:
             sizes, vectors = np.array([one.size for one in ones]), np.array([one.vector for one in ones])
             each = [vectors if i == number else one.vector for i, one in enumerate(parts)]
             resultant = unbalances_over(courses, [one.real for one in each], [one.imag for one in each])
-            found = {
+            result = {
                 place: words_of(own + np.zeros(len(ones)))
                 for places, numbers in zip(segments, resultant, strict=True)
                 for place, own in zip(places, numbers, strict=True)
@@ -661,11 +661,11 @@ class Follower:
             moments = [sizes if i == number else one.size for i, one in enumerate(parts)]
             length, velocity, _ = planar_sizes(self._machine, self._assembly.balls, self._assembly.system, moments)
             lengths, velocities = (words_of(self._tolerance * size) for size in (length, velocity))
-            return found | {absolute + i: lengths if i in (X, Y) else velocities for i in range(X, VY + 1)}
+            return result | {absolute + i: lengths if i in (X, Y) else velocities for i in range(X, VY + 1)}
 
         return follow_unbalance
 
-    def _follow_start(self, own: Changed, seed: int, starts: dict[str, float], found: Words) -> bool:
+    def _follow_start(self, own: Changed, seed: int, starts: dict[str, float], words: Words) -> bool:
         balls = _started(own.balls, starts)
         count = len(balls)
         if not _apart(own.machine, balls):
@@ -674,11 +674,11 @@ class Follower:
         contacts = self._contacts(own, balls, angles)
         if contacts is None:
             return False
-        found.update(contacts)
+        words.update(contacts)
         for first in (self._state, self._start):
             for i, (angle, ball) in enumerate(zip(angles, balls, strict=True)):
-                found[first + BALLS + i] = bits(angle)
-                found[first + BALLS + count + i] = bits(ball.start_speed)
+                words[first + BALLS + i] = bits(angle)
+                words[first + BALLS + count + i] = bits(ball.start_speed)
         return True
 
     def _contacts(self, own: Changed, balls: tuple[Ball, ...], angles: Floats) -> Words | None:
@@ -715,13 +715,13 @@ class Follower:
 
 def _started(balls: tuple[Ball, ...], starts: dict[str, float]) -> tuple[Ball, ...]:
     """The balls with the starts of a member."""
-    found = list(balls)
+    result = list(balls)
     for name, value in starts.items():
         kind, number = ball_of(name)
-        for i in range(len(found)) if number is None else (number,):
+        for i in range(len(result)) if number is None else (number,):
             turned = kind == "ball_angle"
-            found[i] = replace(found[i], start_angle=value) if turned else replace(found[i], start_speed=value)
-    return tuple(found)
+            result[i] = replace(result[i], start_angle=value) if turned else replace(result[i], start_speed=value)
+    return tuple(result)
 
 
 def _races(balls: tuple[Ball, ...]) -> list[list[int]]:

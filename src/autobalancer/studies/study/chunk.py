@@ -99,13 +99,13 @@ def run_chunk(study: Study, first: int, last: int, workers: int | None = 1, prog
         if study.impossible == "truncate"
         else Made(study, first, last)
     )
-    found, seconds = _ran(made, workers, progress)
-    found |= _standing(made, None if RUN in study.results else progress)
-    found["reason"] = np.array([made.reasons.get(number, "") for number in range(made.members.count)], dtype=str)
+    arrays, seconds = _ran(made, workers, progress)
+    arrays |= _standing(made, None if RUN in study.results else progress)
+    arrays["reason"] = np.array([made.reasons.get(number, "") for number in range(made.members.count)], dtype=str)
     draws = (made.first + np.arange(made.members.count)) // points
-    found["drawn_again"] = np.array([made.again.get(int(draw), 0) for draw in draws], np.int64)
+    arrays["drawn_again"] = np.array([made.again.get(int(draw), 0) for draw in draws], np.int64)
     inside = slice(first - made.first, last - made.first)
-    return {name: values[inside] for name, values in found.items()} | {
+    return {name: values[inside] for name, values in arrays.items()} | {
         SECONDS: np.array([seconds]),
         WALL: np.array([time.monotonic() - begun]),
     }
@@ -140,9 +140,9 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
 def _columns(made: Made) -> Arrays:
     """What varied, under ``vary:`` and its name; texts as they are."""
     values = {**made.columns.parameters, **made.columns.starts}
-    found = {f"vary:{name}": _plain(entries) for name, entries in values.items() if name in made.study.scatter}
+    columns = {f"vary:{name}": _plain(entries) for name, entries in values.items() if name in made.study.scatter}
     assert made.columns.seeds is not None
-    return {**found, "seed": made.columns.seeds}
+    return {**columns, "seed": made.columns.seeds}
 
 
 def _plain(entries: Any) -> np.ndarray:
@@ -153,7 +153,7 @@ def _standing(made: Made, progress: Any) -> Arrays:
     names = [STANDING[name].name for name in made.study.results if name in STANDING]
     if not names:
         return {}
-    found = {name: np.full(made.members.count, np.nan) for name in names}
+    standing = {name: np.full(made.members.count, np.nan) for name in names}
     for number in range(made.members.count):
         if progress is not None:
             progress(number, made.members.count)
@@ -161,10 +161,10 @@ def _standing(made: Made, progress: Any) -> Arrays:
             continue
         values, why = standing_numbers(made.members.machine_of(number), made.study.results)
         for name, value in values.items():
-            found[name][number] = value
+            standing[name][number] = value
         if why:
             made.reasons[number] = why
-    return found
+    return standing
 
 
 # What a study asks of every member: the measures of its run, or border speeds and other numbers that need no run.
@@ -185,14 +185,14 @@ class Output(NamedTuple):
 
 def _border(name: str) -> Output:
     def of(machine: Machine) -> float:
-        return next((one.speed for one in borders(machine, only=[name]) if one.name == name), math.nan)
+        return next((border.speed for border in borders(machine, only=[name]) if border.name == name), math.nan)
 
     return Output(name.replace(", ", "_").replace(" ", "_"), name, "rad/s", of)
 
 
 def _critical(machine: Machine) -> float:
-    found = critical_speeds(machine)["critical_speed"].values
-    return float(found[0]) if found.size else math.nan
+    critical = critical_speeds(machine)["critical_speed"].values
+    return float(critical[0]) if critical.size else math.nan
 
 
 def _capability(machine: Machine) -> float:
@@ -230,15 +230,15 @@ def quantity_kind(name: str, results: Iterable[str]) -> tuple[str, str]:
 
 def standing_numbers(machine: Machine, results: Iterable[str]) -> tuple[dict[str, float], str]:
     """The numbers of one machine that need no run, nan where there is none, and why not."""
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     reasons = []
     for one in (STANDING[name] for name in results if name in STANDING):
         try:
-            found[one.name] = one.of(machine)
+            result[one.name] = one.of(machine)
         except AutobalancerError as error:
-            found[one.name] = np.nan
+            result[one.name] = np.nan
             reasons.append(f"{one.text}: {error}")
-    return found, "; ".join(reasons)
+    return result, "; ".join(reasons)
 
 
 def attributes_of(name: str) -> dict[str, Any]:
@@ -274,11 +274,11 @@ def study_dataset(study: Study, chunks: Mapping[tuple[int, int], Arrays], count:
     spans = sorted(span for span in chunks if span[0] < count)
     number = np.concatenate([np.arange(*span) for span in spans] or [np.zeros(0, np.int64)]).astype(np.int64)
     kept = number < count
-    found = xr.Dataset(attrs=_attributes(study))
+    dataset = xr.Dataset(attrs=_attributes(study))
     arrays = {name: _joined([chunks[span].get(name) for span in spans])[kept] for name in _names(chunks, spans)}
     number = number[kept]
     draw, point = np.divmod(number, len(study.points))
-    found = found.assign_coords(
+    dataset = dataset.assign_coords(
         member=("member", number + 1, {"long_name": "number of the member"}),
         draw=("member", draw + 1, {"long_name": "number of the draw"}),
         point=("member", point + 1, {"long_name": "number of the point of the grid"}),
@@ -287,16 +287,16 @@ def study_dataset(study: Study, chunks: Mapping[tuple[int, int], Arrays], count:
     for name, values in arrays.items():
         if not name.startswith("vary:") and name != "seed":
             dims = ("member", "ball") if values.ndim == 2 else ("member",)
-            found[name] = (
+            dataset[name] = (
                 dims,
                 values.astype(object) if values.dtype.kind == "U" else values,
                 _label(name, study.settling_from),
             )
     seconds = sum(float(chunks[span][SECONDS][0]) for span in spans)
     if RUN in study.results and kept.any():
-        found.attrs["run_time_per_member"] = seconds / int(kept.size)
-        found.attrs["steps_per_member"] = float(found["steps"].values.mean())
-    return found
+        dataset.attrs["run_time_per_member"] = seconds / int(kept.size)
+        dataset.attrs["steps_per_member"] = float(dataset["steps"].values.mean())
+    return dataset
 
 
 def _attributes(study: Study) -> dict[str, Any]:
@@ -335,27 +335,27 @@ def _joined(parts: list[Any]) -> Any:
 
 
 def _varied(study: Study, arrays: Arrays, point: Any) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for place, name in enumerate(study.grid):
-        values, label = _labeled(study, name, [one[place] for one in study.points])
-        found[dimension_of(name)] = ("member", np.asarray(values)[point], label)
+        values, label = _labeled(study, name, [point[place] for point in study.points])
+        result[dimension_of(name)] = ("member", np.asarray(values)[point], label)
     for name in study.scatter:
         values, label = _labeled(study, name, arrays[f"vary:{name}"].tolist())
-        found[dimension_of(name)] = ("member", np.asarray(values), label)
+        result[dimension_of(name)] = ("member", np.asarray(values), label)
     if "seed" in arrays:
-        found["seed"] = ("member", arrays["seed"], {"long_name": "seed of the start"})
-    return found
+        result["seed"] = ("member", arrays["seed"], {"long_name": "seed of the start"})
+    return result
 
 
 def _labeled(study: Study, name: str, values: list[Any]) -> tuple[Any, dict[str, str]]:
     if is_start(name):
         return values, {"long_name": axis_name(name), "units": STARTS[ball_of(name)[0]]}
-    found, label = coordinate(study.machine, name, values)
+    result, label = coordinate(study.machine, name, values)
     if study.sudden is not None and name == HELD_SPEED:
         label["long_name"] = "rotor speed"
     elif name in SHAPES and getattr(getattr(study.machine.drive, "profile", None), "kind", "") == "reduction":
         label["long_name"] = SHAPES[name]
-    return found, label
+    return result, label
 
 
 def _label(name: str, settling_from: str) -> dict[str, Any]:
@@ -409,7 +409,7 @@ SHAPES = {
 }
 
 
-def with_run_up(machine: Machine, given: RunUp) -> tuple[Machine, dict[str, str]]:
+def with_run_up(machine: Machine, run_up: RunUp) -> tuple[Machine, dict[str, str]]:
     """A machine that is run up in this way; names under 'vary' with their paths.
 
     Raises
@@ -417,8 +417,8 @@ def with_run_up(machine: Machine, given: RunUp) -> tuple[Machine, dict[str, str]
     MachineError
         If there can be no such run-up.
     """
-    shape = {name: value for key, name in OF_PROFILE.items() if (value := getattr(given, key)) is not None}
-    profile = {"kind": "reduction", "peak": given.speed, "reduced": given.speed, **shape}
+    shape = {name: value for key, name in OF_PROFILE.items() if (value := getattr(run_up, key)) is not None}
+    profile = {"kind": "reduction", "peak": run_up.speed, "reduced": run_up.speed, **shape}
     machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
     paths = {key: f"drive.profile.{name}" for key, name in OF_PROFILE.items()}
     paths["speed"] = "drive.profile.end & drive.profile.peak"

@@ -87,27 +87,27 @@ def study(
     ResultError
         If a chunk cannot be written; those before it are kept.
     """
-    asked = read_study(given)
+    specification = read_study(given)
     source = given if isinstance(given, (str, Path)) else "study"
-    if RUN in asked.results and not asked.duration > 0.0:
+    if RUN in specification.results and not specification.duration > 0.0:
         raise QuestionError(f"{source}: duration: the machine has no 'run.duration'; give one in the study")
     try:
-        refuse_impossible(asked)
+        refuse_impossible(specification)
     except QuestionError as reason:
         raise QuestionError(f"{source}: {reason}") from None
-    with Store(folder, asked.identity(), "study") if folder is not None else nullcontext() as store:
-        work = _Work(asked, store, workers, progress)
+    with Store(folder, specification.identity(), "study") if folder is not None else nullcontext() as store:
+        work = _Work(specification, store, workers, progress)
         interrupted = work.run(scheduler)
     if interrupted and not keep_on_interrupt:
         raise KeyboardInterrupt
-    found = study_dataset(asked, work.chunks, work.end)
+    dataset = study_dataset(specification, work.chunks, work.end)
     stopped = "interrupted" if interrupted else "confidence" if work.enough else "members"
     named = {"study_file": Path(given).name} if isinstance(given, (str, Path)) else {}
     left, passage = "", ""
     with suppress(KeyboardInterrupt):  # the members are not lost for that
-        if not interrupted and RUN in asked.results and asked.sudden is None:
-            left, passage = drag_note(asked), passage_note(asked, found)
-    return Studied.of(found.assign_attrs(stopped_by=stopped, drag_warning=left, passage_text=passage, **named))
+        if not interrupted and RUN in specification.results and specification.sudden is None:
+            left, passage = drag_note(specification), passage_note(specification, dataset)
+    return Studied.of(dataset.assign_attrs(stopped_by=stopped, drag_warning=left, passage_text=passage, **named))
 
 
 def refuse_impossible(study: Study) -> None:
@@ -387,16 +387,16 @@ def drag_note(study: Study) -> str:
     return text
 
 
-def passage_note(study: Study, found: xr.Dataset) -> str:
+def passage_note(study: Study, dataset: xr.Dataset) -> str:
     """What the run in the middle of a point says of its passage beside that with held balls, of the point where that is worst."""
-    peaks, place, width = found["peak_deflection"].values, found["point"].values - 1, len(study.points)
+    peaks, place, width = dataset["peak_deflection"].values, dataset["point"].values - 1, len(study.points)
     worst, text = 1.0, ""
     for number in looked_at(study):
         ran = np.flatnonzero((place == number) & np.isfinite(peaks))
         if not ran.size:
             continue
         row = int(ran[np.argsort(peaks[ran])[ran.size // 2]])
-        member = int(found["member"].values[row]) - 1
+        member = int(dataset["member"].values[row]) - 1
         first = member // width * width if study.impossible == "truncate" else member  # such draws are made together
         made = Made(study, first, first + width if study.impossible == "truncate" else member + 1)
         try:
@@ -479,7 +479,7 @@ def envelopes(
     if high.shape[0] < 2:
         raise QuestionError("envelopes: fewer than two of the members can run")
     _, time, speed = next(run for run in runs if run is not None)
-    found = xr.Dataset(
+    dataset = xr.Dataset(
         {
             **{
                 f"{LEVEL}{percent:g}": (
@@ -500,15 +500,15 @@ def envelopes(
             "greatest": float(np.nanmax(high)),
         },
     )
-    return Labeled.of(found)
+    return Labeled.of(dataset)
 
 
-def _is_machine(given: Any) -> bool:
+def _is_machine(argument: Any) -> bool:
     """Whether it is a machine, or the path of its file: that has a rotor, a study has none."""
-    if not isinstance(given, (str, Path)):
-        return isinstance(given, Machine)
+    if not isinstance(argument, (str, Path)):
+        return isinstance(argument, Machine)
     try:
-        return "rotor" in read_toml(Path(given))
+        return "rotor" in read_toml(Path(argument))
     except QuestionError:
         return False  # whoever reads it says what is wrong
 
@@ -518,7 +518,7 @@ def _members(study: Study, count: int, point: int, coast_down: bool) -> tuple[li
     machine = without_start_angles(study.machine) if study.random_starts else study.machine
     columns = study.columns(0, count * len(study.points), {})
     members = Members(machine, columns, None, study.seed, "")
-    found, duration = [], study.duration
+    result, duration = [], study.duration
     for draw in range(count):
         number = draw * len(study.points) + point
         try:
@@ -529,8 +529,8 @@ def _members(study: Study, count: int, point: int, coast_down: bool) -> tuple[li
             raise
         except AutobalancerError:
             continue
-        found.append((one, int(members.seeds[number])))
-    return found, duration
+        result.append((one, int(members.seeds[number])))
+    return result, duration
 
 
 def _there_and_back(machine: Machine, duration: float) -> tuple[Machine, float]:
@@ -604,7 +604,7 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
     columns = {} if sobol else {name: study[_dimension(name)].values for name in inputs if name != START}
     _refuse_inputs(inputs, sobol, [name for name, values in columns.items() if values.dtype.kind not in "fi"])
     points = np.unique(study["point"].values)
-    found = [
+    items = [
         (_indices if sobol else _ranks)(
             study.isel(member=np.flatnonzero(study["point"].values == point)), quantity, inputs
         )
@@ -619,14 +619,14 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
             "quantity": quantity,
             "quantity_text": str(study[quantity].attrs.get("long_name", quantity)),
             "study_name": study.attrs.get("study_name", "study"),
-            "draws": [int(one.pop("draws")) for one in found],
+            "draws": [int(item.pop("draws")) for item in items],
             "remarks": [] if sobol else _remarks(study),
         },
     )
-    for name in found[0]:
+    for name in items[0]:
         result[name] = (
             ("point", "input"),
-            np.array([one[name] for one in found]),
+            np.array([item[name] for item in items]),
             {"long_name": TEXTS[name], "units": "1"},
         )
     if isinstance(study, Studied) and points.size > 1:
@@ -638,12 +638,12 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
 
 def _remarks(study: xr.Dataset) -> list[str]:
     """What rank correlations leave out."""
-    found = []
+    remarks = []
     if START in np.atleast_1d(study.attrs.get("inputs", [])):
-        found.append("random starts of the balls are not among the inputs; with plan = 'sensitivity' they are")
+        remarks.append("random starts of the balls are not among the inputs; with plan = 'sensitivity' they are")
     if json.loads(study.attrs.get("study", "{}")).get("correlation"):
-        found.append("inputs that were drawn together borrow rank correlation from one another")
-    return found
+        remarks.append("inputs that were drawn together borrow rank correlation from one another")
+    return remarks
 
 
 TEXTS = {

@@ -124,7 +124,7 @@ class StudyFile(Question):
         return self
 
 
-def read_study(given: str | Path | Mapping[str, Any]) -> Study:
+def read_study(options: str | Path | Mapping[str, Any]) -> Study:
     """A study from a file or a dict of the same form.
 
     Raises
@@ -134,50 +134,54 @@ def read_study(given: str | Path | Mapping[str, Any]) -> Study:
     MachineFileError
         If its machine cannot be read.
     """
-    data, source, folder, name = question_data(given, "study", "study")
+    data, source, folder, name = question_data(options, "study", "study")
     with faults_of(source):
         return _study(StudyFile(**data), {key: one for key, one in data.items() if key != "machine"}, folder, name)
 
 
-def _study(asked: StudyFile, written: dict[str, Any], folder: Path, name: str) -> Study:
-    given = asked.machine
+def _study(study_file: StudyFile, written: dict[str, Any], folder: Path, name: str) -> Study:
+    given = study_file.machine
     machine = base = balls_in_races(beside(folder, given) if isinstance(given, (str, Path)) else given)
     sudden, paths = None, dict[str, dict[str, str]]()
-    if asked.sudden_unbalance is not None:
-        machine, sudden = with_sudden(machine, asked.sudden_unbalance)
+    if study_file.sudden_unbalance is not None:
+        machine, sudden = with_sudden(machine, study_file.sudden_unbalance)
         paths[TABLE] = sudden.paths()
-    if asked.run_up is not None:
-        machine, paths[RUN_UP] = with_run_up(machine, asked.run_up)
-    grid, scatter = vary(machine, _as_paths(asked.vary, paths))
-    pairs = _joint(machine, asked.joint, scatter) | {one.between: one.value for one in asked.correlation}
+    if study_file.run_up is not None:
+        machine, paths[RUN_UP] = with_run_up(machine, study_file.run_up)
+    grid, scatter = vary(machine, _as_paths(study_file.vary, paths))
+    pairs = _joint(machine, study_file.joint, scatter) | {one.between: one.value for one in study_file.correlation}
     check_pairs(pairs, scatter)
     with _at("show"):
-        shown = tuple(one for one in asked.show if quantity_kind(one, asked.results)[0] != "bool")
+        shown = tuple(one for one in study_file.show if quantity_kind(one, study_file.results)[0] != "bool")
     own = math.nan if machine.run is None else float(machine.run.duration)
     study = Study(
         machine=machine,
-        name=asked.name or name,
+        name=study_file.name or name,
         grid=grid,
         scatter=scatter,
         correlation=pairs,
-        members=asked.members,
-        plan=asked.plan,
-        seed=asked.seed,
-        random_starts=asked.starts == "random" and RUN in asked.results,
-        duration=sudden.after if sudden is not None else own if asked.duration is None else float(asked.duration),
-        tolerance=asked.tolerance,
-        bins=asked.bins,
-        results=asked.results,
-        impossible=asked.impossible,
-        stop=None if asked.stop is None else _stop(asked.stop, asked.results),
+        members=study_file.members,
+        plan=study_file.plan,
+        seed=study_file.seed,
+        random_starts=study_file.starts == "random" and RUN in study_file.results,
+        duration=sudden.after
+        if sudden is not None
+        else own
+        if study_file.duration is None
+        else float(study_file.duration),
+        tolerance=study_file.tolerance,
+        bins=study_file.bins,
+        results=study_file.results,
+        impossible=study_file.impossible,
+        stop=None if study_file.stop is None else _stop(study_file.stop, study_file.results),
         show=shown,
         base=base if base is not machine else None,
         sudden=sudden,
-        settling_from=asked.settling_from,
+        settling_from=study_file.settling_from,
         written=written,
     )
     _check_whole(study)
-    if asked.run_up is not None:
+    if study_file.run_up is not None:
         check_length(study)
     return study
 
@@ -191,11 +195,11 @@ def _at(*path: str | int) -> Iterator[None]:
         raise QuestionError.of("", error.within(*path).problems) from None
 
 
-def _stop(given: Stop, results: tuple[str, ...]) -> Stop:
+def _stop(stop: Stop, results: tuple[str, ...]) -> Stop:
     with _at("stop", "of"):
-        kind, unit = quantity_kind(given.of, results)
+        kind, unit = quantity_kind(stop.of, results)
     with _at("stop"):
-        return given.settled(kind, unit)
+        return stop.settled(kind, unit)
 
 
 def _check_whole(study: Study) -> None:
@@ -219,22 +223,22 @@ def _check_whole(study: Study) -> None:
         raise QuestionError("no parameter has this name; random starts are starts = 'random'", ("vary", START))
 
 
-def _as_paths(given: Mapping[str, Any], paths: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+def _as_paths(options: Mapping[str, Any], paths: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
     """What varies by its path in the machine, where it is named by a key of a table of the study.
 
     ``[vary.run_up.rate]`` is the same as ``[vary."run_up.rate"]``.
     """
-    found: dict[str, Any] = {}
-    for name, entry in given.items():
+    result: dict[str, Any] = {}
+    for name, entry in options.items():
         table, _, key = str(name).partition(".")
         if table not in paths:
-            found[str(name)] = entry
+            result[str(name)] = entry
             continue
         for inner, value in {key: entry}.items() if key else dict(entry).items():
             if inner not in paths[table]:
                 raise QuestionError(unknown_key(inner, [*paths[table]]), ("vary", table, inner))
-            found[paths[table][inner]] = value
-    return found
+            result[paths[table][inner]] = value
+    return result
 
 
 # What varies in a study file: values that form a grid, distributions, and how they are correlated.
@@ -244,12 +248,12 @@ Pairs = dict[tuple[str, str], float]
 
 
 def vary(
-    machine: Machine, given: Mapping[str, Any], table: str = "vary"
+    machine: Machine, options: Mapping[str, Any], table: str = "vary"
 ) -> tuple[dict[str, list[Any]], dict[str, Distribution]]:
     """Parameters with the values of a grid, and parameters with a distribution, from a table of a file."""
     grid: dict[str, list[Any]] = {}
     scatter: dict[str, Distribution] = {}
-    for name, entry in given.items():
+    for name, entry in options.items():
         with _at(table, name):
             if name == SEED:
                 raise QuestionError("starts = 'random' gives every draw a seed of its own")
@@ -274,10 +278,10 @@ def _of_machine(machine: Machine, name: str) -> float:
     return value
 
 
-def _joint(machine: Machine, given: Sequence[Joint], scatter: dict[str, Distribution]) -> Pairs:
+def _joint(machine: Machine, values: Sequence[Joint], scatter: dict[str, Distribution]) -> Pairs:
     """Normal parameters with their covariance (SI); they join ``scatter``."""
-    found: Pairs = {}
-    for place, one in enumerate(given):
+    pairs: Pairs = {}
+    for place, one in enumerate(values):
         deviation = [math.sqrt(one.covariance[i][i]) for i in range(len(one.names))]
         for i, name in enumerate(one.names):
             if name in scatter:
@@ -288,8 +292,8 @@ def _joint(machine: Machine, given: Sequence[Joint], scatter: dict[str, Distribu
                 mean = _of_machine(machine, name) if own is None else float(own)
             scatter[name] = Normal(mean=mean, standard_deviation=deviation[i])
             for j in range(i):
-                found[one.names[j], name] = one.covariance[i][j] / (deviation[i] * deviation[j])
-    return found
+                pairs[one.names[j], name] = one.covariance[i][j] / (deviation[i] * deviation[j])
+    return pairs
 
 
 def check_pairs(pairs: Pairs, scatter: dict[str, Distribution]) -> None:

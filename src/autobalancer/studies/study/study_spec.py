@@ -87,8 +87,8 @@ class Distribution(Question):
     def __str__(self) -> str:
         """In words, SI: ``normal: mean 12, standard deviation 0.5``."""
         given = [(name, value) for name, value in self if name != "distribution" and value not in (None, ())]
-        told = [f"{name.replace('_', ' ')} {_told(value)}" for name, value in given]
-        return f"{self.distribution}: {', '.join(told)}"
+        messages = [f"{name.replace('_', ' ')} {_told(value)}" for name, value in given]
+        return f"{self.distribution}: {', '.join(messages)}"
 
     def settled(self, unit: str, middle: Callable[[str], float]) -> Self:
         """The same with all numbers in SI; ``middle`` gives the one of the machine for a key that is not there.
@@ -98,19 +98,19 @@ class Distribution(Question):
         QuestionError
             With the key of what is no such number, or makes no distribution.
         """
-        found: dict[str, float] = {}
+        entries: dict[str, float] = {}
         center = 0.0
         for name, value in self:
             try:
                 if name in MIDDLES:
-                    found[name] = center = middle(name) if value is None else to_si(value, unit)
+                    entries[name] = center = middle(name) if value is None else to_si(value, unit)
                 elif name in WIDTHS and value is not None:
-                    found[name] = _width(value, unit, center)
+                    entries[name] = _width(value, unit, center)
                 elif name in ("low", "high", "factor") and value is not None:
-                    found[name] = to_si(value, "" if name == "factor" else unit)
+                    entries[name] = to_si(value, "" if name == "factor" else unit)
             except (QuestionError, UnitError) as error:
                 raise QuestionError(str(error), (name,)) from None
-        made = self.model_copy(update={name: float(value) for name, value in found.items()})
+        made = self.model_copy(update={name: float(value) for name, value in entries.items()})
         if wrong := made.wrong():
             raise QuestionError(wrong)
         return made
@@ -239,10 +239,10 @@ class Discrete(Distribution):
         return self._checked(tuple(list_argument("values", self.values, unit)))
 
     def _checked(self, values: tuple[Any, ...]) -> Self:
-        found = self.model_copy(update={"values": values})
-        if wrong := found.wrong():
+        checked = self.model_copy(update={"values": values})
+        if wrong := checked.wrong():
             raise QuestionError(wrong)
-        return found
+        return checked
 
     def at(self, share: Floats) -> Any:
         """The values, (draws,)."""
@@ -311,30 +311,30 @@ KINDS: dict[str, type[Distribution]] = {
 }
 
 
-def _varied(given: Any) -> Any:
+def _varied(argument: Any) -> Any:
     """What varies: values, a distribution, or a table of such entries."""
-    if not isinstance(given, Mapping):
-        if given is None:
+    if not isinstance(argument, Mapping):
+        if argument is None:
             raise ValueError(f"given None; {WANTED}")
-        return given
-    if "distribution" in given:
-        word = given["distribution"]
+        return argument
+    if "distribution" in argument:
+        word = argument["distribution"]
         if not isinstance(word, str) or word not in KINDS:
             raise QuestionError(
                 f"given {shortened(word)}; must be one of {', '.join(map(repr, KINDS))}", ("distribution",)
             )
-        return KINDS[word](**given)
-    if set(given) == {"values"}:
-        return _varied(given["values"])
-    if not given or not all(isinstance(entry, (Mapping, list, Distribution)) for entry in given.values()):
-        raise ValueError(f"given {shortened(dict(given))}; {WANTED}")
-    found = {}
-    for name, entry in given.items():
+        return KINDS[word](**argument)
+    if set(argument) == {"values"}:
+        return _varied(argument["values"])
+    if not argument or not all(isinstance(entry, (Mapping, list, Distribution)) for entry in argument.values()):
+        raise ValueError(f"given {shortened(dict(argument))}; {WANTED}")
+    result = {}
+    for name, entry in argument.items():
         try:
-            found[name] = _varied(entry)
+            result[name] = _varied(entry)
         except AutobalancerError as error:
             raise error.within(name) from None
-    return found
+    return result
 
 
 WANTED = f"give 'values' = a list or a range, or 'distribution' = one of {', '.join(KINDS)}"
@@ -416,15 +416,15 @@ def shares(plan: Plan, seed: int, width: int, draws: NDArray[np.int64], total: i
         return np.zeros((draws.size, width))
     if plan == "random":
         blocks = draws // BLOCK
-        found = np.empty((draws.size, width))
+        result = np.empty((draws.size, width))
         for block in np.unique(blocks):
             here = blocks == block
-            found[here] = _block(seed, int(block), width)[draws[here] % BLOCK]
+            result[here] = _block(seed, int(block), width)[draws[here] % BLOCK]
     elif plan == "sensitivity":
-        found = _columns_changed(seed, width, draws, total)
+        result = _columns_changed(seed, width, draws, total)
     else:
-        found = _whole(plan, seed, width, total)[draws]
-    return np.clip(found, LEAST, 1.0 - 2.0**-53)
+        result = _whole(plan, seed, width, total)[draws]
+    return np.clip(result, LEAST, 1.0 - 2.0**-53)
 
 
 def drawn_again(seed: int, width: int, draw: int, attempt: int) -> Floats:
@@ -466,11 +466,11 @@ def _sobol(source: Any, width: int, total: int) -> Floats:
 def _columns_changed(seed: int, width: int, draws: NDArray[np.int64], total: int) -> Floats:
     both = _whole_pair(seed, width, total // (width + 2))
     base, which = np.divmod(draws, width + 2)
-    found = np.where((which == 1)[:, None], both[base, width:], both[base, :width])
+    result = np.where((which == 1)[:, None], both[base, width:], both[base, :width])
     changed = which >= 2
     column = which[changed] - 2
-    found[changed, column] = both[base[changed], width + column]
-    return found
+    result[changed, column] = both[base[changed], width + column]
+    return result
 
 
 @lru_cache(maxsize=4)
@@ -529,11 +529,11 @@ class Stop(Question):
 
 def looks(most: int) -> list[int]:
     """Numbers of draws after which is looked, the last of them all draws."""
-    found, draws = [], float(FIRST)
+    result, draws = [], float(FIRST)
     while draws < most:
-        found.append(int(draws))
+        result.append(int(draws))
         draws *= GROWTH
-    return [*found, most]
+    return [*result, most]
 
 
 def interval(statistic: str, values: NDArray[Any], at: float = 0.5) -> tuple[float, float, float]:
@@ -616,7 +616,7 @@ class Sudden:
         return with_value_at(machine, f"{self.place}.schedule", NONE_YET)
 
 
-def with_sudden(machine: Machine, given: SuddenUnbalance) -> tuple[Machine, Sudden]:
+def with_sudden(machine: Machine, sudden_unbalance: SuddenUnbalance) -> tuple[Machine, Sudden]:
     """A machine that runs at one speed with one unbalance more, and when that appears.
 
     Raises
@@ -624,11 +624,13 @@ def with_sudden(machine: Machine, given: SuddenUnbalance) -> tuple[Machine, Sudd
     MachineError
         If there can be no such unbalance.
     """
-    profile = {"kind": "constant", "speed": given.speed}
+    profile = {"kind": "constant", "speed": sudden_unbalance.speed}
     machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
-    added = {name: value for name in OF_UNBALANCE if (value := getattr(given, name)) is not None}
+    added = {name: value for name in OF_UNBALANCE if (value := getattr(sudden_unbalance, name)) is not None}
     machine = with_value_at(machine, "unbalances", (*machine.unbalances, added))
-    return machine, Sudden(f"unbalances[{len(machine.unbalances)}]", float(given.before), float(given.after))
+    return machine, Sudden(
+        f"unbalances[{len(machine.unbalances)}]", float(sudden_unbalance.before), float(sudden_unbalance.after)
+    )
 
 
 def after_jump(
