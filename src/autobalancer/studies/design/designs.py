@@ -501,10 +501,9 @@ def judge_runs(spec: Spec, design: Design, cases: Sequence[Case]) -> None:
             _measure(spec, name, case) for case in cases if name == PEAK or not case.coasting
         ]
         numbers.update(max(parts, key=partial(_badness, name)))
-    design.drag_warning, design.passage = (
-        next(filter(None, (str(case.found.attrs.get(name, "")) for case in cases)), "")
-        for name in ("drag_warning", "passage_text")
-    )
+    design.drag_warning = next(filter(None, (str(case.found.attrs.get("drag_warning", "")) for case in cases)), "")
+    worst = max((case.found.attrs for case in cases), key=lambda told: np.nan_to_num(told.get("passage_ratio", 0.0)))
+    design.passage = str(worst.get("passage_text", ""))
     ups = [case.found for case in cases if not case.coasting]
     numbers |= max((_share("stall", stalled(one)) for one in ups), key=lambda part: part["stall"])
     numbers |= min((_share("balanced", balanced(one)) for one in ups), key=lambda part: part["balanced"])

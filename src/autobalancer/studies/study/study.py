@@ -28,9 +28,10 @@ from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.studied import Sensitivity, Studied
+from autobalancer.results.display_units import significant
 from autobalancer.results.folder_store import Span, Store
 from autobalancer.results.provenance import provenance
-from autobalancer.results.verdict import Z, passage_text
+from autobalancer.results.verdict import GREATER, Z
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
 from autobalancer.studies.ensemble.members import Members, without_start_angles
@@ -103,11 +104,12 @@ def study(
     dataset = study_dataset(specification, work.chunks, work.end)
     stopped = "interrupted" if interrupted else "confidence" if work.enough else "members"
     named = {"study_file": Path(given).name} if isinstance(given, (str, Path)) else {}
-    left, passage = "", ""
+    left, passage, ratio = "", "", np.nan
     with suppress(KeyboardInterrupt):  # the members are not lost for that
         if not interrupted and RUN in specification.results and specification.sudden is None:
-            left, passage = drag_note(specification), passage_note(specification, dataset)
-    return Studied.of(dataset.assign_attrs(stopped_by=stopped, drag_warning=left, passage_text=passage, **named))
+            left, (passage, ratio) = drag_note(specification), passage_note(specification, dataset)
+    about = {"stopped_by": stopped, "drag_warning": left, "passage_text": passage, "passage_ratio": ratio, **named}
+    return Studied.of(dataset.assign_attrs(about))
 
 
 def refuse_impossible(study: Study) -> None:
@@ -355,6 +357,7 @@ def next_size(size: int, members: int, wall: float) -> int:
 
 
 NOTES_MOST = 8  # points that are looked at, the first and the last among them
+PASSAGES = 15  # members of such a point that are run without balls
 
 
 def looked_at(study: Study) -> list[int]:
@@ -387,31 +390,37 @@ def drag_note(study: Study) -> str:
     return text
 
 
-def passage_note(study: Study, dataset: xr.Dataset) -> str:
-    """What the run in the middle of a point says of its passage beside that with held balls, of the point where that is worst."""
+def passage_note(study: Study, dataset: xr.Dataset) -> tuple[str, float]:
+    """What members say of their passages, each beside its own run with held balls, and the median of these ratios.
+
+    Of each point the first members that ran are looked at; of the points the one counts whose median ratio is greatest. The text
+    is empty, and the number nan, where no passage is worse.
+    """
     peaks, place, width = dataset["peak_deflection"].values, dataset["point"].values - 1, len(study.points)
-    worst, text = 1.0, ""
+    worst, text = np.nan, ""
     for number in looked_at(study):
-        ran = np.flatnonzero((place == number) & np.isfinite(peaks))
-        if not ran.size:
+        ratios, members = [], list[int]()
+        for row in np.flatnonzero((place == number) & np.isfinite(peaks))[:PASSAGES]:
+            member = int(dataset["member"].values[row]) - 1
+            first = member // width * width if study.impossible == "truncate" else member  # such draws are made together
+            made = Made(study, first, first + width if study.impossible == "truncate" else member + 1)
+            with suppress(AutobalancerError), unwarned():
+                machine = made.members.machine_of(member - first)
+                held = float(peak_without_balls(machine, study.tolerance, study.duration))
+                ratios.append(float(peaks[row]) / held if held > 0.0 else np.nan)
+                members.append(member + 1)
+        known = np.array(ratios)[np.isfinite(ratios)]
+        worse = int((known > GREATER).sum())
+        if not worse or np.median(known) <= worst:
             continue
-        row = int(ran[np.argsort(peaks[ran])[ran.size // 2]])
-        member = int(dataset["member"].values[row]) - 1
-        first = member // width * width if study.impossible == "truncate" else member  # such draws are made together
-        made = Made(study, first, first + width if study.impossible == "truncate" else member + 1)
-        try:
-            with unwarned():
-                held = float(
-                    peak_without_balls(made.members.machine_of(member - first), study.tolerance, study.duration)
-                )
-        except AutobalancerError:
-            continue
-        if (said := passage_text(float(peaks[row]), held)) and peaks[row] / held > worst:
-            worst, text = (
-                peaks[row] / held,
-                f"{said}, in member {member + 1}, the median{' of its point' * (width > 1)}",
-            )
-    return text
+        worst, most = float(np.median(known)), int(np.nanargmax(ratios))
+        where = f"at {Studied.of(dataset).point_texts()[number]}: " * (width > 1)
+        text = (
+            f"{where}the greatest deflection on the way is more than a tenth greater than without balls in {worse} of "
+            f"{known.size} members, each beside its own run without balls; median {significant(worst)} times as much, at "
+            f"most {significant(ratios[most])} times (member {members[most]})"
+        )
+    return text, worst
 
 
 # How far a machine goes on its way up, and down again: the envelopes of many members as percentiles over the time.
