@@ -402,7 +402,9 @@ def passage_note(study: Study, dataset: xr.Dataset) -> tuple[str, float]:
         ratios, members = [], list[int]()
         for row in np.flatnonzero((place == number) & np.isfinite(peaks))[:PASSAGES]:
             member = int(dataset["member"].values[row]) - 1
-            first = member // width * width if study.impossible == "truncate" else member  # such draws are made together
+            first = (
+                member // width * width if study.impossible == "truncate" else member
+            )  # such draws are made together
             made = Made(study, first, first + width if study.impossible == "truncate" else member + 1)
             with suppress(AutobalancerError), unwarned():
                 machine = made.members.machine_of(member - first)
