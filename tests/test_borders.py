@@ -17,6 +17,7 @@ from autobalancer import progress as patience
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity, with_value_at
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.machine import Machine
+from autobalancer.stability.border import Borders
 from autobalancer.stability.host.stations import plane
 from autobalancer.stability.maps.balanced import (
     EqualBalls,
@@ -25,7 +26,7 @@ from autobalancer.stability.maps.balanced import (
     growth_rate,
     worst_case_border,
 )
-from autobalancer.stability.maps.exact import borders_of
+from autobalancer.stability.maps.exact import border_of, borders_of
 from autobalancer.stability.states.ball_positions import spread_range
 from autobalancer.stability.states.linearized import eigensystem, kept
 from autobalancer.stability.summary import summary
@@ -489,3 +490,63 @@ def test_on_a_horizontal_axis_all_borders_are_those_without_gravity_and_say_so()
     assert ab.stability.minimum_drag(lying, 80.0) == ab.stability.minimum_drag(rig(), 80.0)
     with pytest.raises(QuestionError, match="gravity acts in the plane"):  # nothing rests there
         ab.stability.equilibria(lying, 100.0)
+
+
+DRUM = """
+name = "drum"
+axis = "vertical"
+rotor = { kind = "planar", mass = "45 kg", critical_speed = "280 rpm", damping_ratio = "6 %" }
+drive = { kind = "speed", profile = { kind = "ramp", end = "600 rpm", duration = "12 s" } }
+unbalances = [{ moment = "70 kg*mm" }]
+run = { duration = "40 s" }
+[[balancers]]
+[[balancers.races]]
+orbit_radius = "230 mm"
+fluid = { name = "silicone oil 5", temperature = "25 degC" }
+drag = { law = "sphere_on_plane", range = "whole" }
+balls = [{ count = 8, diameter = "25 mm", material = "steel" }]
+"""
+
+
+def test_where_only_some_positions_of_the_balls_are_stable_nothing_says_that_none_is(tmp_path) -> None:
+    (tmp_path / "drum.toml").write_text(DRUM)
+    drum = ab.load_machine(tmp_path / "drum.toml")
+    p, top = plane(drum), np.array([600.0 * math.pi / 30.0])
+    low, high = spread_range(8, 0.07 / float(p.moment[0]))
+    rates = [growth_rate(EqualBalls(p).balancer, float(top[0]), float(spread)) for spread in (low, high)]
+    assert rates[0] > 0.0 > rates[1]  # |S2| = 0 is unstable, balls more in line are stable
+    (exact,) = (border for border in ab.stability.borders(drum, only=["exact border"]) if border.name == "exact border")
+    assert math.isinf(exact.speed)
+    first = max(
+        border_of(member, p)[0] for member in balanced_states(p) if member.place == 0.3
+    )  # of those that are tried
+    assert exact.best == pytest.approx(first, rel=1e-12) == pytest.approx(395.0 * math.pi / 30.0, rel=1e-3)
+    assert repr(exact).startswith(
+        "exact border: from 394.98 rpm (41.363 rad/s) at the best positions of the balls, never at all"
+    )
+    found = ab.check(drum)
+    (warning,) = (text for text in found.warnings if "balanced state" in text)
+    assert warning.startswith("the balanced state is stable at the highest speed at some positions of the balls only")
+    assert "41.36 rad/s" in warning
+    oil = ab.stability.minimum_viscosity(drum, "600 rpm")  # the advice
+    thick = ab.with_parameter(drum, "viscosity", 1.001 * oil)
+    assert not [text for text in ab.check(thick).warnings if "balanced state" in text]
+    assert Borders([exact]).row(exact)[:3] == ("exact border", "some positions", "some positions")
+    (shown,) = (
+        column.values for column in ab.compare([drum], duration="0.1 s").columns() if column.head == "exact border"
+    )
+    assert shown == ["some positions"]
+    assert [text.get_text() for text in ab.plot.borders([exact]).axes[0].texts] == [
+        "  from 394.98 rpm at the best positions of the balls, never at all positions"
+    ]
+
+
+def test_a_balanced_state_that_is_stable_nowhere_is_said_to_be_so_at_all_positions(tmp_path) -> None:
+    (tmp_path / "drum.toml").write_text(
+        DRUM.replace("silicone oil 5", "silicone oil 0.65").replace("600 rpm", "500 rpm")
+    )
+    (warning,) = (text for text in ab.check(tmp_path / "drum.toml").warnings if "balanced state" in text)
+    assert warning == (
+        "the highest speed is below the exact border; the balanced state is not stable there at any position of the balls; "
+        "take a thicker fluid"
+    )

@@ -90,11 +90,26 @@ def html_table(head: Sequence[str], rows: Sequence[Sequence[str]], title: str = 
     return f"{above}<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
+SOME = "some positions"  # of the balls are stable, others never
+
+
 def speed_cells(speed: float) -> tuple[str, str]:
     """A speed in rad/s and rpm."""
     if not math.isfinite(speed):
         return ("never", "never") if speed > 0.0 else ("-", "-")
     return f"{speed:.6g}", f"{speed * 30.0 / math.pi:.6g}"
+
+
+def border_cell(speed: float, factor: float = 1.0, best: float = math.nan) -> float | str | None:
+    """What a column shows of a border speed: *never* is a statement, too.
+
+    *some positions* (of the balls) if that is so of the worst of them alone, while the best has the border ``best``.
+    """
+    if math.isnan(speed):
+        return None
+    if math.isinf(speed):
+        return SOME if math.isfinite(best) else "never"
+    return float(f"{speed * factor:.10g}")
 
 
 def rpm_and_si(speed: float) -> str:

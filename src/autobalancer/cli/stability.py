@@ -11,7 +11,7 @@ import typer
 import autobalancer as ab
 from autobalancer.cli.terminal.command import Reply, command
 from autobalancer.cli.terminal.options import COUNT, In, MachineFile, Speeds
-from autobalancer.cli.terminal.sheet import speed_number, speed_sign, speed_text
+from autobalancer.cli.terminal.sheet import speed_sign, speed_text
 from autobalancer.errors import QuestionError
 
 if TYPE_CHECKING:
@@ -159,28 +159,25 @@ def _usual(name: str) -> Any:
 
 
 def _columns(borders: list[dict[str, Any]]) -> list[Column]:
-    from autobalancer.tables import Column
+    from autobalancer.results.display_units import speed_axis
+    from autobalancer.tables import Column, border_cell
 
+    unit = speed_axis(speed_sign())
     return [
         Column("border", [border["name"] for border in borders]),
-        Column("speed", [_number(border["speed"]) for border in borders], speed_sign()),
+        Column("speed", [border_cell(border["speed"], unit.factor, border["best"]) for border in borders], unit.sign),
         Column("note", [border["note"] for border in borders], wraps=True),
     ]
-
-
-def _number(speed: float) -> float | str | None:
-    """What a table shows of a border: *never* is a statement, too."""
-    if math.isnan(speed):
-        return None
-    return "never" if math.isinf(speed) else float(speed_number(speed, ".10g"))
 
 
 def _lines(answer: dict[str, Any]) -> list[str]:
     """Borders with their notes, stable ranges and minima as sentences."""
     width = max((len(border["name"]) for border in answer["borders"]), default=0)
+    from autobalancer.stability.border import Border
+
     lines: list[str] = []
     for border in answer["borders"]:
-        lines.append(f"{border['name']:<{width}}   {speed_text(border['speed']) if border['known'] else 'not known'}")
+        lines.append(f"{border['name']:<{width}}   {Border(**border).text(speed_text)}")
         lines += [f"  {border['note']}"] if border["note"] else []
     if "stable_windows" in answer:
         windows = answer["stable_windows"]

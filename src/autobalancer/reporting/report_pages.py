@@ -35,7 +35,7 @@ from autobalancer.stability.summary import Summary
 from autobalancer.studies.basin import basin
 from autobalancer.studies.design.designs import USUAL
 from autobalancer.studies.study.study import envelopes, sensitivity
-from autobalancer.tables import Column, rpm_and_si
+from autobalancer.tables import SOME, Column, rpm_and_si
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -403,18 +403,17 @@ def margin_page(summary: Summary) -> Section:
             if top is None or not math.isfinite(border.speed)
             else f"{significant(100.0 * (top - border.speed) / border.speed)} %"
         )
-        rows.append((border.name, rpm_and_si(border.speed), margin, border.note))
+        rows.append((border.name, border.text(rpm_and_si), margin, border.note))
         if border.name in DECIDES and top is not None and not math.isnan(border.speed):
-            said = (
-                "never"
-                if math.isinf(border.speed)
-                else f"{rpm_and_si(border.speed)}; the highest speed is {margin} above it"
-            )
+            said = border.text(rpm_and_si)
+            if math.isfinite(border.speed):
+                said += f"; the highest speed is {margin} above it"
+            some = border.best < top <= border.speed
             page.decisive.append(
                 Decisive(
                     border.name,
                     said,
-                    yes_or_no(border.speed < top),
+                    SOME if some else yes_or_no(border.speed < top),
                     f"{moment_text(summary.unbalance)}, fluid of the machine file",
                 )
             )

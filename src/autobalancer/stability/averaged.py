@@ -102,7 +102,7 @@ def explicit_averaged_border(machine: Given) -> Border:
         return Border(
             WORST,
             math.inf,
-            "drag or damping is too small (Spannan 2021, 4.75)",
+            "for the worst unbalance up to the capability; drag or damping is too small (Spannan 2021, 4.75)",
         )
     speed = math.sqrt(p.stiffness[0] / p.mass * (1.0 + share) / (1.0 - share))
     return Border(WORST, speed, "sufficient only" if p.moment.size == 1 else "")

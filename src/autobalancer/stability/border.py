@@ -3,29 +3,44 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.machine import Machine
 from autobalancer.notebook import picture_html
-from autobalancer.tables import Table, rpm_and_si, speed_cells
+from autobalancer.tables import SOME, Table, rpm_and_si, speed_cells
 
 
 @dataclass(frozen=True)
 class Border:
     """One border speed: ``speed`` in rad/s, infinite for never, nan where there is none; ``note`` says why.
 
-    Not ``known`` is one that is not computed for such a machine; its speed is nan, too.
+    Not ``known`` is one that is not computed for such a machine; its speed is nan, too. Where balls can balance at many
+    positions, ``speed`` is that of the worst of them and ``best`` (rad/s) that of the best; else ``best`` is nan.
     """
 
     name: str
     speed: float
     note: str
     known: bool = True
+    best: float = math.nan
 
     def __repr__(self) -> str:
-        speed = rpm_and_si(self.speed) if self.known else "not known"
-        return f"{self.name}: {speed}{f'; {self.note}' if self.note else ''}"
+        return f"{self.name}: {self.text(rpm_and_si)}{f'; {self.note}' if self.note else ''}"
+
+    @property
+    def only_some(self) -> bool:
+        """Whether some positions of the balls are stable from a speed on, and others never."""
+        return math.isinf(self.speed) and math.isfinite(self.best)
+
+    def text(self, speed_text: Callable[[float], str]) -> str:
+        """The speed, or that there is none, or of which positions of the balls, in words."""
+        if not self.known:
+            return "not known"
+        if self.only_some:
+            return f"from {speed_text(self.best)} at the best positions of the balls, never at all positions"
+        return speed_text(self.speed)
 
 
 def ignoring(machine: Machine, border: Border, theory: Theory) -> Border:
@@ -41,7 +56,8 @@ class Borders(Table[Border]):
 
     def row(self, entry: Border) -> tuple[str, ...]:
         """Name, speed and note."""
-        return (entry.name, *speed_cells(entry.speed), entry.note)
+        cells = (SOME, SOME) if entry.only_some else speed_cells(entry.speed)
+        return (entry.name, *cells, entry.note)
 
     def _repr_html_(self) -> str:
         return super()._repr_html_() + picture_html(self, "borders", "border speeds, one below the other")

@@ -450,31 +450,35 @@ def _warnings(
         warnings.append("the highest speed is below the critical speed; there the balls gather on the heavy side")
     elif has_balls and highest is not None and planar and highest < max(critical, default=0.0):
         warnings.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
-    exact = [border.speed for border in borders if border.name == "exact border"]
-    windows = any("stable also" in border.note for border in borders if border.name == "exact border")
-    if (
-        highest is not None
-        and exact
-        and highest > (max if planar else min)(critical, default=0.0)
-        and exact[0] >= highest
-    ):
-        warnings.append(
-            "the highest speed is below the exact border; "
-            + ("there the balanced state is stable only in the ranges that the note of this border names" if windows
-               else "the balanced state is not stable there; "
-               f"{'take a thicker fluid' if planar else 'see the note on this border'}")
-        )  # fmt: skip
+    exact = next((border for border in borders if border.name == "exact border"), None)
+    fast = highest is not None and highest > (max if planar else min)(critical, default=0.0)
+    if fast and exact is not None and exact.speed >= highest:
+        warnings.append(_below(exact, highest, planar))
     release = [border.speed for border in borders if border.name == "release speed"]
-    if (
-        highest is not None
-        and release
-        and highest > (max if planar else min)(critical, default=0.0)
-        and release[0] > highest
-    ):
+    if fast and release and release[0] > highest:
         warnings.append(
             "the highest speed is below the release speed: balls that stall at a resonance in a slow run-up stay there"
         )
     return tuple(warnings)
+
+
+def _below(exact: Border, highest: float, planar: bool) -> str:
+    """What it means that the highest speed is below the exact border."""
+    if exact.best < highest:
+        everywhere = "never" if math.isinf(exact.speed) else f"from {exact.speed:.4g} rad/s on"
+        return (
+            f"the balanced state is stable at the highest speed at some positions of the balls only: at the best ones from "
+            f"{exact.best:.4g} rad/s on, at all of them {everywhere}; runs from several starts show whether the balls find "
+            "stable ones (autobalancer ensemble), autobalancer borders --minimum-viscosity-at which fluid makes all stable"
+        )
+    below = "the highest speed is below the exact border; "
+    if "stable also" in exact.note or ", stable " in exact.note:
+        return f"{below}there the balanced state is stable only in the ranges that the note of this border names"
+    nowhere = " at any position of the balls" if not math.isnan(exact.best) else ""
+    return (
+        f"{below}the balanced state is not stable there{nowhere}; "
+        f"{'take a thicker fluid' if planar else 'see the note on this border'}"
+    )
 
 
 # What is known of a machine, as rows of a table: a name and a text each, with speeds as ``said`` writes them.
@@ -612,5 +616,5 @@ def _borders(summary: Summary, said: SpeedText) -> Iterator[Row]:
     if not math.isnan(summary.sommerfeld_number):
         yield "Sommerfeld number S", f"{summary.sommerfeld_number:.4g}   (m eps w_c)^2 / (b beta)"
     for border in summary.borders:
-        shown = said(border.speed) + (f"   ({border.note})" if border.note else "")
+        shown = border.text(said) + (f"   ({border.note})" if border.note else "")
         yield border.name, shown if border.known else f"not known: {border.note}"

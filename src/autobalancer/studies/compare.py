@@ -72,8 +72,9 @@ def compare(
         balls; nan of deep chambers), ``vibration`` (m) at the end and
         ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``; ``deflection_at`` (m) over ``speed``,
         the greatest in the second half of the time at this speed (within 1 %); ``exact_border`` (rad/s), above which the balanced
-        state is stable, with ``border_note``; ``support_force`` (N), how far the force of the hardest loaded support gets from
-        its mean at the end; and the greatest ``deflection`` (m) with the rotor speed over ``time_in_run``.
+        state is stable at all positions of the balls, with ``border_note``, and ``exact_border_best_case`` at the
+        best ones; ``support_force`` (N), how far the force of the hardest loaded support gets from its
+        mean at the end; and the greatest ``deflection`` (m) with the rotor speed over ``time_in_run``.
 
     Raises
     ------
@@ -161,6 +162,8 @@ def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], sp
     )
     border = {"long_name": "exact border", "units": "rad/s"}
     dataset["exact_border"] = ("machine", [row["exact_border"] for row in rows], border)
+    best = border | {"long_name": "exact border at the best positions of the balls"}
+    dataset["exact_border_best_case"] = ("machine", [row["exact_border_best_case"] for row in rows], best)
     pushed = {"long_name": "greatest vibrating force of a support at the end", "units": "N"}
     dataset["support_force"] = ("machine", [row["support_force"] for row in rows], pushed)
     for name in ("verdict", "border_note"):
@@ -212,7 +215,7 @@ def race_row(machine: Machine, run: xr.Dataset, held: xr.Dataset | None, speeds:
         row["peak_without_balls"] = judged.peak_without_balls.deflection
     row["verdict"], row["support_force"] = _word(judged), _support_force(judged)
     row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
-    row["exact_border"], row["border_note"] = _border(machine)
+    row["exact_border"], row["exact_border_best_case"], row["border_note"] = _border(machine)
     return row
 
 
@@ -232,7 +235,8 @@ def chamber_row(run: xr.Dataset, speeds: Sequence[float], bins: int) -> dict[str
     row["course"] = (0.5 * (time[starts] + time[ends]), high, speed[ends])
     row["deflection_at"] = [_at(speed[ends], high, wanted) for wanted in speeds]
     row["verdict"], row["support_force"] = _word(judged), _support_force(judged)
-    row["beyond"], row["exact_border"], row["border_note"] = [], math.nan, ""
+    row["beyond"], row["border_note"] = [], ""
+    row["exact_border"] = row["exact_border_best_case"] = math.nan
     return row
 
 
@@ -254,10 +258,10 @@ def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:
     return float(high[stay[int(LATE * stay.size) :]].max())
 
 
-def _border(machine: Machine) -> tuple[float, str]:
-    """Speed and note of the exact border."""
+def _border(machine: Machine) -> tuple[float, float, str]:
+    """Speed of the exact border, that at the best positions of the balls, and its note."""
     try:
         border = borders(machine, only=(BORDER,))
     except QuestionError as refused:
-        return math.nan, f"border not known, {refused}"
-    return (border[0].speed, border[0].note) if border else (math.nan, "")
+        return math.nan, math.nan, f"border not known, {refused}"
+    return (border[0].speed, border[0].best, border[0].note) if border else (math.nan, math.nan, "")

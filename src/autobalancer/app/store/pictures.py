@@ -16,6 +16,7 @@ import xarray as xr
 from autobalancer.machine import Machine
 from autobalancer.plots.stability.stability_map import map as draw_map
 from autobalancer.plots.style import DRAWING, quantity_axis
+from autobalancer.tables import border_cell
 
 
 def svg_of(draw: Callable[[], Any], about: str) -> str:
@@ -134,7 +135,11 @@ class Seen:
         """Of each border name, speed, how far the point is from it, and whether it is the nearest."""
         away = {name: abs(speed - at) for name, at in self.borders.items() if math.isfinite(at)}
         nearest = min(away, key=lambda name: away[name], default="")
-        return [(name, _rpm(at), _side(speed, at), name == nearest) for name, at in self.borders.items()]
+        best = {"exact border": self.borders.get("exact border, best case", math.nan)}
+        return [
+            (name, _rpm(at, best.get(name, math.nan)), _side(speed, at), name == nearest)
+            for name, at in self.borders.items()
+        ]
 
 
 def drawn_map(found: xr.Dataset, about: str) -> DrawnMap:
@@ -224,8 +229,9 @@ def _scale(found: xr.Dataset, dim: str) -> Scale:
     return Scale(name, str(found[dim].attrs["long_name"]), axis.unit.sign, axis.unit.factor, *ends, axis.log)
 
 
-def _rpm(speed: float) -> str:
-    return f"{speed * 30.0 / math.pi:.4g} rpm" if math.isfinite(speed) else "never"
+def _rpm(speed: float, best: float) -> str:
+    cell = border_cell(speed, 30.0 / math.pi, best)
+    return cell if isinstance(cell, str) else f"{cell:.4g} rpm"
 
 
 def _side(speed: float, border: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -356,11 +356,12 @@ OF_STALLED = ("release speed", "capture speed")  # of balls that stall; the othe
 
 
 class BorderSpeed(Protocol):
-    """One border speed, rad/s: infinite for never, nan for none."""
+    """One border speed, rad/s: infinite for never, nan for none; and its speed in words."""
 
     name: str
     speed: float
-    known: bool
+
+    def text(self, speed_text: Callable[[float], str]) -> str: ...
 
 
 def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", title: str = "Border speeds") -> Figure:
@@ -393,6 +394,12 @@ def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", ti
     ):
         raise QuestionError("plot.borders: give the result of stability.borders")
     unit = speed_axis(speed_unit)
+
+    def speed_text(speed: float) -> str:
+        if not math.isfinite(speed):
+            return "none" if math.isnan(speed) else "never"
+        return f"{speed * unit.factor:.5g} {unit.sign}"
+
     speeds = [border.speed * unit.factor for border in border_speeds]
     far = max((speed for speed in speeds if math.isfinite(speed)), default=1.0)
     with look():
@@ -404,9 +411,7 @@ def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", ti
             if math.isfinite(speed):
                 axes.plot([0.0, speed], [row, row], color=color, lw=1.2, alpha=0.45)
                 axes.plot([speed], [row], "o", ms=7, color=color, mec=INK, mew=0.6)
-                text = f"  {speed:.5g} {unit.sign}"
-            else:
-                text = "  never" if speed > 0.0 else "  none" if border.known else "  not known"
+            text = f"  {border.text(speed_text)}"
             at = speed if math.isfinite(speed) else 0.0
             axes.text(at, row, text, va="center", color=INK if math.isfinite(speed) else CRITICAL, fontsize=8.5)
         axes.set_yticks(range(len(border_speeds)), [border.name for border in border_speeds])

@@ -21,7 +21,7 @@ from autobalancer.results.display_units import (
     vibration_axis,
 )
 from autobalancer.results.verdict import worse_by
-from autobalancer.tables import Column, rpm_and_si
+from autobalancer.tables import Column, border_cell, rpm_and_si
 
 if TYPE_CHECKING:
     from autobalancer.results.verdict import Verdict
@@ -191,7 +191,7 @@ class Comparison(Answer):
             left = 100.0 * self["vibration"].values / self["vibration_without_balls"].values
         known = np.isfinite(self["exact_border"].values) | (self["border_note"].values.astype(str) != "")
         last = (
-            self.scaled("exact_border", "exact border", unit, ".4g")
+            Column("exact border", self._borders(shown.factor), shown.sign, ".4g")
             if known.any() or "support_force" not in self
             else Column("bearing force", self["support_force"].values, "N", ".3g")
         )
@@ -209,6 +209,13 @@ class Comparison(Answer):
             Column("verdict", self._verdicts()),
             last,
         ]
+
+    def _borders(self, factor: float) -> list[float | str | None]:
+        speeds = self["exact_border"].values
+        best = (
+            self["exact_border_best_case"].values if "exact_border_best_case" in self else np.full(speeds.shape, np.nan)
+        )
+        return [border_cell(*pair) for pair in zip(speeds, np.full(speeds.shape, factor), best, strict=True)]
 
     def _verdicts(self) -> list[str]:
         """In words, with the passage where it is worse than without balls."""

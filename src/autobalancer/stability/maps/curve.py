@@ -44,7 +44,7 @@ from autobalancer.stability.maps.exact import (
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
 from autobalancer.stability.states.rest_states import Described, described
-from autobalancer.tables import Column, rpm_and_si
+from autobalancer.tables import Column, border_cell, rpm_and_si
 from autobalancer.units import to_si, unbalance_argument
 
 Progress = Callable[[int, int], None]
@@ -465,7 +465,15 @@ class BorderCurve(Answer):
         shown, across = speed_axis(unit or self.shown_in), self[self._across()]
         axis = axis_unit(across, unit or self.shown_in)
         speeds = [
-            Column(self._called(name), [_answers_speed(w, shown.factor) for w in self[name].values], shown.sign, ".6g")
+            Column(
+                self._called(name),
+                [
+                    border_cell(w, shown.factor, best)
+                    for w, best in zip(self[name].values, self._best(name), strict=True)
+                ],
+                shown.sign,
+                ".6g",
+            )
             for name in self._borders()
         ]
         return [Column(str(across.attrs.get("long_name", across.name)), axis.shown(across.values), axis.sign), *speeds]
@@ -492,9 +500,19 @@ class BorderCurve(Answer):
             return
         speeds = np.where(np.isfinite(self["exact_border"].values), self["exact_border"].values, -np.inf)
         place, across = int(np.argmax(speeds)), self[self._across()]
-        never = int(np.isposinf(self["exact_border"].values).sum())
+        never, some = np.isposinf(self["exact_border"].values), np.isfinite(self._best("exact_border"))
         text = f"exact border: highest {rpm_and_si(float(speeds[place]))} at {_value(across, float(across[place]))}"
-        yield text + (f", never stable at {never} of {speeds.size} values" if never else "")
+        for where, what in (
+            (never & ~some, "never stable"),
+            (never & some, "stable at some positions of the balls only"),
+        ):
+            text += f", {what} at {int(where.sum())} of {speeds.size} values" * bool(where.any())
+        yield text
+
+    def _best(self, name: str) -> Floats:
+        """The border of the best positions of the balls, beside the one of all positions; nan beside others."""
+        best = f"{name}_best_case"
+        return np.asarray(self[best].values if best in self else np.full(self[name].shape, np.nan), np.float64)
 
 
 class StabilityMap(Answer):
@@ -566,13 +584,6 @@ class StabilityMap(Answer):
         if math.isnan(rate):
             return "no balanced state at the nearest point of the map"
         return f"{'stable' if rate < 0.0 else 'unstable'} at the nearest point of the map, growth rate {rate:.3g} 1/s"
-
-
-def _answers_speed(speed: float, factor: float) -> float | str | None:
-    """What a table shows of a border: *never* is a statement, too."""
-    if math.isnan(speed):
-        return None
-    return "never" if math.isinf(speed) else float(f"{speed * factor:.10g}")
 
 
 def _value(axis: xr.DataArray, value: float) -> str:

@@ -75,8 +75,10 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     if math.isnan(high[0]):  # nowhere is there any of them
         return [Border("exact border", *high), Border("exact border, best case", *high)]
     which = f"worst of {len(result)} positions of the balls, {_range(members)}best {_say(low[0])}"
+    if math.isinf(high[0]) and math.isfinite(low[0]):
+        which += ", worst never"
     return [
-        Border("exact border", high[0], "; ".join(filter(None, (which, high[1])))),
+        Border("exact border", high[0], "; ".join(filter(None, (which, high[1]))), best=low[0]),
         Border("exact border, best case", low[0], "; ".join(filter(None, ("best of these positions", low[1])))),
     ]
 
@@ -557,8 +559,9 @@ def borders(
     tuple of Border
         *averaged border*; *exact border, worst case* over all unbalances; *exact border* at this unbalance; for more
         than two balls also *exact border, best case*, since their positions matter and the exact border is that of the
-        worst ones; *release speed* and, where balls stall and are released, *capture speed*. An empty note means that
-        there is nothing to add. An infinite speed means never; for nan the note gives the reason.
+        worst ones, with that of the best as its ``best``; *release speed* and, where balls stall and are released, *capture
+        speed*. An empty note means that there is nothing to add. An infinite speed means never; for nan the note
+        gives the reason.
 
     Raises
     ------

@@ -740,24 +740,25 @@ SAYS = {RELEASE: "its balls stall at the critical speed and are released at", EX
 def judge_borders(spec: Spec, design: Design) -> None:
     """Ask both borders at all temperatures and both ends of the unbalance; rule the design out where one is too high."""
     allowed = spec.slowest / (1.0 + spec.limits.get(MARGIN, 0.0))
-    worst: dict[str, tuple[float, float, float]] = {}
+    worst: dict[str, tuple[float, float, float, float]] = {}
     for temperature in spec.temperatures:
         for size in sorted({max(spec.unbalance[0], 0.02 * spec.unbalance[1]), spec.unbalance[1]}):
             try:
                 machine = machine_of(spec, design.candidate, temperature, size)
-                known = {border.name: border.speed for border in borders(machine, only=(RELEASE, EXACT))}
+                known = {border.name: border for border in borders(machine, only=(RELEASE, EXACT))}
             except AutobalancerError:
                 continue
-            for name in (RELEASE, EXACT):
-                speed = known.get(name, math.nan)
-                if not math.isnan(speed) and speed > worst.get(name, (-1.0, 0.0, 0.0))[0]:
-                    worst[name] = speed, temperature, size
+            for name, border in known.items():
+                if not math.isnan(border.speed) and border.speed > worst.get(name, (-1.0,))[0]:
+                    worst[name] = border.speed, temperature, size, border.best
     design.release = worst.get(RELEASE, (math.nan,))[0]
     design.border = worst.get(EXACT, (math.nan,))[0]
     for name in (RELEASE, EXACT):
-        speed, temperature, size = worst.get(name, (0.0, 0.0, 0.0))
+        speed, temperature, size, best = worst.get(name, (0.0, 0.0, 0.0, math.nan))
         if speed > allowed:
             said = f"{SAYS[name]} {rpm_and_si(speed)} only" if math.isfinite(speed) else _never(name)
+            if best < speed:
+                said += f" at all positions of the balls, from {rpm_and_si(best)} at the best"
             at = f" at {temperature - 273.15:.4g} °C" if spec.temperature[0] != spec.temperature[1] else ""
             at += f" and {moment_text(size)}" if spec.unbalance[0] != spec.unbalance[1] else ""
             reason = f"{said}{at}; needed is {rpm_and_si(allowed)} or less"
