@@ -119,6 +119,7 @@ def test_every_sample_measurement_is_what_a_command_reads() -> None:
         "run_up_signals",
         "decay_signals",
         "two_plane_job",
+        "later_run",
     }
     assert len(ab.measure.load_rubber(ab.catalog.example_path("rubber_loops"))) == 18
     assert ab.measure.load_receptance(ab.catalog.example_path("discoidal_hammer")).sizes["frequency"] > 50

@@ -448,7 +448,7 @@ def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind
     [
         ("design", sample_names("designs")),
         ("study", sample_names("studies")),
-        ("balancing", ("four_runs", "two_plane_job")),
+        ("balancing", ("four_runs", "two_plane_job", "later_run")),
         ("measurements", ("rodrigues_critical_speeds", "rodrigues_plain_rotor")),
     ],
 )

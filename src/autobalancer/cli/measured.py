@@ -350,16 +350,38 @@ def balance(
     largest: Annotated[str | None, 'Greatest correction mass, such as "20 g".'] = None,
     plane: Annotated[list[str] | None, "To correct; all by default. May be repeated."] = None,
     deviation: Deviation = None,
+    influence: Annotated[
+        Path | None,
+        "Influence coefficients of an earlier job: its answer (.nc) or its runs (.toml); one run is enough then.",
+    ] = None,
+    runout: Annotated[
+        list[str] | None, 'Slow-roll vector that is subtracted, such as "bearing 1: 3 um @ 45 deg". May be repeated.'
+    ] = None,
     holes: Annotated[int | None, "Split each correction over so many evenly spaced holes."] = None,
     mass: Annotated[list[str] | None, "That there is for the holes. May be repeated."] = None,
     **options: Any,
 ) -> Reply:
-    """Correction masses from runs without and with trial masses, with influence coefficients.
+    """Correction masses from runs without and with trial masses, or from one run and known influence coefficients.
 
     Example: autobalancer measure balance two_plane_job.toml --largest "5 g" --plot balance.png
     """
-    found = ab.measure.balance(file, largest=largest, planes=plane or None, deviation=deviation, **options)
+    vectors = [_runout(one) for one in runout] if runout else None
+    found = ab.measure.balance(
+        file, largest=largest, planes=plane or None, deviation=deviation, influence=influence, runout=vectors, **options
+    )
     return Reply(found, more=(("Split over holes", _holes(found, holes, mass)),) if holes is not None else ())
+
+
+def _runout(text: str) -> Any:
+    """A sensor, an amplitude and a phase: ``bearing 1: 3 um @ 45 deg``."""
+    sensor, _, vector = text.rpartition(":")
+    amplitude, mark, phase = vector.partition("@")
+    if not mark:
+        raise ab.errors.QuestionError(
+            f"runout: given {text!r}; must be SENSOR: AMPLITUDE @ PHASE, such as '1: 3 um @ 45 deg'"
+        )
+    vector_of: Any = ab.measure.Reading
+    return vector_of(amplitude.strip(), phase.strip(), sensor.strip() or "1")
 
 
 def _holes(found: Any, holes: int, masses: list[str] | None) -> list[Column]:

@@ -19,13 +19,16 @@ from autobalancer.measurement.balancing.runs import (
     Floats,
     Job,
     Phase,
+    Reading,
     given_runs,
     job_of,
+    joined,
     one_of,
 )
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import significant
 from autobalancer.results.provenance import provenance
+from autobalancer.results.store import load_run
 from autobalancer.tables import Column
 from autobalancer.units import optional_argument
 
@@ -123,26 +126,37 @@ LEAST = 0.01  # share of the readings, where no deviations are known
 
 @dataclass(frozen=True)
 class Influence:
-    """``original`` (C,), ``coefficients`` (C, P) and the rows that make both of the readings, (1 + P, R)."""
+    """``original`` (C,), ``coefficients`` (C, P) and the rows that make both of the readings, (1 + P, R).
+
+    ``others`` (B - 1, R) make the other vectors that readings contain: the run-out, and the vibration before earlier jobs.
+    """
 
     original: Complexes
     coefficients: Complexes
     rows: Complexes
+    others: Complexes
     used: np.ndarray  # (R,), runs from which they come
 
+    def fitted(self, job: Job, readings: Complexes) -> Complexes:
+        """What readings of all runs follow from both, (R, C)."""
+        solution = np.concatenate([self.rows[:1], self.others, self.rows[1:]])
+        return np.asarray(_design(job) @ (solution @ readings))
 
-def influence(job: Job, readings: Complexes | None = None) -> Influence:
+
+def influence_of(job: Job, readings: Complexes | None = None) -> Influence:
     """From the readings of the job, or others of the same shape; runs that only trim are left out."""
     readings = job.readings if readings is None else readings
     used = ~np.array(job.trim)
-    rows = np.zeros((1 + len(job.planes), len(job.runs)), complex)
-    rows[:, used] = np.linalg.pinv(_design(job)[used])
+    design, count = _design(job), job.states.shape[1]
+    rows = np.zeros(design.shape[::-1], complex)
+    rows[:, used] = np.linalg.pinv(design[used])
+    others, rows = rows[1:count], np.concatenate([rows[:1], rows[count:]])
     influence = rows @ readings
-    return Influence(influence[0], influence[1:].T, rows, used)
+    return Influence(influence[0], influence[1:].T, rows, others, used)
 
 
 def _design(job: Job) -> Complexes:
-    return np.column_stack([np.ones(len(job.runs)), job.masses])
+    return np.column_stack([job.states, job.masses])
 
 
 def refuse_undetermined(job: Job, owner: str) -> None:
@@ -162,8 +176,8 @@ def refuse_undetermined(job: Job, owner: str) -> None:
             raise QuestionError(
                 f"{owner}: plane {plane!r} carries the same masses in all runs; make a run with another mass there"
             )
-    design = _design(job)[used] / np.r_[1.0, np.abs(masses).max(axis=0)]
-    if np.linalg.matrix_rank(design, tol=1e-6 * np.abs(design).max()) > len(job.planes):
+    design = _design(job)[used] / np.r_[np.ones(job.states.shape[1]), np.abs(masses).max(axis=0)]
+    if np.linalg.matrix_rank(design, tol=1e-6 * np.abs(design).max()) == design.shape[1]:
         return
     for i, r in enumerate(used):
         for s in used[:i]:
@@ -227,12 +241,17 @@ def balance(
     weights: Mapping[str, float] | None = None,
     goal: Goal = "mean",
     largest: float | str | Mapping[str, float | str] | None = None,
+    influence: Balancing | xr.Dataset | str | Path | None = None,
+    runout: Sequence[Reading] | None = None,
 ) -> Balancing:
-    """Correction masses from runs without and with trial masses.
+    """Correction masses from runs without and with trial masses, or from one run and coefficients that are known.
 
     Readings are taken as V = V0 + sum of a W over the planes, with complex masses W. All runs together give V0 and the
     influence coefficients a by least squares, so trial masses may be taken off again or left on, and there may be more runs than
     needed. Corrections are the W for which the weighted V0 + sum of a W is least; all trial masses are off then.
+
+    The coefficients of a rotor that runs at the same speed in the same bearings stay, while its unbalance changes. With those of
+    an earlier job one run, with any masses or none, is enough.
 
     Parameters
     ----------
@@ -254,6 +273,12 @@ def balance(
         What shall be least: ``"mean"`` square or ``"greatest"`` of what remains.
     largest
         Greatest correction mass, for all planes or by plane.
+    influence
+        The answer of an earlier job, its file (``.nc``), or the file of its runs, whose influence coefficients hold still. Its
+        readings stay part of the least squares with an own V0, so that their errors are in the deviations.
+    runout
+        What sensors show of the surface of the shaft at slow roll, in the sense of ``phase``; subtracted from all readings. One
+        without a speed holds at all speeds of its sensor.
 
     Returns
     -------
@@ -277,18 +302,29 @@ def balance(
     share = optional_argument("deviation", written.get("deviation") if deviation is None else deviation, "")
     if goal not in get_args(Goal):
         raise QuestionError(f"goal: given {goal!r}; must be {' or '.join(map(repr, get_args(Goal)))}")
-    job = job_of(listed, phase, angles, share, phases=True, owner=OWNER)
+    coefficients = written.get("influence", ())
+    if influence is not None and coefficients:
+        raise QuestionError(
+            f"{OWNER}: influence: given, and the file of the runs has coefficients, too; keep one of both"
+        )
+    single = influence is not None or bool(coefficients)
+    job = job_of(
+        listed, phase, angles, share, phases=True, owner=OWNER, coefficients=coefficients, least=1 if single else 2,
+        runout=written.get("runout", ()) if runout is None else runout,
+    )  # fmt: skip
+    if influence is not None:
+        job = joined(_earlier(influence), job, f"{OWNER}: influence")
     refuse_undetermined(job, OWNER)
     chosen = _chosen(job, planes)
     scales = _scales(job, weights)
     limits = _limits(job, chosen, largest)
-    balance = influence(job)
+    balance = influence_of(job)
     job, estimated = _with_scatter(job, balance)
     refuse_silent(job, balance, OWNER)
     condition = _condition(scales[:, None] * balance.coefficients[:, chosen], job, chosen)
 
     def corrections(readings: Complexes) -> Complexes:
-        known = influence(job, readings)
+        known = influence_of(job, readings)
         original, before = _start(job, known, readings)
         matrix = known.coefficients[:, chosen]
         return before[chosen] + least_residual(original, matrix, scales, goal, limits)
@@ -305,7 +341,38 @@ def _start(job: Job, known: Influence, readings: Complexes) -> tuple[Complexes, 
     trims = np.flatnonzero(job.trim)
     if not trims.size:
         return known.original, np.zeros(len(job.planes), complex)
-    return readings[trims[-1]], job.masses[trims[-1]]
+    last = trims[-1]
+    return readings[last] - job.states[last, 1:] @ (known.others @ readings), job.masses[last]
+
+
+def _earlier(influence: Balancing | xr.Dataset | str | Path) -> Job:
+    """The runs of an earlier job as arrays: of its file, or of what was made of them."""
+    if isinstance(influence, (str, Path)) and Path(influence).suffix.lower() != ".nc":
+        listed, written = given_runs(influence)
+        share = optional_argument("deviation", written.get("deviation"), "")
+        return job_of(
+            listed, written.get("phase", "lead"), written.get("angles", "with rotation"), share, phases=True,
+            owner=f"{OWNER}: influence: {influence}", runout=written.get("runout", ()),
+            coefficients=written.get("influence", ()), least=1 if "influence" in written else 2,
+        )  # fmt: skip
+    answer = load_run(influence) if isinstance(influence, (str, Path)) else influence
+    if "influence" not in answer or "reading_deviation" not in answer:
+        raise QuestionError(
+            f"{OWNER}: influence: given another result; must be an answer of measure.balance, kept with --out or ab.save_run"
+        )
+    turn = 1.0 if answer.attrs["phase"] == "lead" else -1.0
+    count = 1.0 if answer.attrs["angles"] == "with rotation" else -1.0
+
+    def texts(name: str) -> tuple[str, ...]:
+        return tuple(map(str, answer[name].values))
+
+    return Job(
+        texts("run"), tuple(answer["trim"].values > 0), texts("sensor"), answer["speed"].values, texts("unit"),
+        texts("all_planes"), str(answer["run_mass"].attrs["units"]).replace(" ", "*"),
+        answer["reading"].values * np.exp(1j * turn * answer["reading_phase"].values),
+        answer["run_mass"].values * np.exp(1j * count * answer["run_mass_angle"].values),
+        answer["reading_deviation"].values, answer["reading_deviation_across"].values, answer["states"].values,
+    )  # fmt: skip
 
 
 def _chosen(job: Job, planes: Sequence[str] | None) -> list[int]:
@@ -359,11 +426,10 @@ def _limits(job: Job, chosen: list[int], largest: float | str | Mapping[str, flo
 
 def _with_scatter(job: Job, influence: Influence) -> tuple[Job, bool]:
     """Deviations from runs beyond those needed, where none are given."""
-    spare = int(influence.used.sum()) - 1 - len(job.planes)
+    spare = int(influence.used.sum()) - _design(job).shape[1]
     if spare < 1 or np.isfinite(job.along).all():
         return job, False
-    design = np.column_stack([np.ones(len(job.runs)), job.masses])
-    missed = (job.readings - design @ (influence.rows @ job.readings))[influence.used]
+    missed = (job.readings - influence.fitted(job, job.readings))[influence.used]
     scatter = np.sqrt(0.5 * (np.abs(missed) ** 2).sum(axis=0) / spare)  # of each of two directions
     along = np.where(np.isfinite(job.along), job.along, scatter)
     return replace(job, along=along, across=np.where(np.isfinite(job.across), job.across, scatter)), True
@@ -424,7 +490,7 @@ def dataset(found: Found) -> Balancing:
     whole[found.chosen] = found.masses
     change = found.masses - job.masses[-1][found.chosen]
     residual, sure = _residual(found, whole)
-    predicted = np.column_stack([np.ones(len(job.runs)), job.masses]) @ (known.rows @ job.readings)
+    predicted = known.fitted(job, job.readings)
     spread = np.sqrt(0.5 * (job.along**2 + job.across**2))
     with np.errstate(invalid="ignore", divide="ignore"):
         misfit = np.abs(job.readings - predicted) / np.where(spread > 0.0, spread, np.nan)
@@ -446,6 +512,10 @@ def dataset(found: Found) -> Balancing:
         "residual_deviation": (("channel",), sure, "its standard deviation", unit),
         "reading": (("run", "channel"), np.abs(job.readings), "amplitude read", unit),
         "reading_phase": (("run", "channel"), turn * np.angle(job.readings), "phase read", "rad"),
+        "reading_deviation": (("run", "channel"), job.along, "its standard deviation along its own direction", unit),
+        "reading_deviation_across": (("run", "channel"), job.across, "its standard deviation across it", unit),
+        "trim": (("run",), np.array(job.trim, np.int8), "whether the run only checks the correction", "1"),
+        "states": (("run", "state"), job.states, "vectors in a reading: as it is now, run-out, before earlier jobs", "1"),
         "run_mass": (("run", "all_planes"), np.abs(job.masses), "mass on the rotor", mass),
         "run_mass_angle": (("run", "all_planes"), count * np.angle(job.masses), "its angle", "rad"),
         "misfit": (("run", "channel"), misfit, "reading less prediction, in standard deviations", "1"),
@@ -462,10 +532,18 @@ def dataset(found: Found) -> Balancing:
     answer.attrs = {
         "title": "Balancing with influence coefficients", **provenance(), "goal": found.goal, "phase": found.phase,
         "angles": found.angles, "condition": found.condition, "deviations_from": _deviations_from(found),
-        "left_on": int(job.trim[-1] or bool(np.any((job.masses[-1] == job.masses[-2]) & (job.masses[-1] != 0.0)))),
+        "left_on": int(_left_on(job)),
         "warnings": "\n".join(_remarks(found, misfit, residual, sure)),
     }  # fmt: skip
     return Balancing.of(answer)
+
+
+def _left_on(job: Job) -> bool:
+    """Whether the last run has masses that stay on the rotor."""
+    on = job.masses[job.now][-1] != 0.0
+    if job.now.sum() > 1:
+        on &= job.masses[job.now][-1] == job.masses[job.now][-2]
+    return bool(job.trim[-1] or on.any())
 
 
 def _coordinates(found: Found) -> dict[str, Any]:
@@ -476,6 +554,7 @@ def _coordinates(found: Found) -> dict[str, Any]:
         "all_planes": planes,
         "run": np.array(job.runs, dtype=object),
         "sensor": ("channel", np.array(job.sensors, dtype=object), {"long_name": "sensor"}),
+        "unit": ("channel", np.array(job.units, dtype=object), {"long_name": "unit of its readings"}),
         "speed": ("channel", job.speeds, {"long_name": "rotor speed", "units": "rad/s"}),
     }
 
@@ -487,7 +566,7 @@ def _residual(found: Found, whole: Complexes) -> tuple[Complexes, Floats]:
     rows = np.r_[1.0, whole] @ known.rows
     if trims.size:
         last = int(trims[-1])
-        rows = np.r_[0.0, whole - job.masses[last]] @ known.rows
+        rows = np.r_[0.0, whole - job.masses[last]] @ known.rows - job.states[last, 1:] @ known.others
         rows[last] += 1.0
     return rows @ job.readings, row_deviation(job, rows[None])[0]
 
@@ -503,7 +582,7 @@ def _remarks(found: Found, misfit: Floats, residual: Complexes, sure: Floats) ->
     if not np.isfinite(sure).all():
         told.append("uncertainty is not known: give the readings deviations, or make one run more than needed")
     for p, plane in enumerate(job.planes):
-        change = np.abs(known.coefficients[:, p]) * np.abs(job.masses[:, p]).max()
+        change = np.abs(known.coefficients[:, p]) * np.abs(job.masses[job.now, p]).max()
         size = np.abs(known.original)
         share = float((change / np.where(size > 0.0, size, np.inf)).max())
         if 0.0 < share < RULE:

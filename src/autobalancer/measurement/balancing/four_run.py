@@ -66,6 +66,8 @@ def four_run(
     Source: Rodrigues et al. (2011), section 4, who name the method; circles as in Shreve, Balancing without phase.
     """
     listed, written = given_runs(runs)
+    for name in {"runout", "influence"} & set(written):
+        raise QuestionError(f"{OWNER}: {name}: given, but vectors need phases, which are not used here; leave it out")
     share = optional_argument("deviation", written.get("deviation", READING) if deviation is None else deviation, "")
     counted = angles or written.get("angles", "with rotation")
     job = job_of(listed, "lead", counted, share, phases=False, owner=OWNER)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import comb
 from pathlib import Path
@@ -26,7 +26,7 @@ from autobalancer.units import argument, list_argument, optional_argument
 
 AMPLITUDES = ("m", "m/s", "m/s^2", "N", "V")
 MASSES = ("kg", "kg*m")
-OF_ALL = ("name", "phase", "angles", "deviation")  # what a file says of all runs
+OF_ALL = ("name", "phase", "angles", "deviation", "runout", "influence")  # what a file says of all runs
 Phase = Literal["lead", "lag"]
 Angles = Literal["with rotation", "against rotation"]
 TURNS = 4.0 * math.pi  # a phase beyond it is hardly one in rad
@@ -124,6 +124,18 @@ class BalanceRun(Question):
     trim: bool = key("whether the run only checks the correction", False)
 
 
+class InfluenceCoefficient(Reading):
+    """What a mass in a plane, at the zero mark, does to one sensor, from an earlier job or a report."""
+
+    plane: Called = key("name of the balancing plane")
+    mass: Size = key("that makes this vibration; or an unbalance", value="kg, or kg m")
+
+    @property
+    def mass_unit(self) -> str:
+        """Of the mass: kg, or kg m of an unbalance."""
+        return str(getattr(self.mass, "unit", MASSES[0]))
+
+
 class BalanceJob(Question):
     """The runs of a balancing job, and what holds for all of them."""
 
@@ -133,6 +145,13 @@ class BalanceJob(Question):
     angles: Angles | None = key("in which sense angles on the rotor are counted", None)
     deviation: Ratio | None = key("standard deviation of readings as a share of the amplitude", None)
     runs: Annotated[tuple[BalanceRun, ...], Field(min_length=1)] = key("without and with trial masses")
+    runout: tuple[Reading, ...] = key(
+        "what sensors show of the shaft surface at slow roll, subtracted from their readings; of all speeds without one",
+        (),
+    )
+    influence: tuple[InfluenceCoefficient, ...] = key(
+        "coefficients that are known, in place of runs with trial masses", ()
+    )
 
 
 document(BalanceJob)
@@ -209,7 +228,9 @@ class Job:
 
     ``readings`` (R, C) are complex with the lead of the vibration as phase, or amplitudes alone; ``masses`` (R, P) are complex
     with angles in the sense of rotation. ``along`` and ``across`` (R, C) are standard deviations of a reading along its own
-    direction and across it, nan where they are not known.
+    direction and across it, nan where they are not known. ``states`` (R, B) say which vectors each reading contains beside what
+    the masses do: first the vibration of the rotor as it is now, then the run-out, then those of earlier jobs. What is known
+    from elsewhere, the run-out and coefficients, stands before the runs, as readings of these alone.
     """
 
     runs: tuple[str, ...]
@@ -223,15 +244,29 @@ class Job:
     masses: Complexes
     along: Floats
     across: Floats
+    states: Floats
 
     def channel(self, c: int) -> str:
         """A channel for messages."""
-        at = "" if math.isnan(self.speeds[c]) else f" at {rpm_and_si(float(self.speeds[c]))}"
-        return f"sensor {self.sensors[c]!r}{at}"
+        return f"sensor {self.sensors[c]!r}{_at(float(self.speeds[c]))}"
+
+    @property
+    def now(self) -> NDArray[np.bool_]:
+        """Runs of the rotor as it is now, (R,)."""
+        return self.states[:, 0] > 0.0
 
 
 def job_of(
-    runs: Sequence[BalanceRun], phase: Phase, angles: Angles, deviation: float | None, *, phases: bool, owner: str
+    runs: Sequence[BalanceRun],
+    phase: Phase,
+    angles: Angles,
+    deviation: float | None,
+    *,
+    phases: bool,
+    owner: str,
+    runout: Sequence[Reading] = (),
+    coefficients: Sequence[InfluenceCoefficient] = (),
+    least: int = 2,
 ) -> Job:
     """The arrays of a job.
 
@@ -241,7 +276,7 @@ def job_of(
     Raises
     ------
     QuestionError
-        If there are too few runs, a run lacks a reading, or units differ; it names the run.
+        If there are fewer than the ``least`` runs, a run lacks a reading, or units differ; it names the run.
     """
     runs = tuple(runs)
     for name, value, known in (("phase", phase, get_args(Phase)), ("angles", angles, get_args(Angles))):
@@ -249,29 +284,33 @@ def job_of(
             raise QuestionError(f"{name}: given {value!r}; must be {' or '.join(map(repr, known))}")
     if deviation is not None and not 0.0 < deviation < 1.0:
         raise QuestionError(f"deviation: given {deviation:g}; must be a share of the amplitude, such as 0.02 or '2 %'")
-    if len(runs) < 2:
+    if len(runs) < least:
         raise QuestionError(
             f"{owner}: given {len(runs)} runs; at least one without and one with a trial mass are needed"
         )
-    names = [run.name for run in runs]
+    known_runs = _known_runs(runs[0], runout, coefficients, owner)
+    rows = [*known_runs, *runs]
+    names = [run.name for run in rows]
     for name in names:
         if names.count(name) > 1:
             raise QuestionError(f"{owner}: two runs are called {name!r}; give each its own name")
     channels = _channels(runs[0], owner)
     for run in runs:
         _check_channels(run, channels, phases, owner)
-    kinds = sorted({mass.unit for run in runs for mass in run.masses})
+    kinds = sorted({mass.unit for run in rows for mass in run.masses})
     if len(kinds) > 1:
         raise QuestionError(f"{owner}: some trial masses are masses, others unbalances; give all as one of both")
-    planes = tuple(dict.fromkeys(mass.plane for run in runs for mass in run.masses))
-    size = (len(runs), len(channels))
+    planes = tuple(dict.fromkeys(mass.plane for run in rows for mass in run.masses))
+    size = (len(rows), len(channels))
     readings, along, across = np.zeros(size, complex), np.full(size, np.nan), np.full(size, np.nan)
-    masses = np.zeros((len(runs), len(planes)), complex)
+    masses = np.zeros((len(rows), len(planes)), complex)
     turn, count = (1.0 if phase == "lead" else -1.0), (1.0 if angles == "with rotation" else -1.0)
-    for r, run in enumerate(runs):
+    for r, run in enumerate(rows):
         for c, (sensor, speed, _) in enumerate(channels):
             reading = _reading(run, sensor, speed)
-            assert reading is not None
+            if reading is None:  # a sensor without run-out
+                along[r, c] = across[r, c] = 0.0
+                continue
             size_of = float(reading.amplitude)
             readings[r, c] = size_of * np.exp(1j * turn * _number(reading.phase)) if phases else size_of
             share = np.nan if deviation is None else deviation * size_of
@@ -282,9 +321,109 @@ def job_of(
             across[r, c] = along[r, c] if math.isnan(turned) else turned
         for mass in run.masses:
             masses[r, planes.index(mass.plane)] += float(mass.mass) * np.exp(1j * count * float(mass.angle))
+    states = np.zeros((len(rows), 2 if runout else 1))
+    states[len(known_runs) :] = 1.0
+    if runout:
+        states[0, 1] = 1.0
     return Job(
-        tuple(names), tuple(run.trim for run in runs), tuple(c[0] for c in channels), np.array([c[1] for c in channels]),
-        tuple(c[2] for c in channels), planes, kinds[0] if kinds else "kg", readings, masses, along, across,
+        tuple(names), tuple(run.trim for run in rows), tuple(c[0] for c in channels), np.array([c[1] for c in channels]),
+        tuple(c[2] for c in channels), planes, kinds[0] if kinds else "kg", readings, masses, along, across, states,
+    )  # fmt: skip
+
+
+def _known_runs(
+    first: BalanceRun, runout: Sequence[Reading], coefficients: Sequence[InfluenceCoefficient], owner: str
+) -> list[BalanceRun]:
+    """The run-out and the coefficients of each plane as runs, over the channels of the first run."""
+    channels, known = _channels(first, owner), []
+    if runout:
+        known.append(BalanceRun(name="run-out", readings=_at_channels(runout, channels, f"{owner}: runout")))
+    for plane in dict.fromkeys(one.plane for one in coefficients):
+        where = f"{owner}: influence of plane {plane!r}"
+        own = [one for one in coefficients if one.plane == plane]
+        unit = TrialMass(plane=plane, mass=own[0].mass)
+        for one in own:
+            if not float(one.mass) > 0.0 or one.mass_unit != unit.unit:
+                raise QuestionError(f"{where}: given a mass of {float(one.mass):g} {one.mass_unit}; must be above zero, and "
+                                    f"of the same kind for all sensors")  # fmt: skip
+        scaled = [
+            one.model_copy(
+                update={
+                    name: Sized(float(value) * float(unit.mass) / float(one.mass), one.unit)
+                    for name in ("amplitude", "amplitude_deviation")
+                    if (value := getattr(one, name)) is not None
+                }
+            )
+            for one in own
+        ]
+        run = BalanceRun(name=f"influence of {plane}", readings=_at_channels(scaled, channels, where), masses=(unit,))
+        _check_channels(run, channels, True, owner)
+        known.append(run)
+    return known
+
+
+def _at_channels(vectors: Sequence[Reading], channels: list[tuple[str, float, str]], where: str) -> tuple[Reading, ...]:
+    """Vectors of sensors as readings of the channels; one without speed is that of all speeds of its sensor."""
+    readings: list[Reading] = []
+    for one in vectors:
+        own = [c for c in channels if c[0] == one.sensor and (one.speed is None or _same(c[1], float(one.speed)))]
+        at = "" if one.speed is None else _at(float(one.speed))
+        if not own:
+            there = ", ".join(repr(name) + _at(speed) for name, speed, _ in channels)
+            raise QuestionError(
+                f"{where}: no reading of sensor {one.sensor!r}{at}; there are {there}"
+                + "; leave the speed out for a vector of all speeds" * bool(at)
+            )
+        if one.phase is None:
+            raise QuestionError(f"{where}: sensor {one.sensor!r}{at} has no phase; a vector has amplitude and phase")
+        for name, speed, unit in own:
+            if one.unit != unit:
+                raise QuestionError(
+                    f"{where}: sensor {name!r}{at} is in {one.unit}, its readings in {unit}; keep to one"
+                )
+            if any(other.sensor == name and _same(_number(other.speed), speed) for other in readings):
+                raise QuestionError(f"{where}: sensor {name!r}{_at(speed)} is given twice; keep one")
+            readings.append(one.model_copy(update={"speed": None if math.isnan(speed) else speed}))
+    return tuple(readings)
+
+
+def joined(earlier: Job, job: Job, where: str) -> Job:
+    """The job with the runs of an earlier one in front, whose unbalance was another one.
+
+    Raises
+    ------
+    QuestionError
+        If a sensor or speed was not read then, or units differ.
+    """
+    columns: list[int] = []
+    for c, (sensor, speed, unit) in enumerate(zip(job.sensors, job.speeds, job.units, strict=True)):
+        own = [k for k, name in enumerate(earlier.sensors) if name == sensor and _same(float(earlier.speeds[k]), speed)]
+        if not own:
+            there = ", ".join(earlier.channel(k) for k in range(len(earlier.sensors)))
+            raise QuestionError(f"{where}: no coefficients of {job.channel(c)}; there are those of {there}")
+        if earlier.units[own[0]] != unit:
+            raise QuestionError(f"{where}: {job.channel(c)} was in {earlier.units[own[0]]}, now in {unit}; keep to one")
+        columns.append(own[0])
+    if job.planes and job.mass_unit != earlier.mass_unit:
+        raise QuestionError(f"{where}: masses were in {earlier.mass_unit}, now in {job.mass_unit}; keep to one")
+    planes = tuple(dict.fromkeys((*earlier.planes, *job.planes)))
+    kept = ~np.array(earlier.trim)
+    taken = {name for name, keep in zip(earlier.runs, kept, strict=True) if keep}
+    masses = np.zeros((kept.sum() + len(job.runs), len(planes)), complex)
+    masses[: kept.sum(), [planes.index(p) for p in earlier.planes]] = earlier.masses[kept]
+    masses[kept.sum() :, [planes.index(p) for p in job.planes]] = job.masses
+    states = np.zeros((masses.shape[0], job.states.shape[1] + earlier.states.shape[1]))
+    states[: kept.sum(), job.states.shape[1] :] = earlier.states[kept]
+    states[kept.sum() :, : job.states.shape[1]] = job.states
+    both = [
+        np.concatenate([getattr(earlier, name)[kept][:, columns], getattr(job, name)])
+        for name in ("readings", "along", "across")
+    ]
+    names = (*(name for name, keep in zip(earlier.runs, kept, strict=True) if keep),
+             *(f"{name} now" if name in taken else name for name in job.runs))  # fmt: skip
+    return replace(
+        job, runs=names, trim=(False,) * int(kept.sum()) + job.trim, planes=planes, mass_unit=earlier.mass_unit,
+        readings=both[0], along=both[1], across=both[2], masses=masses, states=states[:, states.any(axis=0)],
     )  # fmt: skip
 
 
@@ -305,6 +444,10 @@ def _reading(run: BalanceRun, sensor: str, speed: float) -> Reading | None:
     )
 
 
+def _at(speed: float) -> str:
+    return "" if math.isnan(speed) else f" at {rpm_and_si(speed)}"
+
+
 def _same(one: float, other: float) -> bool:
     return (math.isnan(one) and math.isnan(other)) or abs(one - other) <= SAME * abs(other)
 
@@ -313,7 +456,7 @@ def _check_channels(run: BalanceRun, channels: list[tuple[str, float, str]], pha
     where = f"{owner}: run {run.name!r}"
     for sensor, speed, unit in channels:
         reading = _reading(run, sensor, speed)
-        at = "" if math.isnan(speed) else f" at {rpm_and_si(speed)}"
+        at = _at(speed)
         if reading is None:
             raise QuestionError(
                 f"{where} has no reading of sensor {sensor!r}{at}, as the first run has; all runs need the same"

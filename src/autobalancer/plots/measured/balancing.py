@@ -185,6 +185,8 @@ def run_down(found: Given, *, speed_unit: str = "rpm") -> Figure:
 def _readings(axes: Axes, dataset: xr.Dataset) -> None:
     sign, factor = UNITS.get(str(dataset["original"].attrs["units"]), (str(dataset["original"].attrs["units"]), 1.0))
     readings = factor * dataset["reading"].values * np.exp(1j * dataset["reading_phase"].values)
+    surface = readings[dataset["run"].values == "run-out"].sum(axis=0)
+    readings = readings[dataset["states"].values[:, 0] > 0.0] - surface  # not those of earlier jobs
     left = factor * dataset["residual"].values * np.exp(1j * dataset["residual_phase"].values)
     original = factor * dataset["original"].values * np.exp(1j * dataset["original_phase"].values)
     sure = factor * dataset["residual_deviation"].values
