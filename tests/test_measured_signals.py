@@ -206,14 +206,48 @@ def test_uneven_samples_are_resampled_only_when_asked(tmp_path: Path) -> None:
     assert found["x"].values == pytest.approx(known, abs=1e-9)
 
 
-def holed(values: np.ndarray) -> np.ndarray:
-    return np.where((TIME > 0.1) & (TIME < 0.1025), np.nan, values)
+def holed(values: np.ndarray, end: float = 0.2) -> np.ndarray:
+    return np.where((TIME > 0.1) & (end > TIME), np.nan, values)
+
+
+@pytest.mark.parametrize("long", [False, True])
+def test_a_missing_sample_and_a_gap_of_a_tenth_of_a_period_are_bridged_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, long: bool
+) -> None:
+    if long:
+        monkeypatch.setattr("autobalancer.measurement.signals.formats.LONG", 100)
+        monkeypatch.setattr("autobalancer.measurement.signals.formats.LONG_TABLE", 100)
+    wave = np.sin(2.0 * np.pi * 12.0 * TIME)  # a period of 83 samples
+    with_gap = np.where(np.isin(np.arange(400), [50, 200, 201, 202]), np.nan, wave)
+    pulses = np.where(np.arange(400) == 50, np.nan, (np.arange(400) % 80 < 4) * 5.0)
+    file = table(tmp_path / "s.csv", "time [s],x [um],tacho [V]", TIME, with_gap, pulses)
+    with pytest.warns(RangeWarning, match="were no numbers"):
+        found = ab.measure.load_signals(file)
+    assert (
+        "'x': 4 of 400 samples were no numbers and are interpolated, at 0.05 s, 0.2 s to 0.202 s"
+        in found.attrs["warnings"]
+    )
+    assert found["x"].values == pytest.approx(1e-6 * wave, abs=1e-11)  # a hundred thousandth of its amplitude
+    assert found["tacho"].values == pytest.approx((np.arange(400) % 80 < 4) * 5.0)
+    assert "'tacho': 1 of 400" in found.attrs["warnings"]
+
+
+@pytest.mark.parametrize(
+    ("gap", "hertz"),
+    [(range(100, 110), 12.0), (range(100, 102), 120.0), (range(397, 400), 12.0), (range(20, 400, 20), 12.0)],
+)
+def test_a_gap_that_is_long_for_its_signal_at_an_end_or_one_of_many_is_refused(
+    tmp_path: Path, gap: range, hertz: float
+) -> None:
+    wave = np.where(np.isin(np.arange(400), gap), np.nan, np.sin(2.0 * np.pi * hertz * TIME))
+    with pytest.raises(QuestionError, match=r"10 % of a period are bridged, not more than 1 % of all\. Use the pieces"):
+        ab.measure.load_signals(table(tmp_path / "s.csv", "time [s],x [um]", TIME, wave))
 
 
 @pytest.mark.parametrize(
     ("head", "columns", "error"),
     [
-        ("time [s],x [um]", (TIME, holed(WAVE)), r"'x': 2 of 400 samples are no numbers, at 0\.101 s to 0\.102 s"),
+        ("time [s],x [um]", (TIME, holed(WAVE)), r"'x': 99 of 400 samples are no numbers, at 0\.101 s to 0\.199 s"),
         ("time [s],x [m]", (TIME, 1e3 * WAVE), r"0\.2 m from peak to peak; is its unit mm or um\?"),
         ("time [s],x [um]", (np.where(TIME > 0.2, TIME + 0.05, TIME), WAVE), r"missing after 0\.2 s \(0\.051 s\)"),
         ("time [s],x [um]", (np.where(TIME == 0.3, 0.1, TIME), WAVE), r"must ascend; after 0\.299 s comes 0\.1 s"),
@@ -235,7 +269,7 @@ def test_bad_input_is_refused_with_its_time(
 
 def test_a_piece_without_the_fault_is_read(tmp_path: Path) -> None:
     file = table(tmp_path / "s.csv", "time [s],x [um]", TIME, holed(WAVE))
-    assert ab.measure.load_signals(file, start="0.11 s").sizes["time"] == 290
+    assert ab.measure.load_signals(file, start="0.21 s").sizes["time"] == 190
     with pytest.raises(QuestionError, match=r"no samples from start to end; the file has 0 s to 0\.399 s"):
         ab.measure.load_signals(file, start=3.0)
 
@@ -271,7 +305,7 @@ def test_a_wave_that_is_only_rounded_is_not_clipped() -> None:
         ({"units": "mm"}, "units 'mm'; a displacement is given in m"),
         ({"direction": "up"}, "direction 'up'; must be x, y, z"),
         ({"values": WAVE[1:]}, "399 values for 400 times"),
-        ({"values": holed(WAVE)}, r"the value at 0\.101 s is not a finite number"),
+        ({"values": holed(WAVE, 0.1025)}, r"the value at 0\.101 s is not a finite number"),
     ],
 )
 def test_the_constructor_takes_nothing_else(change: dict[str, object], words: str) -> None:

@@ -166,10 +166,11 @@ def _channels(
         column = _column(raw, name, words)
         channel = _channel(raw.origin, name, words, column, column.values[used])
         values = channel.values if isinstance(channel.values, Samples) else np.asarray(channel.values)
-        refuse_missing(name, t[used], values)
+        values, filled = without_holes(name, channel.quantity, t[used], values)
+        left += filled
         if not implausible:
             refuse_implausible(name, channel.quantity, values)
-        channels[name] = channel
+        channels[name] = replace(channel, values=values)
         if channel.direction != "" and not (
             words.direction != "" or column.direction or _direction(words.column or name)
         ):
@@ -459,22 +460,67 @@ LEAST = {"displacement": 1e-10, "velocity": 1e-9, "acceleration": 1e-7}
 SMALLER = {"displacement": "mm or um", "velocity": "mm/s", "acceleration": "mm/s^2", "speed": "rpm"}
 CHECKS_NAMED = 4  # places that a message names
 PLATEAU = 3  # equal samples at an extreme
+GONE = 0.1  # of the period of a signal, up to which a gap of samples that are no numbers is bridged
+HOLES = 0.01  # share of all samples that may be no numbers
+LEAST_NEAR = 8  # known samples beside a gap
 
 
-def refuse_missing(name: str, t: Floats, values: Floats | Samples) -> None:
-    """Refuse samples that are no numbers.
+def without_holes(name: str, quantity: str, t: Floats, values: Floats | Samples) -> tuple[Floats | Samples, list[str]]:
+    """The samples with single ones and short gaps that are no numbers filled in, and a sentence that says so.
+
+    A single sample is always bridged; more only where the signal goes a small part of its period meanwhile, so that a spline
+    through their neighbors is sure of them. Pulses of a tacho, which are no smooth curve, are joined by a line over one sample.
 
     Raises
     ------
     QuestionError
-        With their times.
+        With their times, where a gap is too long, at an end, or one of too many.
     """
     bad = np.concatenate([first + np.flatnonzero(~np.isfinite(part)) for first, part in pieces(values)])
-    if bad.size:
+    if not bad.size:
+        return values, []
+    gaps = np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1)
+    filled = [_bridged(quantity, values, gap) if bad.size <= HOLES * values.size else None for gap in gaps]
+    open_gaps = [gap for gap, numbers in zip(gaps, filled, strict=True) if numbers is None]
+    if open_gaps:
+        lost = np.concatenate(open_gaps)
         raise QuestionError(
-            f"channel {name!r}: {bad.size} of {values.size} samples are no numbers, {_times(t, bad)}; "
-            "use the pieces between, with start and end, or leave this channel out"
+            f"channel {name!r}: {lost.size} of {values.size} samples are no numbers, {_times(t, lost)}; single samples and gaps "
+            f"up to {100.0 * GONE:.0f} % of a period are bridged, not more than {100.0 * HOLES:.0f} % of all. Use the pieces "
+            "between, with start and end, or leave this channel out"
         )
+    numbers = np.concatenate([np.asarray(one) for one in filled])
+    text = (
+        f"channel {name!r}: {bad.size} of {values.size} samples were no numbers and are interpolated, {_times(t, bad)}"
+    )
+
+    def piece(first: int, end: int) -> Floats:
+        part = np.array(values[first:end], np.float64)
+        inside = slice(*np.searchsorted(bad, [first, end]))
+        part[bad[inside] - first] = numbers[inside]
+        return part
+
+    return Samples(values.size, piece) if isinstance(values, Samples) else piece(0, values.size), [text]
+
+
+def _bridged(quantity: str, values: Floats | Samples, gap: NDArray[np.int64]) -> Floats | None:
+    """What a spline of degree five, or a line, through the neighbors says of a gap; none if it is too long."""
+    first, end = int(gap[0]), int(gap[-1]) + 1
+    start = max(0, first - MARGIN)
+    near = np.asarray(values[start : end + MARGIN], np.float64)
+    known = np.flatnonzero(np.isfinite(near))
+    if first == 0 or end == values.size or known.size < LEAST_NEAR:
+        return None
+    if quantity == "tacho":
+        return np.interp(gap - start, known, near[known]) if gap.size == 1 else None
+    moves = np.diff(near)[np.isfinite(np.diff(near))]
+    spread = float(np.std(near[known]))
+    rate = (
+        np.sqrt(np.mean(moves**2)) / spread if spread > 0.0 and moves.size else 0.0
+    )  # rad a sample, of its mean frequency
+    if gap.size > 1 and (gap.size + 1) * rate > 2.0 * np.pi * GONE:
+        return None
+    return np.asarray(make_interp_spline(known, near[known], k=min(5, known.size - 1))(gap - start), np.float64)
 
 
 def refuse_implausible(name: str, quantity: str, values: Floats | Samples) -> None:
