@@ -294,6 +294,9 @@ def test_an_interrupted_ensemble_keeps_what_is_done() -> None:
     assert found["outcome"].values.tolist() == ["finished", "finished", "not run"]
     with pytest.raises(KeyboardInterrupt):
         ab.ensemble(STALL, {"drag": DRAG}, duration=0.05, workers=1, progress=stop)
+    swept = ab.sweep(STALL, {"drag": DRAG}, duration=0.05, workers=1, progress=stop, keep_on_interrupt=True)
+    assert swept["outcome"].values.tolist() == ["finished", "finished", "not run"]
+    assert np.isnan(swept["peak_deflection"].values[2])
 
 
 @pytest.mark.usefixtures("ctrl_c")

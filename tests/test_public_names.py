@@ -20,13 +20,14 @@ import pytest
 import typer
 
 import autobalancer as ab
-from autobalancer.api import FilmOptions, RunOptions
+from autobalancer.api import FilmOptions, SimulateOptions
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.namespace import function_of
 from autobalancer.plots.chamber.view import animate_chamber
 from autobalancer.plots.film.animation import animate_races
 from autobalancer.public_names import ABOUT, NAMES
+from autobalancer.simulation import RunOptions
 from autobalancer.simulation.chamber.chamber_run import simulate_chamber
 from autobalancer.simulation.run import simulate_races
 
@@ -148,9 +149,19 @@ def test_a_name_that_is_looked_for_elsewhere_or_misspelled_is_found(name: str, s
 
 
 def test_the_options_of_either_kind_are_those_of_the_functions_behind() -> None:
-    own = {"machine", "run", "path", "duration", "seed", "progress", "keep_on_interrupt"}
+    own = {
+        "machine",
+        "run",
+        "path",
+        "duration",
+        "seed",
+        "progress",
+        "keep_on_interrupt",
+        "options",
+        *RunOptions.__annotations__,
+    }
     for listed, *functions in (
-        (RunOptions, simulate_races, simulate_chamber),
+        (SimulateOptions, simulate_races, simulate_chamber),
         (FilmOptions, animate_races, animate_chamber),
     ):
         behind = {name for function in functions for name in signature(function).parameters}

@@ -13,6 +13,7 @@ from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import Progress, looking_for, somebody_looks
 from autobalancer.results.chamber_shape import is_chamber_run
+from autobalancer.simulation import RunOptions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,17 +30,14 @@ AnyMachine = Machine | ChamberMachine | str | Path
 R = TypeVar("R")
 
 
-class RunOptions(TypedDict, total=False):
+class SimulateOptions(RunOptions, total=False):
     """What :func:`simulate` takes for one kind of machine or the other."""
 
     save: Sampling | Sequence[Sampling]  # balls in races
     events: Sequence[Event]
-    tolerance: float
     frame: Literal["auto", "rotor", "space"]
     hold_balls: bool
     mass_spread: float
-    max_steps: int
-    method: Literal["auto", "dormand_prince_8", "tsitouras", "exponential_collocation", "verlet", "runge_kutta"]  # both
     step: float | str | None  # deep chambers
     sample: float | str
     settle: bool
@@ -85,7 +83,7 @@ def simulate(
     seed: int = 0,
     progress: Progress | Literal[False] | None = None,
     keep_on_interrupt: bool = False,
-    **options: Unpack[RunOptions],
+    **options: Unpack[SimulateOptions],
 ) -> xr.Dataset:
     """Run a machine in time.
 
@@ -103,7 +101,8 @@ def simulate(
         If true, Ctrl-C ends the run with the outcome ``interrupted`` and returns what was computed.
     **options
         Of balls in races: ``save``, ``events``, ``tolerance``, ``method``, ``frame``, ``hold_balls``, ``mass_spread``,
-        ``max_steps``, see :func:`autobalancer.simulation.run.simulate_races`. Of deep chambers: ``step``, ``sample``, ``method``,
+        ``max_steps``, see :func:`autobalancer.simulation.run.simulate_races` and
+        :class:`~autobalancer.simulation.RunOptions`. Of deep chambers: ``step``, ``sample``, ``method``,
         ``settle``, ``resume``, ``on_chunk``, ``keep``, ``chunk``, see
         :func:`autobalancer.simulation.chamber.chamber_run.simulate_chamber`.
 
@@ -301,9 +300,11 @@ def animate(run: xr.Dataset, path: str | Path, **options: Unpack[FilmOptions]) -
 
 
 def _asked(name: str, function: Callable[..., R], kind: str, subject: Any, options: Mapping[str, Any]) -> R:
-    known = signature(function).parameters
+    known = list(signature(function).parameters)
+    if known[-1] == "options":
+        known[-1:] = RunOptions.__annotations__
     for option in options:
         if option not in known:
-            allowed = ", ".join(list(known)[1:])
+            allowed = ", ".join(known[1:])
             raise QuestionError(f"{name}: no argument {option!r} for {kind}; there are {allowed}")
     return function(subject, **options)

@@ -145,85 +145,122 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
         return []
     balls: list[Ball] = []
     for g, group in enumerate(race.balls):
-        keys = ("balls", g)
-        try:
-            mass, diameter, volume = size_of(group, ring)
-        except CatalogError as error:
-            problems.append(((*keys, "material"), str(error)))
+        resolved = _group(race, group, ("balls", g), (balancer, number), ring, (density, viscosity, shear), problems)
+        if resolved is None:
             return []
-        radius = 0.5 * diameter
-        if race.race_radius is not None and diameter == 0.0:
-            problems.append((keys, "a ball on a race given by 'race_radius' needs a size; give 'diameter'"))
-            return []
-        if ring is not None and race.race_radius is None and diameter > ring.ball_diameter * (1.0 + 1e-9):
-            problems.append((keys, _too_large(diameter, ring)))
-            return []
-        orbit = _orbit(race, ring, radius)
-        if orbit <= radius:
-            problems.append(
-                (
-                    keys,
-                    f"a {group.body} of {_mm(diameter)} is larger than an orbit of {_mm(max(orbit, 0.0))} radius allows",
-                )
+        balls += resolved
+    _refuse_neighbors(race, balls, problems)
+    return balls
+
+
+def _group(
+    race: Race,
+    group: Balls,
+    keys: tuple[str, int],
+    place: tuple[int, int],
+    ring: Bearing | None,
+    fluid_in_race: tuple[float, float, Sheared | None],
+    problems: list[Problem],
+) -> list[Ball] | None:
+    """The balls of a group, equal but for their starts; None where one cannot even be described."""
+    density, viscosity, shear = fluid_in_race
+    try:
+        mass, diameter, volume = size_of(group, ring)
+    except CatalogError as error:
+        problems.append(((*keys, "material"), str(error)))
+        return None
+    orbit = _orbit_in(race, group, keys, ring, (mass, diameter, volume), density, problems)
+    if orbit is None:
+        return None
+    if race.drag.needs_fluid and diameter == 0.0:
+        problems.append((keys, f"the drag law {race.drag.word()!r} needs the size of the balls; give 'diameter'"))
+    if race.slipstream and diameter == 0.0:
+        problems.append((("slipstream",), "needs the size of the balls; give 'diameter', or leave it out"))
+    try:
+        beta, curve = ball_drag(race.drag, 0.5 * diameter, orbit, density, viscosity)
+        if shear is not None and diameter:
+            curve = sheared_curve(race, 0.5 * diameter, orbit, (density, viscosity), shear)
+    except QuestionError as error:
+        problems.append((("drag",), str(error)))
+        return None
+    rolling, adherence = friction_of(group, race, orbit)
+    return [
+        Ball(
+            balancer=place[0],
+            race=place[1],
+            mass=mass,
+            diameter=diameter,
+            volume=volume,
+            displaced=density * volume,
+            orbit_radius=orbit,
+            spin_ratio=spin_ratio_of(group, mass, orbit),
+            virtual_mass=float(race.fluid.virtual_mass) if race.fluid is not None else 0.0,
+            drag=beta,
+            eccentricity=race.eccentricity
+            * complex(math.cos(race.eccentricity_angle), math.sin(race.eccentricity_angle)),
+            start_angle=float(group.start_angles[i]) if group.start_angles is not None else None,
+            start_speed=float(group.start_speeds[i]) if group.start_speeds is not None else 0.0,
+            drag_curve=curve,
+            fluid_density=density,
+            fluid_viscosity=viscosity,
+            slipstream=race.slipstream and race.ball_count > 1,
+            stokes=curve is None and viscosity > 0.0 and race.drag.needs_fluid,
+            body=group.body,
+            rolling_resistance=rolling,
+            adherence=adherence,
+        )
+        for i in range(group.count)
+    ]
+
+
+def _orbit_in(
+    race: Race,
+    group: Balls,
+    keys: tuple[str, int],
+    ring: Bearing | None,
+    size: tuple[float, float, float],
+    density: float,
+    problems: list[Problem],
+) -> float | None:
+    """The orbit radius of the balls of a group; None where there is none. What does not fit or floats is named."""
+    mass, diameter, volume = size
+    radius = 0.5 * diameter
+    if race.race_radius is not None and diameter == 0.0:
+        problems.append((keys, "a ball on a race given by 'race_radius' needs a size; give 'diameter'"))
+        return None
+    if ring is not None and race.race_radius is None and diameter > ring.ball_diameter * (1.0 + 1e-9):
+        problems.append((keys, _too_large(diameter, ring)))
+        return None
+    orbit = _orbit(race, ring, radius)
+    if orbit <= radius:
+        problems.append(
+            (
+                keys,
+                f"a {group.body} of {_mm(diameter)} is larger than an orbit of {_mm(max(orbit, 0.0))} radius allows",
             )
-            return []
-        along = float(group.length or 0.0) if group.body == "roller" else diameter
-        for key, room, size in (("width", race.width, diameter), ("height", race.height, along)):
-            if room is not None and size > room:
-                problems.append(
-                    (keys, f"a {group.body} of {_mm(size)} does not fit into a chamber of {key} {_mm(room)}")
-                )
-        if race.width is not None and race.width > orbit + radius:
-            problems.append(
-                (
-                    ("width",),
-                    f"given {_mm(race.width)}; that leaves no inner wall within a radius of {_mm(orbit + radius)}",
-                )
+        )
+        return None
+    along = float(group.length or 0.0) if group.body == "roller" else diameter
+    for key, room, size in (("width", race.width, diameter), ("height", race.height, along)):
+        if room is not None and size > room:
+            problems.append((keys, f"a {group.body} of {_mm(size)} does not fit into a chamber of {key} {_mm(room)}"))
+    if race.width is not None and race.width > orbit + radius:
+        problems.append(
+            (
+                ("width",),
+                f"given {_mm(race.width)}; that leaves no inner wall within a radius of {_mm(orbit + radius)}",
             )
-        displaced = density * volume
-        if displaced >= mass:
-            problems.append(
-                (keys, f"the {group.body} (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid")
-            )
-        if race.drag.needs_fluid and diameter == 0.0:
-            problems.append((keys, f"the drag law {race.drag.word()!r} needs the size of the balls; give 'diameter'"))
-        if race.slipstream and diameter == 0.0:
-            problems.append((("slipstream",), "needs the size of the balls; give 'diameter', or leave it out"))
-        try:
-            beta, curve = ball_drag(race.drag, radius, orbit, density, viscosity)
-            if shear is not None and diameter:
-                curve = sheared_curve(race, radius, orbit, (density, viscosity), shear)
-        except QuestionError as error:
-            problems.append((("drag",), str(error)))
-            return []
-        rolling, adherence = friction_of(group, race, orbit)
-        for i in range(group.count):
-            balls.append(
-                Ball(
-                    balancer=balancer,
-                    race=number,
-                    mass=mass,
-                    diameter=diameter,
-                    volume=volume,
-                    displaced=displaced,
-                    orbit_radius=orbit,
-                    spin_ratio=spin_ratio_of(group, mass, orbit),
-                    virtual_mass=float(race.fluid.virtual_mass) if race.fluid is not None else 0.0,
-                    drag=beta,
-                    eccentricity=race.eccentricity
-                    * complex(math.cos(race.eccentricity_angle), math.sin(race.eccentricity_angle)),
-                    start_angle=float(group.start_angles[i]) if group.start_angles is not None else None,
-                    start_speed=float(group.start_speeds[i]) if group.start_speeds is not None else 0.0,
-                    drag_curve=curve,
-                    fluid_density=density,
-                    fluid_viscosity=viscosity,
-                    slipstream=race.slipstream and race.ball_count > 1,
-                    stokes=curve is None and viscosity > 0.0 and race.drag.needs_fluid,
-                    body=group.body,
-                    rolling_resistance=rolling,
-                    adherence=adherence,
-                )
-            )
+        )
+    displaced = density * volume
+    if displaced >= mass:
+        problems.append(
+            (keys, f"the {group.body} (mass {mass:.4g} kg) floats: it displaces {displaced:.4g} kg of fluid")
+        )
+    return orbit
+
+
+def _refuse_neighbors(race: Race, balls: list[Ball], problems: list[Problem]) -> None:
+    """Name what balls of one race cannot be together: unequal on one orbit, too many, or begin in one place."""
     on_the_wall = {ball.diameter for ball in balls if ball.diameter and ball.body != "pendulum"}
     if race.orbit_radius is not None and len(on_the_wall) > 1:
         problems.append((("orbit_radius",), "balls of unequal size have unequal orbits; give 'race_radius' instead"))
@@ -255,7 +292,6 @@ def _race(race: Race, balancer: int, number: int, problems: list[Problem]) -> li
                         f"they need {math.degrees(needed):.2f} deg",
                     )
                 )
-    return balls
 
 
 def occupied_angle(balls: list[Ball]) -> float:

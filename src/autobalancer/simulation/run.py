@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,7 @@ from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble, equal_
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, TIME
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, TIME, Memory
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, NOT_FINITE, RUNNING, STEP_TOO_SMALL
 from autobalancer.kernels.records import IMPACT
@@ -31,6 +31,7 @@ from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
 from autobalancer.results.labels import label
 from autobalancer.results.run_arrays import VARIABLES, Impacts
 from autobalancer.results.time_series import static_load
+from autobalancer.simulation import ONE_RUN, RunOptions, run_duration, run_options
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import (
@@ -44,8 +45,8 @@ from autobalancer.simulation.record import (
 )
 from autobalancer.simulation.remarks import Ended, drag_range_attributes, remarks
 from autobalancer.simulation.saved import run_dataset
-from autobalancer.simulation.steppers import Method, Stepper, stepper_for
-from autobalancer.units import argument, shortened, to_si
+from autobalancer.simulation.steppers import Stepper, stepper_for
+from autobalancer.units import shortened
 
 DEFAULT_SAVE = (Samples(), Envelope(), LastRevolutions())
 CHUNK = 20_000  # steps between two looks at the progress bar and the keyboard
@@ -58,15 +59,13 @@ def simulate_races(
     duration: float | str | None = None,
     save: Sampling | Sequence[Sampling] = DEFAULT_SAVE,
     events: Sequence[Event] = (),
-    tolerance: float = 1e-8,
-    method: Method = "auto",
     frame: Literal["auto", "rotor", "space"] = "auto",
     hold_balls: bool = False,
     seed: int = 0,
     mass_spread: float = MASS_SPREAD,
-    max_steps: int = 100_000_000,
     progress: Progress | None = None,
     keep_on_interrupt: bool = False,
+    **options: Unpack[RunOptions],
 ) -> xr.Dataset:
     """Run a machine in time.
 
@@ -82,12 +81,6 @@ def simulate_races(
         from which its measures are taken.
     events
         Passages to be recorded, or to end the run.
-    tolerance
-        Local error per step, relative to the deflection and absolute in rad for angles.
-    method
-        ``dormand_prince_8``, the Dormand-Prince pair of order eight; ``tsitouras``, 5(4); ``exponential_collocation``, long steps
-        with the pair of order eight where it gets further, refused where they are not possible; ``auto`` chooses, and takes the
-        pair for tolerances below 1e-11.
     frame
         Axes in which the equations are integrated. ``auto`` rotates with the rotor if the machine is isotropic and
         has no gravity in its plane; results are the same.
@@ -100,12 +93,12 @@ def simulate_races(
         Equal balls that pass through each other differ in mass by this share, heaviest less lightest, in an order drawn
         from the seed: identical balls at one place would never separate, even where that state is unstable. Real balls differ
         by 1e-4 and more. 0 leaves them equal.
-    max_steps
-        Number of steps after which the run stops with the outcome ``budget spent``.
     progress
         Called with (time, duration) a few times a second.
     keep_on_interrupt
         If true, Ctrl-C ends the run with the outcome ``interrupted`` and returns what was computed.
+    **options
+        ``tolerance`` (1e-8), ``method`` and ``max_steps``, see :class:`~autobalancer.simulation.RunOptions`.
 
     Returns
     -------
@@ -125,12 +118,9 @@ def simulate_races(
         If the run will take more than a minute because the machine is stiff; the cause is named.
     """
     machine = balls_in_races(machine)
-    end = _duration(machine, duration)
-    if max_steps < 1:
-        raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")
-    tolerance = argument("tolerance", tolerance, "")
-    if not 1e-13 <= tolerance <= 1e-2:
-        raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-8 is a good start")
+    end = run_duration(machine, duration)
+    how = run_options("simulate", options, ONE_RUN)
+    tolerance, method, max_steps = how["tolerance"], how["method"], how["max_steps"]
     if frame not in ("auto", "rotor", "space"):
         raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
     known = KnownLags({}, {}) if hold_balls else fluid_lags(machine, end, seed=seed, max_steps=max_steps)
@@ -147,9 +137,7 @@ def simulate_races(
     places = places_of(machine, assembly)
     if frame == "rotor" and not assembly.system.rotating:
         raise QuestionError("frame: 'rotor' needs isotropic supports; leave it at 'auto' or take 'space'")
-    wishes = _wishes(save)
-    if save is DEFAULT_SAVE and any(event.ends_run for event in events):
-        wishes.remove(LastRevolutions())  # nobody asked for them, and a run that may end at any time pays for them
+    wishes = _wishes(save, events)
     jumps = unbalance_jumps(machine, end)
     record = record_for(wishes, events, assembly, end, jumps)
     stepper = stepper_for(assembly, end, tolerance, method)
@@ -158,9 +146,8 @@ def simulate_races(
     if slow:
         warn(slow, DurationWarning)
     state = stepper.memory
-    status, interrupted = _drive(
-        assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt, _own_code(machine)
-    )
+    going = end, max_steps, progress, keep_on_interrupt, _own_code(machine)
+    status, interrupted = _drive(assembly, noted, stepper, record, *going)
     spent = status == RUNNING  # once more would take as long again
     if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
         # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
@@ -168,16 +155,9 @@ def simulate_races(
         record = record_for(wishes, events, assembly, end, jumps)._replace(turn_count=math.inf)
         stepper = stepper_for(assembly, end, tolerance, method)
         state = stepper.memory
-        status, interrupted = _drive(
-            assembly, noted, stepper, record, end, max_steps, progress, keep_on_interrupt, _own_code(machine)
-        )
-    steps = int(state.counts[ACCEPTED])
+        status, interrupted = _drive(assembly, noted, stepper, record, *going)
     names = [event.name for event in events]
-    seen = min(int(state.counts[EVENTS_SEEN]), record.event_states.shape[0])
-    last = names[int(record.event_states[seen - 1, 0])] if seen else ""
-    requested = machine, assembly.balls, assembly.system
-    fault = _force_at_fault(*requested) or friction_at_fault(*requested)
-    ended = outcome(status, state.clock[TIME], end, interrupted=interrupted, steps=steps, event=last, fault=fault)
+    ended = _ended(machine, assembly, names, record, state, status, end, interrupted)
     run = run_dataset(
         assembly,
         places,
@@ -211,11 +191,34 @@ def simulate_races(
     return run.assign_attrs(remarks=remarks(Ended(machine, end, assembly, places, record, state, run)))
 
 
-def _force_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -> str:
-    """Which force was not a number during a run, and where; empty if none was."""
+def _ended(
+    machine: Machine,
+    assembly: Assembly,
+    names: list[str],
+    record: Record,
+    state: Memory,
+    status: int,
+    end: float,
+    interrupted: bool,
+) -> Outcome:
+    """How a run ended: by which of the events with these ``names``, or by whose fault."""
+    seen = range(record.event_states.shape[0])[: int(state.counts[EVENTS_SEEN])]
+    return outcome(
+        status,
+        state.clock[TIME],
+        end,
+        interrupted=interrupted,
+        steps=int(state.counts[ACCEPTED]),
+        event=names[int(record.event_states[seen[-1], 0])] if seen else "",
+        fault=_at_fault(machine, assembly.balls, assembly.system),
+    )
+
+
+def _at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -> str:
+    """Which force or friction law was not a number during a run, and where; empty if none was."""
     wrong = system.forces[system.forces.wrong != 0]
     if not len(wrong):
-        return ""
+        return friction_at_fault(machine, balls, system)
     row, first = wrong[0], 0
     for path, force, _ in forces_in(machine, balls):
         if row.first == first:
@@ -225,11 +228,13 @@ def _force_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -
                 f"{row.wrong_vy:.4g} m/s and a rotor speed of {row.wrong_speed:.6g} rad/s"
             )
         first += len(force.numbers()) or 1
-    return ""
+    return friction_at_fault(machine, balls, system)
 
 
-def _wishes(save: Sampling | Sequence[Sampling]) -> list[Sampling]:
-    """What is kept of a run, as a list."""
+def _wishes(save: Sampling | Sequence[Sampling], events: Sequence[Event]) -> list[Sampling]:
+    """What is kept of a run, as a list; unasked no last revolutions where an event may end it at any time, as they cost much."""
+    if save is DEFAULT_SAVE and any(event.ends_run for event in events):
+        return [wish for wish in DEFAULT_SAVE if not isinstance(wish, LastRevolutions)]
     wishes = [save] if isinstance(save, Sampling) else list(save) if isinstance(save, Iterable) else [save]
     if not all(isinstance(wish, Sampling) for wish in wishes):
         raise QuestionError(
@@ -282,17 +287,6 @@ def _own_code(machine: Machine) -> str:
     leaves = [*(force for race in races for force in race.forces), *(law for law in laws if law is not None)]
     own = {leaf.word(): leaf for leaf in leaves if not type(leaf).__module__.startswith("autobalancer.")}
     return f"a run with {' and '.join(f'the {leaf.one} {word!r}' for word, leaf in own.items())}" if own else ""
-
-
-def _duration(machine: Machine, duration: float | str | None) -> float:
-    if duration is None:
-        if machine.run is None:
-            raise QuestionError("duration: the machine has no 'run.duration'; give one here")
-        return float(machine.run.duration)
-    seconds = to_si(duration, "s")
-    if not seconds > 0.0:
-        raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
-    return float(seconds)
 
 
 # How many steps a run will take, looked at before it begins: explicit steps cannot be much longer than its fastest

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.kernels.records import HILL, PRESCRIBED, RECORDED
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Drive, System, X, Y, rhs_type
+from autobalancer.simulation import Method
 
 # Which compiled equations of motion belong to an assembled machine.
 
@@ -90,9 +91,6 @@ def _equations(assembly: Assembly) -> Equations:
     from autobalancer.kernels.balls.race_events import adherence
 
     return Equations(chosen, adherence)
-
-
-Method = Literal["auto", "dormand_prince_8", "tsitouras", "exponential_collocation"]
 
 
 class LongSteps(NamedTuple):

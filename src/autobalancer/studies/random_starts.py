@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -27,11 +27,12 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.studied import Swept
+from autobalancer.results.answers.studied import NOT_RUN, Swept
 from autobalancer.results.measure_table import SWEPT, label_of, peak_deflection
 from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
 from autobalancer.results.verdict import BALANCED, WORDS, wilson_interval
+from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_duration, run_options
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
 from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, released
@@ -40,7 +41,6 @@ from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.ensemble.layout import Plan
 from autobalancer.studies.ensemble.members import Members, run_groups, without_start_angles
 from autobalancer.studies.variations import coordinate, listed, named
-from autobalancer.units import optional_argument
 
 FAILED = "failed"
 ENDS = (*WORDS, FAILED)
@@ -233,15 +233,11 @@ def sweep(
     *,
     grid: bool = True,
     duration: float | str | None = None,
-    tolerance: float = 1e-7,
     bins: int = 500,
-    seed: int = 0,
     vary_seed: bool = False,
     seeds: int | None = None,
-    workers: int | None = None,
-    max_steps: int = 10_000_000,
     settling_from: str = SETTLING_FROM[0],
-    progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[ManyRunOptions],
 ) -> Swept:
     """Run a machine once for every combination of parameters.
 
@@ -256,24 +252,21 @@ def sweep(
     grid
         True: every combination, one dimension for each parameter. False: all lists have the same length and are varied together,
         along the dimension ``run``.
-    duration, tolerance
+    duration
         As for :func:`autobalancer.simulate`.
     bins
         Resolution in time of the measures; settling times are interpolated within a bin.
-    seed, vary_seed
-        Start positions of balls that have none; ``vary_seed`` gives each run its own.
+    vary_seed
+        Whether each run has start positions of its own, from ``seed`` on.
     seeds
         Number of start positions with which every combination is run, from ``seed`` on, along the dimension ``seed``. Then
         ``variations`` may be empty.
-    workers
-        Threads; by default one for each core. The result does not depend on it.
-    max_steps
-        Of one run, which ends with the outcome "budget spent" then.
     settling_from
         From where settling times count: the end of the ``"run-up"``, or the last ``"release"`` of a stalled ball, see
         :func:`autobalancer.settling_time`.
-    progress
-        Called with (runs done, runs in all).
+    **options
+        ``tolerance`` (1e-7), ``method``, ``max_steps``, ``seed``, ``workers``, ``progress`` and ``keep_on_interrupt``, see
+        :class:`~autobalancer.simulation.ManyRunOptions`. Runs that Ctrl-C kept from running have the outcome ``not run``.
 
     Returns
     -------
@@ -289,14 +282,11 @@ def sweep(
     MachineError
         If a combination makes no possible machine; the message names it. Nothing has run by then.
     """
-    duration, _ = optional_argument("duration", duration, "s"), known_origin(settling_from)
+    how, _ = run_options("sweep", options, MANY_RUNS), known_origin(settling_from)
+    tolerance, seed = how["tolerance"], how["seed"]
     machine = balls_in_races(machine)
     variations = {name: listed(machine, name, values) for name, values in variations.items()}
-    if duration is None and machine.run is None:
-        raise QuestionError("duration: the machine has no 'run.duration'; give one here")
-    if duration is not None and not (math.isfinite(duration) and duration > 0.0):
-        raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
-    end = float(duration) if duration is not None else float(machine.run.duration)  # type: ignore[union-attr]
+    end = run_duration(machine, duration)
     if seeds is not None and (seeds < 1 or vary_seed):
         raise QuestionError(f"seeds: given {seeds}; must be at least 1, and is taken in place of vary_seed")
     shape, points = _points(variations, grid) if variations or seeds is None else ((), [()])
@@ -305,14 +295,16 @@ def sweep(
     own = np.arange(seed, seed + len(points)) if vary_seed else None
     columns = Columns(len(points), lists, seeds=own)
     drawn = np.arange(seed, seed + seeds) if seeds is not None else None
-    groups, _ = Members(machine, columns, drawn, seed, "").sorted(Plan(end, tolerance, bins, max_steps), "refuse")
-    ran, _, interrupted = run_groups(groups, workers, progress)
-    if interrupted:
+    plan = Plan(end, tolerance, bins, how["max_steps"], how["method"])
+    groups, _ = Members(machine, columns, drawn, seed, "").sorted(plan, "refuse")
+    ran, _, interrupted = run_groups(groups, how["workers"], how["progress"] or None)
+    if interrupted and not how["keep_on_interrupt"]:
         raise KeyboardInterrupt
-    rows: list[dict[str, Any]] = [{}] * (len(points) * (seeds or 1))
+    rows: list[dict[str, Any]] = [{"outcome": NOT_RUN, "verdict": ""}] * (len(points) * (seeds or 1))
     for one in ran:
         for number, row, steps in zip(one.group.numbers, one.found.rows, one.found.counts[:, 0], strict=True):
-            rows[number] = named(row, end, int(steps), settling_from)
+            if steps:  # Ctrl-C came before the others
+                rows[number] = named(row, end, int(steps), settling_from)
     about = {"duration": end, "tolerance": tolerance, "bins": bins, "seed": seed, "settling_from": settling_from}
     dataset = _dataset(machine, variations, grid, shape, rows, about)
     return Swept.of(dataset.assign_coords(seed=drawn) if drawn is not None else dataset)

@@ -6,13 +6,13 @@ import cmath
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from threading import local
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 import xarray as xr
@@ -37,6 +37,7 @@ from autobalancer.results.folder_store import Store, refuse_another
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import as_path
+from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_options
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import record_for
@@ -61,14 +62,9 @@ def stepped_response(
     stations: Sequence[str] | None = None,
     settle: float | str | None = None,
     longest: float | str | None = None,
-    tolerance: float = 1e-7,
-    seed: int = 0,
     mass_spread: float = MASS_SPREAD,
-    max_steps: int = 10_000_000,
-    workers: int | None = None,
     store: str | Path | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    keep_on_interrupt: bool = False,
+    **options: Unpack[ManyRunOptions],
 ) -> SteppedResponse:
     """Measure a machine at one speed after the other, as on a test stand (Rodrigues et al. 2011, section 5).
 
@@ -99,24 +95,16 @@ def stepped_response(
         speed is measured once.
     longest
         With ``settle``: longest time at a speed, s.
-    tolerance
-        Local error per step, as for :func:`autobalancer.simulate`.
-    seed
-        For the start positions of balls that have none.
     mass_spread
         Relative difference of the masses of equal balls that pass through each other, as for
         :func:`autobalancer.simulate`; 0 leaves them equal; equal balls at one place never separate.
-    max_steps
-        Number of steps at one speed after which it is given up.
-    workers
-        Threads for ``fixed``; the result does not depend on it.
     store
         Result file. Every finished speed is written at once into a folder beside it, ``NAME.nc.parts``; a later call with the
         same arguments continues from there, with results identical to the last bit.
-    progress
-        Called with (speeds done, speeds in all).
-    keep_on_interrupt
-        If true, Ctrl-C ends the study and returns what was measured, ``attrs["outcome"]`` is then ``interrupted``.
+    **options
+        ``tolerance`` (1e-7), ``method``, ``max_steps`` at one speed, ``seed``, ``workers`` for ``fixed``, ``progress`` and
+        ``keep_on_interrupt``, see :class:`~autobalancer.simulation.ManyRunOptions`; where Ctrl-C ended it, ``attrs["outcome"]``
+        is ``interrupted``.
 
     Returns
     -------
@@ -136,6 +124,8 @@ def stepped_response(
     MachineError
         If a table of the machine does not cover the speeds.
     """
+    how = run_options("stepped_response", options, MANY_RUNS)
+    seed, progress = how["seed"], how["progress"] or None
     settle = optional_argument("settle", settle, "")
     speeds = list_argument("speeds", speeds, "rad/s")
     dwell = argument("dwell", dwell, "s")
@@ -144,7 +134,7 @@ def stepped_response(
     longest = optional_argument("longest", longest, "s")
     machine = balls_in_races(machine)
     chosen = checked_speeds(speeds)
-    plan = checked_plan(dwell, window, acceleration, settle, longest, tolerance, max_steps)
+    plan = checked_plan(dwell, window, acceleration, settle, longest, how)
     if direction not in ("up", "down", "both") or start not in ("carried", "fixed"):
         raise QuestionError(
             f"direction, start: given {direction!r}, {start!r}; must be up, down or both; carried or fixed"
@@ -158,8 +148,8 @@ def stepped_response(
     question = {
         "machine": machine_text(machine), "speeds": chosen.tolist(), "dwell": dwell, "window": window,
         "direction": direction, "start": start, "acceleration": acceleration, "settle": settle, "longest": longest,
-        "stations": [name for name, weight in zip(names, weights, strict=True) if weight > 0.0], "tolerance": tolerance,
-        "seed": seed, "mass_spread": mass_spread, "max_steps": max_steps, "source": provenance()["source"],
+        "stations": [name for name, weight in zip(names, weights, strict=True) if weight > 0.0], "tolerance": plan.tolerance,
+        "seed": seed, "mass_spread": mass_spread, "max_steps": plan.max_steps, "source": provenance()["source"],
     }  # fmt: skip
     place = None if store is None else as_path(store)
     if place is not None and (known := _finished(place, question)) is not None:
@@ -169,7 +159,7 @@ def stepped_response(
         parts = {} if kept is None else kept.parts()
         entries = {span: {key: values.tolist() for key, values in row.items()} for span, row in parts.items()}
         if start == "fixed":
-            ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(entries), workers)
+            ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(entries), how["workers"])
         else:
             ways = _carried(assembly, rows, weights, plan, groups, chosen, legs, entries)
         if progress is not None:
@@ -182,7 +172,7 @@ def stepped_response(
                 if progress is not None:
                     progress(len(entries), total)
         except KeyboardInterrupt:
-            if not keep_on_interrupt:
+            if not how["keep_on_interrupt"]:
                 raise
             interrupted = True
         result = step_dataset(assembly, chosen.tolist(), legs, names, entries)
@@ -442,10 +432,9 @@ def checked_plan(
     acceleration: float | None,
     settle: float | None,
     longest: float | None,
-    tolerance: float,
-    max_steps: int,
+    how: ManyRunOptions,
 ) -> Plan:
-    """Times and tolerances that make sense."""
+    """Times that make sense."""
     for name, value, unit in (
         ("dwell", dwell, "s"), ("window", window, "s"), ("acceleration", acceleration, "rad/s^2"),
         ("settle", settle, "relative"), ("longest", longest, "s"),
@@ -457,12 +446,8 @@ def checked_plan(
         raise QuestionError("settle, longest: give both or none; 'longest' ends a motion that never settles")
     if longest is not None and longest < dwell + window:
         raise QuestionError(f"longest: given {longest:g} s; must be at least dwell and window, {dwell + window:g} s")
-    tolerance = argument("tolerance", tolerance, "")
-    if not 1e-13 <= tolerance <= 1e-2:
-        raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2")
-    if max_steps < 1:
-        raise QuestionError(f"max_steps: given {max_steps}; must be at least 1")
-    return Plan(dwell, window, rate(acceleration), settle, longest or 0.0, tolerance, max_steps)
+    numbers = how["tolerance"], how["max_steps"], how["method"]
+    return Plan(dwell, window, rate(acceleration), settle, longest or 0.0, *numbers)
 
 
 # One machine held at one speed after the other.

@@ -213,20 +213,50 @@ class Public:
 @cache
 def public(name: str) -> Public:
     """The public function of this name."""
-    import autobalancer
     from autobalancer.public_names import NAMES
 
     space, _, own = name.rpartition(".")
-    place = Path(str(autobalancer.__file__)).parent.joinpath(*NAMES[space][own].split("."))
-    file = place.with_suffix(".py") if place.with_suffix(".py").is_file() else place / "__init__.py"
-    tree = ast.parse(file.read_text(encoding="utf-8"))
+    tree = _parsed(NAMES[space][own])
     node = next(part for part in tree.body if isinstance(part, ast.FunctionDef) and part.name == own)
     positional, named = [*node.args.posonlyargs, *node.args.args], node.args.kwonlyargs
     late = positional[len(positional) - len(node.args.defaults) :]
     pairs = [*zip(late, node.args.defaults, strict=True), *zip(named, node.args.kw_defaults, strict=True)]
     defaults = {entry.arg: _plain_value(value) for entry, value in pairs if value is not None}
     kinds = {entry.arg: ast.unparse(entry.annotation) if entry.annotation else "" for entry in (*positional, *named)}
-    return Public(name, kinds, defaults, _meanings(ast.get_docstring(node) or ""))
+    meanings = _meanings(ast.get_docstring(node) or "")
+    if node.args.kwarg and (
+        shared := re.fullmatch(r"Unpack\[(\w+)\]", ast.unparse(node.args.kwarg.annotation or node))
+    ):
+        homes = {
+            alias.name: part.module for part in tree.body if isinstance(part, ast.ImportFrom) for alias in part.names
+        }
+        home = str(homes.get(shared[1], "")).removeprefix("autobalancer.")
+        _add_options(_parsed(home) if home else tree, shared[1], kinds, defaults, meanings)
+    return Public(name, kinds, defaults, meanings)
+
+
+def _parsed(module: str) -> ast.Module:
+    """The source of a module of this package."""
+    import autobalancer
+
+    place = Path(str(autobalancer.__file__)).parent.joinpath(*module.split("."))
+    file = place.with_suffix(".py") if place.with_suffix(".py").is_file() else place / "__init__.py"
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
+def _add_options(
+    tree: ast.Module, name: str, kinds: dict[str, str], defaults: dict[str, Any], meanings: dict[str, str]
+) -> None:
+    """Add the options of a ``TypedDict``; their defaults are the constant of that type beside it."""
+    for node in tree.body:
+        if isinstance(node, ast.AnnAssign) and ast.unparse(node.annotation) == name and node.value is not None:
+            defaults |= ast.literal_eval(node.value)
+        if isinstance(node, ast.ClassDef) and node.name == name:
+            for base in node.bases:
+                _add_options(tree, ast.unparse(base), kinds, defaults, meanings)
+            fields_ = [part for part in node.body if isinstance(part, ast.AnnAssign)]
+            kinds |= {ast.unparse(part.target): ast.unparse(part.annotation) for part in fields_}
+            meanings |= _meanings(ast.get_docstring(node) or "")
 
 
 def _plain_value(node: ast.expr) -> Any:

@@ -310,6 +310,28 @@ SHARES = {
 ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
 
 
+DESCRIBED: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name, number or text, what it is, unit
+    ("bearing", lambda d: d.candidate.ring.bearing, "bearing whose outer ring is the race", ""),
+    ("fluid", lambda d: d.candidate.fluid, "fluid of the races", ""),
+    ("planes", lambda d: ", ".join(d.candidate.planes), "stations with balls", ""),
+    ("count", lambda d: d.candidate.count, "balls of a race", ""),
+    ("races", lambda d: d.candidate.races, "races of a plane", ""),
+    ("orbit_radius", lambda d: d.candidate.ring.orbit_radius, "orbit radius", "m"),
+    ("ball_diameter", lambda d: d.candidate.ring.ball_diameter, "diameter of a ball", "m"),
+    ("bore", lambda d: d.candidate.ring.bore, "free bore", "m"),
+    ("outer", lambda d: d.candidate.ring.outer, "outer diameter", "m"),
+    ("width", lambda d: d.candidate.ring.width, "width of a race", "m"),
+    ("viscosity_cold", lambda d: d.viscosity[0], "kinematic viscosity at the lowest temperature", "m^2/s"),
+    ("viscosity_warm", lambda d: d.viscosity[1], "kinematic viscosity at the highest temperature", "m^2/s"),
+    ("capability", lambda d: d.capability, "unbalance that the balls of a plane can balance", "kg m"),
+    ("capability_margin", lambda d: d.margin, "capability over what is to be balanced, the least of all planes", "1"),
+    ("ball_mass", lambda d: d.ball_mass, "mass of all balls", "kg"),
+    ("pressure", lambda d: d.pressure, "greatest pressure between ball and race (Hertz)", "Pa"),
+    ("release", lambda d: d.release, "release speed, the worst of all temperatures and unbalances", "rad/s"),
+    ("border", lambda d: d.border, "exact border, the worst of all temperatures and unbalances", "rad/s"),
+)
+
+
 def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Dataset:
     """Over ``design``: candidates in their order; ``place`` is 1 for the best, nan for those that did not run.
 
@@ -339,16 +361,11 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         dataset[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
 
     add("label", _labels(designs), "what it is")
-    add(
-        "place",
-        [float(place.get(id(design), np.nan)) for design in designs],
-        "place among those that ran, 1 for the best",
-    )
-    add(
-        "front",
-        [float(front.get(id(design), np.nan)) for design in designs],
-        "number of its Pareto front, 0 for the first",
-    )
+    for name, numbers, text in (
+        ("place", place, "place among those that ran, 1 for the best"),
+        ("front", front, "number of its Pareto front, 0 for the first"),
+    ):
+        add(name, [float(numbers.get(id(design), np.nan)) for design in designs], text)
     add(
         "meets",
         [float(meets(spec, design)) if design.numbers else -1.0 for design in designs],
@@ -373,72 +390,17 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         "how far it misses that, or limits on the runs added up, over what is allowed",
         "1",
     )
-    add("bearing", [design.candidate.ring.bearing for design in designs], "bearing whose outer ring is the race")
-    add("fluid", [design.candidate.fluid for design in designs], "fluid of the races")
-    add("planes", [", ".join(design.candidate.planes) for design in designs], "stations with balls")
-    add("count", [design.candidate.count for design in designs], "balls of a race")
-    add("races", [design.candidate.races for design in designs], "races of a plane")
-    for name, text in (
-        ("orbit_radius", "orbit radius"),
-        ("ball_diameter", "diameter of a ball"),
-        ("bore", "free bore"),
-        ("outer", "outer diameter"),
-        ("width", "width of a race"),
-    ):
-        add(name, [getattr(design.candidate.ring, name) for design in designs], text, "m")
-    add(
-        "viscosity_cold",
-        [design.viscosity[0] for design in designs],
-        "kinematic viscosity at the lowest temperature",
-        "m^2/s",
-    )
-    add(
-        "viscosity_warm",
-        [design.viscosity[1] for design in designs],
-        "kinematic viscosity at the highest temperature",
-        "m^2/s",
-    )
-    add(
-        "capability",
-        [design.capability for design in designs],
-        "unbalance that the balls of a plane can balance",
-        "kg m",
-    )
-    add(
-        "capability_margin",
-        [design.margin for design in designs],
-        "capability over what is to be balanced, the least of all planes",
-        "1",
-    )
-    add("ball_mass", [design.ball_mass for design in designs], "mass of all balls", "kg")
-    add("pressure", [design.pressure for design in designs], "greatest pressure between ball and race (Hertz)", "Pa")
-    add(
-        "release",
-        [design.release for design in designs],
-        "release speed, the worst of all temperatures and unbalances",
-        "rad/s",
-    )
-    add(
-        "border",
-        [design.border for design in designs],
-        "exact border, the worst of all temperatures and unbalances",
-        "rad/s",
-    )
+    for name, of, text, unit in DESCRIBED:
+        add(name, [of(design) for design in designs], text, unit)
+    measured: list[tuple[str, str, str]] = []
     for name, (unit, text) in MEASURED.items():
         at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
-        add(name, [design.numbers.get(name, np.nan) for design in designs], at_share, unit)
-        add(
-            f"{name}_median",
-            [design.numbers.get(f"{name}_median", np.nan) for design in designs],
-            f"{text}; median",
-            unit,
-        )
+        measured += [(name, at_share, unit), (f"{name}_median", f"{text}; median", unit)]
     for name, text in SHARES.items():
         if any(name in design.numbers for design in designs):
-            add(name, [design.numbers.get(name, np.nan) for design in designs], text, "1")
-            for end, said in ENDS.items():
-                key = f"{name}_{end}"
-                add(key, [design.numbers.get(key, np.nan) for design in designs], f"{text}; {said}", "1")
+            measured += [(name, text, "1"), *((f"{name}_{end}", f"{text}; {said}", "1") for end, said in ENDS.items())]
+    for name, text, unit in measured:
+        add(name, [design.numbers.get(name, np.nan) for design in designs], text, unit)
     add(
         "drag_warning", [design.drag_warning for design in designs], "where its balls leave the range of their drag law"
     )

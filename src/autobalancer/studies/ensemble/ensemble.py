@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
-from numbers import Integral
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -25,14 +24,13 @@ from autobalancer.results.measure_table import SWEPT, in_row, label_of
 from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
 from autobalancer.results.verdict import BALANCED, WORDS
+from autobalancer.simulation import MANY_RUNS, ManyRunOptions, refuse_no_counts, run_duration, run_options
 from autobalancer.simulation.run import outcome
-from autobalancer.simulation.steppers import Method
 from autobalancer.stability.basins import START_ANGLE, axis_name
 from autobalancer.studies.ensemble.columns import STARTS, ball_count, ball_of, columns_of
 from autobalancer.studies.ensemble.layout import ASKABLE, Plan
 from autobalancer.studies.ensemble.members import Impossible, Members, Ran, run_groups, without_start_angles
 from autobalancer.studies.variations import coordinate
-from autobalancer.units import argument, optional_argument
 
 TEXTS = 400.0  # bytes of a member: outcome, verdict, seed and what its row is made of
 
@@ -43,19 +41,13 @@ def ensemble(
     columns: Mapping[str, Any] | str | Path | None = None,
     *,
     seeds: int | None = None,
-    seed: int = 0,
     duration: float | str | None = None,
-    tolerance: float = 1e-7,
-    method: Method = "auto",
     bins: int = 500,
     measures: Sequence[str] | None = None,
     impossible: Impossible = "refuse",
     keep_states: bool = False,
-    workers: int | None = None,
-    max_steps: int = 10_000_000,
     settling_from: str = SETTLING_FROM[0],
-    progress: Callable[[int, int], None] | None = None,
-    keep_on_interrupt: bool = False,
+    **options: Unpack[ManyRunOptions],
 ) -> Ensemble:
     """Run thousands of members of one machine, and keep measures of each.
 
@@ -71,9 +63,7 @@ def ensemble(
     seeds
         Number of random starts with which every row of the columns is run, from ``seed`` on. Start angles of the machine do
         not count then, nor with a column ``seed``.
-    seed
-        For the start positions of balls that have none.
-    duration, tolerance, method
+    duration
         As for :func:`autobalancer.simulate`.
     bins
         Resolution in time of the measures; settling times are interpolated within a bin.
@@ -86,18 +76,13 @@ def ensemble(
         them the outcome ``impossible`` and runs the others. Either way that is known before anything runs.
     keep_states
         Whether to keep the state at the end of every member.
-    workers
-        Threads; by default one for each core. The result does not depend on it.
-    max_steps
-        Of one member, which ends with the outcome "budget spent" then.
     settling_from
         From where settling times count: the end of the ``"run-up"``, or the last ``"release"`` of a stalled ball, see
         :func:`autobalancer.settling_time`.
-    progress
-        Called with (members done, members in all).
-    keep_on_interrupt
-        If true, Ctrl-C returns what is done; the other members have the outcome ``not run``. While members are still made ready
-        it ends that, and those that are ready are run, until Ctrl-C is pressed again.
+    **options
+        ``tolerance`` (1e-7), ``method``, ``max_steps``, ``seed``, ``workers``, ``progress`` and ``keep_on_interrupt``, see
+        :class:`~autobalancer.simulation.ManyRunOptions`. Members that Ctrl-C kept from running have the outcome ``not run``.
+        While members are still made ready it ends that, and those that are ready are run, until it is pressed again.
 
     Returns
     -------
@@ -114,10 +99,9 @@ def ensemble(
         If a member is impossible; the message names it. Nothing has run by then.
     """
     machine = balls_in_races(machine)
-    counts: dict[str, Any] = {"seeds": seeds, "bins": bins, "workers": workers, "max_steps": max_steps}
-    for name, number in counts.items():
-        if number is not None and (isinstance(number, bool) or not isinstance(number, Integral) or number < 1):
-            raise QuestionError(f"{name}: given {number!r}; must be a whole number from 1")
+    how = run_options("ensemble", options, MANY_RUNS)
+    refuse_no_counts(seeds=seeds, bins=bins)
+    seed, keep_on_interrupt = how["seed"], how["keep_on_interrupt"]
     given = columns_of(machine, columns)
     if columns is None and seeds is None:
         raise QuestionError("ensemble: give columns of numbers, or a number of random starts, such as seeds=1000")
@@ -126,10 +110,7 @@ def ensemble(
     if impossible not in ("refuse", "record"):
         raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
     requested = ASKABLE if measures is None else known_measures(measures)
-    tolerance = argument("tolerance", tolerance, "")
-    if not 1e-13 <= tolerance <= 1e-2:
-        raise QuestionError(f"tolerance: given {tolerance:g}; must be between 1e-13 and 1e-2, 1e-7 is a good start")
-    end, _ = _duration(machine, duration), known_origin(settling_from)
+    end, _ = run_duration(machine, duration), known_origin(settling_from)
     refuse_what_does_not_fit(
         "ensemble",
         given.count * (seeds or 1),
@@ -141,9 +122,9 @@ def ensemble(
     if drawn is not None or given.seeds is not None:
         machine = without_start_angles(machine)
     members = Members(machine, given, drawn, seed, "member")
-    plan = Plan(end, tolerance, bins, max_steps, method, settling_from, requested)
+    plan = Plan(end, how["tolerance"], bins, how["max_steps"], how["method"], settling_from, requested)
     groups, reasons = members.sorted(plan, impossible, keep_on_interrupt=keep_on_interrupt)
-    ran, seconds, interrupted = run_groups(groups, workers, progress, keep_states)
+    ran, seconds, interrupted = run_groups(groups, how["workers"], how["progress"] or None, keep_states)
     if interrupted and not keep_on_interrupt:
         raise KeyboardInterrupt
     dataset = ensemble_dataset(members, ran, reasons, plan)
@@ -176,17 +157,6 @@ def bytes_of_a_member(machine: Machine, states: bool) -> float:
     balls = ball_count(machine)
     kept = len(SWEPT) + 4 * balls + 8
     return TEXTS + 16.0 * (kept + (16 + 4 * balls if states else 0))
-
-
-def _duration(machine: Machine, duration: float | str | None) -> float:
-    given = optional_argument("duration", duration, "s")
-    if given is None:
-        if machine.run is None:
-            raise QuestionError("duration: the machine has no 'run.duration'; give one here")
-        return float(machine.run.duration)
-    if not (math.isfinite(given) and given > 0.0):
-        raise QuestionError(f"duration: given {duration!r}; must be a time greater than zero, in seconds")
-    return given
 
 
 # The members of an ensemble and what they left, as a labeled dataset.
