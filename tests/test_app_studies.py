@@ -171,9 +171,8 @@ def test_a_cancelled_study_is_known_so_far_and_goes_on_with_the_same_bits(tmp_pa
         assert np.array_equal(
             part[quantity].values.astype(str), whole[quantity].values[: part.sizes["member"]].astype(str)
         )
-    stall = {column.head: column.values for column in columns_of(whole, "peak_deflection")}
-    first = whole["stalled"].values[whole["point"].values == 1].astype(bool)
-    assert stall["stall"][0] == pytest.approx(100.0 * first.mean())
+    heads = {column.head for column in columns_of(whole, "peak_deflection")}
+    assert ("stalled" in heads) == whole["stalled"].values.astype(bool).any()
     assert {"peak_deflection", "stalled"} <= set(quantities_of(whole))
     for kind in ("over", "drives"):
         assert kind in offered(whole)

@@ -102,6 +102,23 @@ def test_balls_below_the_critical_speed_make_it_worse() -> None:
     assert found.residual > 1.9 * found.unbalance
 
 
+def test_the_first_line_says_which_balls_are_stalled_just_below_the_critical_speed_and_for_how_long() -> None:
+    ramp = {"kind": "ramp", "end": 314.0, "duration": 10.0}
+    slow = ab.with_parameter(ab.load_machine(MACHINES / "stall_and_release.toml"), "drive.profile", ramp)
+    found = ab.verdict(ab.simulate(slow, duration=20.0))
+    assert found.stall is not None
+    assert found.stall.balls == (1, 2)
+    assert 0.95 * 250.0 < found.stall.speed < 250.0
+    passed = 10.0 * 1.02 * 250.0 / 314.0  # s, when the rotor is so far above the critical speed that balls can stall
+    assert found.stall.duration == pytest.approx(20.0 - passed, rel=0.02)
+    assert found.stall.rotor_speed == pytest.approx(314.0, rel=1e-3)
+    at = f"{significant(found.stall.speed * 30.0 / math.pi)} rpm"
+    said = str(found).splitlines()[0]
+    assert f"worse than without balls, 2 of 2 balls stalled at {at} while the rotor turns at " in said
+    assert " rpm, for 11.8 s" in said
+    assert ab.verdict(ab.simulate(slow, duration=20.0, hold_balls=True)).stall is None
+
+
 def test_the_words_have_the_limits_that_are_documented() -> None:
     words = [verdict_word(ratio) for ratio in (0.0, 0.1, 0.1001, 0.9, 0.9001, 1.1, 1.1001, math.nan)]
     partly, not_ = "partly balanced", "not balanced"

@@ -107,6 +107,20 @@ class Forecast:
 
 
 @dataclass(frozen=True)
+class Stall:
+    """Balls stalled at the end (counted from 1), of how many; their mean speed and the rotor's over the last twentieth (rad/s).
+
+    ``duration`` (s) is how long the one that was stalled longest has been.
+    """
+
+    balls: tuple[int, ...]
+    of: int
+    speed: float
+    rotor_speed: float
+    duration: float
+
+
+@dataclass(frozen=True)
 class RunPart:
     """A part of a run between jumps of its unbalance, from ``begin`` to ``end`` (s)."""
 
@@ -146,6 +160,25 @@ def settling_of(run: xr.Dataset) -> Settling | None:
         return Settling(0, np.nan, "", np.nan, moving)
     last = int(np.nanargmax(at))
     return Settling(last + 1, float(time[last]), str(time["counted_from"].values), float(at[last]), moving)
+
+
+def stall_of(run: xr.Dataset) -> Stall | None:
+    """The balls that are stalled at the end of a run; None where none is, or without data."""
+    try:
+        recorded = recorded_of(run)
+    except QuestionError:
+        return None
+    balls = recorded.balls
+    if balls is None or balls.time.size < 3:
+        return None
+    late = min(int(np.searchsorted(balls.time, (1.0 - LAST) * balls.time[-1])), balls.time.size - 2)
+    rotor = float(balls.speed[late:].mean())
+    speeds = rotor + (balls.angle[-1] - balls.angle[late]) / (balls.time[-1] - balls.time[late])
+    there = np.flatnonzero((recorded.stalled > 0.0) & (speeds < 0.5 * (recorded.critical_speed + rotor)))
+    if not there.size:
+        return None
+    named = tuple(int(ball) for ball in run["ball"].values[there])
+    return Stall(named, speeds.size, float(speeds[there].mean()), rotor, float(recorded.stalled[there].max()))
 
 
 def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
@@ -262,7 +295,8 @@ class Verdict:
     mm/s. Of two planes ``static_residual`` (kg m) is the resultant of what they leave, ``couple_residual``
     (kg m^2) its couple about the middle between them; ``static_unbalance`` and ``couple_unbalance`` are those of their
     unbalances. ``parts`` are those of the run between jumps of the unbalance; none without a jump. ``without_held``
-    says that no run with held balls was given, ``bodies`` what rolls, "balls" or "cylinders".
+    says that no run with held balls was given, ``bodies`` what rolls, "balls" or "cylinders". ``stall`` says which balls
+    are stalled at the end; None where none is.
     """
 
     word: str
@@ -288,6 +322,7 @@ class Verdict:
     without_held: bool = False
     bodies: str = "balls"
     forecast: Forecast | None = None
+    stall: Stall | None = None
 
     @property
     def balanced(self) -> bool:
@@ -349,26 +384,8 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     try:
         turns = whole_turns(run)
     except QuestionError as reason:
-        none = np.nan
-        return Verdict(
-            NO_VERDICT,
-            stopped or str(reason),
-            none,
-            none,
-            none,
-            none,
-            none,
-            none,
-            (),
-            (),
-            (),
-            peak,
-            other_peak,
-            None,
-            notes,
-            parts=parts_of(run),
-            without_held=alone,
-        )
+        nothing: Any = [NO_VERDICT, stopped or str(reason), *[np.nan] * 6, (), (), (), peak, other_peak, None, notes]
+        return Verdict(*nothing, parts=parts_of(run), without_held=alone, stall=stall_of(run))
     places, supports = _places(run, held), _supports(run, held)
     planes = _planes(run)
     unbalance, residual = _rotor(run.isel(turn=turns), planes)
@@ -386,7 +403,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     return Verdict(
         word or verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after, places, planes, supports, peak,
         other_peak, settling, notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
-        forecast=forecast_of(run, course.since) if creeping or word == NOT_SETTLED else None,
+        forecast=forecast_of(run, course.since) if creeping or word == NOT_SETTLED else None, stall=stall_of(run),
     )  # fmt: skip
 
 
@@ -652,17 +669,18 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
             ("balls settle", _settling(verdict.settling, None if verdict.word == NOT_SETTLED else verdict.forecast))
         )
     rows = [(worded(label, verdict.bodies), worded(text, verdict.bodies)) for label, text in rows]
-    return headline(verdict), rows, list(verdict.notes)
+    return headline(verdict, speed_text), rows, list(verdict.notes)
 
 
-def headline(verdict: Verdict) -> str:
-    """The verdict in a sentence, with the greatest deflection of the run where balls have made it much greater."""
+def headline(verdict: Verdict, speed_text: Callable[[float], str] = rpm_text) -> str:
+    """The verdict in a sentence, with balls that stall, and the greatest deflection where balls made it much greater."""
+    stalled = _stalled(verdict, speed_text)
     vibration = f"vibration {share_text(verdict.ratio)} of that without balls"
     if verdict.word in WORDS[:4]:
         beside = f"; {verdict.because}" if verdict.because else ""
-        return worded(f"{verdict.word}{_transient(verdict)}: {vibration}{beside}", verdict.bodies)
-    still = _still(verdict) if verdict.word == NOT_SETTLED else ""
-    return worded(f"{verdict.word}: {still or verdict.because}{_transient(verdict)}", verdict.bodies)
+        return worded(f"{verdict.word}{stalled}{_transient(verdict)}: {vibration}{beside}", verdict.bodies)
+    still = _still(verdict) if verdict.word == NOT_SETTLED and not stalled else ""
+    return worded(f"{verdict.word}{stalled}: {still or verdict.because}{_transient(verdict)}", verdict.bodies)
 
 
 def verdict_html(verdict: Verdict) -> str:
@@ -679,6 +697,15 @@ def verdict_html(verdict: Verdict) -> str:
 
 def _text_without(value: float, text: Callable[[float], str]) -> str:
     return "" if math.isnan(value) else f"; without balls {text(value)}"
+
+
+def _stalled(verdict: Verdict, speed_text: Callable[[float], str]) -> str:
+    """How many balls are stalled at the end, at which speed, and for how long."""
+    stall = verdict.stall
+    if stall is None:
+        return ""
+    at = f"{speed_text(stall.speed)} while the rotor turns at {speed_text(stall.rotor_speed)}"
+    return f", {len(stall.balls)} of {stall.of} balls stalled at {at}, for {significant(stall.duration)} s"
 
 
 def _transient(verdict: Verdict) -> str:

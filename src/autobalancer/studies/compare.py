@@ -70,9 +70,10 @@ def compare(
     Comparison
         A dataset over ``machine``: ``peak_deflection`` (m) at ``peak_speed`` (rad/s), ``peak_without_balls`` (m, with held
         balls; nan of deep chambers), ``vibration`` (m) at the end and
-        ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``; ``deflection_at`` (m) over ``speed``,
-        the greatest in the second half of the time at this speed (within 1 %); ``exact_border`` (rad/s), above which the balanced
-        state is stable at all positions of the balls, with ``border_note``, and ``exact_border_best_case`` at the
+        ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``, ``stalled_balls`` at the
+        end; ``deflection_at`` (m) over ``speed``, the greatest in the second half of the time at this speed
+        (within 1 %); ``exact_border`` (rad/s), above which the balanced state is stable at all positions of the balls, with
+        ``border_note``, and ``exact_border_best_case`` at the
         best ones; ``support_force`` (N), how far the force of the hardest loaded support gets from its
         mean at the end; and the greatest ``deflection`` (m) with the rotor speed over ``time_in_run``.
 
@@ -166,6 +167,8 @@ def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], sp
     dataset["exact_border_best_case"] = ("machine", [row["exact_border_best_case"] for row in rows], best)
     pushed = {"long_name": "greatest vibrating force of a support at the end", "units": "N"}
     dataset["support_force"] = ("machine", [row["support_force"] for row in rows], pushed)
+    counted = {"long_name": "balls that are stalled at the end", "units": ""}
+    dataset["stalled_balls"] = ("machine", [row["stalled_balls"] for row in rows], counted)
     for name in ("verdict", "border_note"):
         dataset[name] = ("machine", np.array([row[name] for row in rows], dtype=object))
     longest = max(row["course"][0].size for row in rows)
@@ -214,6 +217,7 @@ def race_row(machine: Machine, run: xr.Dataset, held: xr.Dataset | None, speeds:
     if judged is not None and judged.peak_without_balls is not None:
         row["peak_without_balls"] = judged.peak_without_balls.deflection
     row["verdict"], row["support_force"] = _word(judged), _support_force(judged)
+    row["stalled_balls"] = len(judged.stall.balls) if judged is not None and judged.stall is not None else 0
     row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
     row["exact_border"], row["exact_border_best_case"], row["border_note"] = _border(machine)
     return row
@@ -235,7 +239,7 @@ def chamber_row(run: xr.Dataset, speeds: Sequence[float], bins: int) -> dict[str
     row["course"] = (0.5 * (time[starts] + time[ends]), high, speed[ends])
     row["deflection_at"] = [_at(speed[ends], high, wanted) for wanted in speeds]
     row["verdict"], row["support_force"] = _word(judged), _support_force(judged)
-    row["beyond"], row["border_note"] = [], ""
+    row["stalled_balls"], row["beyond"], row["border_note"] = 0, [], ""
     row["exact_border"] = row["exact_border_best_case"] = math.nan
     return row
 

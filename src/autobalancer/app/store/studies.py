@@ -29,7 +29,6 @@ from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.folder_store import Shelf, part_files, read_part
 from autobalancer.results.store import load_run, save_run
-from autobalancer.results.verdict import wilson_interval
 from autobalancer.safe_file import write_safely, write_text_safely
 from autobalancer.studies.design.design import RUNS, design
 from autobalancer.studies.design.designs import Designed, designed_machine
@@ -143,7 +142,6 @@ def sample_text(name: str) -> str:
 
 FEWEST = 2.0  # s of work before a time to go is said
 TRUE_OR_FALSE = ("balanced", "stalled", "balanced_before")
-ENDS = ("95 % from", "95 % to")
 FIRST = ("balanced", "stalled", "peak_deflection", "settling_time", "residual_unbalance", "vibration")
 
 
@@ -296,15 +294,7 @@ def columns_of(found: Studied, quantity: str) -> list[Column]:
     asked = np.atleast_1d(found.attrs.get("show", [])).astype(str).tolist()
     wanted = [name for name in (quantity, *asked) if name and name not in TRUE_OR_FALSE]
     numbers = found.assign_attrs(show=list(dict.fromkeys(wanted)))
-    columns = Studied.of(numbers).columns("rpm")
-    if "stalled" not in found:
-        return columns
-    at = next(k for k, column in enumerate(columns) if column.head == "members") + 1
-    here = [where & found.counted() for where in found.at_points()]
-    totals = np.array([max(int(where.sum()), 1) for where in here])
-    counts = np.array([int((found["stalled"].values.astype(bool) & where).sum()) for where in here])
-    parts = (("stall", counts / totals), *zip(ENDS, wilson_interval(counts, totals), strict=True))
-    return [*columns[:at], *(Column(head, 100.0 * share, "%", ".2f") for head, share in parts), *columns[at:]]
+    return Studied.of(numbers).columns("rpm")
 
 
 def quantities_of(found: xr.Dataset) -> dict[str, str]:

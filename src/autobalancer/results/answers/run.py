@@ -219,7 +219,8 @@ class Comparison(Answer):
 
     def _verdicts(self) -> list[str]:
         """In words, with the passage where it is worse than without balls."""
-        words = [str(word) for word in self["verdict"].values]
+        pairs = zip(self["verdict"].values, self["stalled_balls"].values, strict=True)
+        words = [f"{word}, {count} balls stalled" if count else str(word) for word, count in pairs]
         if "peak_without_balls" not in self:
             return words
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,8 +10,23 @@ import xarray as xr
 
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import axis_unit, length_axis, length_text, moment_text, significant
-from autobalancer.results.verdict import WORDS, wilson_interval, worse_by
+from autobalancer.results.verdict import NO_VERDICT, NOT_SETTLED, WORDS, WORSE, wilson_interval, worse_by
 from autobalancer.tables import Column, rpm_and_si
+
+# Runs that end stalled.
+
+
+def stalled(values: Mapping[str, Any] | xr.Dataset, duration: float) -> Any:
+    """Which runs of ``duration`` (s) end stalled, from their measures.
+
+    A ball stalls that has not settled, was stalled and never broke away, or makes the vibration worse than without balls at the
+    end. The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
+    """
+    verdict, release = np.asarray(values["verdict"]).astype(str), np.asarray(values["release_speed"])
+    bad = np.isin(verdict, (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(release)
+    hung = ~np.isfinite(np.asarray(values["settled_at"])) & (np.asarray(values["stalled_time"]) > 0.0)
+    return (hung & bad) | (np.asarray(values["time_at_resonance"]) > 0.5 * duration)
+
 
 # The members of an ensemble as a table of shares with their intervals, and the quantiles of their measures.
 
@@ -116,8 +131,21 @@ class Ensemble(Answer):
         return columns
 
     def remarks(self) -> Sequence[str]:
-        """Quantiles of the main measures, and what a member took."""
-        return [*self.spread(), *self.without(), *self._cost()]
+        """Members that stall, quantiles of the main measures, and what a member took."""
+        return [*self._stall(), *self.spread(), *self.without(), *self._cost()]
+
+    def _stall(self) -> Iterator[str]:
+        """How many members end stalled, and for how long their balls were."""
+        if "time_at_resonance" not in self or "verdict" not in self or "duration" not in self.attrs:
+            return
+        which = self["outcome"].isin([FINISHED]).values & stalled(self, float(self.attrs["duration"]))
+        share, low, high = (100.0 * value for value in self.share_of(which))
+        if share > 0.0:
+            long = significant(float(np.median(self["stalled_time"].values[which])))
+            yield (
+                f"stalled at the end: a ball or the rotor in {share:.3g} % of the members (95 % from {low:.2g} to {high:.2g} %); "
+                f"half of these have had a stalled ball for {long} s or more"
+            )
 
     def spread(self) -> Iterator[str]:
         """Quantiles of the main measures, a sentence each."""
@@ -210,13 +238,14 @@ class Studied(Ensemble):
         first = [int(np.flatnonzero(where)[0]) for where in points]
         columns = [self._of_grid(name, first, unit) for name in self.grid_names()]
         columns.append(Column("members", [int((where & ran).sum()) for where in points]))
-        if "balanced" in self:
-            counts = np.array([(self["balanced"].values & where & ran).sum() for where in points])
+        stalls = "stalled" in self and bool(self["stalled"].values[ran].any())
+        for share in ("balanced", *["stalled"] * stalls) if "balanced" in self else ():
+            counts = np.array([(self[share].values.astype(bool) & where & ran).sum() for where in points])
             totals = np.array([max(int((where & ran).sum()), 1) for where in points])
             low, high = wilson_interval(counts, totals)
             columns += [
                 Column(head, 100.0 * values, "%", ".2f")
-                for head, values in (("balanced", counts / totals), ("95 % from", low), ("95 % to", high))
+                for head, values in ((share, counts / totals), ("95 % from", low), ("95 % to", high))
             ]
         for name in self._shown_numbers():
             shown = axis_unit(self[name], unit or self.shown_in)
@@ -250,6 +279,7 @@ class Studied(Ensemble):
         """Why it stopped, what was impossible, and what a member took."""
         return [
             *self._stopped(),
+            *self._stall(),
             *([str(self.attrs["passage_text"])] if self.attrs.get("passage_text") else []),
             *self._sudden(),
             *self._dependent(),

@@ -26,7 +26,7 @@ from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import axis_unit, length_text, moment_text, significant
-from autobalancer.results.verdict import NO_VERDICT, NOT_SETTLED, WORSE, wilson_interval
+from autobalancer.results.verdict import wilson_interval
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.stability.friction import held_by_friction
 from autobalancer.studies.chamber_candidates import fronts
@@ -106,10 +106,14 @@ class Designed(Answer):
         ]
 
     def answer(self) -> str:
-        """Whether any design keeps all limits, what the first one is, and whether its passage is worse than without balls."""
+        """Whether any design keeps all limits; of the first one how many runs stall, and its passage beside held balls."""
         best = self.best()
-        passage = str(best["passage"].values[0]) if best.sizes["design"] and "passage" in best else ""
-        return "; ".join(filter(None, (self._answer(best), passage)))
+        if not best.sizes["design"]:
+            return self._answer(best)
+        stall = f"stalled at the end: {self._interval(best, 'stall', 0)} % of its runs" * (
+            float(best["stall"][0]) > 0.0
+        )
+        return "; ".join(filter(None, (self._answer(best), stall, str(best["passage"].values[0]))))
 
     def _answer(self, best: xr.Dataset) -> str:
         limits = json.loads(self.attrs["limits"])
@@ -535,18 +539,8 @@ def _level(values: NDArray[np.float64], share: float) -> float:
 
 
 def stalled(studied: Studied) -> Flags:
-    """Which runs end stalled, or do not end.
-
-    A ball stalls that has not settled, was stalled and never broke away, or makes the vibration worse than without balls at the
-    end. The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
-    """
-    restless = ~np.isfinite(values_of(studied, "settling_time"))
-    hung = studied["stalled_time"].values > 0.0
-    bad = np.isin(studied["verdict"].values.astype(str), (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(
-        studied["release_speed"].values
-    )
-    stuck = studied["time_at_resonance"].values > 0.5 * float(studied.attrs["duration"])
-    return np.asarray((restless & hung & bad) | stuck | (studied["outcome"].values != FINISHED))
+    """Which runs end stalled, or do not end."""
+    return np.asarray(studied["stalled"].values.astype(bool) | (studied["outcome"].values != FINISHED))
 
 
 def balanced(studied: Studied) -> Flags:

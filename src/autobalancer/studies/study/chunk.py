@@ -20,7 +20,7 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine, Reduction
 from autobalancer.machine.part import Quantity, Question, Rate, Time, key
 from autobalancer.machine.path import dimension_of
-from autobalancer.results.answers.studied import IMPOSSIBLE
+from autobalancer.results.answers.studied import IMPOSSIBLE, stalled
 from autobalancer.results.measure_table import SWEPT, label_of
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import BALANCED as RULE_BALANCED
@@ -133,7 +133,7 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
         ).items()
         if name != "reason"
     }
-    arrays[STALLED] = (arrays["stalled_time"] > 0.0) & ~np.isfinite(arrays["settled_at"])
+    arrays[STALLED] = stalled(arrays, made.plan.end)
     return {**arrays, **more, **_columns(made)}, seconds
 
 
@@ -252,7 +252,7 @@ def attributes_of(name: str) -> dict[str, Any]:
 
 COUNTED = {
     "steps": "accepted steps",
-    STALLED: "whether a ball stalled and has not come to rest in the rotor by the end",
+    STALLED: "whether a ball or the rotor is stalled at the end",
     BALANCED_BEFORE: "whether the run was balanced before the unbalance appeared",
     "drawn_again": "how often the draw was taken again because no machine can be like that",
     "reason": "why the member is impossible, or has no number",
