@@ -550,3 +550,13 @@ def test_a_balanced_state_that_is_stable_nowhere_is_said_to_be_so_at_all_positio
         "the highest speed is below the exact border; the balanced state is not stable there at any position of the balls; "
         "take a thicker fluid"
     )
+
+
+@pytest.mark.parametrize("viscosity", [50.0, 110.0, 140.0, 200.0])
+def test_balls_are_not_captured_above_the_speed_at_which_they_are_released(tmp_path, viscosity: float) -> None:
+    # with thick oil balls in line fall back in their fold above the speed at which stalled balls part
+    (tmp_path / "drum.toml").write_text(DRUM)
+    drum = ab.with_parameter(ab.load_machine(tmp_path / "drum.toml"), "viscosity", viscosity * 1e-6)
+    release, capture = ab.stability.borders(drum, only=["release speed", "capture speed"])
+    assert capture.speed <= release.speed
+    assert ("part there and leave" in capture.note) == (capture.speed == release.speed) == (viscosity > 100.0)

@@ -56,6 +56,7 @@ from autobalancer.stability.stall.capture import (
     EXACTLY,
     GRADUAL,
     HOW,
+    LEAVE,
     PASS,
     RELEASE,
     RUN,
@@ -125,6 +126,13 @@ def release_of(
     return result
 
 
+def _at_most(capture: Border, released: float) -> Border:
+    """A capture speed that is not above the highest ``released`` speed, beyond which balls exactly in line do not stay so."""
+    if not released < capture.speed or capture.note.startswith(RUN_DOWN):
+        return capture
+    return replace(capture, speed=released, note=f"{capture.note}; {LEAVE.format(capture.speed)}")
+
+
 def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border, ...]:
     """Equal balls on a planar rotor."""
     if not all(b > 0.0 for b in p.damping):
@@ -146,7 +154,7 @@ def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border,
         if group.plain and p.isotropic
         else parted(ball, receptance, critical, folds, group.count, how)
     )
-    return (released, caught(folds, released)) if capture else (released,)
+    return (released, _at_most(caught(folds, released), released.speed)) if capture else (released,)
 
 
 def _limit(machine: Machine, p: Described) -> float:
@@ -215,7 +223,9 @@ def joint_borders(
     if why:
         return never(why, capture)
     if closed is not None:
-        return closed, *([_captured(rotor, loads, closed.speed, top, limit, runs)] if capture else [])
+        return closed, *(
+            [_at_most(_captured(rotor, loads, closed.speed, top, limit, runs), closed.speed)] if capture else []
+        )
     ranges = hanging_ranges(rotor, loads, top, limit)
     known = reached(ranges, st.critical_speeds)
     met = [one for one in known if one.begin <= limit]
@@ -236,7 +246,8 @@ def joint_borders(
     notes += unsought(loads, runs is not None)
     result = [Border(RELEASE, last.end, "; ".join([first, *others(st, loads, met, last), *notes]))]
     if capture:
-        result.append(_captured(rotor, loads, last.end, top, limit, runs))
+        highest = max(last.end, *(one.end for one in ranges))  # also of those that a run-up does not meet
+        result.append(_at_most(_captured(rotor, loads, last.end, top, limit, runs), highest))
     return tuple(result)
 
 
