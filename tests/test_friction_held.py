@@ -134,7 +134,7 @@ def test_worst_and_typical_residual_of_random_machines_are_those_of_simulated_on
         left = np.abs(p.fixed_load + (p.moment * np.exp(1j * angles)).sum(axis=1))
         assert said.median_residual == pytest.approx(float(np.median(left)), rel=0.2)  # of 250 starts
         assert (left < said.residual_95).mean() == pytest.approx(0.95, abs=0.05)
-        trapped = left > said.worst_residual
+        trapped = left > said.sticking_residual
         assert trapped.mean() == pytest.approx(said.trapped_share, abs=0.06)
         assert (
             left[trapped] > 0.8 * said.required
@@ -205,8 +205,8 @@ def test_friction_and_an_eccentric_race_hold_more_than_each_alone_and_no_run_exc
     p, speed = plane(off), 4000 * math.pi / 30
     assert both.eccentric_residual == pytest.approx(25e-6 * abs(p.dynamic_stiffness(speed)) / speed**2, rel=1e-9)
     rising = ab.basin(off, speed, random=4, acceleration=7.0)["residual_unbalance"].values
-    assert (rising > both.eccentric_residual + centered.worst_residual).all()  # the numbers one by one say less
-    assert (rising < both.worst_residual).all()
+    assert (rising > both.eccentric_residual + centered.sticking_residual).all()  # the numbers one by one say less
+    assert (rising < both.sticking_residual).all()
     # released at rest: the residual of a run contains what the eccentric race leaves
     left = ab.basin(off, speed, random=200)["residual_unbalance"].values
     assert both.median_residual == pytest.approx(float(np.median(left)), rel=0.2)
@@ -237,9 +237,12 @@ def test_no_row_says_a_bound_that_trapped_starts_exceed() -> None:
     found = ab.stability.held_by_friction(with_value_at(parse_machine(OFF), f"{RACE}.eccentricity", 0.0)).planes[0]
     said = dict(found.rows)
     assert found.trapped_share > 0.0
-    assert found.greatest_residual > found.worst_residual
-    assert said["residual"].endswith("if the balls stick before they reach balance")
-    assert said["trapped"].endswith(f"with up to {moment_text(found.greatest_residual)}")
+    assert found.greatest_residual > found.sticking_residual
+    assert (
+        said["sticking"]
+        == f"residual at most {moment_text(found.sticking_residual)} where balls stick on their way to balance"
+    )
+    assert said["trapped"].endswith(f"the greatest residual of all starts: {moment_text(found.greatest_residual)}")
 
 
 # what is said -----------------------------------------------------------------------------------------------------------
@@ -251,7 +254,7 @@ def test_a_soft_fast_rotor_with_ordinary_friction_is_told_that_its_balls_will_no
     said = ab.stability.held_by_friction(fast)
     assert said.planes[0].holds
     assert "WILL NOT MOVE" in said.planes[0].sentence
-    assert said.planes[0].worst_residual == pytest.approx(
+    assert said.planes[0].sticking_residual == pytest.approx(
         abs(plane(fast).unbalance) + plane(fast).moment.sum(), rel=1e-9
     )
     run = ab.simulate(fast, duration=3.0)
@@ -259,13 +262,13 @@ def test_a_soft_fast_rotor_with_ordinary_friction_is_told_that_its_balls_will_no
     assert np.abs(moved).max() < 1e-9
     low = ab.stability.held_by_friction(machine(1e-5)).planes[0]
     assert not low.holds
-    assert low.worst_residual < 0.05 * abs(plane(fast).unbalance)
+    assert low.sticking_residual < 0.05 * abs(plane(fast).unbalance)
 
 
-def test_below_the_critical_speed_the_worst_residual_is_that_of_unbalance_and_balls_together() -> None:
+def test_below_the_critical_speed_the_residual_is_that_of_unbalance_and_balls_together() -> None:
     rough = machine(1e-4)
     said, p = ab.stability.held_by_friction(rough, 30.0).planes[0], plane(rough)
-    assert said.worst_residual == pytest.approx(abs(p.unbalance) + p.moment.sum(), rel=1e-9)
+    assert said.sticking_residual == pytest.approx(abs(p.unbalance) + p.moment.sum(), rel=1e-9)
     assert said.median_residual > 1.5 * said.required
 
 
@@ -303,7 +306,7 @@ def test_check_says_what_friction_holds_in_short_rows_and_borders_only_the_first
     ab.save_machine(machine(1e-4), rough)
     held = ab.stability.held_by_friction(machine(1e-4))
     rows = friction_rows(held, rpm_text)
-    assert [name.strip() for name, _ in rows] == ["friction", "residual", "starts", "trapped", "places"]
+    assert [name.strip() for name, _ in rows] == ["friction", "sticking", "starts", "trapped", "places"]
     assert all(text.count(",") < 3 and len(text) < 160 for _, text in rows)
     said = CliRunner().invoke(app, ["borders", str(rough)], catch_exceptions=False).output
     assert "friction: at" in said

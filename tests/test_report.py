@@ -100,10 +100,10 @@ def test_places_that_balls_take_at_a_low_speed_count_only_if_the_drive_leaves_th
         assert found.friction_settled is not None
         assert found.friction_settled.planes[0].carried_on is carried
         held = found.friction if carried else found.friction_settled
-        *_, (_, below, _), (_, worst, condition) = machine_pages.worst_residuals(found, "600 g mm")
+        *_, (_, below, _), (_, worst, condition) = machine_pages.residuals_left(found, "600 g mm")
         assert speed in condition
         assert below == held.planes[0].residual_95
-        assert worst >= held.planes[0].worst_residual
+        assert worst >= held.planes[0].sticking_residual
 
 
 def test_a_capability_at_the_limit_is_hardly_enough() -> None:
@@ -119,6 +119,13 @@ def test_a_capability_at_the_limit_is_hardly_enough() -> None:
         assert text in str(page.blocks[-1])
         if word == "hardly":
             assert "Look at: capability of the balls, all races (hardly)" in str(blocks.first_page([page]).blocks[0])
+
+
+def test_a_run_that_is_partly_balanced_is_not_enough() -> None:
+    page = blocks.Section(
+        "Run-up", decisive=[blocks.Decisive("is one run-up balanced?", "partly balanced: 45 %", "partly")]
+    )
+    assert "Not enough: is one run-up balanced: partly balanced: 45 %." in str(blocks.first_page([page]).blocks[0])
 
 
 def test_small_changes_are_those_of_the_closed_forms(page: str) -> None:

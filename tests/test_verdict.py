@@ -204,6 +204,7 @@ def test_a_shaken_machine_is_compared_with_its_run_with_held_balls() -> None:
     assert "hold_balls" in ab.verdict(run).because
     found = ab.verdict(run, ab.simulate(shaken, duration=15.0, hold_balls=True))
     assert found.word in ("partly balanced", "not balanced")  # the balls do nothing against the base
+    assert str(found).splitlines()[0].endswith("of that without balls (balanced is up to 10 %)")
     assert found.residual_share < 0.05
 
 

@@ -163,7 +163,7 @@ def _held(machine: Machine) -> np.ndarray:
             machine = ab.with_parameter(machine, "balancers[1].races[1].resolved.rest_speed", "1 mm/s")
         machine = ab.with_parameter(machine, "balancers[1].races[1].friction", {"rolling_resistance": 2e-4})
     planes = ab.stability.held_by_friction(machine, SPEED).planes
-    return np.array([[plane.worst_residual, plane.median_residual] for plane in planes])
+    return np.array([[plane.sticking_residual, plane.median_residual] for plane in planes])
 
 
 def _tried(machine: Machine) -> dict[str, Any]:

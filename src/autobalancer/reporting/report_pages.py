@@ -28,7 +28,7 @@ from autobalancer.plots.studies import study as study_picture
 from autobalancer.progress import silent
 from autobalancer.results.answers.studied import Ensemble, Studied
 from autobalancer.results.display_units import length_text, moment_text, significant
-from autobalancer.results.verdict import BALANCED, verdict_lines
+from autobalancer.results.verdict import BALANCED, PARTLY, verdict_lines
 from autobalancer.sketch import machine as sketch
 from autobalancer.stability.maps.stability_map import map as stability_map
 from autobalancer.stability.summary import Summary
@@ -90,7 +90,7 @@ class Decisive:
     condition: str = ""  # of which unbalance, temperature, share of which runs
 
 
-YES, NO = "yes", "NO"
+YES, NO, SOMEWHAT = "yes", "NO", "partly"
 WIDE = (True, True, True, False, False)  # columns of the first page
 
 
@@ -125,10 +125,10 @@ def first_page(pages: Sequence[Section]) -> Section:
     known = [
         (one, f"{number} {section.title}") for number, section in enumerate(pages, start=2) for one in section.decisive
     ]
-    ranks = {NO: 0, YES: 2, "-": 3}
+    ranks = {NO: 0, SOMEWHAT: 0, YES: 2, "-": 3}
     known.sort(key=lambda pair: ranks.get(pair[0].enough, 1))
     rows = [(one.question, one.found, one.condition, one.enough, where) for one, where in known]
-    missed = [f"{one.question}: {one.found}" for one, _ in known if one.enough == NO]
+    missed = [f"{one.question.rstrip('?')}: {one.found}" for one, _ in known if ranks.get(one.enough) == 0]
     said = f"Not enough: {'; '.join(missed)}." if missed else "Nothing that was asked for is missed."
     left = [f"{one.question} ({one.enough})" for one, _ in known if one.enough not in ranks]
     said += f" Look at: {'; '.join(left)}." if left else ""
@@ -341,7 +341,7 @@ def quality_page(summary: Summary, settled: float, grade: float | None, command:
     rows = [
         ("without balancing", service.unbalance, ""),
         (SETTLED, settled, f"one run-up with {size}, from the start of the machine file"),
-        *worst_residuals(summary, size),
+        *residuals_left(summary, size),
     ]
     allowed = math.inf if grade is None else permissible_unbalance(grade, mass, service.speed)
     known = [row for row in rows if math.isfinite(row[1])]
@@ -357,6 +357,12 @@ def quality_page(summary: Summary, settled: float, grade: float | None, command:
             Paragraph(f"G {grade:g} at {rpm_and_si(service.speed)} permits {moment_text(allowed)}.", strong=True)
         )
     page.blocks.append(Rows(heads, tuple(cells), (False, True, True, False, False)[: len(heads)]))
+    if grade is not None and summary.friction is not None and summary.friction.planes:
+        page.blocks.append(
+            Paragraph(
+                "For every start the greatest residual decides, for 95 % of the starts the one that these end below."
+            )
+        )
     for row, (_, value, condition) in list(zip(cells, known, strict=True))[1:]:
         requested = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(value <= allowed)
         page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", requested, condition))
@@ -367,7 +373,7 @@ def _quality_row(name: str, unbalance: float, grade: float) -> tuple[str, ...]:
     return name, moment_text(unbalance), significant(grade), grade_name(grade)
 
 
-def worst_residuals(summary: Summary, size: str) -> list[tuple[str, float, str]]:
+def residuals_left(summary: Summary, size: str) -> list[tuple[str, float, str]]:
     """What eccentric races and friction may leave, and of what; ``size`` is the unbalance in words."""
     rows = []
     if summary.off_center is not None and len(summary.off_center.planes) == 1:
@@ -385,8 +391,12 @@ def worst_residuals(summary: Summary, size: str) -> list[tuple[str, float, str]]
         rows.append(
             ("95 % of the balls that friction stops end below", stuck.residual_95, f"{at}; {held.starts} starts")
         )
-        worst = max(stuck.worst_residual, stuck.greatest_residual)
-        rows.append(("worst that friction and eccentricity hold", worst, at))
+        most = max(stuck.sticking_residual, stuck.greatest_residual)
+        stick = f"{at}; balls that stick on their way to balance leave at most {moment_text(stuck.sticking_residual)}"
+        trapped = f", {100.0 * stuck.trapped_share:.2g} % of the starts end farther away, trapped" * (
+            stuck.trapped_share > 0.0
+        )
+        rows.append(("greatest of all balls that friction stops", most, stick + trapped))
     return rows
 
 
@@ -483,7 +493,8 @@ def run_page(run: xr.Dataset, held: xr.Dataset, command: str) -> Section:
     headline, rows, notes = verdict_lines(judged, rpm_and_si)
     page = Section("Run-up", [Paragraph(headline, strong=True)], command)
     about = "one run of the machine file"
-    page.decisive.append(Decisive("one run-up", headline.partition(";")[0], yes_or_no(judged.word == BALANCED), about))
+    enough = SOMEWHAT if judged.word == PARTLY else yes_or_no(judged.word == BALANCED)
+    page.decisive.append(Decisive("is one run-up balanced?", headline.partition(";")[0], enough, about))
     page.blocks.append(
         drawing(
             run_up(run, held=held), "Rotor and ball speeds, deflection (shaded) and ball angles in the rotor over time."

@@ -676,6 +676,8 @@ def headline(verdict: Verdict, speed_text: Callable[[float], str] = rpm_text) ->
     """The verdict in a sentence, with balls that stall, and the greatest deflection where balls made it much greater."""
     stalled = _stalled(verdict, speed_text)
     vibration = f"vibration {share_text(verdict.ratio)} of that without balls"
+    if verdict.word in (PARTLY, NOT):
+        vibration += f" (balanced is up to {100.0 * MEASURES_LIMITS[0]:.0f} %)"
     if verdict.word in WORDS[:4]:
         beside = f"; {verdict.because}" if verdict.because else ""
         return worded(f"{verdict.word}{stalled}{_transient(verdict)}: {vibration}{beside}", verdict.bodies)

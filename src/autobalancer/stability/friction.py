@@ -180,8 +180,10 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
     greatest = np.max([alone, *below], axis=0)
     residual, held_back = np.abs(whirl @ stiff.T), np.abs((whirl + center) @ stiff.T)
     total = needed + np.bincount(races.place, races.moment, needed.size)
-    most = total if yields(st, speed) else _worst(races, stiff, centered, held)  # else balls gather on the heavy side
-    worst = np.minimum(most + eccentric, total)
+    most = (
+        total if yields(st, speed) else _sticking(races, stiff, centered, held)
+    )  # else balls gather on the heavy side
+    sticking = np.minimum(most + eccentric, total)
     planes = []
     for place, name in enumerate(st.names):
         here = races.place == place
@@ -199,7 +201,7 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
                 required=float(needed[place]),
                 capability=float(st.capability[place]),
                 held_residual=min(loads, float(total[place])),
-                worst_residual=float(worst[place]),
+                sticking_residual=float(sticking[place]),
                 eccentric_residual=float(eccentric[place]),
                 greatest_residual=float(residual[:, place].max()),
                 median_residual=float(np.median(residual[:, place])),
@@ -221,7 +223,7 @@ def _held(races: Races, place: int, weight: float) -> float:
     return max(held_whirl(orbit, mu, weight=weight) for orbit, mu in kinds)
 
 
-def _worst(races: Races, stiff: Complexes, needed: Floats, held: Floats) -> Floats:
+def _sticking(races: Races, stiff: Complexes, needed: Floats, held: Floats) -> Floats:
     """Largest residuals at which balls stop; whirls of other planes change what a plane needs, so that all are found together."""
     count = needed.size
     whirl = np.maximum(held, 0.0)
@@ -322,11 +324,11 @@ class HeldPlane:
     ``held_whirl``: distance of the race from the axis of rotation below which no ball at rest moves, at any angle.
     ``unbalance_whirl``: what the unbalance, and the eccentricity of the race, make there while the balls are spread evenly,
     and ``largest_whirl`` the greatest at a critical speed on the way up. ``held_residual``: residual unbalance that makes the
-    held whirl; the balls may rest at any smaller one. ``worst_residual``: the largest at which they can stop on their way to
+    held whirl; the balls may rest at any smaller one. ``sticking_residual``: the largest at which they can stop on their way to
     balance, with ``eccentric_residual``, which a race off the axis leaves without friction, too. ``median_residual`` and
     ``residual_95``: half, and 95 %, of the balls released at rest at this constant speed at random places end below,
-    ``greatest_residual`` all of them; ``trapped_share`` of them are held farther from balance than the worst, with balls in
-    line that balance next to nothing.
+    ``greatest_residual`` all of them; ``trapped_share`` of them are held farther from balance than balls stick on their way,
+    with balls in line that balance next to nothing.
     ``rest_interval``: to each side of its balanced place a ball stays within it while the others stand right.
     ``heavy_interval``: balls that stand within it about the heavy place all stay there, and add to the unbalance. Angles in rad.
     ``greatest_acceleration``: of the rotor, rad/s^2, up to which adherence alone takes a ball along that rests.
@@ -343,7 +345,7 @@ class HeldPlane:
     required: float
     capability: float
     held_residual: float
-    worst_residual: float
+    sticking_residual: float
     median_residual: float
     residual_95: float
     eccentric_residual: float
@@ -372,11 +374,13 @@ class HeldPlane:
             f"the unbalance of {moment_text(self.required)} {'and the eccentricity' if off else 'alone'} "
             f"{'make' if off else 'makes'} {length_text(self.unbalance_whirl)}"
         )
-        result = [("", first), ("residual", self._worst), ("starts", self._starts)]
+        result = [("", first), ("sticking", self._sticking), ("starts", self._starts)]
         if self.trapped_share > 0.0:
             ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
             share = f"{100.0 * self.trapped_share:.2g} % of them end {ended}"
-            result.append(("trapped", f"{share}, with up to {moment_text(self.greatest_residual)}"))
+            result.append(
+                ("trapped", f"{share}, the greatest residual of all starts: {moment_text(self.greatest_residual)}")
+            )
         if not self.holds:
             near = f"each ball rests within {_deg(self.rest_interval)} of its balanced place"
             return *result, (
@@ -394,7 +398,7 @@ class HeldPlane:
     def settled_rows(self) -> tuple[tuple[str, str], ...]:
         """What is left if the balls settle at this speed, and the speed then rises without moving them."""
         rise = f"they keep these places only if the speed rises slower than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
-        return ("", f"balls that settle there: {self._worst}"), ("starts", self._starts), ("rise", rise)
+        return ("", f"balls that settle there: {self._sticking}"), ("starts", self._starts), ("rise", rise)
 
     @property
     def sentence(self) -> str:
@@ -407,11 +411,11 @@ class HeldPlane:
         return "; ".join(text for _, text in self.settled_rows)
 
     @property
-    def _worst(self) -> str:
-        worst = moment_text(self.worst_residual)
+    def _sticking(self) -> str:
+        most = moment_text(self.sticking_residual)
         if self.holds:
-            return f"at most {worst}, unbalance and balls together"
-        where = f"at worst {worst}, if the balls stick before they reach balance"
+            return f"residual at most {most}, unbalance and balls together"
+        where = f"residual at most {most} where balls stick on their way to balance"
         if self.eccentric_residual > 0.0:
             where += f"; {moment_text(self.eccentric_residual)} of it is left by the eccentric race, and friction holds the rest"
         return where
