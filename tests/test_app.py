@@ -402,7 +402,7 @@ def test_every_plane_and_every_ball_of_a_run_has_its_measures_its_picture_and_it
     job.begun = time.monotonic()
     name = archive.simulate(example_text("two_plane_rotor"), job, duration="0.3 s")
     run, kept = archive.run(name), archive.entry(name).measures
-    found = ab.measures(run)
+    found = ab.run_measures(run)
     for measure, of, names in (
         ("residual_unbalance", "plane", ["lower", "upper"]),
         ("vibration", "place", ["lower", "upper", "support 1", "support 2"]),
@@ -578,7 +578,7 @@ for path in root.rglob("__init__.py"):
         print(name)
 machine = example("stall_and_release")
 run = ab.simulate(machine, duration=0.1, progress=False)
-ab.measures(run)
+ab.run_measures(run)
 ab.save_run(run, sys.argv[1])
 ab.load_run(sys.argv[1])
 svg_of(lambda: ab.plot.machine(machine), "drawing")

@@ -248,7 +248,7 @@ DOORS: dict[str, tuple[Any, str]] = {
     "load_run": (lambda: ab.load_run(None), r"path: given None \(NoneType\); give the path of a file"),  # type: ignore[arg-type]
     "load_machine": (lambda: ab.load_machine(3), r"path: given 3 \(int\); give the path of a file"),  # type: ignore[arg-type]
     "save_machine": (lambda: ab.save_machine(ab.example("design"), "a\0b.toml"), "has no zero character"),
-    "measures": (lambda: ab.measures(None), "measures: given a NoneType; it measures a run"),  # type: ignore[arg-type]
+    "run_measures": (lambda: ab.run_measures(None), "run_measures: given a NoneType; it measures a run"),  # type: ignore[arg-type]
     "verdict": (lambda: ab.verdict(3), "verdict: given a int; it measures a run"),  # type: ignore[arg-type]
     "save": (
         lambda: ab.simulate(ab.example("design"), duration="1 ms", save=None),

@@ -134,10 +134,10 @@ def test_the_longest_jobs_begin_first_and_answers_keep_their_order() -> None:
 
 def test_measures_of_an_archived_run_open_each_part_once(tmp_path: Path) -> None:
     run = archived_run(Archive(tmp_path), "one", MACHINE, **ASKED)
-    read, wanted = run.samples(READ), ab.measures(run.samples())
+    read, wanted = run.samples(READ), ab.run_measures(run.samples())
     for part in run.parts():
         part.unlink()
-    xr.testing.assert_identical(ab.measures(read), wanted)
+    xr.testing.assert_identical(ab.run_measures(read), wanted)
 
 
 def test_a_run_that_filled_the_disk_goes_on_when_there_is_room(whole: xr.Dataset, tmp_path: Path) -> None:
@@ -165,8 +165,8 @@ def test_a_finished_run_is_measured_again_over_another_time_but_not_run_again(tm
     run = archived_run(
         Archive(tmp_path), "one", MACHINE, duration=0.05, last=0.03, progress=lambda now, end: pytest.fail("ran again")
     )
-    wanted = ab.measures(run.samples(), last=0.03)
-    short = ab.measures(run.samples(), last=0.01)
+    wanted = ab.run_measures(run.samples(), last=0.03)
+    short = ab.run_measures(run.samples(), last=0.01)
     kept = Archive(tmp_path).run("one").note.measures["vertical_amplitude"]
     assert kept == pytest.approx(float(wanted["vertical_amplitude"]), rel=1e-12)
     assert kept != pytest.approx(float(short["vertical_amplitude"]), rel=1e-3)

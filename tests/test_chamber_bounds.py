@@ -134,7 +134,7 @@ def test_gravity_swings_balanced_balls_and_leaves_at_least_the_residual_of_the_c
         contact=CONTACT | {"rolling_arm": arm},
         chamber={"drag": 0.3},
     )
-    left = float(ab.measures(ab.simulate(machine, duration=2.6), last=0.2)["residual_unbalance"])
+    left = float(ab.run_measures(ab.simulate(machine, duration=2.6), last=0.2)["residual_unbalance"])
     bound = ab.chamber.bounds(machine).swung_residual
     assert 0.99 * bound <= left <= (1.1 if arm else 1.01) * bound
     assert bound == pytest.approx(swung_residual(2.0 * MASS, swing(G, SPEED, arm / SIZE * SPEED**2 * PATH)))
@@ -151,7 +151,7 @@ def test_what_the_balls_cannot_balance_is_left_in_a_run() -> None:
     machine = machine.model_copy(update={"chambers": (chamber.model_copy(update={"balls": (balls,)}),)})
     bounds = ab.chamber.bounds(machine)
     run = ab.simulate(machine, duration=1.5)
-    measured = ab.measures(run, last=0.2)
+    measured = ab.run_measures(run, last=0.2)
     assert bounds.least_residual == pytest.approx(0.4 * most, rel=1e-6)
     assert float(measured["residual_unbalance"]) == pytest.approx(bounds.least_residual, rel=2e-3)
     vibration = max(float(measured["vertical_amplitude"]), float(measured["horizontal_amplitude"]))
@@ -174,7 +174,7 @@ def test_no_motor_passes_the_critical_speed_sooner_than_it_turns_the_rotor_alone
 def test_the_race_force_and_the_weight_on_the_bearings_are_those_of_a_run() -> None:
     machine = two_balls(math.sqrt(2.0) * MASS * PATH, 0.0, gravity=[0.0, 0.0, -G], chamber={"drag": 0.3})
     run, bounds = ab.simulate(machine, duration=0.5), ab.chamber.bounds(machine)
-    measured = ab.measures(run, last=0.1)
+    measured = ab.run_measures(run, last=0.1)
     assert float(measured["hardest_contact"]) >= bounds.race_force
     mean = -run["bearing_force"].transpose("time", ..., "axis").values[-100:, :, 2].mean(axis=0)
     assert abs(mean).max() >= 0.99 * bounds.least_bearing_force

@@ -87,7 +87,7 @@ def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine() ->
     assert float(made.contact.friction) == float(best["friction"])
     assert sum(part.size for part in made.unbalances) == pytest.approx(0.06)
     assert "Assumed: a friction" in made.description
-    again = ab.measures(ab.simulate(made, duration=0.1, sample=1e-3, seed=0), last=0.01)
+    again = ab.run_measures(ab.simulate(made, duration=0.1, sample=1e-3, seed=0), last=0.01)
     run = best.sel(unbalance=0.06, seed=0)
     assert float(again["residual_unbalance"]) == pytest.approx(float(run["residual_unbalance"]), rel=1e-6)
 
@@ -147,7 +147,7 @@ def test_a_row_of_balls_along_the_axis_is_lifted_by_no_less_friction_than_one_ba
         assert bounds.shaking > 1.0
         assert bool(ruled_out(bounds, {"pick_up": 0.5})) == (bounds.axial_rows == 1)
         run = ab.simulate(machine, duration=4.0, seed=1)
-        carried[bounds.axial_rows] = float(ab.measures(run, last=0.5)["share_carried"])
+        carried[bounds.axial_rows] = float(ab.run_measures(run, last=0.5)["share_carried"])
     assert carried[1] == 0.0
     assert carried[3] > 0.0
 
@@ -161,7 +161,7 @@ def test_so_little_friction_lifts_no_ball_of_a_calm_machine() -> None:
             contact=small_machine().contact.model_dump() | {"friction": 0.3},
         )
         assert ruled_out(ab.chamber.bounds(machine), {"pick_up": 0.5})
-        assert float(ab.measures(ab.simulate(machine, duration=1.5), last=0.3)["share_carried"]) == 0.0
+        assert float(ab.run_measures(ab.simulate(machine, duration=1.5), last=0.3)["share_carried"]) == 0.0
 
 
 def test_a_liquid_that_turns_with_the_chamber_lifts_balls_without_friction() -> None:

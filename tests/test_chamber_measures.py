@@ -46,12 +46,12 @@ def test_a_run_whose_speed_still_changes_has_no_numbers_of_a_steady_state() -> N
     faster = RUN.assign(speed=RUN["speed"] * np.linspace(0.5, 1.0, RUN["time"].size))
     steady = ("vertical_amplitude", "vertical_synchronous", "rotation_amplitude", "residual_unbalance", "vertical_peak")
     for run, known in ((RUN, True), (faster, False)):
-        found = ab.measures(run, unbalance=0.008)
+        found = ab.run_measures(run, unbalance=0.008)
         assert all(np.isfinite(found[name]) == known for name in steady)
         assert found["vertical_amplitude"].attrs["units"] == "m"
         assert np.isfinite(found["hardest_contact"])
         assert np.isfinite(found["bearing_1_rms"]).values.tolist() == [True, known]
-    assert np.isfinite(ab.measures(faster, last=1.0)["vertical_amplitude"])
+    assert np.isfinite(ab.run_measures(faster, last=1.0)["vertical_amplitude"])
 
 
 def test_vibration_at_another_frequency_is_not_synchronous() -> None:
@@ -247,7 +247,7 @@ def test_the_verdict_on_deep_chambers_counts_settling_from_the_end_of_the_run_up
         assert after.duration == pytest.approx(max(at - end, 0.0), abs=0.01)
         assert after.counted_from == "end of the run-up"
         driven = run.assign(speed=run["speed"] * (0.5 + 0.5 * ramp))
-        measured = ab.measures(driven)
+        measured = ab.run_measures(driven)
         assert str(measured["counted_from"].values) == after.counted_from
         for told in (float(measured["settling_time"]), chamber_row(driven, [], 10)["settling_time"]):
             assert told == pytest.approx(after.duration, abs=1e-9)

@@ -100,7 +100,7 @@ def test_balls_that_may_pass_through_each_other_may_start_in_one_place() -> None
     run = ab.simulate(in_line())
     assert np.ptp(run["ball_angle_in_rotor"].values[0]) == 0.0
     assert run.attrs["mass_spread"] == 1e-6
-    assert np.ptp(np.asarray(ab.measures(run)["final_ball_angle_to_unbalance"])) > math.radians(60.0)
+    assert np.ptp(np.asarray(ab.run_measures(run)["final_ball_angle_to_unbalance"])) > math.radians(60.0)
     assert float(run["residual_unbalance"][-1]) < 0.02 * float(run["unbalance"][-1])
 
 

@@ -185,7 +185,7 @@ WIDE = (
     "example",
     "keys",
     "keys balancers.races",
-    "measures stall.nc",
+    "run-measures stall.nc",
     'measures runs/one --last "0.01 s"',
     "plot stall.nc --kind race --out pictures",
     'animate stall.nc --out stall.gif --seconds "0.2 s" --fps 10',

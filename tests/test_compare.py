@@ -27,7 +27,7 @@ def three():
 
 def test_a_row_has_the_measures_of_the_machine_by_itself(three):
     run = ab.simulate(PLAIN, tolerance=1e-7, save=[ab.Envelope(500), ab.LastRevolutions()])
-    alone = ab.measures(run)
+    alone = ab.run_measures(run)
     row = three.sel(machine="Plain race")
     assert float(row["peak_deflection"]) == float(alone["peak_deflection"])
     assert float(row["settling_time"]) == float(alone["settling_time"].max())
@@ -50,7 +50,7 @@ def test_below_the_critical_speed_free_balls_add_to_the_unbalance_and_pins_keep_
 def test_a_passage_that_balls_make_worse_stands_beside_the_verdict(three):
     ratio = three["peak_deflection"] / three["peak_without_balls"]
     held = ab.simulate(PLAIN, hold_balls=True, tolerance=1e-7, save=[ab.Envelope(500), ab.LastRevolutions()])
-    assert float(three["peak_without_balls"][0]) == float(ab.measures(held)["peak_deflection"])
+    assert float(three["peak_without_balls"][0]) == float(ab.run_measures(held)["peak_deflection"])
     assert ratio.values == pytest.approx([2.25, 1.0, 1.36], abs=0.01)  # pins keep the balls apart until they balance
     (words,) = (column.values for column in three.columns() if column.head == "verdict")
     assert list(words) == [

@@ -128,7 +128,7 @@ def test_an_archived_run_of_cylinders_is_the_run_and_goes_on_to_the_same_bits(tm
     assert run.samples()["ball_length"].values == pytest.approx(np.full(10, 0.03))
     assert Archive(tmp_path).runs("body == 'cylinder'").sizes["run"] == 1
     assert "cylinders" in " ".join(ab.verdict(whole).notes)
-    told = ab.measures(whole)
+    told = ab.run_measures(whole)
     assert "tilting" in told
     texts = [one.attrs["long_name"] for one in told.data_vars.values()]
     assert "settling time of the last cylinder, from the end of the run-up" in texts
@@ -147,7 +147,7 @@ def test_runs_of_balls_have_nothing_of_cylinders() -> None:
     run = simulate_chamber(ab.example("deep_chamber"), duration=0.01, step=1e-6, sample=1e-4, settle=False)
     assert "ball_length" not in run.coords
     assert "tilting" not in run
-    assert "tilting" not in ab.measures(run)
+    assert "tilting" not in ab.run_measures(run)
 
 
 def test_a_cylinder_seen_from_the_side_is_a_rectangle_and_from_the_end_a_circle() -> None:

@@ -43,7 +43,7 @@ def members(machine: Any, columns: Any, **more: Any) -> Any:
 
 def same(found: Any, number: int, run: Any) -> None:
     """The member is the run, digit for digit."""
-    measured = ab.measures(run)
+    measured = ab.run_measures(run)
     assert found["steps"].values[number] == run.attrs["steps"]
     for name in ("peak_deflection", "peak_speed", "time_near_peak", "residual_vibration"):
         assert found[name].values[number] == float(measured[name]), name

@@ -64,7 +64,7 @@ def test_a_run_that_ended_at_once_has_no_measures_but_an_outcome(tmp_path: Path)
         run = ab.simulate(damped(tmp_path, "1e25 N*s/m"), duration=0.1)
     assert run.attrs["outcome"] == "step too small"
     with pytest.raises(QuestionError, match="ended before its first sample"):
-        ab.measures(run)
+        ab.run_measures(run)
 
 
 def test_a_stiff_ball_is_named_before_the_run() -> None:

@@ -44,7 +44,7 @@ def test_every_impact_on_a_partition_has_its_time_and_its_speed() -> None:
     energies = 0.5 * ROLLING * MASS * ORBIT**2 * speeds[:count] ** 2
     np.testing.assert_allclose(run["impact_loss"], energies * (1.0 - LEFT**2), rtol=2e-4)
     assert run["impact_partner"].values.tolist() == [0] * count
-    measured = ab.measures(run)
+    measured = ab.run_measures(run)
     assert float(measured["impact_power"]) == pytest.approx(energies.sum() * (1.0 - LEFT**2) / 2.5, rel=2e-4)
     assert float(measured["impacts"]) == count
     assert float(measured["greatest_impulse"]) == pytest.approx(
@@ -99,7 +99,7 @@ def test_balls_of_a_chamber_count_their_impacts() -> None:
     run = ab.simulate(machine, duration=0.02, sample=1e-3)
     assert float(run["impact_speeds"].sum()) == pytest.approx(0.8, rel=1e-3)
     assert float(run["impact_energies"].sum()) == pytest.approx(0.25 * MASS * 0.8**2, rel=2e-3)
-    measured = ab.measures(run, last=0.005).sel(stage="transient")
+    measured = ab.run_measures(run, last=0.005).sel(stage="transient")
     assert float(measured["impact_speed"]) == pytest.approx(0.8, rel=1e-3)
     assert float(measured["impact_rate"]) == pytest.approx(1.0 / 0.014, rel=1e-9)  # one up to the sample before the end
     assert float(measured["impact_power"]) * 0.014 == pytest.approx(0.25 * MASS * 0.8**2 * (1.0 - LEFT**2), rel=5e-3)
@@ -112,7 +112,7 @@ def test_a_sweep_measures_impacts_as_a_run_does() -> None:
     )  # fmt: skip
     path = "balancers[1].races[1].contact.restitution"
     swept = ab.sweep(machine, {path: [0.4, LEFT]}, duration=2.5, tolerance=1e-8, progress=False, workers=1)
-    one = ab.measures(ab.simulate(machine, duration=2.5))
+    one = ab.run_measures(ab.simulate(machine, duration=2.5))
     for name in ("impacts", "impact_speed", "impact_power", "late_impact_rate"):
         assert float(swept[name][1]) == pytest.approx(float(one[name]), rel=1e-6), name
     assert int(swept["impacts"][0]) < int(swept["impacts"][1])
@@ -126,7 +126,7 @@ def test_impacts_are_drawn_kept_and_measured_on_the_command_line(tmp_path: Path)
     assert sum(len(line.get_xdata()) for line in dots) == run.sizes["impact"]
     file = tmp_path / "run.nc"
     ab.save_run(run, file)
-    shown = CliRunner().invoke(app, ["measures", str(file)])
+    shown = CliRunner().invoke(app, ["run-measures", str(file)])
     assert "impact_power" in shown.output
     picture = tmp_path / "impacts.png"
     assert CliRunner().invoke(app, ["plot", str(file), "--kind", "impacts", "--out", str(picture)]).exit_code == 0

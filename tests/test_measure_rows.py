@@ -110,13 +110,13 @@ def test_a_rotor_crosses_the_range_of_its_resonance_as_fast_as_its_ramp() -> Non
     machine = ab.with_parameter(
         load_machine(MACHINES / "stall_and_release.toml"), "drive", {"kind": "speed", "profile": ramp}
     )
-    found = ab.measures(ab.simulate(machine, duration=3.0, save=ab.Envelope(77)))
+    found = ab.run_measures(ab.simulate(machine, duration=3.0, save=ab.Envelope(77)))
     assert float(found["time_at_resonance"]) == pytest.approx(0.2 * 250.0 / 250.0, rel=1e-9)  # w_c = 250 rad/s
 
 
 def test_a_stalled_ball_is_late_by_the_time_between_the_critical_speed_and_its_release() -> None:
     run = ab.simulate(MACHINES / "stall_and_release.toml", save=[ab.Samples(20_001), ab.Envelope(500)])
-    found = ab.measures(run)
+    found = ab.run_measures(run)
     speed, time = run["speed"].values, run["time"].values
     released = np.interp(found["release_speed"].values, speed[time <= 15.0], time[time <= 15.0])
     np.testing.assert_allclose(found["release_time"], released, rtol=1e-9)
@@ -130,5 +130,5 @@ def test_a_stalled_ball_is_late_by_the_time_between_the_critical_speed_and_its_r
 def test_the_greatest_force_on_a_support_is_that_of_its_spring_and_damper_at_the_peak() -> None:
     run = ab.simulate(MACHINES / "stall_and_release.toml", duration=10.0, hold_balls=True)
     spring, damper = 625_000.0 * float(run["deflection"].max()), 100.0 * 250.0 / 625_000.0  # share of it near resonance
-    found = float(ab.measures(run)["peak_force"][0])
+    found = float(ab.run_measures(run)["peak_force"][0])
     assert spring < found < spring * (1.0 + damper**2)

@@ -57,7 +57,7 @@ def test_a_rotor_of_one_resonance_moves_like_the_planar_rotor() -> None:
     modal = planar.model_copy(update={"rotor": ModalRotor(resonances=(one,))})
     assert exact_border(modal) == pytest.approx(exact_border(planar), rel=1e-9)
     runs = [ab.simulate(machine, duration=40.0) for machine in (planar, modal)]
-    first, second = (ab.measures(run)["peak_deflection"].values for run in runs)
+    first, second = (ab.run_measures(run)["peak_deflection"].values for run in runs)
     assert second == pytest.approx(first, rel=1e-6)
 
 

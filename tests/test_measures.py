@@ -83,10 +83,10 @@ def test_all_balls_settle_from_one_moment_and_those_that_settle_earlier_are_neve
     np.testing.assert_allclose(found, found["settled_at"] - end, atol=1e-4)
     free = ab.settling_time(stalled_run, settling_from="release")
     assert str(free["counted_from"].values) == "release"
-    last = float(ab.measures(stalled_run)["release_time"].max())
+    last = float(ab.run_measures(stalled_run)["release_time"].max())
     np.testing.assert_allclose(free, found["settled_at"] - last, atol=1e-12)
     with pytest.raises(QuestionError, match=r"settling_from: given 'ramp'; must be 'run-up' or 'release'"):
-        ab.measures(stalled_run, settling_from="ramp")
+        ab.run_measures(stalled_run, settling_from="ramp")
     # the same run with a ramp that goes on while the balls are in their places
     slow = stalled_run.assign(speed=stalled_run["speed"].where(stalled_run["time"] < 19.0, 501.0))
     before = ab.settling_time(slow)
@@ -192,7 +192,7 @@ def test_a_sweep_and_the_measures_of_a_run_with_the_same_data_are_the_same_numbe
     swept = ab.sweep(machine, {}, seeds=1, duration=duration).isel(seed=0)
     saved = [ab.Envelope(500), ab.LastRevolutions()]
     run = ab.simulate(machine, duration=duration, save=saved, tolerance=1e-7)
-    found = ab.measures(run)
+    found = ab.run_measures(run)
     for name in ("peak_deflection", "peak_speed", "time_near_peak", "residual_vibration"):
         assert float(swept[name]) == pytest.approx(float(found[name]), rel=1e-9)
     for name in ("vibration", "velocity_rms", "static_deflection", "vibration_without_balls"):
@@ -205,7 +205,7 @@ def test_a_sweep_and_the_measures_of_a_run_with_the_same_data_are_the_same_numbe
 
     # with samples the balls are seen more often than once in a bin; nothing else changes
     run = ab.simulate(machine, duration=duration, save=[ab.Samples(), *saved], tolerance=1e-7)
-    fine = ab.measures(run)
+    fine = ab.run_measures(run)
     np.testing.assert_allclose(swept["ball_angle_to_unbalance"], fine["final_ball_angle_to_unbalance"], rtol=1e-9)
     of_balls = ["settling_time", "settled_at", "release_speed", "final_ball_angle_to_unbalance", "counted_from"]
     of_balls += ["release_time", "stalled_time", "greatest_ball_speed", "peak_force"]
@@ -232,7 +232,7 @@ def test_the_balls_of_an_envelope_are_those_at_the_end_of_each_bin(stalled_run: 
 def test_every_measure_of_a_run_stands_once_in_the_table_and_carries_its_unit(stalled_run: xr.Dataset) -> None:
     table = {measure.name: measure for measure in MEASURES}
     assert len(table) == len(MEASURES)
-    found = ab.measures(stalled_run)
+    found = ab.run_measures(stalled_run)
     assert {str(name) for name in found} <= set(table)
     for name in found:
         assert found[name].attrs["units"] == table[str(name)].unit
@@ -249,8 +249,8 @@ def test_a_slow_passage_is_near_its_peak_as_long_as_the_response_curve_is_above_
     None
 ):
     machine = ab.load_machine(MACHINES / "stall_and_release.toml")
-    fast = ab.measures(ab.simulate(machine, hold_balls=True))["time_near_peak"]
-    stalled = ab.measures(ab.simulate(machine))["time_near_peak"]
+    fast = ab.run_measures(ab.simulate(machine, hold_balls=True))["time_near_peak"]
+    stalled = ab.run_measures(ab.simulate(machine))["time_near_peak"]
     assert float(stalled) > 3.0 * float(fast)
     duration = 300.0
     slow = ab.with_parameter(machine, "drive.profile.duration", duration)
@@ -261,7 +261,7 @@ def test_a_slow_passage_is_near_its_peak_as_long_as_the_response_curve_is_above_
     above = w[response > 0.5 * response.max()]
     formula = (above[-1] - above[0]) * duration / 500.0
     # the rotor lags the ramp by about its decay time of 0.2 s, and a bin is 0.06 s of 10.6 s
-    assert float(ab.measures(run)["time_near_peak"]) == pytest.approx(formula, rel=0.01)
+    assert float(ab.run_measures(run)["time_near_peak"]) == pytest.approx(formula, rel=0.01)
 
 
 def test_a_sweep_names_the_parameter_that_is_impossible() -> None:
@@ -272,9 +272,9 @@ def test_a_sweep_names_the_parameter_that_is_impossible() -> None:
 
 
 RUN_FUNCTIONS = (
-    ab.measures, ab.deflection_envelope, ab.residual_vibration, ab.peak_deflection, ab.settling_time, ab.release_speed,
+    ab.run_measures, ab.deflection_envelope, ab.residual_vibration, ab.peak_deflection, ab.settling_time, ab.release_speed,
     ab.ball_angle_to_unbalance, ab.vibration, ab.static_deflection, ab.residual_unbalance, ab.support_forces, ab.verdict,
-    ab.measures, ab.verdict,
+    ab.run_measures, ab.verdict,
 )  # fmt: skip
 
 

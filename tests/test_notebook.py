@@ -82,7 +82,7 @@ def test_answers_are_datasets_that_show_themselves_as_tables() -> None:
         (ab.rotor.campbell(RIGID, "0:6000 rpm:13"), "4 branches from 0 rpm"),
         (ab.rotor.response(RIGID, "600:6000 rpm:9"), "lower bearing"),
         (ab.stability.equilibria(DISCOIDAL, 90.0), "coincident"),
-        (ab.measures(ab.simulate(DISCOIDAL, duration=0.05, progress=False)), "peak_deflection"),
+        (ab.run_measures(ab.simulate(DISCOIDAL, duration=0.05, progress=False)), "peak_deflection"),
     ):
         assert text in repr(found)
         assert "<xarray" not in repr(found)

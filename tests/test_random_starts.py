@@ -195,7 +195,7 @@ def test_a_map_over_starts_with_gravity_is_of_ordinary_runs_and_equal_balls_can_
     own = with_starts(driven_to(machine, SPEED, 0.0, drawn=False), {"ball_angle[1]": 1.5, "ball_angle[2]": 3.0})
     run = ab.simulate(own, duration=1.0, tolerance=1e-6, save=[ab.Envelope(500), ab.LastRevolutions()])
     assert found.attrs["states"][states[1, 2]] == ab.verdict(run).word
-    assert found["peak_deflection"].values[1, 2] == float(ab.measures(run)["peak_deflection"])
+    assert found["peak_deflection"].values[1, 2] == float(ab.run_measures(run)["peak_deflection"])
 
 
 def test_a_map_over_accelerations_has_the_run_up_of_each() -> None:

@@ -124,7 +124,7 @@ def test_a_run_says_until_when_its_balls_are_on_the_floor() -> None:
     leaves = (math.sqrt(GRAVITY / mu / ORBIT) - behind * begin) / (1.0 - behind)
     up = driven(chamber(**GRIP | {"sliding_friction": mu}), kind="ramp", start=begin, end=1.2 * leaves, duration=4.0)
     risen = ab.simulate(up, duration=4.0, save=ab.Samples(2001), tolerance=1e-6)
-    found = ab.measures(risen)
+    found = ab.run_measures(risen)
     assert found["lift_off_speed"].values == pytest.approx([leaves], rel=1e-2)
     assert found["lift_off_time"].values == pytest.approx([4.0 * (leaves - begin) / (1.2 * leaves - begin)], rel=1.5e-2)
     at_lift = f"{float(found['lift_off_time'][0]):.3g} s ({float(found['lift_off_speed'][0]):.3g} rad/s)"
@@ -132,7 +132,7 @@ def test_a_run_says_until_when_its_balls_are_on_the_floor() -> None:
     assert risen.attrs["remarks"][-1] in ab.verdict(risen).notes
     still = ab.simulate(driven(chamber(**GRIP), kind="constant", speed=5.0), duration=0.1, save=ab.Samples(11))
     assert still["ball_floor_force"].values[-1] == pytest.approx(MASS * GRAVITY - mu * MASS * ORBIT * 25.0, rel=1e-3)
-    assert np.isnan(ab.measures(still)["lift_off_speed"].values).all()
+    assert np.isnan(ab.run_measures(still)["lift_off_speed"].values).all()
     assert "ball 1 up to the end; friction of its wall carries it from 14 rad/s on" in " ".join(still.attrs["remarks"])
 
 

@@ -119,7 +119,7 @@ SPEEDS = "600:1200 rpm:3"
 SMALL: dict[str, Callable[[], xr.Dataset]] = {  # of public functions that give a dataset, but of those that take long
     "simulate": short_run,
     "simulate, deep chamber": deep_run,
-    "measures": lambda: ab.measures(short_run()),
+    "run_measures": lambda: ab.run_measures(short_run()),
     "deflection_envelope": lambda: ab.deflection_envelope(short_run()),
     "peak_deflection": lambda: ab.peak_deflection(short_run()),
     "sweep": lambda: ab.sweep(DISCOIDAL, {"viscosity": ["5 mm^2/s"]}, duration=0.1, progress=False),
@@ -146,7 +146,7 @@ SMALL: dict[str, Callable[[], xr.Dataset]] = {  # of public functions that give 
 
 
 def test_what_a_measure_means_is_said_once_for_all_balls() -> None:
-    names, _, _, _, meanings = (column.cells() for column in ab.measures(short_run()).columns())
+    names, _, _, _, meanings = (column.cells() for column in ab.run_measures(short_run()).columns())
     said = [meaning != "" for name, meaning in zip(names, meanings, strict=True) if name == "greatest_ball_speed"]
     assert said == [True, False]
 

@@ -32,7 +32,7 @@ def test_the_two_joined_runs_are_one_run_with_a_jump() -> None:
     once = at_speed({"time": [BEFORE, BEFORE], "factor": [0.0, 1.0]})
     for member in range(3):
         run = ab.simulate(once, duration=BEFORE + AFTER, seed=member, tolerance=1e-9, save=[ab.Envelope(1500)])
-        wanted = ab.measures(run)
+        wanted = ab.run_measures(run)
         assert found["peak_deflection"].values[member] == pytest.approx(float(wanted["peak_after_jump"][0]), rel=1e-6)
         # settling is known to a bin: 20 s / 500 and 60 s / 1500
         assert found["settling_time"].values[member] == pytest.approx(

@@ -11,7 +11,7 @@ from tests.references import lagrange
 from tests.references.spatial_machines import states_of
 from typer.testing import CliRunner
 
-from autobalancer import basin, load_run, measures, plot, save_run, simulate, stepped_response, with_parameter
+from autobalancer import basin, load_run, plot, run_measures, save_run, simulate, stepped_response, with_parameter
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
@@ -245,7 +245,7 @@ def sudden(torque: float) -> Machine:
 def test_a_torque_that_acts_at_once_loads_the_shaft_twice_as_much_as_a_slow_one() -> None:
     """Slowly applied it is T J_r/(J_r + J_m); the twist then swings about this without loss."""
     steady = 3.0 * ROTOR / (ROTOR + MOTOR)
-    found = measures(simulate(sudden(3.0), duration=0.5))
+    found = run_measures(simulate(sudden(3.0), duration=0.5))
     assert float(found["peak_torque"].sel(link="shaft")) == pytest.approx(2.0 * steady, rel=1e-3)
     assert float(found["peak_twist"].sel(link="shaft")) == pytest.approx(2.0 * steady / 2000.0, rel=1e-3)
     period = 2.0 * np.pi / np.sqrt(2000.0 * (1.0 / ROTOR + 1.0 / MOTOR))
@@ -259,7 +259,7 @@ def test_ten_samples_in_a_cycle_are_enough_for_the_greatest_torque() -> None:
     run = simulate(sudden(3.0), duration=float(every[-1]), save=SampleTimes(tuple(every)))
     wanted = 2.0 * 3.0 * ROTOR / (ROTOR + MOTOR)
     assert float(np.abs(run["link_torque"]).max()) < 0.976 * wanted
-    found = measures(run)
+    found = run_measures(run)
     assert float(found["peak_torque"][0]) == pytest.approx(wanted, rel=4e-3)
     assert float(found["peak_twist"][0]) == pytest.approx(wanted / 2000.0, rel=4e-3)
 

@@ -94,7 +94,7 @@ def test_settling_counts_from_the_jump_and_is_said(lost: Machine, lost_run: xr.D
     settled = ab.settling_time(lost_run)
     assert str(settled["counted_from"].values) == "jump"
     assert float(settled.max()) == pytest.approx(after.duration, abs=1e-9)
-    numbers = ab.measures(lost_run)
+    numbers = ab.run_measures(lost_run)
     assert float(numbers["jump_time"][0]) == 5.0
     assert float(numbers["settling_after_jump"][0]) == pytest.approx(after.duration)
     assert found.parts[1].peak is not None
@@ -112,4 +112,4 @@ def test_settling_counts_from_the_jump_and_is_said(lost: Machine, lost_run: xr.D
 def test_a_run_without_jumps_has_no_parts(lost: Machine) -> None:
     run = ab.simulate(lost, duration=0.1)
     assert ab.verdict(run).parts == ()
-    assert "jump_time" not in ab.measures(run)
+    assert "jump_time" not in ab.run_measures(run)

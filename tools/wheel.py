@@ -57,7 +57,7 @@ def questions(name: str) -> Iterator[list[str]]:
     yield ["check", file]
     yield ["simulate", file, "--out", f"{name}.nc"]
     if (name, "simulate") not in REFUSED:
-        yield ["measures", f"{name}.nc"]
+        yield ["run-measures", f"{name}.nc"]
     yield ["borders", file]
     second = "rotor.mass=4 kg:5 kg:3" if name in WITHOUT_DAMPING else "damping=50 N*s/m:100 N*s/m:3"
     yield ["map", file, "--x", "speed=40 rad/s:80 rad/s:3", "--y", second]

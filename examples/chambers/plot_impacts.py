@@ -42,7 +42,7 @@ for name, rebound in {"constant": None, "dry, yields": yields, "in oil": yields 
     if name == "in oil":
         described["chambers"][0]["viscosity"] = "0.1 Pa*s"
     run = ab.simulate(ChamberMachine(**described), duration=3.0, seed=1)
-    measured = ab.measures(run).sel(stage="transient")
+    measured = ab.run_measures(run).sel(stage="transient")
     speed, power = float(measured["impact_speed"]), float(measured["impact_power"])
     print(f"{name}: {float(measured['impact_rate']):.0f} impacts a second at {speed:.2f} m/s, {power:.1f} W")
 

@@ -72,7 +72,7 @@ SIX = {"count": 6, "density": "7800 kg/m^3", "diameter": "44 mm"}
 carried = {}
 for depth in ("270 mm", "135 mm", "90 mm"):
     run = ab.simulate(drum(0.5, 157.0, 1.0, depth=depth, balls=[SIX]), duration=4.0, seed=1)
-    carried[depth] = float(ab.measures(run, last=0.5)["share_carried"])
+    carried[depth] = float(ab.run_measures(run, last=0.5)["share_carried"])
     print(f"{depth}: {100.0 * carried[depth]:.0f} % carried")
 figure = ab.plot.chamber_arrangement(run, [0.0, 0.3, 4.0])
 assert carried["270 mm"] == 0.0

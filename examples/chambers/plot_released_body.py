@@ -56,7 +56,7 @@ with ab.plot.style.look():
 # In numbers: what is left in the last second, the tilting of the body, the force of a bearing about its mean.
 
 for name, run in runs.items():
-    measured = ab.measures(run, last=1.0)
+    measured = ab.run_measures(run, last=1.0)
     late = run.isel(time=slice(-1000, None))
     tilt = np.abs(late["body_rotation"] - late["body_rotation"].mean("time")).max()
     force = np.sqrt(((late["bearing_force"] - late["bearing_force"].mean("time")) ** 2).sum("axis").mean("time")).max()
@@ -64,5 +64,5 @@ for name, run in runs.items():
         f"{name:26} unbalance {measured['residual_unbalance'] / abs(static):7.4f}  couple "
         f"{measured['residual_couple'] / abs(couple):7.4f}  tilt {1e6 * tilt:6.0f} urad  bearing {force:6.1f} N"
     )
-assert float(ab.measures(runs["two chambers"], last=1.0)["residual_couple"]) < 0.02 * abs(couple)
-assert float(ab.measures(runs["one layer"], last=1.0)["residual_couple"]) > 0.9 * abs(couple)
+assert float(ab.run_measures(runs["two chambers"], last=1.0)["residual_couple"]) < 0.02 * abs(couple)
+assert float(ab.run_measures(runs["one layer"], last=1.0)["residual_couple"]) > 0.9 * abs(couple)

@@ -18,7 +18,7 @@ run = ab.simulate(machine, save=[ab.Samples(29_001), ab.Envelope(1000), ab.LastR
 # Distance from the wall, and the force with which the wall presses back, m eps w^2 once the ball is there. The floor carries
 # what the friction of the wall leaves of the weight.
 
-measures = ab.measures(run)
+measures = ab.run_measures(run)
 print("on the floor until", measures.lift_off_time.values.round(1), "s")
 early = run.sel(time=slice(0.0, 8.0))
 with ab.plot.style.look():

@@ -95,7 +95,7 @@ print(ab.verdict(run))
 # yet. It has nothing to do with the balls. Two measures look through it: the synchronous amplitude is fitted at the speed
 # of the rotor, and the residual unbalance is computed from the places of the balls.
 
-measured = ab.measures(run)
+measured = ab.run_measures(run)
 for name in ("vertical_amplitude", "vertical_synchronous", "residual_unbalance", "settling_time", "energy_error"):
     print(f"{name}: {measured[name].max().item():.3g} {measured[name].attrs['units']}")
 assert float(measured["vertical_synchronous"]) < 0.5 * float(measured["vertical_amplitude"])

@@ -92,7 +92,7 @@ def _pick_up(machine: Any) -> list[Found]:
         name = {"deep": "deep chamber", "single": "single layer"}[layers]
         text = f"{name}, friction {friction:g}, {balls} balls: share carried, one filling"
         rows.append(Found("fitted", text, "%", 100.0 * wanted, 100.0 * share, 10.0, "", "10"))
-    found = ab.measures(_run(machine, "deep", 5, 0.7, READ), last=1.0)
+    found = ab.run_measures(_run(machine, "deep", 5, 0.7, READ), last=1.0)
     text = f"vertical amplitude, 5 balls, friction 0.7, after {READ:g} s"
     rows.append(Found("fitted", text, "um", 6.0, 1e6 * float(found["vertical_amplitude"]), 3.0, "", "10"))
     return rows

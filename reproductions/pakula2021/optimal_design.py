@@ -41,7 +41,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     designs = table()
     save_picture(ab.plot.chamber_designs(designs, title="Reference machine, 60 000 g mm"), out / "optimal_design.png")
     best = designs.isel(design=int(np.nanargmin(designs["place"].values)))
-    again = ab.measures(ab.simulate(designed_machine(designs), duration=HOW["short"]), last=HOW["last"])
+    again = ab.run_measures(ab.simulate(designed_machine(designs), duration=HOW["short"]), last=HOW["last"])
     turning = max(float(again[f"{direction}_synchronous"]) for direction in ("vertical", "horizontal"))
     good = designs["short_left"].values < BALANCED
     balls, friction = designs["balls"].values, designs["friction"].values

@@ -123,7 +123,7 @@ def peaked(oil: int) -> Machine:
 def stall_in_thin_oil() -> Found:
     """The ball of 5 mm^2/s hangs at the resonance with the lower rolling resistance: from where it is released."""
     guided, floor = (
-        float(ab.measures(simulated(machine(5, starts()[0], guided=held), 90.0))["release_speed"][0])
+        float(ab.run_measures(simulated(machine(5, starts()[0], guided=held), 90.0))["release_speed"][0])
         for held in (True, False)
     )
     what = "release after a stall in 5 mm^2/s, 0.001, ball from the floor against guided"
@@ -141,7 +141,7 @@ def floor_phase(runs: dict[int, xr.Dataset], data: dict[int, dict[str, np.ndarra
     needed = math.sqrt(GRAVITY / (CONTACT["sliding_friction"] * ORBIT))
     rows = []
     for oil, run in runs.items():
-        at = float(ab.measures(run)["lift_off_time"][0])
+        at = float(ab.run_measures(run)["lift_off_time"][0])
         speed = float(np.interp(at, run["time"], run["ball_speed_in_space"].values[:, 0]))
         what = f"speed of the ball in space where the wall carries it, {oil} mm^2/s"
         rows.append(Found("internal", what, "rad/s", needed, speed, 0.02 * needed, figure=FIGURES[oil]))

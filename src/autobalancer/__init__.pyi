@@ -14,7 +14,7 @@ from autobalancer import units as units
 from autobalancer.api import animate as animate
 from autobalancer.api import check as check
 from autobalancer.api import compare as compare
-from autobalancer.api import measures as measures
+from autobalancer.api import run_measures as run_measures
 from autobalancer.api import simulate as simulate
 from autobalancer.api import verdict as verdict
 from autobalancer.app.view.widget import widget as widget
@@ -86,7 +86,6 @@ __all__ = [
     "machine",
     "machine_text",
     "measure",
-    "measures",
     "parse_machine",
     "peak_deflection",
     "plot",
@@ -95,6 +94,7 @@ __all__ = [
     "residual_unbalance",
     "residual_vibration",
     "rotor",
+    "run_measures",
     "save_machine",
     "save_run",
     "sensitivity",

@@ -195,7 +195,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | st
     return verdict_of_races(run, held)
 
 
-def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
+def run_measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 
     A run of a deep chamber whose speed still changes has no steady state, and nan for it unless ``last`` is given.
@@ -216,11 +216,11 @@ def measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
     if is_chamber_run(run):
         from autobalancer.results.chamber_measures import chamber_measures, without_steady_state
 
-        found = _asked("measures", chamber_measures, "deep chambers", run, options)
+        found = _asked("run_measures", chamber_measures, "deep chambers", run, options)
         return found if "last" in options else without_steady_state(run, found)
-    from autobalancer.results.measure_table import measures as measures_of_races
+    from autobalancer.results.measure_table import measures
 
-    return _asked("measures", measures_of_races, "balls in races", run, options)
+    return _asked("run_measures", measures, "balls in races", run, options)
 
 
 def compare(

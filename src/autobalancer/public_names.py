@@ -27,7 +27,7 @@ NAMES: dict[str, dict[str, str]] = {
         "worst_start": "studies.random_starts",
         "stepped_response": "studies.stepped_response",
         "verdict": "api",
-        "measures": "api",
+        "run_measures": "api",
         "animate": "api",
         "widget": "app.view.widget",
         "Event": "simulation.record",

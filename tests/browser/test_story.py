@@ -132,7 +132,7 @@ def test_all_that_is_saved_is_what_was_run(page: Any, tmp_path: Path) -> None:
     assert kept.attrs["end_time"] == pytest.approx(6.0)
     with saved(page, "measures.csv", tmp_path).open() as table:
         measures = {row["measure"]: float(row["value"]) for row in csv.DictReader(table)}
-    assert measures["peak_deflection"] == pytest.approx(float(ab.measures(kept)["peak_deflection"]))
+    assert measures["peak_deflection"] == pytest.approx(float(ab.run_measures(kept)["peak_deflection"]))
     assert np.asarray(Image.open(saved(page, "picture.png", tmp_path))).std() > 5.0
     assert "<svg" in saved(page, "picture.svg", tmp_path).read_text()[:2000]
     film = Image.open(saved(page, "film.gif", tmp_path))

@@ -174,7 +174,7 @@ def rules_for(host: str, tokens: Sequence[str]) -> Rules:
 
 def _warm_up() -> None:
     """Load or compile the equations, so that the first run of a user does not wait for them, and set what is loaded apart."""
-    from autobalancer.api import check, measures, simulate, verdict
+    from autobalancer.api import check, run_measures, simulate, verdict
     from autobalancer.files.examples import example
 
     with unwarned():
@@ -183,7 +183,7 @@ def _warm_up() -> None:
             check(machine)
             run = simulate(machine, duration=0.5, progress=False)
             verdict(run, simulate(machine, duration=0.5, hold_balls=True, progress=False))
-            measures(run)
+            run_measures(run)
         except AutobalancerError:  # whoever runs a machine is told
             pass
     gc.collect()

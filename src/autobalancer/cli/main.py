@@ -25,7 +25,7 @@ class Commands(Group):
         "Files and results": {
             "keys": "samples.keys",
             "catalog": "catalog.app",
-            "measures": "run.measures",
+            "run-measures": "run.run_measures",
             "compare": "many_runs.compare",
             "report": "many_runs.report",
             "app": "samples.app",

@@ -115,12 +115,12 @@ def simulate(
 
 def _measured(result: Any) -> Any:
     """The measures; none of a run that kept nothing, or ended at once."""
-    from autobalancer.api import measures
+    from autobalancer.api import run_measures
     from autobalancer.errors import QuestionError
     from autobalancer.results.answers.kinds import Measured
 
     try:
-        return measures(result)
+        return run_measures(result)
     except QuestionError:
         return Measured()
 
@@ -224,10 +224,10 @@ def _measures(result: Any) -> tuple[dict[str, tuple[float | None, str, str]], st
     """Value, unit and text of the main measures; or why there are none."""
     import math
 
-    from autobalancer.api import measures
+    from autobalancer.api import run_measures
 
     try:
-        found = measures(result)
+        found = run_measures(result)
     except QuestionError as reason:
         return {}, str(reason)
     told = {}
@@ -285,11 +285,11 @@ def _speed(speed: float) -> str:
     return f"{significant(float(speed_number(speed, '.10g')))} {speed_sign()}"
 
 
-# ``autobalancer measures``: the measures of a result file.
+# ``autobalancer run-measures``: the measures of a result file.
 
 
 @command(out=None, unit="speed")
-def measures(
+def run_measures(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
     last: Annotated[
         float | None,
@@ -300,13 +300,13 @@ def measures(
 ) -> Reply:
     """Print the measures of a result: one number of the run, or one for each ball, place, plane, support, link or stage.
 
-    Example: autobalancer measures stall.nc
+    Example: autobalancer run-measures stall.nc
     """
     from autobalancer.results.run_argument import open_run
 
     asked: dict[str, Any] = {"last": last} if last is not None else {}
     asked |= {"settling_from": settling_from} if settling_from != "run-up" else {}
-    found = ab.measures(open_run(result), **asked)
+    found = ab.run_measures(open_run(result), **asked)
     return Reply(found, {"measures": {str(name): found[name].values for name in found}})
 
 

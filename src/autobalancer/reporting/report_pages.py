@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer.plots.stability.stability_map as pictures
-from autobalancer.api import compare, measures, verdict
+from autobalancer.api import compare, run_measures, verdict
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.laws.capabilities import grade_name, permissible_unbalance
 from autobalancer.machine import Machine
@@ -511,7 +511,7 @@ def run_page(run: xr.Dataset, held: xr.Dataset, command: str) -> Section:
 
 def residual_of(run: xr.Dataset) -> float:
     """Residual unbalance at the end of a run, kg m; nan if it has none."""
-    result = measures(run)
+    result = run_measures(run)
     values = result["residual_unbalance"].values if "residual_unbalance" in result else np.array([np.nan])
     return float(np.sum(values))
 

@@ -534,7 +534,7 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(result.rename("ball_angle_to_unbalance"))
 
 
-@of_a_run()
+@of_a_run(called="run_measures")
 def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Measured:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 

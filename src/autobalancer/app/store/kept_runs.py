@@ -17,7 +17,7 @@ from typing import Any
 
 import xarray as xr
 
-from autobalancer.api import animate, measures, simulate, verdict
+from autobalancer.api import animate, run_measures, simulate, verdict
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.pictures import file_of
 from autobalancer.app.view.packed import packed
@@ -172,7 +172,7 @@ def _text(data: Any) -> str:
 def _measured(run: xr.Dataset) -> dict[str, Any]:
     """Measures by name: value, unit, meaning; of those with a number for each ball, place or plane ``name[of which]``."""
     try:
-        found = measures(run)
+        found = run_measures(run)
     except AutobalancerError:
         return {}
     rows = {}
@@ -301,7 +301,7 @@ machine = ab.parse_machine(MACHINE)
 print(ab.check(machine))
 run = ab.simulate(machine{length})
 print(ab.verdict(run))
-print(ab.measures(run))
+print(ab.run_measures(run))
 ab.save_run(run, "run.nc")
 '''
 

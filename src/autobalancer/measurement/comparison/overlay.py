@@ -40,7 +40,7 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
     would have seen of the run, ball angles with those of the run, whole turns not counted and balls of equal look matched. With a
     tacho the first order of every channel is tracked in both by the same method. So are orders that were tracked before: at their
     times, or where they are over ``speed`` when the run has that speed for the last time. Measures are those of
-    :func:`autobalancer.measures` for which the measurement suffices, of orders the greatest amplitudes; those of the run are
+    :func:`autobalancer.run_measures` for which the measurement suffices, of orders the greatest amplitudes; those of the run are
     computed from the same samples with the noise of the sensors, so that noise changes both alike.
 
     Parameters

@@ -433,7 +433,7 @@ def drive_train(
     """Draw how the drive train of a run twists: speeds, torque and twist of every link over time.
 
     Where the speed changes, the torque is drawn over the speed as well. The greatest torque of each link has its number, as in
-    ``ab.measures(run)["peak_torque"]``.
+    ``ab.run_measures(run)["peak_torque"]``.
 
     Parameters
     ----------

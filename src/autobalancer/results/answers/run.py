@@ -54,7 +54,7 @@ class Run(Answer):
 
     def remarks(self) -> Sequence[str]:
         """Where to look next."""
-        return (f"more: ab.verdict(run), ab.measures(run), ab.plot.{self.drawn_by}(run)",)
+        return (f"more: ab.verdict(run), ab.run_measures(run), ab.plot.{self.drawn_by}(run)",)
 
     def verdict(self) -> Verdict:
         """The verdict on it."""
