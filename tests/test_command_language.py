@@ -186,7 +186,7 @@ WIDE = (
     "keys",
     "keys balancers.races",
     "run-measures stall.nc",
-    'measures runs/one --last "0.01 s"',
+    'run-measures runs/one --last "0.01 s"',
     "plot stall.nc --kind race --out pictures",
     'animate stall.nc --out stall.gif --seconds "0.2 s" --fps 10',
     'borders discoidal.toml --over "unbalance=0:600 g*mm:3" --windows --up-to "1200 rpm"',
