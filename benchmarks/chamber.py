@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any
 
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.results.archive import Archive
 from autobalancer.simulation.chamber import simulate_chamber
@@ -34,7 +34,7 @@ def bench() -> list[dict[str, Any]]:
 
 def machine(count: int, speed: float) -> ChamberMachine:
     """The reference machine with so many balls of the same total mass, at a prescribed speed unless it is 0."""
-    described = load_chamber_machine(MACHINE).model_dump(exclude_unset=True)
+    described = balls_in_chambers(MACHINE).model_dump(exclude_unset=True)
     described["chambers"][0]["balls"][0]["count"] = count
     if speed:
         rise = {"kind": "ramp", "start": 0.0, "end": speed, "duration": 0.05}

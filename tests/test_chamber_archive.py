@@ -218,7 +218,7 @@ def test_balls_that_do_not_fit_are_a_gap_in_the_study() -> None:
 
 
 def test_the_machine_of_a_run_says_its_chambers_and_unbalance(whole: xr.Dataset) -> None:
-    from autobalancer.results.chamber_shape import chambers_of, unbalance_of
+    from autobalancer.results.chamber_measures import chambers_of, unbalance_of
 
     (shape,) = chambers_of(whole)
     assert (shape.radius, shape.depth, shape.place) == (0.1, 0.2, 0.0)

@@ -125,7 +125,7 @@ def test_wrong_words_are_answered(machine: Path) -> None:
     asked = ("--friction", "0.5", "--duration", "1 s")
     assert "must be whole numbers" in told("chamber", "amplitudes", str(machine), "--balls", "2.5", *asked, code=2)
     Path("planar.toml").write_text((Path(__file__).parents[1] / "examples/machines/discoidal.toml").read_text())
-    assert "has no 'chambers'; this question is for deep chambers" in told(
+    assert "this question is for deep chambers, which have 'chambers' in their file" in told(
         "chamber", "amplitudes", "planar.toml", "--balls", "2", *asked, code=2
     )
 

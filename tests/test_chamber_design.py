@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError, UnitError
-from autobalancer.files.machine_file import load_chamber_machine, save_machine
+from autobalancer.files.machine_file import balls_in_chambers, save_machine
 from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.studies.chamber_candidates import (
     candidates,
@@ -275,7 +275,7 @@ def test_the_command_leaves_a_table_a_picture_and_the_machine_of_the_best_design
     for text in ("2: closed forms ruled out", "at most 95 % of all fillings", "friction -10 %", "written: best.toml"):
         assert text in output
     assert size_of("d.png") == (1650, 600)
-    assert load_chamber_machine("best.toml").name.startswith("Small chamber, ")
+    assert balls_in_chambers("best.toml").name.startswith("Small chamber, ")
     assert told("plot", "small_designs.nc", "--out", "p.png") == "written: p.png"
     found = xr.load_dataset("small_designs.nc")
     unsettled = found.assign(worst_settling_time=found["worst_settling_time"] * float("nan"))

@@ -29,6 +29,7 @@ from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict
 from autobalancer.studies.compare import chamber_row
 
 RUN = chamber_run()
+DESCRIBED = RUN.assign_attrs(machine=machine_text(small_machine(unbalances=[{"moment": 0.008}])))
 ANGLES, AXIAL = np.array([2.6, 3.0, 3.4]), np.array([-0.02, 0.0, 0.03])
 ARM = CHAMBER - BALL
 
@@ -134,7 +135,7 @@ def test_contacts_are_counted_and_the_hardest_is_found() -> None:
 
 def test_all_measures_go_into_the_catalogue_as_numbers() -> None:
     found = chamber_measures(RUN, unbalance=0.008)
-    numbers = catalog_numbers(found)
+    numbers = catalog_numbers(DESCRIBED)
     assert numbers["vertical_amplitude"] == pytest.approx(20e-6, rel=1e-3)
     assert numbers["steady_bearing_1_greatest"] > 500.0
     assert numbers["residual_unbalance"] == pytest.approx(abs(0.008 + 0.03 * ARM * np.exp(1j * ANGLES).sum()), rel=1e-3)
@@ -280,7 +281,7 @@ def test_the_verdict_on_a_run_under_way_says_how_far_it_got_and_no_number_of_a_s
 
 
 def test_a_measure_has_its_unit_and_meaning_from_the_table_in_runs_archives_and_studies() -> None:
-    found, numbers = chamber_measures(RUN, unbalance=0.008), catalog_numbers(chamber_measures(RUN, unbalance=0.008))
+    found, numbers = chamber_measures(RUN, unbalance=0.008), catalog_numbers(DESCRIBED)
     of_balls = [measure for measure in CHAMBER_MEASURES if measure.needs != "cylinders"]
     assert list(found.data_vars) == [measure.name for measure in of_balls]
     for measure in of_balls:

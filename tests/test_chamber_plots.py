@@ -14,9 +14,9 @@ from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.plots.chamber.view import Camera, animate_chamber, poses_of
+from autobalancer.plots.chamber.view import Camera, poses_of
 from autobalancer.results.archive import Archive
-from autobalancer.results.chamber_shape import ChamberShape, chambers_of
+from autobalancer.results.chamber_measures import ChamberShape, chambers_of
 from autobalancer.results.unconstrained_body import pakula_body
 from autobalancer.studies.chamber_study import optimal_means, over_seeds, pick_up_borders
 
@@ -102,7 +102,7 @@ def test_a_film_has_its_frames_and_its_size(tmp_path: Path) -> None:
     from imageio_ffmpeg import count_frames_and_secs, read_frames
 
     seen: list[int] = []
-    path = animate_chamber(
+    path = ab.animate(
         RUN, tmp_path / "a.mp4", duration=0.4, fps=10, start=1.0, width=480, progress=lambda done, _: seen.append(done)
     )
     assert count_frames_and_secs(str(path))[0] == 4
@@ -121,7 +121,7 @@ def test_the_mark_of_the_unbalance_is_a_radius_seen_along_the_axis_and_a_point_s
     """It points along y; the view is 80 % of the height of the film and 8 % wider than the chamber."""
     lengths = []
     for azimuth in (0.0, 90.0):
-        path = animate_chamber(
+        path = ab.animate(
             RUN, tmp_path / "a.gif", duration=0.2, fps=10, width=640, frame="rotor", azimuth=azimuth, elevation=0.0
         )
         with Image.open(path) as film:
@@ -149,7 +149,7 @@ def test_the_mark_of_the_unbalance_is_a_radius_seen_along_the_axis_and_a_point_s
 )
 def test_a_film_that_makes_no_sense_is_refused(wrong: dict[str, object], told: str, tmp_path: Path) -> None:
     with pytest.raises(QuestionError, match=told):
-        animate_chamber(RUN, tmp_path / "a.mp4", **wrong)  # type: ignore[arg-type]
+        ab.animate(RUN, tmp_path / "a.mp4", **wrong)  # type: ignore[arg-type]
     assert not list(tmp_path.iterdir())
 
 

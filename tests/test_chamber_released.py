@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber_measures import chamber_measures
-from autobalancer.results.chamber_shape import unbalance_of
+from autobalancer.results.chamber_measures import chamber_measures, unbalance_of
 from autobalancer.simulation.chamber import simulate_chamber
 
-DESCRIBED = load_chamber_machine(
-    Path(__file__).parents[1] / "examples" / "machines" / "released_body.toml"
-).model_dump()
+DESCRIBED = balls_in_chambers(Path(__file__).parents[1] / "examples" / "machines" / "released_body.toml").model_dump()
 LAYER = {"radius": 0.1, "balls": [{"count": 6, "density": 7800.0, "total_mass": 1.0}]}
 NONE = {"radius": 0.1, "balls": [{"count": 1, "density": 7800.0, "mass": 1e-3}]}
 

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 import autobalancer as ab
 from autobalancer.api import simulate
 from autobalancer.assembly.chamber_assembly import contact_time
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.laws.impacts import damping_ratio
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
@@ -105,7 +105,7 @@ def test_the_account_of_a_crowded_layer_closes_at_the_default_step(
     balls: int, friction: float, seed: int, duration: float
 ) -> None:
     deep = Path(__file__).parents[1] / "examples" / "machines" / "deep_chamber.toml"
-    machine = ab.chamber.variant(load_chamber_machine(deep), balls=balls, friction=friction, layers="single")
+    machine = ab.chamber.variant(balls_in_chambers(deep), balls=balls, friction=friction, layers="single")
     run = simulate_chamber(machine, duration=duration, seed=seed)
     losses = [run[name].values for name in run.data_vars if str(name).startswith("loss_")]
     exchanged = float(run.work_motor[-1]) + sum(float(loss[-1]) for loss in losses)

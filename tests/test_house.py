@@ -32,7 +32,6 @@ MANY = {
     "kernels/dwell.py hold": "a compiled loop gets all that it needs and all that it writes",
     "kernels/many_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
     "kernels/many_members.py run_members": "a compiled loop gets all that it needs and all that it writes",
-    "plots/chamber/view.py animate_chamber": "everything one may wish of a film",
     "simulation/chamber/chamber_run.py simulate_chamber": "everything one may ask of a run",
 }
 INNER = {

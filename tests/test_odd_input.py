@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.cli.main import app
-from autobalancer.files.machine_file import load_chamber_machine, load_machine
+from autobalancer.files.machine_file import balls_in_chambers, load_machine
 from autobalancer.machine.keys import bare_numbers
 from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 from autobalancer.simulation.input_remarks import input_notes
@@ -80,7 +80,7 @@ def test_check_and_run_say_it_once_each(tmp_path: Path) -> None:
 
 
 def test_a_chamber_machine_is_asked_too() -> None:
-    machine = load_chamber_machine("docs/machines/chamber.toml")
+    machine = balls_in_chambers("docs/machines/chamber.toml")
     odd = machine.model_copy(
         update={"chambers": (machine.chambers[0].model_copy(update={"radius": 75.0}), *machine.chambers[1:])}
     )

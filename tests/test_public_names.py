@@ -10,7 +10,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable
-from inspect import isfunction, signature, unwrap
+from inspect import isfunction, unwrap
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -20,14 +20,15 @@ import pytest
 import typer
 
 import autobalancer as ab
-from autobalancer.api import FilmOptions, SimulateOptions
+from autobalancer.api import SimulateOptions
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
+from autobalancer.machine_kinds import arguments_of
 from autobalancer.namespace import function_of
-from autobalancer.plots.chamber.view import animate_chamber
-from autobalancer.plots.film.animation import animate_races
+from autobalancer.plots.chamber.view import chamber_scene
+from autobalancer.plots.film.animation import race_scene
+from autobalancer.plots.film.frames import FilmOptions, film_question
 from autobalancer.public_names import ABOUT, NAMES
-from autobalancer.simulation import RunOptions
 from autobalancer.simulation.chamber.chamber_run import simulate_chamber
 from autobalancer.simulation.run import simulate_races
 
@@ -149,22 +150,12 @@ def test_a_name_that_is_looked_for_elsewhere_or_misspelled_is_found(name: str, s
 
 
 def test_the_options_of_either_kind_are_those_of_the_functions_behind() -> None:
-    own = {
-        "machine",
-        "run",
-        "path",
-        "duration",
-        "seed",
-        "progress",
-        "keep_on_interrupt",
-        "options",
-        *RunOptions.__annotations__,
-    }
+    own = {"machine", "run", "film", "path", "duration", "seed", "progress", "keep_on_interrupt"}
     for listed, *functions in (
         (SimulateOptions, simulate_races, simulate_chamber),
-        (FilmOptions, animate_races, animate_chamber),
+        (FilmOptions, film_question, race_scene, chamber_scene),
     ):
-        behind = {name for function in functions for name in signature(function).parameters}
+        behind = {name for function in functions for name in arguments_of(function)}
         assert behind - own == set(listed.__annotations__) - own
 
 

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import autobalancer as ab
-from autobalancer.catalog.resolve import resolve
 from autobalancer.cli import app
 from autobalancer.sketch import chamber_layout, layout_of
 
@@ -42,7 +41,7 @@ def test_every_published_rig_is_drawn(rig: str) -> None:
 
 def test_the_body_of_a_rigid_rotor_has_its_mass_and_inertias() -> None:
     machine = ab.load_machine(MACHINES / "two_plane_rotor.toml")
-    layout = layout_of(machine, resolve(machine))
+    layout = layout_of(machine)
     body = max(layout.blocks, key=lambda block: block.radius)
     length, mass = body.end - body.start, machine.rotor.mass
     assert 0.5 * mass * body.radius**2 == pytest.approx(machine.rotor.polar_inertia)
@@ -52,7 +51,7 @@ def test_the_body_of_a_rigid_rotor_has_its_mass_and_inertias() -> None:
 
 def test_a_shaft_is_as_long_as_its_segments_and_balancers_are_at_their_stations() -> None:
     machine = ab.catalog.rig("cfrp_rig")
-    layout = layout_of(machine, resolve(machine))
+    layout = layout_of(machine)
     segments = [block for block in layout.blocks if block.known]
     assert segments[-1].end == pytest.approx(machine.rotor.length)
     assert layout.planes == [{name: place for place, name in layout.stations}["annulus"]]

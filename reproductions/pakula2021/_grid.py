@@ -18,7 +18,7 @@ from typing import Any
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.studies.chamber_study import Cell, gathered
 
 MACHINE = Path(__file__).parents[2] / "examples" / "machines" / "deep_chamber.toml"
@@ -48,7 +48,7 @@ def wanted() -> list[Cell]:
 def run(cell: Cell) -> dict[str, Any]:
     """Outcome and measures of one run."""
     found = ab.chamber.amplitudes(
-        load_chamber_machine(MACHINE),
+        balls_in_chambers(MACHINE),
         [cell.balls],
         [cell.friction],
         layers=[cell.layers],

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import autobalancer as ab
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.plots.style import save_picture
 from autobalancer.results.chamber_measures import ball_settling_time
 from autobalancer.simulation.chamber import simulate_chamber
@@ -25,7 +25,7 @@ OTHER = "the machine of the source is not printed; ours carries 12 balls, not 5"
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Duration of the transient, and the reactions as a picture."""
-    machine = ab.chamber.variant(load_chamber_machine(MACHINE), balls=12, friction=0.5)
+    machine = ab.chamber.variant(balls_in_chambers(MACHINE), balls=12, friction=0.5)
     run = simulate_chamber(machine, duration=16.0)
     settled = float(ball_settling_time(run, last=1.0).max())
     title = "12 balls, friction 0.5 (Pakuła 2021, figure 13)"

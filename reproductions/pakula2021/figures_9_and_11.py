@@ -13,7 +13,7 @@ from typing import Any
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.plots.style import save_picture
 from autobalancer.results.chamber_measures import ball_places_in_rotor, balls_carried
 from autobalancer.simulation.chamber import simulate_chamber
@@ -51,7 +51,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 
 def _run(layers: str, balls: int, friction: float, duration: float) -> xr.Dataset:
-    machine = load_chamber_machine(MACHINE)
+    machine = balls_in_chambers(MACHINE)
     return simulate_chamber(
         ab.chamber.variant(machine, balls=balls, friction=friction, layers=layers), duration=duration
     )

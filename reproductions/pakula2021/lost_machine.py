@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.plots.style import save_picture
 from autobalancer.results.chamber_measures import ball_places_in_rotor, ball_settling_time, balls_carried
 from autobalancer.results.unconstrained_body import pakula_body, unconstrained_motion
@@ -41,7 +41,7 @@ LOOSE = "the balls hit the flat walls harder; this was not asked for in the sear
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Who is carried, how well, the steady reactions and the loose body."""
-    machine = load_chamber_machine(MACHINE)
+    machine = balls_in_chambers(MACHINE)
     statements, found = read(), entries()
     title = "What each machine does of what Pakuła (2021) says"
     save_picture(statements_by_machines(statements, found, title), out / "statements.png")

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer as ab
-from autobalancer.files.machine_file import load_chamber_machine, machine_text
+from autobalancer.files.machine_file import balls_in_chambers, machine_text
 from autobalancer.plots.style import save_picture
 from autobalancer.studies.chamber_candidates import designed_machine
 from reproductions import Found, compared_all, said
@@ -81,14 +81,14 @@ def table() -> xr.Dataset:
             np.array(cells, object) if texts else np.array([float(cell or "nan") for cell in cells]),
         )
     found["balls"] = found["balls"].astype(int)
-    machine = load_chamber_machine(MACHINE)
+    machine = balls_in_chambers(MACHINE)
     found.attrs = {"machine": machine_text(machine), "limits": json.dumps(LIMITS), **HOW}
     return found
 
 
 def search(folder: Path) -> None:
     """All runs, into an archive in the folder; the tables of designs and of the sensitivity of the best one."""
-    machine = load_chamber_machine(MACHINE)
+    machine = balls_in_chambers(MACHINE)
     found = ab.chamber.design(machine, SHELF, LIMITS, **HOW, archive=folder, workers=1, progress=_told)
     ab.save_run(found, TABLE)
     around = ab.chamber.design_sensitivity(found, CHANGES, archive=folder, workers=1, progress=_told)

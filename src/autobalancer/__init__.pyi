@@ -11,7 +11,6 @@ from autobalancer import plot as plot
 from autobalancer import rotor as rotor
 from autobalancer import stability as stability
 from autobalancer import units as units
-from autobalancer.api import animate as animate
 from autobalancer.api import check as check
 from autobalancer.api import compare as compare
 from autobalancer.api import run_measures as run_measures
@@ -26,6 +25,7 @@ from autobalancer.files.machine_file import parse_machine as parse_machine
 from autobalancer.files.machine_file import save_machine as save_machine
 from autobalancer.machine.schema import file_schema as file_schema
 from autobalancer.machine.schema import keys as keys
+from autobalancer.plots.film.frames import animate as animate
 from autobalancer.reporting.report import report as report
 from autobalancer.results.measure_table import ball_angle_to_unbalance as ball_angle_to_unbalance
 from autobalancer.results.measure_table import deflection_envelope as deflection_envelope

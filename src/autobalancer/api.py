@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import any_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine_kinds import arguments_of, machine_kind, refuse_unknown
 from autobalancer.progress import Progress, looking_for, somebody_looks
-from autobalancer.results.chamber_shape import is_chamber_run
 from autobalancer.simulation import RunOptions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from autobalancer.plots.film.frames import Film
     from autobalancer.results.answers.run import Comparison, Overlay
     from autobalancer.results.verdict import Verdict
     from autobalancer.simulation.chamber.chamber_summary import ChamberSummary
@@ -27,7 +25,6 @@ if TYPE_CHECKING:
 
 
 AnyMachine = Machine | ChamberMachine | str | Path
-R = TypeVar("R")
 
 
 class SimulateOptions(RunOptions, total=False):
@@ -45,22 +42,6 @@ class SimulateOptions(RunOptions, total=False):
     on_chunk: Callable[[xr.Dataset, dict[str, Any]], Any] | None
     keep: bool
     chunk: int
-
-
-class FilmOptions(TypedDict, total=False):
-    """What :func:`animate` takes; the last two for deep chambers only."""
-
-    start: float | str | None
-    end: float | str | None
-    duration: float | str
-    fps: int
-    frame: Literal["rotor", "space"]
-    deflection_scale: float | Literal["auto"]
-    speed_unit: str
-    width: int
-    progress: Callable[[int, int], None] | Literal[False] | None
-    azimuth: float
-    elevation: float
 
 
 class CompareOptions(TypedDict, total=False):
@@ -120,13 +101,8 @@ def simulate(
     """
     described = any_machine(machine)
     common = {"duration": duration, "seed": seed, "progress": progress, "keep_on_interrupt": keep_on_interrupt}
-    if isinstance(described, ChamberMachine):
-        from autobalancer.simulation.chamber.chamber_run import simulate_chamber
-
-        return _asked("simulate", simulate_chamber, "deep chambers", described, {**common, **options})
-    from autobalancer.simulation.run import simulate_races
-
-    return _asked("simulate", simulate_races, "balls in races", described, {**common, **options})
+    answer: xr.Dataset = machine_kind(described).answer("simulate", described, {**common, **options})
+    return answer
 
 
 def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summary | ChamberSummary:
@@ -153,13 +129,10 @@ def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summ
         If the machine is not possible as described.
     """
     described = any_machine(machine)
-    if isinstance(described, ChamberMachine):
-        from autobalancer.simulation.chamber.chamber_summary import chamber_summary
-
-        return chamber_summary(described)
-    from autobalancer.stability.summary import summary
-
-    return summary(described, say or (looking_for if somebody_looks() else None))
+    answer: Summary | ChamberSummary = machine_kind(described)["check"](
+        described, say or (looking_for if somebody_looks() else None)
+    )
+    return answer
 
 
 def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | str | None = None) -> Verdict:
@@ -170,8 +143,8 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | st
     run
         From :func:`simulate` or :func:`load_run`.
     held
-        Balls in races: the same machine from ``simulate(machine, hold_balls=True)``, which gives the peak without balls. For a
-        machine with external excitation also the vibration without balls, which otherwise every run has.
+        Balls in races: the same machine from ``simulate(machine, hold_balls=True)``, which gives the peak without balls. With
+        external excitation also the vibration without balls, which otherwise every run has.
     last
         Deep chambers: seconds at the end that are the steady state; by default a tenth of the run.
 
@@ -180,19 +153,9 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | st
     QuestionError
         If an argument belongs to the other kind of run, or the run did not keep what is needed.
     """
-    if is_chamber_run(run):
-        from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict
-
-        if held is not None:
-            raise QuestionError(
-                "held: a run of deep chambers is compared with its steady state without balls; leave it out"
-            )
-        return chamber_verdict(run, last)
-    from autobalancer.results.verdict import verdict as verdict_of_races
-
-    if last is not None:
-        raise QuestionError("last: is for deep chambers; a run of balls in races ends with its last revolutions")
-    return verdict_of_races(run, held)
+    options = {name: value for name, value in (("held", held), ("last", last)) if value is not None}
+    answer: Verdict = machine_kind(run).answer("verdict", run, options)
+    return answer
 
 
 def run_measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
@@ -213,14 +176,8 @@ def run_measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
     QuestionError
         If the run did not keep what is needed, or an option belongs to the other kind of run.
     """
-    if is_chamber_run(run):
-        from autobalancer.results.chamber_measures import chamber_measures, without_steady_state
-
-        found = _asked("run_measures", chamber_measures, "deep chambers", run, options)
-        return found if "last" in options else without_steady_state(run, found)
-    from autobalancer.results.measure_table import measures
-
-    return _asked("run_measures", measures, "balls in races", run, options)
+    answer: xr.Dataset = machine_kind(run).answer("run_measures", run, options)
+    return answer
 
 
 def compare(
@@ -263,48 +220,5 @@ def compare(
 
     if measured is not None:
         raise QuestionError("compare: a measurement is compared with a run: give ab.simulate(machine) in its place")
-    return _asked("compare", machines_side_by_side, "machines", given, options)
-
-
-def animate(run: xr.Dataset, path: str | Path, **options: Unpack[FilmOptions]) -> Film:
-    """Make a film of a run, ``.mp4`` or ``.gif``.
-
-    Parameters
-    ----------
-    run
-        From :func:`simulate` or :func:`load_run`, with samples.
-    path
-        Of the film.
-    **options
-        ``start``, ``end``, ``duration``, ``fps``, ``frame``, ``deflection_scale``, ``speed_unit``, ``width``, ``progress``; of
-        deep chambers also ``azimuth`` and ``elevation``. See :func:`autobalancer.plots.film.animation.animate_races` and
-        :func:`autobalancer.plots.chamber.view.animate_chamber`.
-
-    Returns
-    -------
-    Film
-        The path of the film; a notebook shows it.
-
-    Raises
-    ------
-    QuestionError
-        If the run has no samples, or an option is not possible.
-    """
-    if is_chamber_run(run):
-        from autobalancer.plots.chamber.view import animate_chamber
-
-        return _asked("animate", animate_chamber, "deep chambers", run, {"path": path, **options})
-    from autobalancer.plots.film.animation import animate_races
-
-    return _asked("animate", animate_races, "balls in races", run, {"path": path, **options})
-
-
-def _asked(name: str, function: Callable[..., R], kind: str, subject: Any, options: Mapping[str, Any]) -> R:
-    known = list(signature(function).parameters)
-    if known[-1] == "options":
-        known[-1:] = RunOptions.__annotations__
-    for option in options:
-        if option not in known:
-            allowed = ", ".join(known[1:])
-            raise QuestionError(f"{name}: no argument {option!r} for {kind}; there are {allowed}")
-    return function(subject, **options)
+    refuse_unknown("compare", options, arguments_of(machines_side_by_side)[1:], "machines")
+    return machines_side_by_side(given, **options)  # type: ignore[arg-type, misc]  # which are those of machines

@@ -4,7 +4,7 @@ from autobalancer.results.archive import Archive as Archive
 from autobalancer.results.chamber_measures import balls_unbalance as balls_unbalance
 from autobalancer.results.chamber_measures import collision_statistics as collision_statistics
 from autobalancer.results.chamber_measures import residual_of_balls as residual_of_balls
-from autobalancer.results.chamber_shape import unbalance_of as unbalance_of
+from autobalancer.results.chamber_measures import unbalance_of as unbalance_of
 from autobalancer.results.unconstrained_body import unconstrained_motion as unconstrained_motion
 from autobalancer.simulation.chamber.bounds import bounds as bounds
 from autobalancer.studies.chamber_candidates import design_sensitivity as design_sensitivity

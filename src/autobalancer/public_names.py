@@ -28,7 +28,7 @@ NAMES: dict[str, dict[str, str]] = {
         "stepped_response": "studies.stepped_response",
         "verdict": "api",
         "run_measures": "api",
-        "animate": "api",
+        "animate": "plots.film.frames",
         "widget": "app.view.widget",
         "Event": "simulation.record",
         "Samples": "simulation.record",
@@ -195,7 +195,7 @@ NAMES: dict[str, dict[str, str]] = {
         "collision_statistics": "results.chamber_measures",
         "balls_unbalance": "results.chamber_measures",
         "residual_of_balls": "results.chamber_measures",
-        "unbalance_of": "results.chamber_shape",
+        "unbalance_of": "results.chamber_measures",
         "unconstrained_motion": "results.unconstrained_body",
     },
     "measure": {

@@ -19,6 +19,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.machine import LiquidRing
 from autobalancer.machine.rotors.body import GROUND
 from autobalancer.machine.rotors.joint import PointJoint
+from autobalancer.machine_kinds import machine_kind
 from autobalancer.plots.run.race_and_orbit import WIDTH, RacePanel, Vector
 from autobalancer.plots.style import INK, RACE, UNBALANCE, ball_color, heading, label_point, look, picture
 from autobalancer.results.display_units import moment_text
@@ -57,21 +58,15 @@ def machine(machine: Machine | ChamberMachine | str | Path, *, title: str | None
         If the file cannot be read, or its parts do not fit.
     """
     given = any_machine(machine)
-    if isinstance(given, ChamberMachine):
-        with look():
-            figure = picture(LEAST, SIDE)
-            heading(figure, given.name if title is None else title)
-            side_view(figure.subplots(), chamber_layout(given), ())
-        return figure
-    balls = resolve(given)
-    layout = layout_of(given, balls)
-    count = len(given.balancers)
+    count = len(getattr(given, "balancers", ()))
+    balls = resolve(given) if isinstance(given, Machine) and count else ()
+    layout = machine_kind(given)["layout"](given)
     columns = min(count, COLUMNS)
     rows = -(-count // max(columns, 1))
     with look():
         figure = picture(max(WIDTH * columns, LEAST), SIDE)
         heading(figure, given.name if title is None else title)
-        if not count:
+        if not isinstance(given, Machine) or not count:  # the side says all
             side_view(figure.subplots(), layout, balls)
             return figure
         side, fronts = figure.subfigures(2, 1, squeeze=False, height_ratios=[SIDE, 6.0 * rows]).ravel()
@@ -335,8 +330,9 @@ class Layout(NamedTuple):
         return max(there, default=max(block.radius for block in self.blocks))
 
 
-def layout_of(machine: Machine, balls: tuple[Ball, ...]) -> Layout:
-    """Where the parts of a machine are."""
+def layout_of(machine: Machine) -> Layout:
+    """Where the parts of a machine with balls in races are."""
+    balls = resolve(machine)
     named = {station.name: float(station.position) for station in machine.stations}
     middle = _middle(machine)
 

@@ -21,6 +21,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part, Quantity, quantity_of
 from autobalancer.machine.path import QUANTITIES, did_you_mean, entry_at, named_unit, parts_of, unit_at, with_entry
 from autobalancer.machine.rotors.planar import DAMPERS, SPRINGS
+from autobalancer.machine_kinds import RACES, machine_kind
 from autobalancer.units import Given, shortened, to_si
 from autobalancer.units.quantity import range_values
 
@@ -109,7 +110,7 @@ def with_parameter(machine: EitherMachine, name: str, value: Any) -> EitherMachi
     MachineError
         If the value is impossible there.
     """
-    if isinstance(machine, ChamberMachine):
+    if machine_kind(machine) is not RACES:  # whose parts have plain names, too
         return with_value_at(machine, name, value)
     if name in QUANTITIES or len(parts_of(name)) > 1:
         return cast(EitherMachine, with_quantity(machine, name, value))

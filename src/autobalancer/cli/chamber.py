@@ -60,7 +60,6 @@ def amplitudes(
       --balls 3,8,20,50 --single 3,5,8,10 --friction 0.3,0.5,0.7 \\
       --duration "20 s" --archive runs --plot amplitudes.png
     """
-    from autobalancer.files.machine_file import load_chamber_machine
     from autobalancer.results.store import result_csv
     from autobalancer.studies.chamber_study import OPTIMAL, optimal_means
 
@@ -78,7 +77,7 @@ def amplitudes(
     of_means, of_shares = (Files(plot=path) for path in (means, carried))
     with said_when_stopped(GOES_ON if archive is not None else LOST):
         found = ab.chamber.amplitudes(
-            load_chamber_machine(machine),
+            machine,
             counts,
             friction,
             duration=duration,
@@ -120,7 +119,6 @@ def reactions(
     Example: autobalancer chamber reactions deep_chamber.toml \\
       --duration "20 s" --archive runs --height "0.2 m" --out pictures
     """
-    from autobalancer.files.machine_file import load_chamber_machine
     from autobalancer.plots.style import save_picture
     from autobalancer.results.unconstrained_body import pakula_body
     from autobalancer.safe_file import ready_to_write
@@ -132,7 +130,7 @@ def reactions(
         run = ab.chamber.archived_run(
             ab.chamber.Archive(archive),
             name,
-            load_chamber_machine(machine),
+            machine,
             duration=duration,
             step=step,
             seed=seed,
@@ -239,7 +237,6 @@ def design(
       --limit "vibration=30 um" --archive runs --best best.toml --plot designs.png
     """
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.files.machine_file import load_chamber_machine
     from autobalancer.studies.chamber_candidates import refuse_changes
 
     made = Files(best, allowed=MACHINE)
@@ -261,7 +258,7 @@ def design(
     how: dict[str, Any] = {"archive": archive, "workers": workers, **options}
     with said_when_stopped(GOES_ON if archive is not None else LOST):
         found = ab.chamber.design(
-            load_chamber_machine(machine),
+            machine,
             {name: text for name, text in candidates.items() if text},
             limits,
             duration=duration,
@@ -288,9 +285,7 @@ def bounds(machine: Chambers) -> Reply:
 
     Example: autobalancer chamber bounds deep_chamber.toml
     """
-    from autobalancer.files.machine_file import load_chamber_machine
-
-    found = ab.chamber.bounds(load_chamber_machine(machine))
+    found = ab.chamber.bounds(machine)
     return Reply(found, found.as_dict(), heading=found.name, facts=found.rows(speed_text))
 
 

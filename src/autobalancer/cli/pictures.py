@@ -54,10 +54,10 @@ class Wishes:
 
 def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
     """Name of each picture and what draws it."""
+    from autobalancer.machine_kinds import CHAMBERS, machine_kind
     from autobalancer.results.answers.studied import Studied
-    from autobalancer.results.chamber_shape import is_chamber_run
 
-    if is_chamber_run(result):
+    if machine_kind(result) is CHAMBERS:
         return _of_chamber(result, wishes)
     if {"place", "stage", "total_mass"} <= set(result.data_vars):
         _refuse(wishes, "of designs of a deep chamber", "log", "time", "start", "end", "frame", "place")
@@ -298,7 +298,6 @@ def animate(
     """
     from autobalancer.cli.terminal.command import check_suffix
     from autobalancer.cli.terminal.progress_bar import progress_bar
-    from autobalancer.results.chamber_shape import is_chamber_run
     from autobalancer.results.run_argument import open_run
     from autobalancer.safe_file import ready_to_write
 
@@ -308,8 +307,6 @@ def animate(
     run = open_run(result)
     asked = {"frame": frame or None, "azimuth": azimuth, "elevation": elevation}
     view: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
-    if not is_chamber_run(run) and view.keys() - {"frame"}:
-        raise QuestionError("--azimuth, --elevation: films of balls in races are seen along the axis; leave them out")
     with progress_bar(path.name) as update:
         made = ab.animate(
             run,

@@ -17,13 +17,9 @@ from autobalancer.files.text_files import MACHINE, parsed_toml, read_table, read
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part
+from autobalancer.machine_kinds import CHAMBERS, RACES, Kind, machine_kind
 from autobalancer.safe_file import as_path, write_text_safely
 from autobalancer.units import shortened
-
-FREE_BALLS = (
-    "its balls move freely in chambers, and this question is for balls in races. For chambers there are check, simulate, "
-    "plot and animate, and for many runs chamber amplitudes (in Python ab.chamber.amplitudes)"
-)
 
 
 def load_race_machine(path: str | Path) -> Machine:
@@ -34,22 +30,7 @@ def load_race_machine(path: str | Path) -> Machine:
     MachineFileError
         As :func:`load_machine`; also for a file with chambers.
     """
-    return _plain_machine(load_machine(path), str(path))
-
-
-def load_chamber_machine(path: str | Path) -> ChamberMachine:
-    """Read the file of a machine whose balls move freely in deep chambers.
-
-    Raises
-    ------
-    MachineFileError
-        As :func:`load_machine`; also for a file without chambers.
-    """
-    machine = load_machine(path)
-    if not isinstance(machine, ChamberMachine):
-        raise MachineFileError(
-            f"{path}: has no 'chambers'; this question is for deep chambers; a sample is deep_chamber"
-        )
+    machine: Machine = of_kind(load_machine(path), RACES, path)
     return machine
 
 
@@ -91,7 +72,8 @@ def _refuse_result(path: Path) -> None:
 
 def parse_race_machine(text: str, source: str = "machine text") -> Machine:
     """Like :func:`parse_machine`, but refuses chambers."""
-    return _plain_machine(parse_machine(text, source), source)
+    machine: Machine = of_kind(parse_machine(text, source), RACES, source)
+    return machine
 
 
 def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine | ChamberMachine:
@@ -99,10 +81,9 @@ def parse_machine(text: str, source: str = "machine text", *, folder: str | Path
     data = parsed_toml(text, source, MachineFileError)
     refuse_out_of_bounds(data, source)
     try:
-        if "chambers" in data:
-            return ChamberMachine(**data)
-        machine = Machine(**with_profiles(data, Path(folder), source))
-        resolve(machine)
+        machine: Machine | ChamberMachine = machine_kind(data).part(**with_profiles(data, Path(folder), source))
+        if isinstance(machine, Machine):
+            resolve(machine)
     except MachineFileError:
         raise
     except MachineError as error:
@@ -110,10 +91,20 @@ def parse_machine(text: str, source: str = "machine text", *, folder: str | Path
     return machine
 
 
-def _plain_machine(found: Machine | ChamberMachine, source: str) -> Machine:
-    if isinstance(found, ChamberMachine):
-        raise MachineFileError(f"{source}: {FREE_BALLS}")
-    return found
+def of_kind(machine: Machine | ChamberMachine, kind: Kind, source: object) -> Any:
+    """The ``machine``, if it is of a ``kind``.
+
+    Raises
+    ------
+    MachineFileError, QuestionError
+        If it is of another one: with its ``source``, if that is a path or a text, else as an argument.
+    """
+    found = machine_kind(machine)
+    if found is kind:
+        return machine
+    if isinstance(source, str | Path):
+        raise MachineFileError(f"{source}: {found.instead}")
+    raise QuestionError(f"machine: {found.instead}")
 
 
 def machine_text(machine: Machine | ChamberMachine) -> str:
@@ -256,9 +247,9 @@ NAME = 200  # characters of a text; a description may have more
 DEPTH = 20  # tables within tables
 ENTRIES = 1000  # tables in a list
 VALUES = 200_000  # numbers in a list, such as a recorded motion
-RACES = 100  # of a machine, and balancers
-BALLS = 1000  # of a machine with races
-BOUNDS_FREE_BALLS = 100_000  # of a machine with chambers
+MOST_RACES = 100  # of a machine, and balancers
+MOST_BALLS = 1000  # of a machine with races
+MOST_FREE_BALLS = 100_000  # of a machine with chambers
 
 
 def refuse_out_of_bounds(data: dict[str, Any], source: str) -> None:
@@ -284,7 +275,7 @@ def _lists_and_texts(value: Any, path: KeyPath) -> Iterator[Problem]:
     elif isinstance(value, list):
         races = path[-1:] in (("balancers",), ("races",))
         tables = any(isinstance(entry, dict) for entry in value[:1])
-        most = RACES if races else ENTRIES if tables else VALUES
+        most = MOST_RACES if races else ENTRIES if tables else VALUES
         if len(value) > most:
             yield path, f"given a list of {len(value)} entries; at most {most} are possible"
         elif tables or any(isinstance(entry, (dict, list, str)) for entry in value):
@@ -297,11 +288,11 @@ def _lists_and_texts(value: Any, path: KeyPath) -> Iterator[Problem]:
 def _counts(data: dict[str, Any]) -> Iterator[Problem]:
     """How many races and balls there are in all."""
     races = [race for balancer in _tables(data.get("balancers")) for race in _tables(balancer.get("races"))]
-    if len(races) > RACES:
-        yield ("balancers",), f"given {len(races)} races in all; at most {RACES} are possible"
+    if len(races) > MOST_RACES:
+        yield ("balancers",), f"given {len(races)} races in all; at most {MOST_RACES} are possible"
     for kind, holders, most in (
-        ("balancers", races, BALLS),
-        ("chambers", _tables(data.get("chambers")), BOUNDS_FREE_BALLS),
+        ("balancers", races, MOST_BALLS),
+        ("chambers", _tables(data.get("chambers")), MOST_FREE_BALLS),
     ):
         groups = [group for holder in holders for group in _tables(holder.get("balls"))]
         counts = [group.get("count", 1) for group in groups]
@@ -335,11 +326,7 @@ def balls_in_races(argument: Machine | ChamberMachine | str | Path, *, rings: bo
 
     One with rings of liquid is refused unless ``rings``.
     """
-    if isinstance(argument, ChamberMachine):
-        raise QuestionError(f"machine: {FREE_BALLS}")
-    if not isinstance(argument, Machine | str | Path):
-        raise QuestionError(_wanted(argument))
-    machine = argument if isinstance(argument, Machine) else load_race_machine(argument)
+    machine: Machine = of_kind(any_machine(argument), RACES, argument)
     if machine.liquid_rings and not rings:
         raise QuestionError(
             "liquid_rings: this question does not know liquid with a free surface; liquid-response (ab.rotor.liquid_response) "
@@ -350,12 +337,8 @@ def balls_in_races(argument: Machine | ChamberMachine | str | Path, *, rings: bo
 
 def balls_in_chambers(argument: Machine | ChamberMachine | str | Path) -> ChamberMachine:
     """The machine with deep chambers, read if ``argument`` is a path; raises as :func:`any_machine`, also for races."""
-    machine = any_machine(argument)
-    if isinstance(machine, ChamberMachine):
-        return machine
-    raise QuestionError(
-        "machine: its balls run in races, and this question is for deep chambers; for races there are sweep and basin"
-    )
+    machine: ChamberMachine = of_kind(any_machine(argument), CHAMBERS, argument)
+    return machine
 
 
 def _wanted(argument: object) -> str:

@@ -21,6 +21,7 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from autobalancer.errors import QuestionError, ResultError
+from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.kinds import as_kind
 from autobalancer.results.chamber_measures import catalog_unit
@@ -274,11 +275,11 @@ class RunFolder:
         files = self.parts()
         self._complete(files, self.note.parts or 0)
         parts = open_parts(files, read)
-        if "body_position" not in parts or parts.attrs.get("machine", self.machine) != self.machine:
+        if machine_kind(parts) is not CHAMBERS or parts.attrs.get("machine", self.machine) != self.machine:
             raise ResultError(f"{files[0]}: is not of this run; was it replaced by another file?")
         told = {key: value for key, value in self.note.outcome.items() if value is not None}
         parts.attrs.update(machine=self.machine, archive_state=self.state, **told)
-        return as_kind(parts, "ChamberRun")
+        return as_kind(parts, CHAMBERS.run)
 
     def append(self, chunk: xr.Dataset, checkpoint: Checkpoint | None = None) -> None:
         """Keep a chunk of samples, and the state from which the run goes on after it.

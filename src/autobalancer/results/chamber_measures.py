@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,15 +14,84 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import RUN_UP
+from autobalancer.machine.chamber import Chamber, ChamberUnbalance
+from autobalancer.machine_kinds import CHAMBERS
 from autobalancer.results.answers.answer import SOURCE, Labeled
 from autobalancer.results.answers.kinds import Measured
-from autobalancer.results.chamber_shape import bodies_of, chambers_of, unbalance_of
 from autobalancer.results.display_units import worded
 from autobalancer.results.measure_table import Measure, measured
 from autobalancer.results.run_arrays import Settled
 from autobalancer.results.time_series import end_of_run_up, of_a_run, origin_of, time_since
 from autobalancer.results.verdict import speed_changes
 from autobalancer.units import optional_argument
+
+# What a run says about its machine: sizes of the chambers, and the unbalance of the rotor.
+
+
+@dataclass(frozen=True)
+class ChamberShape:
+    """A cylinder around the rotor's axis: radius and depth (m), place of its middle along the axis (m), inner radius (m)."""
+
+    radius: float
+    depth: float
+    place: float = 0.0
+    inner_radius: float = 0.0
+
+
+def chambers_of(run: xr.Dataset) -> list[ChamberShape]:
+    """The chambers in their order, as the machine of the run describes them.
+
+    Without a description a chamber is taken as what its balls have reached, which is exact for the radius once a ball has
+    been at the race.
+    """
+    described = _machine(run).get("chambers")
+    if described:
+        parts = [Chamber(**entry) for entry in _listed(described)]
+        return [
+            ChamberShape(float(part.radius), part.inner_depth, float(part.position), float(part.inner_radius))
+            for part in parts
+        ]
+    place = run["ball_position"].transpose("time", "ball", "axis").values
+    radius, number = run["ball_radius"].values, run["chamber"].values.astype(int)
+    reach = np.hypot(place[:, :, 1], place[:, :, 2]).max(axis=0) + radius
+    along = np.abs(place[:, :, 0]).max(axis=0) + radius
+    chambers = []
+    for chamber in range(1, int(number.max(initial=1)) + 1):
+        mine = number == chamber
+        chambers.append(ChamberShape(float(reach[mine].max(initial=1e-3)), 2.0 * float(along[mine].max(initial=1e-3))))
+    return chambers
+
+
+def unbalance_of(run: xr.Dataset) -> tuple[complex, complex] | None:
+    """Static unbalance (kg m) and couple unbalance (kg m²) of the rotor, complex in the rotor; None if it is not described.
+
+    Of the machine that ``run`` keeps; the couple counts from the plane x = 0.
+    """
+    machine = _machine(run)
+    if "chambers" not in machine:
+        return None
+    static = couple = 0.0 + 0.0j
+    for entry in _listed(machine.get("unbalances", [])):
+        part = ChamberUnbalance(**entry)
+        static, couple = static + part.vector, couple + part.position * part.vector
+    return static, couple
+
+
+def _machine(run: xr.Dataset) -> dict[str, Any]:
+    try:
+        return tomllib.loads(str(run.attrs.get("machine", "")))
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
+def _listed(entries: Any) -> list[dict[str, Any]]:
+    return entries if isinstance(entries, list) else [entries]
+
+
+def bodies_of(run: xr.Dataset) -> str:
+    """What rolls in the chambers, as a word: "balls" or "cylinders"."""
+    return "cylinders" if "ball_length" in run.variables else "balls"
+
 
 # Where the balls of a deep chamber are in the rotor, what they balance there, and when they came to rest.
 
@@ -300,7 +370,7 @@ class ChamberRecorded:
 PARAMETERS = {"ball_mass_total": "kg", "ball_diameter": "m", "depth": "m", "duration": "s", "step": "s", "sample": "s"}
 
 
-@of_a_run(runs="simulate_chamber")
+@of_a_run(runs=CHAMBERS)
 def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     """Contacts of a ``run`` between balls and with the chamber: totals, rates over time in ``bins`` parts, the hardest.
 
@@ -331,7 +401,7 @@ def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     return Labeled.of_run(run, "Contacts", dataset)
 
 
-@of_a_run(runs="simulate_chamber")
+@of_a_run(runs=CHAMBERS)
 def chamber_measures(
     run: xr.Dataset,
     *,
@@ -342,6 +412,8 @@ def chamber_measures(
     tolerance: float = 1.0,
 ) -> Measured:
     """All measures of a run in one dataset, each with its unit and long name.
+
+    A run whose speed still changes has no steady state, and nan for it unless ``last`` is given.
 
     Parameters
     ----------
@@ -362,10 +434,24 @@ def chamber_measures(
         If there are too few samples.
     """
     last = optional_argument("last", last, "s")
-    described = unbalance_of(run)
-    if unbalance is None and described is not None:
-        unbalance, couple = described
-    recorded = ChamberRecorded(run, last, tolerance, unbalance, couple, chamber_places)
+    if unbalance is None:
+        unbalance, couple = unbalance_of(run) or (None, 0.0)
+    result = _all_measures(ChamberRecorded(run, last, tolerance, unbalance, couple, chamber_places))
+    time = run["time"].values
+    if last is not None or not speed_changes(time, run["speed"].values, float(time[-1])):
+        return result
+    peaks = {f"{direction}_{what}" for direction in DIRECTIONS for what in ("peak", "peak_time")}
+    unknown = {}
+    for name, value in result.data_vars.items():
+        if "stage" in value.dims:
+            unknown[name] = value.where(value["stage"] != "steady")
+        elif name in peaks or STEADY in value.attrs.get("long_name", ""):
+            unknown[name] = value.where(False)
+    return result.assign(unknown)
+
+
+def _all_measures(recorded: ChamberRecorded) -> Measured:
+    run = recorded.run
 
     def label(measure: Measure) -> dict[str, str]:
         return {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))}
@@ -375,33 +461,17 @@ def chamber_measures(
     return Measured(result, coords, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
 
 
-def without_steady_state(run: xr.Dataset, measured: Measured) -> Measured:
-    """The measures of a ``run`` with nan for what is measured in steady state or counts from it, if its speed still changes."""
-    time = run["time"].values
-    if not speed_changes(time, run["speed"].values, float(time[-1])):
-        return measured
-    peaks = {f"{direction}_{what}" for direction in DIRECTIONS for what in ("peak", "peak_time")}
-    result = {}
-    for name, value in measured.data_vars.items():
-        if "stage" in value.dims:
-            result[name] = value.where(value["stage"] != "steady")
-        elif name in peaks or STEADY in value.attrs.get("long_name", ""):
-            result[name] = value.where(False)
-    return measured.assign(result)
+def catalog_numbers(run: xr.Dataset, last: float | None = None) -> dict[str, float]:
+    """The measures of a ``run`` as single numbers for a catalog of runs; those of a stage get its name in front.
 
-
-def catalog_numbers(measured: xr.Dataset) -> dict[str, float]:
-    """The measures as single numbers for a catalog of runs; those of a stage get its name in front."""
-    result: dict[str, float] = {}
-    for name, value in measured.variables.items():
-        if name in measured.coords:
-            continue
-        if value.ndim == 0:
-            result[str(name)] = float(value.values)
-        elif value.dims == ("stage",):
-            for stage, number in zip(measured["stage"].values, value.values, strict=True):
-                result[f"{stage}_{name}"] = float(number)
-    return result
+    Its last tenth, or ``last`` seconds, count as steady, even if the speed still changes.
+    """
+    result = _all_measures(ChamberRecorded(run, last, 1.0, *(unbalance_of(run) or (None, 0.0))))
+    numbers: dict[str, float] = {}
+    for name, value in result.data_vars.items():
+        stages = [f"{stage}_{name}" for stage in STAGES] if value.ndim else [str(name)]
+        numbers |= zip(stages, np.atleast_1d(value.values).tolist(), strict=True)
+    return numbers
 
 
 def catalog_unit(name: str) -> str:

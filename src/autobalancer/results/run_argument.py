@@ -10,16 +10,18 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine.part import Part
+from autobalancer.machine_kinds import CHAMBERS, RACES, Kind, machine_kind
 from autobalancer.results.archive import Archive, RunFolder
-from autobalancer.results.chamber_shape import is_chamber_run
 from autobalancer.results.folder_store import has_note
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
 
 Given = xr.Dataset | str | Path
-OF_CHAMBERS = "plot.chamber_run, chamber_energy, chamber_collisions, chamber_arrangement and chamber_bearing_forces"
 TIMES = ("time", "envelope_time", "turn_time")
-OF_RACES = "plot.run_up, race, orbit, impacts and drive_train"
+PICTURES = {
+    RACES.words: "plot.run_up, race, orbit, impacts and drive_train",
+    CHAMBERS.words: "plot.chamber_run, chamber_energy, chamber_collisions, chamber_arrangement and chamber_bearing_forces",
+}
 
 
 def given_race_run(argument: Given, text: str) -> xr.Dataset:
@@ -32,17 +34,20 @@ def given_race_run(argument: Given, text: str) -> xr.Dataset:
     ResultError
         If there is no such file, or it cannot be read.
     """
-    run = _run(argument, text)
-    if is_chamber_run(run):
-        raise QuestionError(f"{text}: given a run of deep chambers; it draws balls in races. There are {OF_CHAMBERS}")
-    return run
+    return _of_kind(_run(argument, text), text, RACES)
 
 
 def given_chamber_run(argument: Given, text: str) -> xr.Dataset:
     """The run of deep chambers, opened if ``argument`` is a path; raises as :func:`given_race_run`."""
-    run = _run(argument, text)
-    if not is_chamber_run(run):
-        raise QuestionError(f"{text}: given a run of balls in races; it draws deep chambers. There are {OF_RACES}")
+    return _of_kind(_run(argument, text), text, CHAMBERS)
+
+
+def _of_kind(run: xr.Dataset, text: str, kind: Kind) -> xr.Dataset:
+    found = machine_kind(run)
+    if found is not kind:
+        raise QuestionError(
+            f"{text}: given a run of {found.words}; it draws {kind.words}. There are {PICTURES[found.words]}"
+        )
     return run
 
 

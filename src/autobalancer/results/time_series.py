@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
+from autobalancer.machine_kinds import RACES, Kind, machine_kind
 from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.chamber_shape import is_chamber_run
 from autobalancer.units import shortened
 
 Floats = NDArray[np.float64]
@@ -274,18 +274,17 @@ def load_of(attributes: dict[Any, Any]) -> str:
 
 Arguments = ParamSpec("Arguments")
 Answer = TypeVar("Answer")
-RUNS, CHAMBER_RUNS = "simulate", "simulate_chamber"
 
 
 def of_a_run(
-    *, runs: str = RUNS, of_machine: str = "", called: str = ""
+    *, runs: Kind = RACES, of_machine: str = "", called: str = ""
 ) -> Callable[[Callable[Arguments, Answer]], Callable[Arguments, Answer]]:
     """Refuse a first argument that is no run, with a :class:`QuestionError`.
 
     Parameters
     ----------
     runs
-        The function that gives such runs.
+        Of which kind they are.
     of_machine
         What to call where a machine is given and its own answer is wanted.
     called
@@ -299,7 +298,7 @@ def of_a_run(
         def asked(*arguments: Arguments.args, **named: Arguments.kwargs) -> Answer:
             run = arguments[0] if arguments else named.get("run")
             if (arguments or "run" in named) and not isinstance(run, xr.Dataset):
-                raise QuestionError(_wanted(name, run, runs, of_machine))
+                raise QuestionError(_wanted(name, run, of_machine))
             if isinstance(run, xr.Dataset):
                 _refuse_other_kind(name, run, runs)
             return function(*arguments, **named)
@@ -309,21 +308,22 @@ def of_a_run(
     return checked
 
 
-def _refuse_other_kind(name: str, run: xr.Dataset, runs: str) -> None:
-    if is_chamber_run(run) != (runs == CHAMBER_RUNS):
-        given, wanted = ("deep chambers", "balls in races") if runs == RUNS else ("balls in races", "deep chambers")
-        raise QuestionError(f"{name}: given a run of {given}, or a result that is no run; this is for {wanted}")
+def _refuse_other_kind(name: str, run: xr.Dataset, runs: Kind) -> None:
+    if (given := machine_kind(run)) is not runs:
+        raise QuestionError(
+            f"{name}: given a run of {given.words}, or a result that is no run; this is for {runs.words}"
+        )
     if "machine" not in run.attrs:
         raise QuestionError(f"{name}: the run has lost its attributes, such as its machine; give it as it was computed")
 
 
-def _wanted(name: str, argument: object, runs: str, of_machine: str) -> str:
+def _wanted(name: str, argument: object, of_machine: str) -> str:
     if isinstance(argument, Part):
         of_it = f"; of the machine itself ask {of_machine}" if of_machine else ""
-        return f"{name}: given a machine; it measures a run, as in ab.{name}(ab.{runs}(machine)){of_it}"
+        return f"{name}: given a machine; it measures a run, as in ab.{name}(ab.simulate(machine)){of_it}"
     if isinstance(argument, (str, Path)):
         return f"{name}: given {shortened(str(argument))}; it measures a run, as in ab.{name}(ab.load_run('run.nc'))"
-    return f"{name}: given a {type(argument).__name__}; it measures a run of {runs}, or one from load_run"
+    return f"{name}: given a {type(argument).__name__}; it measures a run of simulate, or one from load_run"
 
 
 WHEN = "in the last revolutions"

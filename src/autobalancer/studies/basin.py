@@ -30,6 +30,7 @@ from autobalancer.kernels.measures.columns_of_measures import STATUS
 from autobalancer.kernels.system import BALLS, SPEED, Drive, Floats, Integers, Matrix
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.studied import IMPOSSIBLE, Ends
@@ -518,7 +519,7 @@ def _once_round(name: str, values: list[float]) -> list[float]:
 
 
 def _plain(machine: Machine | ChamberMachine) -> Machine:
-    if isinstance(machine, ChamberMachine):
+    if machine_kind(machine) is CHAMBERS:
         raise QuestionError(
             "basin: is for balls in races; here they move freely in chambers, and a seed draws their start. For 50 starts: "
             "autobalancer chamber amplitudes FILE --balls 20 --single none --friction 0.5 --duration '20 s' --seeds 50, with "

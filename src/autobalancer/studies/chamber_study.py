@@ -23,7 +23,7 @@ from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.kinds import ChamberStudy
 from autobalancer.results.archive import Archive, RunFolder
-from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit, chamber_measures
+from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.chamber_run import default_step
@@ -312,7 +312,7 @@ def measured_run(
     outcome = str(ended.attrs["outcome"])
     if outcome != "finished":
         return {"outcome": outcome}
-    return {"outcome": outcome, **catalog_numbers(chamber_measures(ended, last=last))}
+    return {"outcome": outcome, **catalog_numbers(ended, last)}
 
 
 def _go_on(
@@ -350,7 +350,7 @@ def _go_on(
 
 
 def _measured(run: RunFolder, last: float | None, outcome: Mapping[str, Any] | None = None) -> None:
-    numbers = catalog_numbers(chamber_measures(run.samples(READ), last=last))
+    numbers = catalog_numbers(run.samples(READ), last)
     run.note.measured_last = last
     run.end("finished", outcome, numbers)
 

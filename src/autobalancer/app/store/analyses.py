@@ -22,8 +22,8 @@ from autobalancer.assembly.quantities import parameter_range, parameter_unit, va
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.path import QUANTITIES, named_unit, text_of
+from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.progress import Progress
 from autobalancer.results.display_units import length_text
 from autobalancer.results.folder_store import read_note, write_note
@@ -111,7 +111,7 @@ def varied(machine: Machine) -> dict[str, tuple[float, str]]:
 
 def why_not_at_all(machine: object) -> str:
     """Why no analysis is for what is described; empty for a machine with balls in races."""
-    if isinstance(machine, ChamberMachine):
+    if machine_kind(machine) is CHAMBERS:
         return DEEP
     return (
         ""

@@ -17,16 +17,15 @@ from typing import Any
 
 import xarray as xr
 
-from autobalancer.api import animate, run_measures, simulate, verdict
+from autobalancer.api import run_measures, simulate, verdict
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.pictures import file_of
 from autobalancer.app.view.packed import packed
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.plots.chamber.chamber_runs import chamber_run
-from autobalancer.plots.run.run_up import run_up
+from autobalancer.machine_kinds import machine_kind
+from autobalancer.plots.film.frames import animate
 from autobalancer.plots.style import DRAWING
-from autobalancer.results.chamber_shape import is_chamber_run
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import write_safely, write_text_safely
@@ -267,8 +266,7 @@ def exported(archive: Archive, name: str, kind: str) -> bytes | Path:
         return script(archive.text(name), archive.entry(name).duration).encode()
     if kind.startswith("picture."):
         run = archive.run(name)
-        draw = chamber_run if is_chamber_run(run) else run_up
-        return file_of(lambda: draw(run), kind.rpartition(".")[2])
+        return file_of(lambda: machine_kind(run)["picture"](run), kind.rpartition(".")[2])
     if kind == "film.gif":
         path = archive.folder(name) / kind
         if not path.is_file():

@@ -16,10 +16,10 @@ from autobalancer.assembly.quantities import in_author_units, parameter_of, valu
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError, spell
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, keys_of, parts_at
 from autobalancer.machine.part import Part, quantity_of
 from autobalancer.machine.path import QUANTITIES, entry_at, label_of_path, named_unit, path_steps, text_of, unit_at
+from autobalancer.machine_kinds import machine_kind
 from autobalancer.studies.study.study_spec import KINDS
 from autobalancer.tables import in_plain_letters
 from autobalancer.units import from_si, to_si
@@ -84,7 +84,8 @@ class Field:
 
 def root_of(data: dict[str, Any]) -> type[Part]:
     """The class of a machine file, from its keys."""
-    return ChamberMachine if "chambers" in data else Machine
+    part: type[Part] = machine_kind(data).part
+    return part
 
 
 @cache

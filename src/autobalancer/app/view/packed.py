@@ -12,15 +12,13 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
-from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine_kinds import machine_kind
 from autobalancer.plots.style import ALL_BALLS, INK, UNBALANCE, ball_color
-from autobalancer.results.chamber_shape import is_chamber_run
 from autobalancer.results.drawn import Motion, bodies_of, races_of
 from autobalancer.results.time_series import plane_vectors
-from autobalancer.sketch import Layout, chamber_layout, layout_of
+from autobalancer.sketch import Layout
 
 MAGIC = b"ABV1"
 FRAMES = 400  # of a deep chamber; its balls are many
@@ -60,16 +58,16 @@ def packed(run: xr.Dataset) -> bytes:
     QuestionError
         If the run has no samples.
     """
-    return _chamber(run) if is_chamber_run(run) else _races(run)
+    block: bytes = machine_kind(run)["packed"](run)
+    return block
 
 
 def _layout(run: xr.Dataset) -> Layout | None:
     """The outline of the machine of a run; ``None`` if the run does not say."""
     try:
         machine = parse_machine(str(run.attrs["machine"]))
-        if isinstance(machine, ChamberMachine):
-            return chamber_layout(machine)
-        return layout_of(machine, resolve(machine))
+        layout: Layout = machine_kind(machine)["layout"](machine)
+        return layout
     except (KeyError, AutobalancerError):
         return None
 
@@ -83,7 +81,8 @@ def _bodies(layout: Layout | None, reach: float) -> list[list[float]]:
     ]
 
 
-def _races(run: xr.Dataset) -> bytes:
+def packed_races(run: xr.Dataset) -> bytes:
+    """The block of a run of balls in races."""
     motion = Motion(run)  # refuses a run without samples
     races, layout = races_of(run), _layout(run)
     thin = slice(None, None, max(1, -(-motion.time.size // SAMPLES)))
@@ -136,7 +135,8 @@ def _races(run: xr.Dataset) -> bytes:
     return out.bytes
 
 
-def _chamber(run: xr.Dataset) -> bytes:
+def packed_chamber(run: xr.Dataset) -> bytes:
+    """The block of a run of deep chambers."""
     if run.sizes.get("time", 0) < 2:
         raise QuestionError("the run has fewer than two samples; run it longer")
     layout = _layout(run)

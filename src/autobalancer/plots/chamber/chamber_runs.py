@@ -31,8 +31,13 @@ from autobalancer.plots.style import (
     plain_log_ticks,
     quantity_axis,
 )
-from autobalancer.results.chamber_measures import ball_places_in_rotor, collision_statistics, residual_of_balls
-from autobalancer.results.chamber_shape import bodies_of, unbalance_of
+from autobalancer.results.chamber_measures import (
+    ball_places_in_rotor,
+    bodies_of,
+    collision_statistics,
+    residual_of_balls,
+    unbalance_of,
+)
 from autobalancer.results.display_units import AxisUnit, length_axis, moment_axis, speed_axis
 from autobalancer.results.run_argument import Given, given_chamber_run, result
 from autobalancer.results.unconstrained_body import LooseBody, unconstrained_motion

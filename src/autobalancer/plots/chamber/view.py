@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,20 +20,10 @@ from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.film.frames import (
-    Film,
-    FilmCanvas,
-    film_question,
-    frame_times,
-    frames_of,
-    magnification,
-    pace,
-    size_words,
-    write_film,
-)
+from autobalancer.plots.film.frames import FilmCanvas, FilmQuestion, frame_times, magnification, pace, size_words
 from autobalancer.plots.run.race_and_orbit import CHAMFER
 from autobalancer.plots.style import BALLS, INK, RACE, UNBALANCE, heading, look, picture
-from autobalancer.results.chamber_shape import ChamberShape, bodies_of, chambers_of, unbalance_of
+from autobalancer.results.chamber_measures import ChamberShape, bodies_of, chambers_of, unbalance_of
 from autobalancer.results.display_units import AxisUnit, length_axis
 from autobalancer.results.run_argument import Given, given_chamber_run
 from autobalancer.units import list_argument
@@ -257,79 +246,31 @@ def poses_of(
 # Films of a deep chamber in three dimensions.
 
 
-def animate_chamber(
-    run: xr.Dataset,
-    path: str | Path,
-    *,
-    start: float | str | None = None,
-    end: float | str | None = None,
-    duration: float | str = 10.0,
-    fps: int = 25,
-    frame: Literal["rotor", "space"] = "space",
-    azimuth: float = 35.0,
-    elevation: float = 20.0,
-    deflection_scale: float | Literal["auto"] = "auto",
-    speed_unit: str = "rpm",
-    width: int = 960,
-    progress: Callable[[int, int], None] | None = None,
-) -> Film:
-    """Make a film of the balls in their chamber, colored by their speed, beside rotor speed and deflection over time.
-
-    Parameters
-    ----------
-    run
-        From ``simulate`` or an archive; samples are read as the film needs them.
-    path
-        The film, ``.mp4`` or ``.gif``; replaced when the new one is complete.
-    start, end
-        Interval of the run in s; by default all of it.
-    duration, fps
-        Length of the film in s, and frames in a second of it, 1 to 100.
-    frame
-        ``"space"``: as it is; ``"rotor"``: the rotor stands as under a stroboscope, so that one sees where balls rest.
-    azimuth, elevation
-        Direction of view in degrees: in the horizontal plane from the rotor's axis, and above it. 0 and 0 look along the
-        axis, 90 and 0 from the side, 0 and 90 from above.
-    deflection_scale
-        How much larger the displacement of the body is drawn; by default so that the greatest is 10 % of the radius.
-    speed_unit
-        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
-    width
-        Pixels, 320 to 3840.
-    progress
-        Called with (frames done, frames in all).
-
-    Returns
-    -------
-    Film
-        The path of the file that was written; a notebook shows the film.
+def chamber_scene(run: xr.Dataset, film: FilmQuestion, azimuth: float = 35.0, elevation: float = 20.0) -> _Scene:
+    """What a ``film`` of a run of deep chambers shows, seen from a direction in degrees.
 
     Raises
     ------
     QuestionError
-        If the interval is not within the run, or a number, unit or extension is not possible.
-    ResultError
-        If the file cannot be written.
+        If the run has no samples there, or a number is not possible.
     """
-    requested = film_question(
-        path, start=start, end=end, duration=duration, fps=fps, frame=frame, speed_unit=speed_unit, width=width
-    )
     if not (np.isfinite(azimuth) and -90.0 <= elevation <= 90.0):
         raise QuestionError(f"elevation: given {elevation:g} degrees, azimuth {azimuth:g}; the first is from -90 to 90")
-    times = frame_times(run["time"].values, requested.start, requested.end, requested.frames)
-    chambers = chambers_of(run)
+    times = frame_times(run["time"].values, film.start, film.end, film.frames)
+    chambers, in_rotor = chambers_of(run), film.frame == "rotor"
     inside = (run["time"].values >= times[0]) & (run["time"].values <= times[-1])
     greatest = float(np.abs(run["body_position"].values[inside]).max(initial=0.0))
-    scale = magnification(deflection_scale, greatest, max(chamber.radius for chamber in chambers), 0.1)
+    scale = magnification(film.scale, greatest, max(chamber.radius for chamber in chambers), 0.1)
+    poses = poses_of(run, times, in_rotor=in_rotor, chambers=chambers, scale=scale, heavy=_heavy(run))
+    frame = "in the frame of the rotor" if in_rotor else "in space"
+    caption = f"{frame}, {pace(film.duration, times)}, {size_words('displacement', scale)}"
+    return _Scene(run, poses, chambers, Camera(azimuth, elevation), film.unit, caption, film.width)
+
+
+def _heavy(run: xr.Dataset) -> float:
+    """Direction of the unbalance in the rotor, rad."""
     unbalance = unbalance_of(run)
-    heavy = float(np.angle(unbalance[0])) if unbalance is not None else 0.0
-    with look():
-        poses = poses_of(run, times, in_rotor=frame == "rotor", chambers=chambers, scale=scale, heavy=heavy)
-        view = "in the frame of the rotor" if frame == "rotor" else "in space"
-        caption = f"{view}, {pace(requested.duration, times)}, {size_words('displacement', scale)}"
-        scene = _Scene(run, poses, chambers, Camera(azimuth, elevation), requested.unit, caption, width)
-        write_film(requested.path, frames_of(scene.frame, requested.frames, progress), fps)
-    return Film(requested.path)
+    return float(np.angle(unbalance[0])) if unbalance is not None else 0.0
 
 
 class _Scene(FilmCanvas):
@@ -349,9 +290,7 @@ class _Scene(FilmCanvas):
         self.poses, self.unit = poses, unit
         figure = self.figure
         self.view = ChamberView(figure.add_axes((0.0, 0.09, 0.56, 0.80)), poses, chambers, camera, True)
-        figure.text(0.28, 0.955, str(run.attrs.get("machine_name", "")), ha="center", va="center", weight="bold")
-        self.text = figure.text(0.28, 0.91, "", ha="center", va="center", fontsize=11, family="monospace")
-        figure.text(0.28, 0.02, caption, ha="center", va="bottom", fontsize=8.5, color="#404040")
+        self.write(run, 0.28, (0.955, 0.91, 0.02), caption)
         key = [Line2D([], [], color=UNBALANCE, marker="o", ms=5, label="unbalance")]
         figure.legend(handles=key, loc="lower left", bbox_to_anchor=(0.01, 0.05))
         bar = figure.add_axes((0.575, 0.2, 0.012, 0.6))
@@ -432,15 +371,12 @@ def chamber_arrangement(
     shapes = chambers_of(run)
     if not 1 <= chamber <= len(shapes):
         raise QuestionError(f"chamber: given {chamber}; the machine has {len(shapes)}")
-    unbalance = unbalance_of(run)
-    heavy = float(np.angle(unbalance[0])) if unbalance is not None else 0.0
     shape = shapes[chamber - 1]
     body = bodies_of(run)[:-1]
     inside = np.flatnonzero(run["chamber"].values.astype(int) == chamber)
     with look():
-        poses = poses_of(
-            run.isel(ball=inside), np.asarray(times, float), in_rotor=False, chambers=shapes, scale=0.0, heavy=heavy
-        )
+        at_times = np.asarray(times, float)
+        poses = poses_of(run.isel(ball=inside), at_times, in_rotor=False, chambers=shapes, scale=0.0, heavy=_heavy(run))
         figure = picture(2.9 * len(times) + 0.9, 5.2)
         axes = figure.subplots(2, len(times), squeeze=False, sharey="row", height_ratios=[1.5, 1.0])
         for k, at in enumerate(times):

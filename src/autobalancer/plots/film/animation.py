@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any, Literal
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,17 +15,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
-from autobalancer.plots.film.frames import (
-    Film,
-    FilmCanvas,
-    film_question,
-    frame_times,
-    frames_of,
-    magnification,
-    pace,
-    size_words,
-    write_film,
-)
+from autobalancer.plots.film.frames import FilmCanvas, FilmQuestion, frame_times, magnification, pace, size_words
 from autobalancer.plots.run.history import (
     Deflections,
     PlacesInRotor,
@@ -41,8 +30,7 @@ from autobalancer.plots.run.history import (
 )
 from autobalancer.plots.run.race_and_orbit import CHAMFER, ROD
 from autobalancer.plots.run.run_up import deflection_panel, speed_panel
-from autobalancer.plots.style import FORCE, INK, RACE, UNBALANCE, look
-from autobalancer.progress import shows_progress
+from autobalancer.plots.style import FORCE, INK, RACE, UNBALANCE
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
 from autobalancer.results.drawn import (
     Complexes,
@@ -59,101 +47,35 @@ from autobalancer.results.drawn import (
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 
 
-@shows_progress
-def animate_races(
-    run: xr.Dataset,
-    path: str | Path,
-    *,
-    start: float | str | None = None,
-    end: float | str | None = None,
-    duration: float | str = 10.0,
-    fps: int = 25,
-    frame: Literal["rotor", "space"] = "rotor",
-    deflection_scale: float | Literal["auto"] = "auto",
-    speed_unit: str = "rpm",
-    width: int = 960,
-    progress: Callable[[int, int], None] | None = None,
-) -> Film:
-    """Make a film of a run: rotor, races, balls and unbalance beside speeds and deflection over time.
-
-    Balancers in different planes have a disc each, with the unbalance of their plane; below them the axis is seen from
-    the side, with these planes in perspective, so that its tilt or bending is visible.
-
-    A rotor at 3000 rpm turns twice between two frames of a film in real time, so its picture would seem to stand still or
-    to rotate slowly. In the frame of the rotor, the default, it stands still as under a stroboscope, and one sees what
-    matters: how the balls move relative to it, and to which side it is deflected. In space the rotor rotates;
-    choose a short interval, so that the film is slow motion. The caption says how fast the film is, how much larger
-    the deflection is drawn, and, in space, how often the rotor turns between two frames. The pale arc behind a ball
-    is its path since the previous frame; a full ring means that it circled at least once.
-
-    Frames lie on the samples of the run where the samples are denser than the frames; between samples the motion is a
-    cubic in the frame of the rotor. For slow motion of a machine that is not isotropic save some ten samples to a
-    revolution (``SampleTimes``).
-
-    Parameters
-    ----------
-    run
-        From :func:`simulate` or :func:`load_run`, with samples.
-    path
-        The film, ``.mp4`` or ``.gif``. MP4 needs no program on the system. An existing film is replaced when the new
-        one is complete.
-    start, end
-        Interval of the run in s; by default all samples.
-    duration
-        Length of the film in s.
-    fps
-        Frames in a second of film, 1 to 100.
-    frame
-        ``"rotor"``: the rotor stands still; ``"space"``: it turns.
-    deflection_scale
-        How much larger the deflection is drawn; by default so that the greatest is 15 % of the orbit radius.
-    speed_unit
-        ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
-    width
-        Pixels, 320 to 3840; the height follows.
-    progress
-        Called with (frames done, frames in all).
-
-    Returns
-    -------
-    Film
-        The path of the file that was written; a notebook shows the film.
+def race_scene(run: xr.Dataset, film: FilmQuestion) -> Scene:
+    """What a ``film`` of a run of balls in races shows.
 
     Raises
     ------
     QuestionError
-        If the run has no samples there, or the extension, a unit or a number is not possible.
-    ResultError
-        If the file cannot be written.
+        If the run has no samples there, or the deflection is to be drawn in an impossible size.
     """
-    requested = film_question(
-        path, start=start, end=end, duration=duration, fps=fps, frame=frame, speed_unit=speed_unit, width=width
-    )
-    motion, races = Motion(run), races_of(run)
-    times = _frame_times(motion.time, requested.start, requested.end, requested.frames)
+    motion, races, turns = Motion(run), races_of(run), film.frame == "space"
+    times = _frame_times(motion.time, film.start, film.end, film.frames)
     moments = motion.at(times)
     index = np.arange(times.size)
     fine = motion.at(np.interp(np.arange((times.size - 1) * PATH_POINTS + 1) / PATH_POINTS, index, times))
-    turns = frame == "space"
     along = places_in_rotor(run, times)
     drawn = [fine.deflection_in_rotor, fine.plane_deflection_in_rotor, *([] if along is None else [along.deflection])]
     greatest = max(float(np.abs(z).max()) for z in drawn)
-    scale = magnification(deflection_scale, greatest, unit_length(moments, races), 0.15)
-    with look():
-        scene = Scene(
-            run,
-            moments,
-            fine,
-            races,
-            in_space=turns,
-            per_frame=PATH_POINTS,
-            magnification=scale,
-            unit=requested.unit,
-            caption=_caption(moments, turns, requested.duration, scale, bool(races.orbit_radius.size)),
-            width=width,
-        )
-        write_film(requested.path, frames_of(scene.frame, times.size, progress), fps)
-    return Film(requested.path)
+    scale = magnification(film.scale, greatest, unit_length(moments, races), 0.15)
+    return Scene(
+        run,
+        moments,
+        fine,
+        races,
+        in_space=turns,
+        per_frame=PATH_POINTS,
+        magnification=scale,
+        unit=film.unit,
+        caption=_caption(moments, turns, film.duration, scale, bool(races.orbit_radius.size)),
+        width=film.width,
+    )
 
 
 def _frame_times(samples: Floats, start: float | None, end: float | None, count: int) -> Floats:
@@ -251,9 +173,7 @@ class Scene(FilmCanvas):
             ]
             length = unit_length(moments, races)
             self.axis = AxisView(beside, along, moments, races, self.turned, magnification, length, discs, colors)
-        figure.text(middle, 0.965, str(run.attrs.get("machine_name", "")), ha="center", va="center", weight="bold")
-        self.text = figure.text(middle, 0.92, "", ha="center", va="center", fontsize=11, family="monospace")
-        figure.text(middle, 0.012, caption, ha="center", va="bottom", fontsize=8.5, color="#404040")
+        self.write(run, middle, (0.965, 0.92, 0.012), caption)
         figure.legend(handles=self.views[0].key, loc="lower center", bbox_to_anchor=(middle, 0.08), ncols=3)
         self._panels(run)
         beside_artists = [] if self.axis is None else self.axis.artists

@@ -6,9 +6,10 @@ from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, TypedDict, Unpack, cast
 
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -16,7 +17,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.plots.style import INK, labels_of, picture
+from autobalancer.machine_kinds import arguments_of, machine_kind, refuse_unknown
+from autobalancer.plots.style import INK, labels_of, look, picture
+from autobalancer.progress import shows_progress
 from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis
 from autobalancer.safe_file import as_path, write_safely
 from autobalancer.units import argument, optional_argument
@@ -135,6 +138,14 @@ class FilmCanvas:
         self.moving: list[Artist] = []
         self.cursors: list[Line2D] = []
 
+    def write(self, run: xr.Dataset, middle: float, heights: tuple[float, float, float], caption: str) -> None:
+        """The name of the machine, the line ``text`` that changes, and the caption, each around ``middle`` at its height."""
+        name, line, below = heights
+        center: dict[str, Any] = {"ha": "center", "va": "center"}
+        self.figure.text(middle, name, str(run.attrs.get("machine_name", "")), weight="bold", **center)
+        self.text = self.figure.text(middle, line, "", fontsize=11, family="monospace", **center)
+        self.figure.text(middle, below, caption, ha="center", va="bottom", fontsize=8.5, color="#404040")
+
     def panels(self, left: float, first: float, last: float) -> tuple[Axes, Axes]:
         """Two axes over the time of the film, one above the other, right of ``left``, each with a cursor at ``first``."""
         wide = 0.975 - left
@@ -183,6 +194,21 @@ def frames_of(
 Floats = NDArray[np.float64]
 
 
+class FilmOptions(TypedDict, total=False):
+    """What :func:`animate` takes; the last two for deep chambers only."""
+
+    start: float | str | None
+    end: float | str | None
+    duration: float | str
+    fps: int
+    frame: Literal["rotor", "space"] | None
+    deflection_scale: float | Literal["auto"]
+    speed_unit: str
+    width: int
+    azimuth: float
+    elevation: float
+
+
 class FilmQuestion(NamedTuple):
     """What was asked of a film, in SI."""
 
@@ -191,19 +217,90 @@ class FilmQuestion(NamedTuple):
     end: float | None  # s
     duration: float  # s, of the film
     frames: int
+    fps: int
+    frame: str | None  # rotor or space
+    scale: float | Literal["auto"]
     unit: AxisUnit  # of speeds
+    width: int
+
+
+@shows_progress
+def animate(
+    run: xr.Dataset,
+    path: str | Path,
+    *,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[FilmOptions],
+) -> Film:
+    """Make a film of a run, ``.mp4`` or ``.gif``: the machine beside its speeds and its deflection over time.
+
+    Of balls in races one sees rotor, races, balls and unbalance. Balancers in different planes have a disc each, with the
+    unbalance of their plane; below them the axis is seen from the side, with these planes in perspective, so that its tilt
+    or bending is visible. Of deep chambers one sees the balls in three dimensions, colored by their speed.
+
+    A rotor at 3000 rpm turns twice between two frames of a film in real time, so its picture would seem to stand still or
+    to rotate slowly. In the frame of the rotor it stands still as under a stroboscope, and one sees what
+    matters: how the balls move relative to it, and to which side it is deflected. In space the rotor rotates;
+    choose a short interval, so that the film is slow motion. The caption says how fast the film is, how much larger
+    the deflection is drawn, and, in space, how often the rotor turns between two frames. The pale arc behind a ball in a race
+    is its path since the previous frame; a full ring means that it circled at least once.
+
+    Frames lie on the samples of a run of races where the samples are denser than the frames; between samples its motion is a
+    cubic in the frame of the rotor. For slow motion of a machine that is not isotropic save some ten samples to a
+    revolution (``SampleTimes``).
+
+    Parameters
+    ----------
+    run
+        From :func:`simulate`, :func:`load_run` or an archive, with samples.
+    path
+        The film. MP4 needs no program on the system. An existing film is replaced when the new one is complete.
+    progress
+        Called with (frames done, frames in all). ``None`` shows a bar where a person is looking, ``False`` none.
+    **options
+        ``start`` and ``end``, the interval of the run (s), by default all samples; ``duration`` of the film (s), by default
+        10; ``fps``, frames in a second of film, 1 to 100, by default 25; ``frame``, ``"rotor"`` (it stands still, the default
+        of races) or ``"space"`` (it turns, the default of chambers); ``deflection_scale``, how much larger the deflection is
+        drawn, by default so that the greatest is 15 % of the orbit radius, of a chamber 10 % of its radius; ``speed_unit``,
+        ``"rpm"``, ``"rad/s"`` or ``"Hz"``; ``width`` in pixels, 320 to 3840, by default 960. Of deep chambers also the
+        direction of view in degrees: ``azimuth`` in the horizontal plane from the rotor's axis, by default 35, and
+        ``elevation`` above it, by default 20. 0 and 0 look along the axis, 90 and 0 from the side, 0 and 90 from above.
+
+    Returns
+    -------
+    Film
+        The path of the file that was written; a notebook shows the film.
+
+    Raises
+    ------
+    QuestionError
+        If the run has no samples there, an option belongs to the other kind of run, or the extension, a unit or a number is
+        not possible.
+    ResultError
+        If the file cannot be written.
+    """
+    kind = machine_kind(run)
+    scene = kind["scene"]
+    given: dict[str, Any] = dict(options)
+    common, own = arguments_of(film_question)[1:], arguments_of(scene)[2:]
+    refuse_unknown("animate", given, [*common, *own], kind.words)
+    asked = film_question(path, **{name: given.pop(name) for name in common if name in given})
+    with look():
+        write_film(asked.path, frames_of(scene(run, asked, **given).frame, asked.frames, progress), asked.fps)
+    return Film(asked.path)
 
 
 def film_question(
     path: str | Path,
     *,
-    start: float | str | None,
-    end: float | str | None,
-    duration: float | str,
-    fps: int,
-    frame: str,
-    speed_unit: str,
-    width: int,
+    start: float | str | None = None,
+    end: float | str | None = None,
+    duration: float | str = 10.0,
+    fps: int = 25,
+    frame: str | None = None,
+    deflection_scale: float | Literal["auto"] = "auto",
+    speed_unit: str = "rpm",
+    width: int = 960,
 ) -> FilmQuestion:
     """The arguments that all films have, read and checked.
 
@@ -215,11 +312,11 @@ def film_question(
     first, last = optional_argument("start", start, "s"), optional_argument("end", end, "s")
     seconds = argument("duration", duration, "s")
     film_format(as_path(path))
-    unit = speed_axis(speed_unit)
-    return FilmQuestion(as_path(path), first, last, seconds, frame_count(frame, fps, seconds, width), unit)
+    count, unit = frame_count(frame, fps, seconds, width), speed_axis(speed_unit)
+    return FilmQuestion(as_path(path), first, last, seconds, count, fps, frame, deflection_scale, unit, width)
 
 
-def frame_count(frame: str, fps: int, duration: float, width: int) -> int:
+def frame_count(frame: str | None, fps: int, duration: float, width: int) -> int:
     """Number of frames of a film.
 
     Raises
@@ -227,7 +324,7 @@ def frame_count(frame: str, fps: int, duration: float, width: int) -> int:
     QuestionError
         If the frame of reference is neither rotor nor space, or a number makes no film.
     """
-    if frame not in ("rotor", "space"):
+    if frame not in (None, "rotor", "space"):
         raise QuestionError(f"frame: given {frame!r}; must be 'rotor' or 'space'")
     if not 1 <= fps <= 100:
         raise QuestionError(f"fps: given {fps}; must be between 1 and 100 frames a second")

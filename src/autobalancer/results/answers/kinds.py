@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import Friction, Motion, RubberLaw, friction_stiffness
 from autobalancer.machine import Rubber, RubberFriction, RubberRelaxation
+from autobalancer.machine_kinds import machine_kind
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import length_axis, measure_unit, speed_axis
 from autobalancer.tables import Column, html_table, text_table
@@ -76,7 +77,7 @@ def as_kind(dataset: xr.Dataset, kind: str) -> xr.Dataset:
     Runs of earlier versions, which kept no name, are recognized.
     """
     if not kind and "outcome_text" in dataset.attrs:
-        kind = "ChamberRun" if "body_position" in dataset else "Run"
+        kind = machine_kind(dataset).run
     if kind not in HOMES:
         return dataset
     home: type[Answer] = getattr(import_module(f"{PACKAGE}.{HOMES[kind]}"), kind)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.chamber_assembly import assemble_chamber, contact_time
-from autobalancer.files.machine_file import load_chamber_machine
+from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.laws.capabilities import chamber_capability
 from autobalancer.machine.chamber import Chamber, ChamberMachine
 from autobalancer.machine.drive import AsynchronousMotor
@@ -80,19 +80,19 @@ class ChamberSummary(Described):
         return asdict(self)
 
 
-def chamber_summary(machine: ChamberMachine | str | Path) -> ChamberSummary:
+def chamber_summary(machine: ChamberMachine | str | Path, say: Callable[[str], None] | None = None) -> ChamberSummary:
     """What is known of a machine with chambers before a run.
 
     Critical speeds are undamped and with the balls at rest in the chambers. ``contact_time`` is that of the shortest contact
     at 4 m/s, ``step`` the default one of :func:`simulate_chamber`. ``couple_unbalance`` counts from the middle of the rotor.
+    Nothing of it takes long, so ``say`` is told nothing.
 
     Raises
     ------
     MachineError
         If the machine is not possible as described, or its balls do not fit.
     """
-    if not isinstance(machine, ChamberMachine):
-        machine = load_chamber_machine(machine)
+    machine = balls_in_chambers(machine)
     fill(machine)
     fillings = tuple(_filling(number, chamber) for number, chamber in enumerate(machine.chambers, 1))
     unbalance = float(abs(sum(part.vector for part in machine.unbalances)))

@@ -11,8 +11,15 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.laws.capabilities import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.results.chamber_measures import balls_carried, chamber_settling, residual_of_balls, window
-from autobalancer.results.chamber_shape import bodies_of, unbalance_of
+from autobalancer.machine_kinds import CHAMBERS
+from autobalancer.results.chamber_measures import (
+    balls_carried,
+    bodies_of,
+    chamber_settling,
+    residual_of_balls,
+    unbalance_of,
+    window,
+)
 from autobalancer.results.display_units import length_text
 from autobalancer.results.time_series import Complexes, Floats, calm_mean, moved, of_a_run
 from autobalancer.results.verdict import (
@@ -34,7 +41,7 @@ MIDDLE = "middle of the rotor"
 TWENTIETHS = 20
 
 
-@of_a_run(runs="simulate_chamber")
+@of_a_run(runs=CHAMBERS)
 def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict:
     """Whether a run of a deep chamber ends balanced, by the rule of balls in races.
 
