@@ -52,6 +52,18 @@ def assert_same(run: Any, row: dict[str, Any]) -> None:
     assert row["verdict"] == ab.verdict(bins).word
 
 
+def test_a_measure_made_of_others_is_their_ratio_in_a_run_in_a_sweep_and_at_each_place_at_once() -> None:
+    machine = load_machine(MACHINES / "two_plane_rotor.toml")
+    found = ab.run_measures(ab.simulate(machine, duration=0.3, tolerance=1e-6))
+    ratio = found["vibration"].max() / found["vibration_without_balls"].max()
+    assert found["vibration_share"].dims == ()
+    assert float(found["vibration_share"]) == pytest.approx(float(ratio), rel=1e-14)
+    swept = ab.sweep(machine, {}, seeds=2, duration=0.3)
+    np.testing.assert_allclose(
+        swept["vibration_share"], swept["vibration"] / swept["vibration_without_balls"], rtol=1e-14
+    )
+
+
 @pytest.mark.parametrize("name", RACES)
 def test_a_row_of_a_sweep_has_the_numbers_of_the_run_to_the_last_bit(
     name: str, monkeypatch: pytest.MonkeyPatch
@@ -101,8 +113,9 @@ def test_so_it_has_where_whole_revolutions_were_kept(name: str, monkeypatch: pyt
         assert (abs(turned[-1] - turned[0]) > np.pi).all()
 
 
-def test_every_measure_of_a_sweep_is_a_column_of_a_row() -> None:
-    assert [m.name for m in SWEPT if not m.per_ball] == list(COLUMNS[:STATUS])
+def test_every_measure_of_a_sweep_is_a_column_of_a_row_or_made_of_such() -> None:
+    assert [m.name for m in SWEPT if not m.per_ball and not m.made_of] == list(COLUMNS[:STATUS])
+    assert {name for m in SWEPT for name in m.made_of} <= set(COLUMNS[:STATUS])
 
 
 def test_a_rotor_crosses_the_range_of_its_resonance_as_fast_as_its_ramp() -> None:

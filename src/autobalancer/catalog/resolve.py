@@ -241,9 +241,9 @@ def _orbit_in(
         )
         return None
     along = float(group.length or 0.0) if group.body == "roller" else diameter
-    for key, room, size in (("width", race.width, diameter), ("height", race.height, along)):
-        if room is not None and size > room:
-            problems.append((keys, f"a {group.body} of {_mm(size)} does not fit into a chamber of {key} {_mm(room)}"))
+    for key, room, extent in (("width", race.width, diameter), ("height", race.height, along)):
+        if room is not None and extent > room:
+            problems.append((keys, f"a {group.body} of {_mm(extent)} does not fit into a chamber of {key} {_mm(room)}"))
     if race.width is not None and race.width > orbit + radius:
         problems.append(
             (

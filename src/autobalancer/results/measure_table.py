@@ -1,7 +1,8 @@
 """The table of the measures of a run: name, unit, meaning and arithmetic, for runs, sweeps, commands and documentation.
 
-A new measure of a run is an entry here, of a deep chamber one in ``results/chamber_measures.py``. Sweeps compute their measures
-compiled: they have those that are a column of ``kernels/measures/row.py``, too.
+A new measure of a run is an entry here, of a deep chamber one in ``results/chamber_measures.py``. One that is made of others
+(``made_of``) is in sweeps at once. From motions sweeps compute theirs compiled: such a one needs its column and arithmetic in
+``kernels/measures``, too.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ NEEDS = {
     "jump": "parts",
     "link": "links",
 }
-Of = Callable[[Any], Any]  # of a Recorded in which nothing that the measure needs is None
+Of = Callable[..., Any]  # of a Recorded in which nothing that the measure needs is None
 
 
 class OfAll(NamedTuple):
@@ -94,7 +95,8 @@ class Measure(NamedTuple):
 
     It is left out where the run did not record what :data:`NEEDS` says of ``along``, or what it ``needs`` besides, both names
     of :class:`~autobalancer.results.run_arrays.Recorded` (of a deep chamber ``needs`` alone). A sweep keeps measures that are one
-    number, those over the balls, and ``of_all`` of the others, if they are computed there.
+    number, those over the balls, and ``of_all`` of the others, if they are computed there. With ``made_of`` it is one number, and
+    ``of`` gets in place of a run the numbers that a sweep keeps of those measures, or arrays of them.
     """
 
     name: str
@@ -104,6 +106,7 @@ class Measure(NamedTuple):
     of: Of
     of_all: OfAll | None = None
     needs: str = ""
+    made_of: tuple[str, ...] = ()
 
 
 class InSweep(NamedTuple):
@@ -115,6 +118,7 @@ class InSweep(NamedTuple):
     per_ball: bool
     of: Of
     needs: tuple[str, ...]
+    made_of: tuple[str, ...] = ()
 
 
 def needed(measure: Measure) -> tuple[str, ...]:
@@ -175,6 +179,12 @@ MEASURES = (
         lambda r: r.without_balls,
         OfAll("greatest vibration of all places with the balls spread and held", lambda r: np.max(r.without_balls)),
         needs="without_balls",
+    ),
+    Measure(
+        "vibration_share",
+        *("1", "", "vibration at the end of the run over that with the balls spread and held, the greatest of each"),
+        lambda vibration, without: share_of(vibration, without),
+        made_of=("vibration", "vibration_without_balls"),
     ),
     Measure("vibration_rms", "m", "place", f"root mean square of the vibration {LAST}", lambda r: r.moved.rms),
     Measure(
@@ -350,22 +360,39 @@ MEASURES = (
 
 def measured(recorded: Any, table: Sequence[Measure], label: Callable[[Measure], dict[str, str]]) -> dict[str, Any]:
     """Dimensions, numbers and ``label`` of the measures of a run by name, without those for which it recorded too little."""
-    return {
-        m.name: ((m.along,) if m.along else (), np.asarray(m.of(recorded), np.float64), label(m))
+    of_a_race = isinstance(recorded, Recorded)
+    values = {
+        m.name: m.of(recorded)
         for m in table
-        if _has(recorded, needed(m) if isinstance(recorded, Recorded) else (m.needs,) * bool(m.needs))
+        if not m.made_of and _has(recorded, needed(m) if of_a_race else (m.needs,) * bool(m.needs))
+    }
+    if any(m.made_of for m in table):
+        values = numbers(recorded) | values
+    return {
+        m.name: ((m.along,) if m.along else (), np.asarray(values[m.name], np.float64), label(m))
+        for m in table
+        if m.name in values
     }
 
 
 def numbers(recorded: Recorded) -> dict[str, Any]:
     """What a sweep keeps of a run, by name, without that for which it recorded too little."""
-    return {m.name: m.of(recorded) for m in SWEPT if _has(recorded, m.needs)}
+    return _with_made({m.name: m.of(recorded) for m in SWEPT if not m.made_of and _has(recorded, m.needs)})
+
+
+def _with_made(single: dict[str, Any]) -> dict[str, Any]:
+    """The numbers of a sweep with those that are made of others, in the order of the table."""
+    made = {m.name: m.of(*map(single.get, m.made_of)) for m in SWEPT if m.made_of and single.keys() >= set(m.made_of)}
+    return {m.name: (single | made)[m.name] for m in SWEPT if m.name in single or m.name in made}
 
 
 def in_row(row: Floats, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
     """The same by name out of a row of kernels/measures/row.py, or out of many rows; nan for what a run did not record."""
-    result = {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in SWEPT}
-    return result if settling_from == SETTLING_FROM[0] else result | {"settling_time": row[..., SINCE_RELEASE]}
+    own = (m for m in SWEPT if not m.made_of)
+    result = {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in own}
+    if settling_from != SETTLING_FROM[0]:
+        result["settling_time"] = row[..., SINCE_RELEASE]
+    return _with_made(result)
 
 
 def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
@@ -377,12 +404,21 @@ def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
 def swept(table: Sequence[Measure]) -> tuple[InSweep, ...]:
     """What a sweep keeps of the measures of a table: those that are computed there."""
     one = (m.of_all or OfAll(m.text, m.of) for m in table)
+    needs = {(m.of_all and m.of_all.name) or m.name: needed(m) for m in table}
     result = (
-        InSweep(o.name or m.name, m.unit, o.text, o.per_ball, o.of, (o.needs,) if o.needs else needed(m))
+        InSweep(
+            o.name or m.name,
+            m.unit,
+            o.text,
+            o.per_ball,
+            o.of,
+            tuple(need for name in m.made_of for need in needs[name]) or ((o.needs,) if o.needs else needed(m)),
+            m.made_of,
+        )
         for m, o in zip(table, one, strict=True)
         if m.of_all is not None or not m.along
     )
-    return tuple(m for m in result if m.per_ball or m.name in COLUMNS)
+    return tuple(m for m in result if m.per_ball or m.name in COLUMNS or m.made_of)
 
 
 def _has(recorded: Any, names: tuple[str, ...]) -> bool:
