@@ -30,7 +30,8 @@ from autobalancer.cli.terminal.command import public
 from autobalancer.cli.terminal.options import parameter_values, speed_range
 from autobalancer.cli.terminal.progress_bar import Console
 from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv
-from autobalancer.errors import QuestionError, ResultError, UnitError
+from autobalancer.errors import MachineFileError, QuestionError, ResultError, UnitError
+from autobalancer.files.samples import write_example
 from autobalancer.results.store import plain_json
 from autobalancer.stability.states.questions import eigenvalues, ranges
 from autobalancer.tables import Column
@@ -522,3 +523,36 @@ def test_a_unit_in_brackets_is_shown_in_the_help() -> None:
         for param in command.params:
             text = getattr(param, "help", None) or ""
             assert Text.from_markup(text).plain == text.replace("\\[", "["), words_
+
+
+KINDS_OF_SAMPLES = {
+    "oil_study.toml": ("study", "study {}"),
+    "centrifuge_design.toml": ("design specification", "design {}"),
+    "two_plane_job.toml": ("balancing job", "measure balance {}"),
+    "rodrigues_plain_rotor.toml": ("measurement file", "identify MACHINE {}"),
+}
+
+
+@pytest.mark.parametrize("name", KINDS_OF_SAMPLES)
+def test_a_file_of_another_kind_is_checked_as_such_and_refused_by_name_where_a_machine_is_wanted(
+    tmp_path, name
+) -> None:
+    for sample in {name, "discoidal.toml", "thin_oil.toml"}:
+        write_example(Path(sample).stem, tmp_path)
+    path, (noun, question) = tmp_path / name, KINDS_OF_SAMPLES[name]
+    result = CliRunner().invoke(app, ["check", str(path)], env={"COLUMNS": "400"})
+    assert result.exit_code == 0, result.output
+    assert f"a {noun} without faults; 'autobalancer {question.format(path)}' answers it" in result.output
+    with pytest.raises(
+        MachineFileError, match=f"is a {noun}, not a machine file; 'autobalancer {question.format(path)}'"
+    ):
+        ab.load_machine(path)
+
+
+def test_a_check_lists_the_faults_of_a_job_as_those_of_a_job(tmp_path) -> None:
+    job = tmp_path / "job.toml"
+    job.write_text('deviation = "1 %"\n[[runs]]\nnmae = "original"\n')
+    result = CliRunner().invoke(app, ["check", str(job)], env={"COLUMNS": "400"})
+    assert result.exit_code == 2
+    assert "runs[1].nmae: unknown key; did you mean 'name'" in result.stderr
+    assert "rotor" not in result.stderr

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
@@ -32,14 +34,32 @@ Speed = Annotated[float | None, In("rad/s"), 'Rotor speed where it is not varied
 def check(machine: MachineFile) -> Reply:
     """Check a machine file and print its masses, critical speeds, capability, drag and border speeds.
 
-    Of a machine with deep chambers: filling, contact time and step in place of drag and borders.
+    Of a machine with deep chambers: filling, contact time and step in place of drag and borders. A file of another kind, such
+    as a study, a design specification or a balancing job, is read as what it is, with all its faults.
 
     Example: autobalancer check discoidal.toml
     """
     from autobalancer.progress import looking_for
 
+    if reply := _other_kind(machine):
+        return reply
     found = ab.check(machine, looking_for)
     return Reply(found, found.as_dict(), heading=found.name, facts=found.rows(speed_text), notes=found.warnings)
+
+
+def _other_kind(path: Path) -> Reply | None:
+    """What is said of a file that is read without a fault and is no machine."""
+    from autobalancer.files.text_files import read_toml
+    from autobalancer.machine.schema import OTHERS, other_kind
+
+    kind = other_kind(read_toml(path)) if path.suffix.lower() == ".toml" and path.is_file() else None
+    if kind is None:
+        return None
+    noun, module, reader, question = OTHERS[kind]
+    getattr(import_module(f"autobalancer.{module}"), reader)(path)
+    answered_by = f"autobalancer {question.format(path)}"
+    text = f"{path}: a {noun} without faults; '{answered_by}' answers it"
+    return Reply(None, {"file": str(path), "kind": kind, "command": answered_by}, lines=[text])
 
 
 # ``autobalancer borders``: the border speeds of a machine, over a parameter, and the least viscosity for a speed.

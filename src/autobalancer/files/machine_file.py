@@ -17,6 +17,7 @@ from autobalancer.files.text_files import MACHINE, parsed_toml, read_table, read
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part
+from autobalancer.machine.schema import OTHERS, other_kind
 from autobalancer.machine_kinds import CHAMBERS, RACES, Kind, machine_kind
 from autobalancer.safe_file import as_path, write_text_safely
 from autobalancer.units import shortened
@@ -79,6 +80,12 @@ def parse_race_machine(text: str, source: str = "machine text") -> Machine:
 def parse_machine(text: str, source: str = "machine text", *, folder: str | Path = ".") -> Machine | ChamberMachine:
     """Like :func:`load_machine`, from a ``text``; ``source`` is named in errors, ``folder`` holds measured profiles."""
     data = parsed_toml(text, source, MachineFileError)
+    if kind := other_kind(data):
+        noun, *_, question = OTHERS[kind]
+        raise MachineFileError(
+            f"{source}: is a {noun}, not a machine file; 'autobalancer {question.format(source)}' answers it, "
+            f"'autobalancer check {source}' checks it"
+        )
     refuse_out_of_bounds(data, source)
     try:
         machine: Machine | ChamberMachine = machine_kind(data).part(**with_profiles(data, Path(folder), source))

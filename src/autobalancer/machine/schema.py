@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine.keys import Key, keys_of, tables_of
@@ -21,6 +22,34 @@ ROOTS: dict[Kind, tuple[str, str]] = {  # module and class that check a file of 
     "measurements": ("measurement.comparison.run_up_fit", "RunUpFile"),
     "balancing": ("measurement.balancing.runs", "BalanceJob"),
 }
+
+
+class FileKind(NamedTuple):
+    """What a file that is no machine is called, module and function that read it, and the command that answers it."""
+
+    noun: str
+    module: str
+    reader: str
+    command: str
+
+
+OTHERS: dict[Kind, FileKind] = {
+    "design": FileKind("design specification", "studies.design.design_file", "read_spec", "design {}"),
+    "study": FileKind("study", "studies.study.study_file", "read_study", "study {}"),
+    "film": FileKind("set-up of a film", "measurement.film.setup_file", "load_film_setup", "measure balls FILM {}"),
+    "channels": FileKind(
+        "description of channels",
+        "measurement.signals.load",
+        "described_channels",
+        "measure signals SIGNALS --channels {}",
+    ),
+    "measurements": FileKind(
+        "measurement file", "measurement.comparison.run_up_fit", "load_measurements", "identify MACHINE {}"
+    ),
+    "balancing": FileKind("balancing job", "measurement.balancing.runs", "load_balance_runs", "measure balance {}"),
+}
+OF_MACHINES = {"axis", "rotor", "drive", "balancers", "chambers"}  # keys at the top of a machine file
+OF_ALL = {"name", "description"}
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -99,6 +128,16 @@ def keys(path: str = "", kind: Kind = "races") -> KeyTables:
 
 def _facts(keys: list[Key]) -> list[tuple[str, str]]:
     return [(key.name, f"{key.value_and_default}\n{in_plain_letters(key.meaning)}") for key in keys]
+
+
+def other_kind(data: Mapping[str, Any]) -> Kind | None:
+    """Of which other kind a file with these keys at its top is: of the one that knows most of them; ``None`` if none does."""
+    names = set(data) - OF_ALL
+    if not names or names & OF_MACHINES:
+        return None
+    known: dict[Kind, int] = {kind: len(names & set(_root(kind).model_fields)) for kind in OTHERS}
+    kind = max(known, key=lambda kind: known[kind])
+    return kind if known[kind] > len(names & set(_root("races").model_fields)) else None
 
 
 def _root(kind: Kind) -> type[Part]:
