@@ -146,6 +146,18 @@ REFUSED_AS: dict[
     ("N*m", "did you mean Nm"): "nm",
     ("N*m", r"a quantity in N\*m is wanted"): "Nm/rad",
     ("N*m/rad", "did you mean Nm/rad"): "Nm",
+    ("kg*m", "a mass, not a force, times a radius: divide a static moment by 9.80665"): "Nm, N*m, Nmm, lbf*in",
+    ("kg*m", "over the square of the speed"): "N, kN",
+    ("kg*m", "with its radius"): "g, kg",
+    ("kg*m", "balance quality grade"): "mm/s",
+    ("kg", "a weight over 9.80665"): "N, lbf",
+    ("m^2/s", "a dynamic viscosity over the density"): "mPa*s, cP, mPas",
+    ("Pa*s", "a kinematic viscosity times the density"): "cSt, mm^2/s",
+    ("N/m", "not a moment over an angle"): "Nm/rad",
+    ("N*s/m", "a damping ratio D of a mass"): "%",
+    ("rad/s", "a circumferential speed over the radius"): "m/s",
+    ("rad/s^2", "how the speed rises in a time"): "rpm",
+    ("s", "1 over the frequency"): "Hz",
     ("V/(m/s^2)", "behind the charge amplifier"): "pC/g",
 }
 READ = [(unit, wanted, si) for (wanted, si), units in READ_AS.items() for unit in units.split(", ")]

@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from autobalancer.errors import QuestionError, UnitError
-from autobalancer.units.trade import SUFFIXES, added, factor, lacks_turns, meant, without_suffix
+from autobalancer.units.trade import SUFFIXES, added, confused, factor, lacks_turns, meant, without_suffix
 
 if TYPE_CHECKING:
     import numpy as np
@@ -135,9 +135,8 @@ def conversion(written: str, unit: str, value: str = "") -> tuple[float, float]:
         raise UnitError(f"given {value!r}; turns or radians a second? Write {_TURNING[unit]}")
     kind, samples = (f"quantity in {unit}", sample(unit)) if unit else ("number without a unit", '0.02 or "2 %"')
     near = meant(written, unit)
-    raise UnitError(
-        f"given {value!r}, but a {kind} is wanted here, such as {samples}" + (f"; did you mean {near}?" if near else "")
-    )
+    hint = f"did you mean {near}?" if near else confused(written, unit)
+    raise UnitError("; ".join(filter(None, (f"given {value!r}, but a {kind} is wanted here, such as {samples}", hint))))
 
 
 def column_factor(written: str, unit: str, amplitude: bool = False) -> tuple[float, float]:

@@ -206,6 +206,81 @@ def meant(written: str, unit: str) -> str:
     return next((one for one in tried if one != written and factor(one, unit) is not None), "")
 
 
+CONFUSED: dict[
+    str, dict[str, str]
+] = {  # of the unit that is wanted: units of what it is taken for, and how to come from there
+    "kg*m": {
+        "N*m": "an unbalance is a mass, not a force, times a radius: divide a static moment by 9.80665 m/s^2, a torque is none",
+        "N": "the force of an unbalance over the square of the speed is the unbalance",
+        "kg": "a mass makes an unbalance with its radius: multiply by it",
+        "m": "an eccentricity makes an unbalance with the mass of the rotor: multiply by it",
+        "m/s": "a balance quality grade (mm/s) over the speed, times the mass of the rotor, is the unbalance",
+        "kg*m^2": "an unbalance is a mass times its radius, an inertia a mass times the square of its radius",
+    },
+    "kg": {
+        "N": "a weight over 9.80665 m/s^2 is the mass",
+        "kg*m": "an unbalance over its radius is the mass",
+    },
+    "kg*m^2": {
+        "kg*m": "an inertia is a mass times the square of its radius, an unbalance a mass times its radius",
+        "N*m^2": "a GD^2 in N*m^2 over 4 times 9.80665 m/s^2 is the inertia",
+    },
+    "kg/m^3": {"N/m^3": "a specific weight over 9.80665 m/s^2 is the density"},
+    "m^2/s": {
+        "Pa*s": "a dynamic viscosity over the density is the kinematic one that is wanted: 1 mPa*s in water is 1 mm^2/s"
+    },
+    "Pa*s": {
+        "m^2/s": "a kinematic viscosity times the density is the dynamic one that is wanted: 1 cSt of water is 1 mPa*s"
+    },
+    "N/m": {
+        "N*m/rad": "the stiffness of a support is a force over a deflection, not a moment over an angle",
+        "rad/s": "a natural frequency in rad/s squared, times the mass, is the stiffness",
+    },
+    "N*m/rad": {"N/m": "a torsional or tilting stiffness is a moment over an angle, not a force over a deflection"},
+    "N*s/m": {
+        "": "a damping ratio D of a mass m on a stiffness k is a damping of 2 D sqrt(k m)",
+        "N*m*s/rad": "the damping of a support is a force over a velocity, not a moment over an angular velocity",
+        "1/s": "a decay rate times twice the mass is the damping",
+    },
+    "N*m*s": {"N*s/m": "multiply a force over a velocity by the square of the radius"},
+    "N*m": {
+        "N": "a force makes a torque with its radius: multiply by it",
+        "W": "a power over the speed in rad/s is the torque",
+        "N*m*s": "a drag coefficient times the speed is a torque",
+    },
+    "N": {
+        "N*m": "a torque over its radius is the force",
+        "Pa": "a pressure times its area is the force",
+    },
+    "Pa": {"N": "a force over its area is the pressure", "N/m": "a force over an area is wanted, not over a length"},
+    "rad/s": {
+        "m/s": "a circumferential speed over the radius is the speed of the rotor",
+        "rad/s^2": "a speed is wanted, not how it rises",
+        "s": "turns over the time that they take, such as 20 Hz, are a speed, not the time",
+        "rad": "a speed is an angle in a time, such as 90 deg/s",
+    },
+    "rad/s^2": {"rad/s": "how the speed rises in a time is wanted, such as 30 rpm/s"},
+    "s": {
+        "Hz": "a time is wanted; that of one period is 1 over the frequency",
+        "rad/s": "a time is wanted, not a speed",
+    },
+    "m": {
+        "m/s": "the amplitude of a velocity over 2 pi times its frequency is that of the displacement",
+        "m/s^2": "the amplitude of an acceleration over the square of 2 pi times its frequency is that of the displacement",
+    },
+    "rad": {"m": "an arc over its radius is the angle"},
+}
+
+
+def confused(written: str, unit: str) -> str:
+    """How to come to a quantity in ``unit`` from one that is often taken for it and has the ``written`` unit; else empty."""
+    given = meanings(written)[0].dimension
+    for other, hint in CONFUSED.get(unit, {}).items():
+        if _same(given, meanings(other)[0].dimension if other else ONE.dimension):
+            return hint
+    return ""
+
+
 def added(written: str) -> float:
     """What is added after the factor: not nothing for degrees Celsius and Fahrenheit."""
     return ADDED.get(_plain(written).strip(), 0.0)
