@@ -360,7 +360,7 @@ def test_json_is_json_where_numbers_are_not_known(tmp_path: Path) -> None:
     ran = ("simulate", str(ROOT / "examples/machines/stall_and_release.toml"), "--duration", "0.02 s")
     text = say(*ran, "--out", str(tmp_path / "r.nc"), "--json")
     found = json.loads(text, parse_constant=pytest.fail)
-    assert None in np.atleast_1d(found["measures"]["release_speed"]), "no ball was released within 0.02 s"
+    assert None in np.atleast_1d(found["measures"]["break_away_speed"]), "no ball was released within 0.02 s"
 
 
 def test_a_file_is_what_its_name_says(tmp_path: Path) -> None:
@@ -370,12 +370,12 @@ def test_a_file_is_what_its_name_says(tmp_path: Path) -> None:
     assert f"new folder: {tmp_path / 'new'}" in told
     kept = ab.load_run(files[0])
     rows = list(csv.reader(io.StringIO(files[1].read_text())))
-    assert rows[0][:2] == ["viscosity [m^2/s]", "release_speed [rad/s]"]
+    assert rows[0][:2] == ["viscosity [m^2/s]", "break_away_speed [rad/s]"]
     table = np.array([[float(row[0]), float(row[1])] for row in rows[1:]])
-    assert table[:, 1].tolist() == kept["release_speed"].values.tolist()
+    assert table[:, 1].tolist() == kept["break_away_speed"].values.tolist()
     whole = json.loads(files[2].read_text())
-    assert whole["variables"]["release_speed"]["values"] == kept["release_speed"].values.tolist()
-    assert whole["variables"]["release_speed"]["units"] == "rad/s"
+    assert whole["variables"]["break_away_speed"]["values"] == kept["break_away_speed"].values.tolist()
+    assert whole["variables"]["break_away_speed"]["units"] == "rad/s"
     told = " ".join(say(*over, "--out", str(tmp_path / "b.dat"), code=2).split())
     assert "end it with .nc, .csv or .json" in told
     assert not (tmp_path / "b.dat").exists()

@@ -131,11 +131,11 @@ def test_a_stalled_ball_is_late_by_the_time_between_the_critical_speed_and_its_r
     run = ab.simulate(MACHINES / "stall_and_release.toml", save=[ab.Samples(20_001), ab.Envelope(500)])
     found = ab.run_measures(run)
     speed, time = run["speed"].values, run["time"].values
-    released = np.interp(found["release_speed"].values, speed[time <= 15.0], time[time <= 15.0])
-    np.testing.assert_allclose(found["release_time"], released, rtol=1e-9)
+    released = np.interp(found["break_away_speed"].values, speed[time <= 15.0], time[time <= 15.0])
+    np.testing.assert_allclose(found["break_away_time"], released, rtol=1e-9)
     from_here = np.interp(1.02 * 250.0, speed[time <= 15.0], time[time <= 15.0])  # where a ball can be called stalled
-    assert (found["stalled_time"] >= found["release_time"] - from_here - 0.2).all()
-    assert (found["stalled_time"] <= found["release_time"] - from_here + 1.0).all()
+    assert (found["stalled_time"] >= found["break_away_time"] - from_here - 0.2).all()
+    assert (found["stalled_time"] <= found["break_away_time"] - from_here + 1.0).all()
     faster = found["greatest_ball_speed"].values
     np.testing.assert_array_equal(faster, np.abs(run["ball_speed_in_space"].values).max(axis=0))
 

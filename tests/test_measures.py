@@ -26,7 +26,7 @@ def stalled_run() -> xr.Dataset:
 
 
 def test_stalled_balls_hang_below_the_critical_speed_and_break_away_near_the_formula(stalled_run: xr.Dataset) -> None:
-    released = ab.release_speed(stalled_run).values
+    released = ab.break_away_speed(stalled_run).values
     formula = 250.0 * (1.0 + 2.0 * (2.5e-4 * 250.0) ** 2 / (100.0 * 1.4685e-4))
     np.testing.assert_allclose(released, formula, rtol=0.02)
 
@@ -83,7 +83,7 @@ def test_all_balls_settle_from_one_moment_and_those_that_settle_earlier_are_neve
     np.testing.assert_allclose(found, found["settled_at"] - end, atol=1e-4)
     free = ab.settling_time(stalled_run, settling_from="release")
     assert str(free["counted_from"].values) == "release"
-    last = float(ab.run_measures(stalled_run)["release_time"].max())
+    last = float(ab.run_measures(stalled_run)["break_away_time"].max())
     np.testing.assert_allclose(free, found["settled_at"] - last, atol=1e-12)
     with pytest.raises(QuestionError, match=r"settling_from: given 'ramp'; must be 'run-up' or 'release'"):
         ab.run_measures(stalled_run, settling_from="ramp")
@@ -112,7 +112,7 @@ def test_balls_that_gravity_swings_once_a_revolution_have_settled() -> None:
 def test_a_ball_that_still_moves_has_not_settled() -> None:
     run = ab.simulate(MACHINES / "stall_and_release.toml", duration=10.0)  # stalled at the end
     assert np.isnan(ab.settling_time(run)).all()
-    assert np.isnan(ab.release_speed(run)).all()
+    assert np.isnan(ab.break_away_speed(run)).all()
 
 
 def creeping_balls(rest: float, amplitude: float, rate: float, end: float = 20.0) -> Balls:
@@ -201,20 +201,20 @@ def test_a_sweep_and_the_measures_of_a_run_with_the_same_data_are_the_same_numbe
     assert float(swept["residual_unbalance"]) == pytest.approx(float(found["residual_unbalance"].sum()), rel=1e-9)
     for name in ("settling_time", "settled_at"):  # nan if one has not settled
         assert float(swept[name]) == pytest.approx(float(found[name].max(skipna=False)), rel=1e-9, nan_ok=True)
-    assert float(swept["release_speed"]) == pytest.approx(of_all(found, "release_speed"), rel=1e-9, nan_ok=True)
+    assert float(swept["break_away_speed"]) == pytest.approx(of_all(found, "break_away_speed"), rel=1e-9, nan_ok=True)
 
     # with samples the balls are seen more often than once in a bin; nothing else changes
     run = ab.simulate(machine, duration=duration, save=[ab.Samples(), *saved], tolerance=1e-7)
     fine = ab.run_measures(run)
     np.testing.assert_allclose(swept["ball_angle_to_unbalance"], fine["final_ball_angle_to_unbalance"], rtol=1e-9)
-    of_balls = ["settling_time", "settled_at", "release_speed", "final_ball_angle_to_unbalance", "counted_from"]
-    of_balls += ["release_time", "stalled_time", "greatest_ball_speed", "peak_force"]
+    of_balls = ["settling_time", "settled_at", "break_away_speed", "final_ball_angle_to_unbalance", "counted_from"]
+    of_balls += ["break_away_time", "stalled_time", "greatest_ball_speed", "peak_force"]
     kept, again = (each.drop_vars(of_balls, errors="ignore") for each in (found, fine))
     xr.testing.assert_allclose(kept, again, rtol=1e-9)
     late = float(swept["settled_at"]) - float(fine["settled_at"].max(skipna=False))
     assert late == pytest.approx(0.0, abs=0.1 * duration / 500)  # interpolated within a bin
     change = float(np.abs(np.diff(run["envelope_speed"])).max())
-    assert float(swept["release_speed"]) == pytest.approx(of_all(fine, "release_speed"), abs=change, nan_ok=True)
+    assert float(swept["break_away_speed"]) == pytest.approx(of_all(fine, "break_away_speed"), abs=change, nan_ok=True)
 
 
 def test_the_balls_of_an_envelope_are_those_at_the_end_of_each_bin(stalled_run: xr.Dataset) -> None:
@@ -272,7 +272,7 @@ def test_a_sweep_names_the_parameter_that_is_impossible() -> None:
 
 
 RUN_FUNCTIONS = (
-    ab.run_measures, ab.deflection_envelope, ab.residual_vibration, ab.peak_deflection, ab.settling_time, ab.release_speed,
+    ab.run_measures, ab.deflection_envelope, ab.residual_vibration, ab.peak_deflection, ab.settling_time, ab.break_away_speed,
     ab.ball_angle_to_unbalance, ab.vibration, ab.static_deflection, ab.residual_unbalance, ab.support_forces, ab.verdict,
     ab.run_measures, ab.verdict,
 )  # fmt: skip
@@ -294,7 +294,7 @@ def test_a_function_of_a_run_says_so_to_who_gives_a_machine_a_path_or_another_re
 def test_the_release_speed_of_a_machine_is_a_border_and_the_message_says_so() -> None:
     machine = ab.load_machine(MACHINES / "discoidal.toml")
     with pytest.raises(QuestionError, match=r"of the machine itself ask ab.stability.borders\(machine\)"):
-        ab.release_speed(machine)
+        ab.break_away_speed(machine)
 
 
 @pytest.mark.parametrize(

@@ -88,8 +88,8 @@ def test_a_film_is_compared_by_the_release_of_its_balls(run: xr.Dataset) -> None
     film = seen_by_a_camera(run.isel(time=slice(None, None, 4)), np.random.default_rng(3)).isel(ball=[1, 0])
     found = ab.compare(run, film)
     assert (found["rms_away"] < 1.1 * found["rms_expected"]).all()
-    released = found.sel(measure="release_speed")
-    true = np.sort(ab.release_speed(run).values)
+    released = found.sel(measure="break_away_speed")
+    true = np.sort(ab.break_away_speed(run).values)
     np.testing.assert_allclose(np.sort(released["measured_value"]), true, rtol=0.02)
     assert any("no measures of the deflection" in note for note in found.attrs["notes"])
 

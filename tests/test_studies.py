@@ -358,6 +358,15 @@ def test_what_a_study_could_say_at_its_end_only_is_refused_before_and_leaves_no_
     assert {path.name for path in tmp_path.iterdir()} == {"own.toml"}
 
 
+def test_the_release_speed_of_theory_and_the_break_away_speed_of_the_runs_stand_beside_each_other() -> None:
+    asked = {"machine": ab.example("stall_and_release"), "members": 2, "results": ["run", "release speed"]}
+    found = ab.study({**asked, "vary": {"drag": [1.4685e-4]}})
+    theory, runs = found["release_speed"].values, found["break_away_speed"].values
+    assert theory == pytest.approx(383.0, rel=1e-3)
+    assert (np.abs(runs - theory) > 1.0).all()  # of balls that run up in 15 s
+    assert runs == pytest.approx(theory, rel=0.03)
+
+
 def test_a_study_says_the_median_of_the_ratios_of_its_passages_to_those_with_held_balls() -> None:
     machine = ab.example("stall_and_release")
     vary = {

@@ -101,7 +101,7 @@ assert ab.residual_vibration(started_there) < 1e-3 * ab.residual_vibration(stall
 # And a run-up to 500 rad/s must release them near the release speed:
 
 released = ab.simulate(ab.example("stall_and_release"))
-broke_away = ab.release_speed(released)
+broke_away = ab.break_away_speed(released)
 print(f"balls broke away at {', '.join(f'{speed:.0f}' for speed in broke_away.values)} rad/s")
 ab.plot.run_up(released, speed_unit="rad/s")
 

@@ -123,7 +123,7 @@ def peaked(oil: int) -> Machine:
 def stall_in_thin_oil() -> Found:
     """The ball of 5 mm^2/s hangs at the resonance with the lower rolling resistance: from where it is released."""
     guided, floor = (
-        float(ab.run_measures(simulated(machine(5, starts()[0], guided=held), 90.0))["release_speed"][0])
+        float(ab.run_measures(simulated(machine(5, starts()[0], guided=held), 90.0))["break_away_speed"][0])
         for held in (True, False)
     )
     what = "release after a stall in 5 mm^2/s, 0.001, ball from the floor against guided"

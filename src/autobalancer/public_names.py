@@ -45,7 +45,7 @@ NAMES: dict[str, dict[str, str]] = {
         "residual_vibration": "results.measure_table",
         "peak_deflection": "results.measure_table",
         "settling_time": "results.measure_table",
-        "release_speed": "results.measure_table",
+        "break_away_speed": "results.measure_table",
         "ball_angle_to_unbalance": "results.measure_table",
     },
     "plot": {

@@ -252,13 +252,13 @@ MEASURES = (
         OfAll("time in the run at which the last ball has settled", lambda r: r.settled.at[greatest_at(r.settled.at)]),
     ),
     Measure(
-        "release_speed",
+        "break_away_speed",
         *("rad/s", "ball", "break-away speed in the run"),
         lambda r: r.released,
         OfAll("greatest break-away speed of a stalled ball", lambda r: greatest_known(r.released)),
     ),
     Measure(
-        "release_time",
+        "break_away_time",
         *("s", "ball", "time in the run at which the stalled ball breaks away"),
         lambda r: r.released_at,
         OfAll("time in the run at which the last stalled ball breaks away", lambda r: greatest_known(r.released_at)),
@@ -541,12 +541,13 @@ def settling_time(run: xr.Dataset, tolerance: float = SETTLED, settling_from: st
 
 
 @of_a_run(of_machine="ab.stability.borders(machine)")
-def release_speed(run: xr.Dataset, critical_speed: float | str | None = None) -> xr.DataArray:
+def break_away_speed(run: xr.Dataset, critical_speed: float | str | None = None) -> xr.DataArray:
     """Rotor speed (rad/s) at which each ball that stalled at the critical speed breaks away.
 
+    This is what the run did; the release speed of :func:`autobalancer.stability.borders` is the theory of a slow run-up.
     nan for a ball that did not stall, or did not break away. A ball counts as stalled while its speed in space is three
     times nearer to the critical speed than to the rotor speed, at least 2 % above the critical speed; it is released where
-    it passes the critical speed for the last time. This measures a run; the formula is Spannan 2021, (4.73).
+    it passes the critical speed for the last time.
     ``critical_speed`` is by default the lowest of the machine.
     """
     critical_speed = optional_argument("critical_speed", critical_speed, "rad/s")

@@ -196,7 +196,7 @@ MEASURES = (
     "peak_without_balls",
     "vibration_without_balls",
     "settling_time",
-    "release_speed",
+    "break_away_speed",
 )
 
 

@@ -20,8 +20,8 @@ COLUMNS = (
     "support_force",
     "settling_time",
     "settled_at",
-    "release_speed",
-    "release_time",
+    "break_away_speed",
+    "break_away_time",
     "stalled_time",
     "greatest_ball_speed",
     "impacts",
@@ -46,7 +46,7 @@ COLUMNS = (
 WIDTH = len(COLUMNS)
 (
     PEAK, PEAK_SPEED, PEAK_TIME, NEAR_PEAK, AT_RESONANCE, RESIDUAL, STATIC, VIBRATION, WITHOUT, VELOCITY, LEFT, SHARE, FORCE,
-    SETTLING, SETTLED_AT, RELEASE_SPEED, RELEASE_TIME, STALLED, BALL_SPEED,
+    SETTLING, SETTLED_AT, BREAK_AWAY_SPEED, BREAK_AWAY_TIME, STALLED, BALL_SPEED,
     IMPACTS, IMPACT_SPEED, IMPACT_POWER, IMPULSE, LATE_RATE, LATE_POWER,
     STATUS, VERDICT, END, END_SPEED, CHANGES, ROUND, BEFORE, AFTER, CREEPS, TO_COME, SINCE_RELEASE,
 ) = range(WIDTH)  # fmt: skip

@@ -25,6 +25,8 @@ from autobalancer.kernels.measures.columns_of_measures import (
     AT_RESONANCE,
     BALL_SPEED,
     BEFORE,
+    BREAK_AWAY_SPEED,
+    BREAK_AWAY_TIME,
     CHANGES,
     CREEPS,
     END,
@@ -42,8 +44,6 @@ from autobalancer.kernels.measures.columns_of_measures import (
     PEAK_SPEED,
     PEAK_TIME,
     RELEASE,
-    RELEASE_SPEED,
-    RELEASE_TIME,
     RESIDUAL,
     ROUND,
     RUN_UP,
@@ -163,14 +163,14 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
         released[i] = value_at(rows[i], time)
     row[CREEPS] = 1.0 if creeps(time, angle, settled, since, now) else 0.0
     last = settled[greatest_at(settled)]
-    row[RELEASE_TIME] = greatest_known(released)
+    row[BREAK_AWAY_TIME] = greatest_known(released)
     row[SETTLED_AT], row[SETTLING], row[SINCE_RELEASE] = last, time_since(since, last), time_since(since, last)
-    if row[RELEASE_TIME] > begin:
-        free, _ = origin_of(row[RELEASE_TIME], RELEASE, begin, now, g.jumps)
+    if row[BREAK_AWAY_TIME] > begin:
+        free, _ = origin_of(row[BREAK_AWAY_TIME], RELEASE, begin, now, g.jumps)
         row[SINCE_RELEASE] = time_since(free, last)
     for i in range(n):
         released[i] = value_at(rows[i], speed)
-    row[RELEASE_SPEED] = greatest_known(released)
+    row[BREAK_AWAY_SPEED] = greatest_known(released)
     stalled_times(begin, time, speed, rate, g.scalars[CRITICAL], other)
     row[STALLED] = other[greatest_at(other)]
     fastest(speed, rate, other)

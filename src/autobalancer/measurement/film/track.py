@@ -333,7 +333,7 @@ def stalls(time: Floats, speed: Floats, rate: Floats, critical: float) -> list[t
     """Times at which balls are captured at the critical speed, and released from it.
 
     A ball is stalled while its speed in space is three times nearer to the critical speed than to the rotor speed, at least
-    2 % above the critical speed, the rule of ``release_speed``; it is captured where that begins after it ran with the rotor,
+    2 % above the critical speed, the rule of ``break_away_speed``; it is captured where that begins after it ran with the rotor,
     and released where it runs with the rotor again.
     """
     stalls: list[tuple[float, str]] = []

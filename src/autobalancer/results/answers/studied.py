@@ -22,7 +22,7 @@ def stalled(values: Mapping[str, Any] | xr.Dataset, duration: float) -> Any:
     A ball stalls that has not settled, was stalled and never broke away, or makes the vibration worse than without balls at the
     end. The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
     """
-    verdict, release = np.asarray(values["verdict"]).astype(str), np.asarray(values["release_speed"])
+    verdict, release = np.asarray(values["verdict"]).astype(str), np.asarray(values["break_away_speed"])
     bad = np.isin(verdict, (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(release)
     hung = ~np.isfinite(np.asarray(values["settled_at"])) & (np.asarray(values["stalled_time"]) > 0.0)
     return (hung & bad) | (np.asarray(values["time_at_resonance"]) > 0.5 * duration)
@@ -35,7 +35,7 @@ FINISHED, NOT_RUN, IMPOSSIBLE = "finished", "not run", "impossible"
 CLASSES = WORDS
 MOST_GROUPS = 8  # values of a column that are shown one by one
 QUANTILES = (0.05, 0.5, 0.95)
-TOLD = ("peak_deflection", "peak_speed", "vibration", "residual_unbalance", "settling_time", "release_speed")
+TOLD = ("peak_deflection", "peak_speed", "vibration", "residual_unbalance", "settling_time", "break_away_speed")
 TEXTS = {"m": length_text, "kg m": moment_text, "rad/s": rpm_and_si, "s": lambda value: f"{significant(value)} s"}
 
 

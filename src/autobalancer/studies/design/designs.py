@@ -153,8 +153,8 @@ class Designed(Answer):
             Column("keeps limits", self._keeps(best)),
             *(self._scaled(best, name) for name in measures),
             Column("stall", [self._interval(best, "stall", i) for i in range(best.sizes["design"])], "%"),
-            self._speed(best, "release", unit),
-            self._speed(best, "border", unit),
+            self._speed(best, "release", "release speed", unit),
+            self._speed(best, "border", "exact border", unit),
             Column("ball mass", 1e3 * best["ball_mass"].values, "g", ".4g"),
             Column("front", [int(one) + 1 for one in best["front"].values]),
         ]
@@ -262,9 +262,9 @@ class Designed(Answer):
         values = [None if not np.isfinite(one) else factor * float(one) for one in dataset[name].values]
         return Column(name.replace("_", " "), ["never" if one is None else significant(one) for one in values], sign)
 
-    def _speed(self, dataset: xr.Dataset, name: str, unit: str) -> Column:
+    def _speed(self, dataset: xr.Dataset, name: str, head: str, unit: str) -> Column:
         shown = axis_unit(dataset[name], unit or self.shown_in)
-        return Column(name, shown.shown(dataset[name].values), shown.sign, ".4g")
+        return Column(head, shown.shown(dataset[name].values), shown.sign, ".4g")
 
     def _interval(self, dataset: xr.Dataset, name: str, row: int) -> str:
         share, low, high = (100.0 * float(dataset[f"{name}{end}"].values[row]) for end in ("", "_low", "_high"))
