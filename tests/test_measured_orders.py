@@ -190,7 +190,7 @@ def test_slow_errors_of_the_tacho_do_not_look_like_stiffness(rotor: ab.machine.M
 
     z = solve_ivp(rates, (0.0, 13.0), [start, 1j * begin * start], "DOP853", grid, rtol=1e-8, atol=1e-12).y[0]
     slow = CubicSpline(grid, z * np.exp(-1j * (begin * grid + 0.5 * grow * grid**2)))
-    light, scores = ab.with_parameter(rotor, "rotor.damping", damping), []
+    light, scores, angles = ab.with_parameter(rotor, "rotor.damping", damping), [], []
     for seed in range(3):
         random = np.random.default_rng(seed)
         rate = 1e3 * (1.0 + 0.03 * random.uniform(-1.0, 1.0))
@@ -206,7 +206,10 @@ def test_slow_errors_of_the_tacho_do_not_look_like_stiffness(rotor: ab.machine.M
         rest, other = (known.residual(known.predict(trial)) for trial in trials)
         way = (other - rest) / np.linalg.norm(other - rest)
         scores.append(float(way @ rest))  # what a fit of the stiffness alone is off by, in standard deviations
+        found = ab.measure.unbalance_from_run_down(light, known.data)
+        angles.append(float((found["unbalance_angle"][0] - np.angle(moment)) / found["unbalance_angle_deviation"][0]))
     assert 0.2 < np.sqrt(np.mean(np.square(scores))) < 1.8  # 10 with errors of the angle that are white
+    assert 0.2 < np.sqrt(np.mean(np.square(angles))) < 1.8  # of where a correction goes; 20 without errors of the angle
 
 
 def test_a_pulse_is_no_better_known_than_to_a_sample() -> None:

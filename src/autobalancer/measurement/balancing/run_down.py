@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -30,6 +31,8 @@ from autobalancer.tables import Column
 
 OWNER = "run-down"
 INSEPARABLE, POOR = 1e8, 50.0  # condition numbers beyond which planes cannot be, and are hardly, told apart
+OWN = 1e-3  # least share of a deviation that a reading has for itself
+MOST_WAVES = 600  # of which errors of the rotor angle are made
 FAR = 3.0  # chi square of each reading beyond which the model does not describe the rotor
 
 
@@ -93,12 +96,18 @@ def unbalance_from_run_down(
             f"{_words(turned[-1] / size, requested)} "
             "moves no sensor. Ask for fewer planes, or use more speeds and sensors"
         )
-    unbalance = np.linalg.lstsq(weighted, values / spread, rcond=None)[0]
+    errors = _errors(known, spread, given)
+    shape = known.readings.shape
+    parts = np.column_stack([errors.white(turn * row.reshape(shape)) for turn in (1.0, 1.0j) for row in rows.T])
+    both = np.linalg.lstsq(parts, errors.white(known.readings), rcond=None)[0]
+    unbalance = both[: len(requested)] + 1j * both[len(requested) :]
     freedom = values.size - len(requested)
-    miss = float((np.abs((values - rows @ unbalance) / spread) ** 2).sum()) / 2.0  # of each of two directions
+    miss = (
+        float((errors.white((values - rows @ unbalance).reshape(shape)) ** 2).sum()) / 2.0
+    )  # of each of two directions
     chi = miss / freedom if freedom > 0 else 1.0
     more = chi if not given else max(1.0, chi)
-    covariance = more * np.linalg.inv((weighted.conj().T @ weighted).astype(complex))
+    covariance = more * np.linalg.inv(parts.T @ parts)
     return _dataset(
         machine, known, requested, unbalance, covariance, rows, condition, chi if given else np.nan, turned, size
     )
@@ -133,6 +142,17 @@ def _flat(known: Orders) -> tuple[Complexes, Floats, bool]:
     return values, spread if given else np.full(values.size, float(np.abs(values).max()) or 1.0), given
 
 
+def _errors(known: Orders, spread: Floats, given: bool) -> ReadingErrors:
+    """Of readings with known deviations what each has for itself and what they share; else the same for all."""
+    if not given:
+        alike = spread.reshape(known.readings.shape)
+        return ReadingErrors(replace(known, shared=np.zeros_like(known.shared), edge=0.0), alike, alike)
+    along, across = (
+        np.sqrt(np.maximum(one**2 - known.shared**2, (OWN * one) ** 2)) for one in (known.deviations, known.across)
+    )
+    return ReadingErrors(known, along, np.fmax(along, across))
+
+
 def _words(vector: Complexes, planes: list[str | float | None]) -> str:
     v = vector.conj()
     v = v / v[int(np.argmax(np.abs(v)))]
@@ -148,9 +168,9 @@ def _dataset(
     machine: Machine, known: Orders, planes: list[str | float | None], result: Any, covariance: Any, rows: Complexes,
     condition: float, chi: float, turned: Complexes, size: Floats,
 ) -> PlaneUnbalances:  # fmt: skip
-    real = np.block([[covariance.real, -covariance.imag], [covariance.imag, covariance.real]])
-    sizes, angles = polar_deviations(result, real)
-    spread, vectors = np.linalg.eigh(covariance)
+    sizes, angles = polar_deviations(result, covariance)
+    (along, one), (other, across) = (np.hsplit(part, 2) for part in np.vsplit(covariance, 2))
+    spread, vectors = np.linalg.eigh(0.5 * (along + across + 1j * (other - one)))  # of both parts alike
     names = ["plane of the first balancer" if plane is None else str(plane) for plane in planes]
     shape = known.readings.shape
     fitted = (rows @ result).reshape(shape)
@@ -160,7 +180,7 @@ def _dataset(
         "unbalance_deviation": (over, sizes, "its standard deviation", "kg m"),
         "unbalance_angle": (over, np.angle(result), "angle of the unbalance in the rotor", "rad"),
         "unbalance_angle_deviation": (over, angles, "its standard deviation", "rad"),
-        "covariance": (("component", "other_component"), real, "covariance, real parts of all planes first", "kg^2 m^2"),
+        "covariance": (("component", "other_component"), covariance, "covariance, real parts of all planes first", "kg^2 m^2"),
         "combination_deviation": (("combination",), np.sqrt(np.maximum(spread[::-1], 0.0)), "standard deviation of a "
         "combination", "kg m"),
         "weight": (("combination", "plane"), np.abs(vectors[:, ::-1].T), "weight of a plane in a combination", "1"),
@@ -412,6 +432,9 @@ def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
         np.asarray(found["runout_deviation"].values if "runout_deviation" in found else np.zeros(amplitude.shape[1])),
         course,
         passed,
+        float(about.get("edge_deviation", 0.0)),
+        int(about.get("pulses_of_a_turn", 1)),
+        float(about.get("angle_bandwidth", np.inf)),
     )
 
 
@@ -451,7 +474,8 @@ class Orders:
     Times are nan where orders are over the speed. ``shared`` is the part of the deviations that is one and the same error of all
     speeds of a channel, (C,): that of the run-out that was subtracted. ``course`` has times and speeds of the whole run-up or
     run-down, along which a linear rotor is followed; ``passed`` is what the window or filter of the tracking makes of a response
-    there, (S, time).
+    there, (S, time). ``edge`` is the standard deviation of a pulse of the tacho (s), of which a turn has so many ``pulses``, and
+    ``band`` the frequency (Hz) up to which the rotor angle follows their errors.
     """
 
     times: Floats
@@ -465,11 +489,105 @@ class Orders:
     shared: Floats
     course: tuple[Floats, Floats] | None = None
     passed: Floats | None = None
+    edge: float = 0.0
+    pulses: int = 1
+    band: float = np.inf
 
     def at(self, rows: NDArray[Any]) -> Orders:
         """Some of the speeds."""
         names = ["times", "speeds", "readings", "deviations", "across", *["passed"] * (self.passed is not None)]
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
+
+
+@dataclass(frozen=True)
+class ReadingErrors:
+    """Errors of readings: independent ones along and across each, (S, C), those of the rotor angle, and what a channel shares."""
+
+    known: Orders
+    along: Floats
+    across: Floats
+
+    def white(self, away: Complexes) -> Floats:
+        """Deviations (S, C) from the readings as independent ones of variance one: along, channel by channel, then across."""
+        turned = away * np.exp(-1j * np.angle(self.known.readings))
+        rest = np.concatenate([(turned.real / self.along).T.ravel(), (turned.imag / self.across).T.ravel()])
+        ways, less = self._shared
+        return np.asarray(rest + ways @ (less * (ways.T @ rest)))
+
+    def widening(self) -> Floats:
+        """By how much errors of the angle make the deviations along and across larger, (2, S, C)."""
+        wide = np.hypot(1.0, np.linalg.norm(self._of_angle, axis=1))
+        return np.asarray(wide.reshape(2, -1, self.known.speeds.size).swapaxes(1, 2))
+
+    @cached_property
+    def _shared(self) -> tuple[Floats, Floats]:
+        """Orthonormal ways in which errors move several readings, and by how much each is made less to have a variance of one."""
+        seen, count = [self._of_angle], len(self.known.speeds)
+        for c in np.flatnonzero(self.known.shared > 0.0):
+            phase, rows = np.angle(self.known.readings[:, c]), slice(c * count, (c + 1) * count)
+            own = np.zeros((2, self.known.readings.size, 2))
+            for part, turned, deviation in zip(
+                own, (phase, phase + 0.5 * np.pi), (self.along, self.across), strict=True
+            ):
+                part[rows] = np.column_stack([np.cos(turned), np.sin(turned)])
+                part[rows] *= (self.known.shared[c] / deviation[:, c])[:, None]
+            seen.append(own.reshape(-1, 2))
+        errors = np.concatenate(seen, axis=1)
+        squares, turns = np.linalg.eigh(errors.T @ errors)
+        there = squares > 1e-9
+        sizes = np.sqrt(squares[there])
+        return errors @ turns[:, there] / sizes, 1.0 / np.hypot(1.0, sizes) - 1.0
+
+    @cached_property
+    def _of_angle(self) -> Floats:
+        """What independent errors of variance one of the rotor angle do to the readings, in standard deviations (reading, error).
+
+        The smooth angle has slow errors of the pulses. Where it is late, a machine that follows it is pushed late: they differ by
+        the response to the load times i times the error. Errors are sums of waves up to the frequencies that the smooth angle
+        follows; besides, all pulses are late by the same where the turns take nearly the same number of samples.
+        """
+        known = self.known
+        time, speed, edge, pulses, band = known.times, known.speeds, known.edge, known.pulses, known.band
+        if not (edge > 0.0 and np.isfinite(time).all()):
+            return np.zeros((2 * known.readings.size, 0))
+        passed = np.ptp(2.0 * np.pi / (pulses * speed)) / (
+            np.sqrt(12.0) * edge
+        )  # samples by which the pulses of a turn move
+        moved = [1j * (edge * speed / (1.0 + passed))[:, None, None] * known.readings[:, :, None]]
+        if time.size > 1:
+            whole = 1.2 * np.ptp(time)
+            highest = min(3.0 * band, 0.5 * (time.size - 1) / np.ptp(time), 0.5 * MOST_WAVES / whole)
+            rate = 2.0 * np.pi * np.arange(max(2, int(highest * whole) + 1)) / whole
+            share = 2.0 / (whole * (1.0 + (rate / (2.0 * np.pi * band)) ** 6))
+            share[0] *= 0.5
+            size = edge * np.sqrt(2.0 * np.pi / pulses * speed[:, None] * share)[:, None]
+            up, down = (
+                _shifted(known.readings, speed, way * rate) * np.exp(1j * way * np.outer(time - time[0], rate))[:, None]
+                for way in (1.0, -1.0)
+            )
+            moved += [0.5j * size * (up + down), 0.5 * size * (up - down)]
+        turned = np.exp(-1j * np.angle(known.readings))[:, :, None] * np.concatenate(moved, axis=2)
+        parts = (
+            part.swapaxes(0, 1)
+            for part in (turned.real / self.along[:, :, None], turned.imag / self.across[:, :, None])
+        )
+        return np.asarray(np.concatenate([part.reshape(-1, turned.shape[2]) for part in parts]))
+
+
+def _shifted(readings: NDArray[np.complex128], speed: Floats, rate: Floats) -> NDArray[np.complex128]:
+    """What a load of unchanged size gives that turns faster by so much (W,): of readings (S, C) a part of the run-up later.
+
+    Parts reach from one turning point of the speed to the next, and no further. (S, C, W).
+    """
+    shifted = np.empty((*readings.shape, rate.size), np.complex128)
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(speed)))) + 1
+    for part in map(np.asarray, np.split(np.arange(speed.size), turns)):
+        order = part[np.argsort(speed[part])]
+        there = np.clip(speed[part, None] + rate, speed[order[0]], speed[order[-1]])
+        for c, row in enumerate(readings[order].T):
+            seen = np.interp(there, speed[order], row.real) + 1j * np.interp(there, speed[order], row.imag)
+            shifted[part, c] = seen * (speed[part, None] / there) ** 2
+    return shifted
 
 
 def follows_speed(machine: Machine, known: Orders) -> bool:

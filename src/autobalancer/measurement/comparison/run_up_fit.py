@@ -22,6 +22,7 @@ from autobalancer.measurement.balancing.run_down import (
     EXAMPLE,
     UNITS,
     Orders,
+    ReadingErrors,
     follows_speed,
     given_orders,
     load_orders,
@@ -48,7 +49,6 @@ from autobalancer.safe_file import as_path
 from autobalancer.units import argument
 
 COVERED = 0.95
-MOST_WAVES = 600  # of which errors of the rotor angle are made
 
 
 def fit_run_up(
@@ -209,8 +209,8 @@ class MeasuredOrders:
     def rows(self) -> Rows:
         """See :class:`~autobalancer.rotordynamics.identification.fit.Measurement`."""
         known, size = self.known, np.abs(self.known.readings)
-        wide = np.hypot(1.0, np.linalg.norm(self._of_angle, axis=1)).reshape(2, -1, known.speeds.size)
-        along, across = (deviation * more.T for deviation, more in zip(self.deviations, wide, strict=True))
+        wide = self._errors.widening()
+        along, across = (deviation * more for deviation, more in zip(self.deviations, wide, strict=True))
         names = [self._channel(c) for c in range(len(known.places))]
         parts = tuple(f"{name}, {what}" for what in ("amplitude", "phase") for name in names for _ in known.speeds)
         error = np.concatenate([along.T.ravel(), np.arctan2(across, size).T.ravel()])
@@ -237,67 +237,12 @@ class MeasuredOrders:
 
     def residual(self, predicted: Floats) -> Floats:
         """Along and across the measured amplitudes, in standard deviations; what a channel shares counts once."""
-        along, across = (deviation.T.ravel() for deviation in self.deviations)
-        size, phase = np.split(predicted, 2)
-        measured = self.known.readings.T.ravel()
-        away = size * np.exp(1j * (phase - np.angle(measured))) - np.abs(measured)
-        return self._shared_once(np.concatenate([away.real / along, away.imag / across]))
-
-    def _shared_once(self, rest: Floats) -> Floats:
-        """Independent deviations of variance one, of some whose covariance is that plus the one of the shared errors."""
-        ways, less = self._shared
-        return rest + ways @ (less * (ways.T @ rest))
+        size, phase = (part.reshape(-1, self.known.speeds.size).T for part in np.split(predicted, 2))
+        return self._errors.white(size * np.exp(1j * phase) - self.known.readings)
 
     @cached_property
-    def _shared(self) -> tuple[Floats, Floats]:
-        """Orthonormal ways in which errors move several readings, and by how much each is made less to have a variance of one."""
-        seen, count = [self._of_angle], len(self.known.speeds)
-        for c in np.flatnonzero(self.known.shared > 0.0):
-            phase, rows = np.angle(self.known.readings[:, c]), slice(c * count, (c + 1) * count)
-            own = np.zeros((2, self.known.readings.size, 2))
-            for part, turned, deviation in zip(own, (phase, phase + 0.5 * np.pi), self.deviations, strict=True):
-                part[rows] = np.column_stack([np.cos(turned), np.sin(turned)])
-                part[rows] *= (self.known.shared[c] / deviation[:, c])[:, None]
-            seen.append(own.reshape(-1, 2))
-        errors = np.concatenate(seen, axis=1)
-        squares, turns = np.linalg.eigh(errors.T @ errors)
-        there = squares > 1e-9
-        sizes = np.sqrt(squares[there])
-        return errors @ turns[:, there] / sizes, 1.0 / np.hypot(1.0, sizes) - 1.0
-
-    @cached_property
-    def _of_angle(self) -> Floats:
-        """What independent errors of variance one of the rotor angle do to the readings, in standard deviations (reading, error).
-
-        The smooth angle has slow errors of the pulses. Where it is late, a machine that follows it is pushed late: they differ by
-        the response to the load times i times the error. Errors are sums of waves up to the frequencies that the smooth angle
-        follows; besides, all pulses are late by the same where the turns take nearly the same number of samples.
-        """
-        known, about = self.known, self.data.attrs
-        time, speed, edge = known.times, known.speeds, float(about.get("edge_deviation", 0.0))
-        if not (edge > 0.0 and np.isfinite(time).all()):
-            return np.zeros((2 * known.readings.size, 0))
-        pulses, band = int(about.get("pulses_of_a_turn", 1)), float(about.get("angle_bandwidth", np.inf))
-        passed = np.ptp(2.0 * np.pi / (pulses * speed)) / (
-            np.sqrt(12.0) * edge
-        )  # samples by which the pulses of a turn move
-        moved = [1j * (edge * speed / (1.0 + passed))[:, None, None] * known.readings[:, :, None]]
-        if time.size > 1:
-            whole = 1.2 * np.ptp(time)
-            highest = min(3.0 * band, 0.5 * (time.size - 1) / np.ptp(time), 0.5 * MOST_WAVES / whole)
-            rate = 2.0 * np.pi * np.arange(max(2, int(highest * whole) + 1)) / whole
-            share = 2.0 / (whole * (1.0 + (rate / (2.0 * np.pi * band)) ** 6))
-            share[0] *= 0.5
-            size = edge * np.sqrt(2.0 * np.pi / pulses * speed[:, None] * share)[:, None]
-            up, down = (
-                _shifted(known.readings, speed, way * rate) * np.exp(1j * way * np.outer(time - time[0], rate))[:, None]
-                for way in (1.0, -1.0)
-            )
-            moved += [0.5j * size * (up + down), 0.5 * size * (up - down)]
-        turned = np.exp(-1j * np.angle(known.readings))[:, :, None] * np.concatenate(moved, axis=2)
-        along, across = (deviation[:, :, None] for deviation in self.deviations)
-        parts = (part.swapaxes(0, 1) for part in (turned.real / along, turned.imag / across))
-        return np.asarray(np.concatenate([part.reshape(-1, turned.shape[2]) for part in parts]))
+    def _errors(self) -> ReadingErrors:
+        return ReadingErrors(self.known, *self.deviations)
 
     def doubts(self, trial: Trial) -> list[str]:
         """What is probably wrong with the unit of a channel."""
@@ -333,22 +278,6 @@ class MeasuredOrders:
             return [text]
         fast = f"{growth * rpm:.3g} rpm/s, {growth / decay**2:.2g} of the squared decay rate"
         return [f"{text}, but the speed changes fast, by up to {fast}: take steady = false"]
-
-
-def _shifted(readings: NDArray[np.complex128], speed: Floats, rate: Floats) -> NDArray[np.complex128]:
-    """What a load of unchanged size gives that turns faster by so much (W,): of readings (S, C) a part of the run-up later.
-
-    Parts reach from one turning point of the speed to the next, and no further. (S, C, W).
-    """
-    shifted = np.empty((*readings.shape, rate.size), np.complex128)
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(speed)))) + 1
-    for part in map(np.asarray, np.split(np.arange(speed.size), turns)):
-        order = part[np.argsort(speed[part])]
-        there = np.clip(speed[part, None] + rate, speed[order[0]], speed[order[-1]])
-        for c, row in enumerate(readings[order].T):
-            seen = np.interp(there, speed[order], row.real) + 1j * np.interp(there, speed[order], row.imag)
-            shifted[part, c] = seen * (speed[part, None] / there) ** 2
-    return shifted
 
 
 def _flat(values: NDArray[np.complex128]) -> Floats:
