@@ -30,9 +30,12 @@ COARSE = Fineness(0.35, 0.4, 0.8, 0.8)
 RIG = ab.flow.Channel(0.0123, 0.0138, 0.02)  # Spannan 2021, table 6.2
 
 
+meshed = cache(spaces)
+
+
 @cache
 def slow(shape: Shape, fineness: Fineness, share: float) -> Flow:
-    mesh = spaces(shape, fineness)
+    mesh = meshed(shape, fineness)
     return slow_flow(mesh, share * mesh.rolling)
 
 

@@ -264,6 +264,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("copied")
     for name in SAMPLES:
         ab.catalog.write_example(name, place)
+    for name, many, few in (
+        ("centrifuge_design", "count = [1, 2, 3]", "count = [2]"),
+        ("oil_study", "members = 400", "members = 20"),
+    ):
+        text = (place / f"{name}.toml").read_text(encoding="utf-8")
+        assert many in text
+        (place / f"{name}.toml").write_text(text.replace(many, few), encoding="utf-8")
     ab.save_run(run := ab.simulate(ab.example("stall_and_release"), duration=0.2), place / "stall.nc")
     sensors = [ab.measure.Sensor("displacement", direction=way, noise="40 dB") for way in ("x", "y")]
     ab.save_run(ab.measure.record(run, sensors, "2 kHz"), place / "logger.nc")

@@ -103,7 +103,7 @@ def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Pat
     (tmp_path / "rig.toml").write_text(rig_text("rodrigues_rig"), encoding="utf-8")
     command = [
         sys.executable, "-m", "autobalancer", "stepped-response", "rig.toml", "--speeds", "1000rpm:3000rpm:7", "--dwell",
-        "200 s", "--window", "10 s", "--out", "s.nc", "--json",
+        "60 s", "--window", "3 s", "--out", "s.nc", "--json",
     ]  # fmt: skip
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what a process in the background ignores,
     running = subprocess.Popen(command, cwd=tmp_path, env=os.environ | {"COLUMNS": "200"})
@@ -120,7 +120,7 @@ def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Pat
     assert 2 <= left < 7
     ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     numbers = json.loads(ended.stdout)
-    whole = stepped_response(RIG, np.linspace(1000.0, 3000.0, 7) * np.pi / 30.0, dwell=200.0, window=10.0)
+    whole = stepped_response(RIG, np.linspace(1000.0, 3000.0, 7) * np.pi / 30.0, dwell=60.0, window=3.0)
     assert numbers["outcome"] == "finished"
     assert not parts.exists()
     np.testing.assert_allclose(numbers["amplitude"], whole["amplitude"], rtol=1e-6)

@@ -113,14 +113,14 @@ def test_fits_of_noisy_data_lie_within_their_uncertainty() -> None:
     true = ab.rotor.response(PLANAR, speeds)["semi_major"].values[:, 0]
     free = {"rotor.stiffness": (5e4, 2e5), "rotor.damping": (5.0, 200.0), "unbalances[1].moment": (1e-5, 1e-3)}
     target, normal = np.array([9e4, 30.0, 1e-4]), []
-    for seed in range(50):
+    for seed in range(25):
         noisy = true * np.exp(0.02 * np.random.default_rng(seed).standard_normal(25))
         start = with_value_at(PLANAR, "rotor.stiffness", 9.3e4)
         data = identify(start, free, [MeasuredResponse(speeds, noisy, 0.02, measure="semi_major")]).data
         normal.append((data["value"].values - target) / data["uncertainty"].values)
     score = np.array(normal)
     assert (np.abs(score) < 3.0).mean() > 0.98
-    assert (np.abs(score) < 1.0).mean() == pytest.approx(0.683, abs=0.12)  # 150 values, three deviations
+    assert (np.abs(score) < 1.0).mean() == pytest.approx(0.683, abs=0.16)  # 75 values, three deviations
     assert (np.abs(score.mean(axis=0)) < 0.45).all()
 
 

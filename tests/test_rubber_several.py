@@ -83,7 +83,7 @@ def test_one_ball_in_each_of_two_planes_is_released_in_a_run_where_the_balance_e
         return in_two_planes(([0.35], [-0.1]), mass=BALL["mass"], **more)
 
     found = released(make()).speed
-    left = hangs_to(make, (found - 1.5, found + 1.0), 0.04)
+    left = hangs_to(make, (found - 0.6, found + 0.7), 0.04)
     assert left.min() == pytest.approx(found, rel=0.006)
     assert left.max() < 1.01 * found  # 0.04 rad/s² goes on while the second one leaves
 
@@ -99,10 +99,10 @@ def test_of_unequal_planes_that_part_one_after_the_other_the_first_leaves_in_a_r
         in last.note
     )
     first = float(last.note.split("the balls of middle part first, at ")[1].split(" rad/s")[0])
-    left = hangs_to(make, (first - 1.2, first + 1.2), 0.03)
+    left = hangs_to(make, (first - 0.7, first + 0.8), 0.03)
     assert left[:2] == pytest.approx(np.full(2, first), rel=0.01)
-    assert (left[2:] > first + 1.1).all()  # the others hang on
-    left = hangs_to(make, (last.speed - 1.5, last.speed + 1.7), 0.05)
+    assert (left[2:] > first + 0.7).all()  # the others hang on
+    left = hangs_to(make, (last.speed - 0.6, last.speed + 1.3), 0.05)
     assert left[2:] == pytest.approx(np.full(2, last.speed), rel=0.02)  # free balls of the other plane shift it
 
 

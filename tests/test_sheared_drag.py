@@ -134,10 +134,8 @@ def test_the_variational_solution_is_that_of_stokes_at_constant_viscosity() -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("n", "wall"), [(0.5, 0.02), (0.6, 0.03)])
-def test_a_sphere_far_from_walls_in_a_thinning_fluid_has_the_drag_of_the_variational_solution(
-    n: float, wall: float
-) -> None:
+def test_a_sphere_far_from_walls_in_a_thinning_fluid_has_the_drag_of_the_variational_solution() -> None:
+    n, wall = 0.5, 0.02
     far = Shape(40.0, 40.0, 19.0, 20.0, 20.0)
     thin = 1e-6  # rate below which the viscosity is constant
     found = drag(lambda g: (np.maximum(g, thin) / thin) ** (n - 1.0), far, Fineness(0.22, 0.3, 20.0 / 3.0, 0.6), 0.0)

@@ -55,7 +55,7 @@ def test_the_energy_error_of_each_phase_follows_the_closed_form(step: float) -> 
 
 @pytest.mark.slow
 def test_the_error_shrinks_with_the_power_two_and_a_half_of_the_step() -> None:
-    found = ab.chamber.step_size(np.linspace(4.0, 10.0, 40), [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30)
+    found = ab.chamber.step_size(np.linspace(4.0, 10.0, 20), [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30)
     size = np.sqrt((found["root_mean_square"].values ** 2).mean(axis=0))
     assert size[0] / size[1] == pytest.approx(4.0**2.5, rel=0.2)
     np.testing.assert_allclose(
@@ -80,7 +80,7 @@ def test_the_rebound_has_the_restitution_of_the_law() -> None:
 
 @pytest.mark.slow
 def test_verlet_has_an_error_of_the_same_order() -> None:
-    speeds = np.linspace(4.0, 10.0, 40)
+    speeds = np.linspace(4.0, 10.0, 20)
     found = ab.chamber.step_size(speeds, [1e-6, 2.5e-7], stiffness_over_mass=K, phases=30, scheme="velocity_verlet")
     size = np.sqrt((found["root_mean_square"].values ** 2).mean(axis=0))
     assert size[0] / size[1] == pytest.approx(4.0**2.5, rel=0.2)

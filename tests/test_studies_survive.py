@@ -87,15 +87,15 @@ def chunks_in(folder: Path) -> dict[str, bytes]:
 
 
 def run_apart(asked: dict[str, Any], folder: Path) -> None:
-    """In a process of its own: chunks of a fiftieth of a second, so that many are finished and many are in flight."""
-    execute.WORTH = 0.02
+    """In a process of its own: chunks of a few milliseconds, so that many are finished and many are in flight."""
+    execute.WORTH = 0.005
     ab.study(asked, folder=folder, workers=1, progress=False)
 
 
 @pytest.mark.slow
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes cannot be copied here")
 def test_a_study_that_is_killed_fifty_times_loses_nothing_and_has_the_same_bits(tmp_path: Path) -> None:
-    asked = {**SHORT, "members": 3000, "duration": "1 s"}
+    asked = {**SHORT, "members": 600, "duration": "1 s"}
     whole = ab.study(asked, workers=2)  # copies of this process need not load the package again
     random, folder = np.random.default_rng(0), tmp_path / "0"
     killed, grown, kept = 0, 0, dict[str, bytes]()
@@ -104,7 +104,7 @@ def test_a_study_that_is_killed_fifty_times_loses_nothing_and_has_the_same_bits(
         process.start()
         while killed % 3 == 0 and process.is_alive() and len(chunks_in(folder)) <= len(kept):
             time.sleep(0.005)  # each third one is killed while it works, the others also while they begin
-        process.join(0.1 * random.random())
+        process.join(0.03 * random.random())
         ended = not process.is_alive()
         process.kill()
         process.join()
@@ -149,7 +149,7 @@ def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_both_are_killed(
 ) -> None:
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(execute, "WORTH", 0.05)
-    asked, killed = {**SHORT, "members": 400, "duration": "2 s"}, list[int]()
+    asked, killed = {**SHORT, "members": 400, "duration": "1 s"}, list[int]()
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
 
         def kill_both(done: int, _: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -70,7 +71,7 @@ def of_states(machine: Machine) -> Any:
 
 def of_stalled(machine: Machine) -> Any:
     both = ("release speed", "capture speed") if isinstance(machine.rotor, PlanarRotor) else ("release speed",)
-    return np.array([border.speed for border in ab.stability.borders(machine, only=both)])
+    return np.array([border.speed for border in ab.stability.borders(machine, only=both, up_to=300.0)])
 
 
 def of_held(machine: Machine) -> Any:
@@ -152,7 +153,7 @@ def alike(one: Any, other: Any) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("theory", STATEMENTS)
 def test_a_changed_key_changes_a_statement_or_is_without_effect_or_is_said_to_be_ignored(theory: Theory) -> None:
-    ask, moved, silent = STATEMENTS[theory], set[str](), set[str]()
+    ask, moved, silent, asked = STATEMENTS[theory], set[str](), set[str](), Counter[tuple[str, str]]()
     for base in machines():
         try:
             before = ask(base)
@@ -167,12 +168,17 @@ def test_a_changed_key_changes_a_statement_or_is_without_effect_or_is_said_to_be
                 continue
             terms = declared_for(part, name)
             partly = any(term.names.get(theory, term.name) in said for term in terms)
+            harmless = {at, *(term.name for term in terms)} & (SYMMETRIC | UNMOVED.get(theory, set()))
+            if at not in silent and (partly or (harmless and any(theory in term.known for term in terms))):
+                continue  # moved or not, it is right
+            asked[base.rotor.kind, at] += 1
+            if asked[base.rotor.kind, at] > 3 and at not in silent:
+                continue  # without effect on three machines with such a rotor
             if not alike(before, ask(changed)):
                 moved.add(at)
                 partly = partly or any(term.name in unknown(changed, theory) for term in terms)
                 assert partly or any(theory in term.known for term in terms), f"{at}: not declared known"
                 continue
-            harmless = {at, *(term.name for term in terms)} & (SYMMETRIC | UNMOVED.get(theory, set()))
             if not (partly or harmless or any(theory in term.idle for term in terms)):
                 silent.add(at)
     assert not silent - moved, "declared known, and without any effect"

@@ -53,7 +53,7 @@ def test_the_notebook_of_a_tutorial_runs_from_its_first_to_its_last_cell(
     found = cells(tutorial, tmp_path)
     monkeypatch.chdir(tmp_path)
     study, ensemble, report, amplitudes = ab.study, ab.ensemble, ab.report, ab.chamber.amplitudes
-    monkeypatch.setattr(ab, "study", lambda asked, **how: study({**asked, "members": 32}, **how))
+    monkeypatch.setattr(ab, "study", lambda asked, **how: study({**asked, "members": 20}, **how))
     monkeypatch.setattr(ab, "ensemble", lambda *given, seeds, **how: ensemble(*given, seeds=min(seeds, 10), **how))
     monkeypatch.setattr(ab, "report", lambda *given, starts, **how: report(*given, starts=min(starts, 5), **how))
     short = {"duration": "0.6 s", "last": "0.2 s"}

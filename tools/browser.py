@@ -12,6 +12,7 @@ from pathlib import Path
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+ARGUMENTS += ["--disable-gpu-compositing"]  # else all that moves on a page is drawn by the emulated graphics card, too
 PATIENCE = 3000  # tenths of a second until it listens, on a machine that others have, too
 
 

@@ -38,10 +38,16 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
+@pytest.fixture(scope="session")
+def context(chromium: Any) -> Iterator[Any]:
+    """What pages share: scripts are loaded and compiled once."""
+    yield (shared := chromium.new_context(viewport={"width": 1280, "height": 860}, accept_downloads=True))
+    shared.close()
+
+
 @pytest.fixture
-def page(chromium: Any, server: Server) -> Iterator[Any]:
+def page(context: Any, server: Server) -> Iterator[Any]:
     """A page of 1280 by 860; afterwards it must have asked no other host, and have had no errors."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 860}, accept_downloads=True)
     opened = context.new_page()
     opened.set_default_timeout(PATIENCE)
     asked: list[str] = []
@@ -52,7 +58,9 @@ def page(chromium: Any, server: Server) -> Iterator[Any]:
     opened.goto(server.address)
     opened.wait_for_selector('[data-at="name"]')
     yield opened
-    context.close()
+    opened.evaluate("localStorage.clear()")
+    opened.close()
+    context.clear_cookies()
     others = [url for url in asked if not url.startswith((server.address, "data:", "blob:"))]
     assert not others, f"requests to other hosts: {others}"
     lost = ("ERR_CONNECTION", "WebSocket")  # said while a test starts the server again

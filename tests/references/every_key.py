@@ -180,9 +180,9 @@ def machines() -> Iterator[Machine]:
 def _with_planes() -> Iterator[Machine]:
     planes = {"balancers": PLANES, "stations": [{"name": "right", "position": 0.05}]}
     rigid = {"kind": "rigid", "mass": 10.0, "transverse_inertia": 0.05, "polar_inertia": 0.02}
-    yield machine(
-        rotor=rigid | {"supports": SUPPORTS, "stiffness_proportional_damping": 1e-4}, unbalances=UNEVEN, **planes
-    )
+    supported = {"rotor": rigid | {"supports": SUPPORTS, "stiffness_proportional_damping": 1e-4}, "unbalances": UNEVEN}
+    yield machine(**supported, **planes | {"balancers": PLANES[1:]})  # of one plane more is known, and sooner
+    yield machine(**supported, **planes)
     crossed = [SUPPORTS[0] | {"position": 0.1, "cross_stiffness": [10.0, -10.0]}, SUPPORTS[0] | {"position": -0.12}]
     tilted = [*UNEVEN[:2], {"misalignment": 1e-3, "angle": 0.2}]
     yield machine(rotor=rigid | {"supports": crossed}, unbalances=tilted, tilting_races="full", **planes)
