@@ -135,7 +135,25 @@ def made_ready() -> list[dict[str, Any]]:
         ours, theirs = (min(taken(follow) for _ in range(REPEATS)) for follow in (True, False))
         note = f"{2 * MADE} members on a {name} rotor: unbalance, its angle, drag, random starts; one core, without their runs"
         found.append(compared(f"member_made_ready_{name}", ours, "assembled one by one", theirs, note=note))
-    return found
+    return [*found, disk_made_ready(without_start_angles(rotors["shaft"]), plan)]
+
+
+def disk_made_ready(machine: Machine, plan: Plan) -> dict[str, Any]:
+    """Members with other disks and balls on a shaft: their numbers lie between those of assembled ones, or are made anew."""
+    around, keys = np.linspace(0.98, 1.02, 10 * MADE), ("rotor.disks[1].mass", "balancers[1].races[1].balls[1].mass")
+
+    def taken(count: int, interpolate: bool) -> float:
+        drawn = np.random.default_rng(SEED)
+        given = columns_of(
+            machine, {key: value_of(machine, key) * drawn.choice(around, count, replace=False) for key in keys}
+        )
+        begin = thread_time()
+        Members(machine, given, None, 0, "member").sorted(plan, "refuse", interpolate=interpolate)
+        return (thread_time() - begin) / count
+
+    ours, theirs = taken(10 * MADE, True), taken(MADE, False)
+    note = f"{10 * MADE} members on a shaft: mass of the disk and of a ball; one core, without their runs"
+    return compared("member_made_ready_disk_on_shaft", ours, "made anew one by one", theirs, note=note)
 
 
 def against_heyoka(machine: Machine) -> dict[str, Any]:

@@ -10,7 +10,8 @@ from typing import Any
 from unittest.mock import patch
 
 import autobalancer as ab
-from autobalancer.studies.ensemble.members import Members, run_groups
+from autobalancer.studies.ensemble.layout import run_groups
+from autobalancer.studies.ensemble.members import Members
 from benchmarks import compared, measured
 from benchmarks._run_up import MACHINE
 

@@ -1,4 +1,4 @@
-"""A member of an ensemble has the bits of its single run, on any rotor, and on one thread as on two."""
+"""A member of an ensemble has the bits of its single run, on any rotor and number of threads, or nearly so if it says so."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from tests.test_places import SHAFT
 
 import autobalancer as ab
 from autobalancer.assembly.system import Model
+from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.layout import Plan
-from autobalancer.studies.ensemble.members import Members
+from autobalancer.studies.ensemble.members import Members, without_start_angles
 
 RACE = "balancers[1].races[1]"
 ROUGH: dict[str, Any] = {
@@ -107,8 +108,39 @@ def test_members_on_rotors_that_bend_have_the_words_of_an_assembly(case: str, co
     for quick in (True, False):
         blocks.append(np.zeros((6, 0)))
         for group in asked._sorted(Plan(0.1, 1e-6, 20, 100), "refuse", follow=quick)[0].all:
-            places, words = group.words()
+            words = group.words(range(len(group.numbers)), places := group.places())
             found = np.tile(group.fresh, (len(group.numbers), 1))
             found[:, places] = words
             blocks[-1] = found if not blocks[-1].size else np.concatenate([blocks[-1], found])
     assert np.array_equal(*blocks)
+
+
+def test_members_between_assembled_ones_move_as_their_single_runs_do() -> None:
+    """Their numbers are smooth functions of the mass and known to within the tolerance; so are their motions."""
+    masses, number = np.linspace(4.07, 4.13, 60), 41
+    found = ab.ensemble(
+        multibody(),
+        {"rotor.bodies[1].mass": masses},
+        seeds=2,
+        duration=0.1,
+        tolerance=TOLERANCE,
+        bins=20,
+        keep_states=True,
+    )
+    assert found.attrs["interpolated_members"] == 118  # the first row follows itself
+    assert found.attrs["interpolation_error"] <= TOLERANCE
+    machine = ab.with_parameter(without_start_angles(multibody()), "rotor.bodies[1].mass", masses[number])
+    run = alone(machine, seed=1, end=0.1)
+    member, end = 2 * number + 1, run["envelope_ball_angle_in_rotor"].values[-1]
+    assert found["final_state"].values[member][BALLS : BALLS + end.size] == pytest.approx(end, abs=10.0 * TOLERANCE)
+    assert float(found["peak_deflection"][member]) == pytest.approx(
+        float(ab.run_measures(run)["peak_deflection"]), rel=1e-5
+    )
+
+
+def test_members_with_other_meshes_are_no_smooth_functions_and_have_the_words_of_an_assembly() -> None:
+    """A disk that is moved along a shaft takes a node with it, past others."""
+    columns = {"rotor.disks[1].position": np.linspace(0.09, 0.11, 60)}
+    asked = Members(shaft(), columns_of(shaft(), columns), None, 0, "member")
+    groups, _ = asked.sorted(Plan(0.1, 1e-6, 20, 100), "refuse", interpolate=True)
+    assert (groups.interpolated, sum(len(group.numbers) for group in groups.all)) == (0, 60)

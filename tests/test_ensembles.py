@@ -143,11 +143,11 @@ def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
     drawn = None if seeds is None else np.arange(seeds)
     asked, made = Members(machine, given, drawn, 0, "member"), list[int]()
     ready = asked.ready
-    monkeypatch.setattr(asked, "ready", lambda number, plan: made.append(number) or ready(number, plan))
+    monkeypatch.setattr(asked, "ready", lambda number, *given: made.append(number) or ready(number, *given))
     blocks = []
     for quick in (True, False):
         (group,) = asked._sorted(Plan(END, 1e-6, 20, 100), "refuse", follow=quick)[0].all
-        places, words = group.words()
+        words = group.words(range(len(group.numbers)), places := group.places())
         blocks.append(np.tile(group.fresh, (asked.count, 1)))
         blocks[-1][np.ix_(group.numbers, places)] = words
     assert (blocks[0] == blocks[1]).all()
@@ -173,7 +173,7 @@ def _are_assembled(path: Path, columns: Any, monkeypatch: pytest.MonkeyPatch) ->
     machine, made = ab.load_machine(path), list[int]()
     asked = Members(machine, columns_of(machine, columns), None, 0, "member")
     ready = asked.ready
-    monkeypatch.setattr(asked, "ready", lambda number, plan: made.append(number) or ready(number, plan))
+    monkeypatch.setattr(asked, "ready", lambda number, *given: made.append(number) or ready(number, *given))
     asked.sorted(Plan(END, 1e-6, 20, 100), "refuse")
     assert {0, 1, 2} <= set(made)
 

@@ -306,9 +306,15 @@ FURTHER = (
 
 
 def rotor_modes(
-    system: System, state: Floats, critical_speeds: tuple[float, ...], near: float | None = None
+    system: System,
+    state: Floats,
+    critical_speeds: tuple[float, ...],
+    near: float | None = None,
+    like: Amplitudes | None = None,
 ) -> Amplitudes | None:
     """The modes of a rotor; None if they cannot carry its motion. They are those ``near`` a speed, or all that a drive asks for.
+
+    In the order and with the phases of those of a rotor that they are ``like``.
 
     On axes that turn with the rotor a mode is a whirl, forward or backward, and may decay as fast as it will. In axes at rest it
     is a vibration; there a rotor that creeps back without vibrating has too few of them.
@@ -322,7 +328,8 @@ def rotor_modes(
     elif gyroscopic.any():
         low, high = _reach(system.drive, state[SPEED], critical_speeds)
         speeds = np.linspace(low, high, BASES if h.size <= SMALL_ROTOR else FEW_BASES)
-    bases = _bases(stiffness, damping, gyroscopic, speeds, bool(system.rotating))
+    known = None if like is None else like.bases[: -room_of_change(h.size)].reshape(speeds.size, -1)
+    bases = _bases(stiffness, damping, gyroscopic, speeds, bool(system.rotating), known)
     if bases is None:
         return None
     rest = BALLS + 2 * n
@@ -356,7 +363,9 @@ def _reach(drive: Drive, start: float, critical_speeds: tuple[float, ...]) -> tu
 
 
 @remembered(8, by=lambda *given: tuple(one.tobytes() if isinstance(one, np.ndarray) else one for one in given))
-def _bases(stiffness: Matrix, damping: Matrix, gyroscopic: Matrix, speeds: Floats, turning: bool) -> Matrix | None:
+def _bases(
+    stiffness: Matrix, damping: Matrix, gyroscopic: Matrix, speeds: Floats, turning: bool, like: Matrix | None = None
+) -> Matrix | None:
     """For each speed the exponents, what they gain per speed, shapes and their inverse, of M^-1 K, M^-1 C and M^-1 G."""
     size = stiffness.shape[0]
     parts = [_complex(one) if turning else one for one in (stiffness, damping, gyroscopic)]
@@ -366,6 +375,10 @@ def _bases(stiffness: Matrix, damping: Matrix, gyroscopic: Matrix, speeds: Float
     whole[:, order:, :order] = -parts[0]
     whole[:, order:, order:] = -parts[1] - speeds[:, None, None] * parts[2]
     exponents, shapes = np.linalg.eig(whole)
+    if like is not None:
+        order_of, scale = _matched(like[:, -4 * size**2 :].reshape(count, 2 * size, 2 * size), shapes, turning)
+        exponents = np.take_along_axis(exponents, order_of, axis=1)
+        shapes = np.take_along_axis(shapes, order_of[:, None], axis=2) / scale[:, None]
     kept = np.ones(exponents.shape, np.bool_) if turning else exponents.imag > 0.0
     if (kept.sum(axis=1) != size).any() or not _apart(shapes, exponents):
         return None
@@ -379,6 +392,23 @@ def _bases(stiffness: Matrix, damping: Matrix, gyroscopic: Matrix, speeds: Float
         matrices = _resting(np.asarray(2.0 * one)), _resting(other.conj().swapaxes(1, 2)).swapaxes(1, 2)
     drawn = (_pairs(numbers[kept].reshape(count, size)) for numbers in (exponents, drifts))
     return np.hstack([speeds[:, None], *drawn, *(matrix.reshape(count, -1) for matrix in matrices)])
+
+
+def _matched(inverse: Matrix, shapes: Complexes, turning: bool) -> tuple[Any, Complexes]:
+    """Which mode is most like each of those with this ``inverse``, and its part in that one, (k, modes).
+
+    Divided by it, shapes are smooth functions of what a rotor is made of.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    if turning:
+        rows = inverse[:, 0::2, 0::2] + 1j * inverse[:, 1::2, 0::2]
+    else:
+        half = inverse[:, 0::2] + 1j * inverse[:, 1::2]
+        rows = np.concatenate([half, half.conj()], axis=1)
+    parts = rows @ shapes
+    orders = np.array([linear_sum_assignment(-np.abs(part))[1] for part in parts])
+    return orders, np.take_along_axis(parts, orders[:, :, None], axis=2)[:, :, 0]
 
 
 def _apart(shapes: Complexes, exponents: Complexes) -> bool:

@@ -38,8 +38,8 @@ from autobalancer.simulation.run import simulate_races
 from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, released
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.ensemble.columns import Columns
-from autobalancer.studies.ensemble.layout import Plan
-from autobalancer.studies.ensemble.members import Members, run_groups, without_start_angles
+from autobalancer.studies.ensemble.layout import Plan, run_groups
+from autobalancer.studies.ensemble.members import Members, without_start_angles
 from autobalancer.studies.variations import coordinate, listed, named
 
 FAILED = "failed"

@@ -28,8 +28,8 @@ from autobalancer.simulation import MANY_RUNS, ManyRunOptions, refuse_no_counts,
 from autobalancer.simulation.run import outcome
 from autobalancer.stability.basins import START_ANGLE, axis_name
 from autobalancer.studies.ensemble.columns import STARTS, ball_count, ball_of, columns_of
-from autobalancer.studies.ensemble.layout import ASKABLE, Plan
-from autobalancer.studies.ensemble.members import Impossible, Members, Ran, run_groups, without_start_angles
+from autobalancer.studies.ensemble.layout import ASKABLE, Plan, Ran, run_groups
+from autobalancer.studies.ensemble.members import Impossible, Members, without_start_angles
 from autobalancer.studies.variations import coordinate
 
 TEXTS = 400.0  # bytes of a member: outcome, verdict, seed and what its row is made of
@@ -89,7 +89,10 @@ def ensemble(
     xarray.Dataset
         Over ``member``, from 1: the columns and ``seed`` as coordinates, the measures of :func:`autobalancer.sweep`, ``outcome``,
         ``verdict`` and with it ``balanced``, ``steps``, and ``start_ball_angle_in_rotor``. ``attrs`` say how long a member took.
-        A member has the same bits as :func:`autobalancer.simulate` of its machine with the same seed and tolerance.
+        A member has the same bits as :func:`autobalancer.simulate` of its machine with the same seed and tolerance. On rotors
+        that tilt or bend, with more than 55 members whose own numbers are smooth functions of the columns, these numbers are
+        interpolated between assembled members, so far as others are met within the tolerance and rounding:
+        ``attrs["interpolated_members"]`` says for how many, and ``attrs["interpolation_error"]`` how well.
 
     Raises
     ------
@@ -123,7 +126,7 @@ def ensemble(
         machine = without_start_angles(machine)
     members = Members(machine, given, drawn, seed, "member")
     plan = Plan(end, how["tolerance"], bins, how["max_steps"], how["method"], settling_from, requested)
-    groups, reasons = members.sorted(plan, impossible, keep_on_interrupt=keep_on_interrupt)
+    groups, reasons = members.sorted(plan, impossible, interpolate=True, keep_on_interrupt=keep_on_interrupt)
     ran, seconds, interrupted = run_groups(groups, how["workers"], how["progress"] or None, keep_states)
     if interrupted and not keep_on_interrupt:
         raise KeyboardInterrupt
@@ -133,6 +136,8 @@ def ensemble(
         "run_time_per_member": seconds / done if done else math.nan,
         "method": ", ".join(sorted({one.group.stepper.method for one in ran})),
         "lanes": max((NODES if one.group.stepper.long is not None else 1 for one in ran), default=1),
+        "interpolated_members": groups.interpolated,
+        "interpolation_error": groups.error,
         "outcome": "interrupted" if interrupted else "finished",
     }
     return Ensemble.of(dataset)

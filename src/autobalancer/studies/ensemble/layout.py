@@ -6,29 +6,37 @@ arrays. Two arrays in one place of memory have one place in the block.
 
 from __future__ import annotations
 
+import math
+import os
 import struct
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from functools import cached_property
+from threading import Lock
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
 from autobalancer.assembly.drive_train import unbalance_jumps
 from autobalancer.assembly.places import MOST, Places, desk_for, with_touches
-from autobalancer.assembly.system import Assembly
+from autobalancer.assembly.system import Assembly, Model
 from autobalancer.kernels.compiler.numba_struct import count_numbers, value_type
 from autobalancer.kernels.integrators.integrator_state import Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
-from autobalancer.kernels.many_members import run_members
+from autobalancer.kernels.many_members import DONE, FLAGS, STOP, run_members
 from autobalancer.kernels.measures.columns_of_measures import ITERATED, WIDTH
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, inputs_type
 from autobalancer.kernels.system import BALLS, VX, Floats, Integers, Matrix, System, system_type
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.run_arrays import SETTLING_FROM
 from autobalancer.simulation.record import Envelope, LastRevolutions, Sampling, record_for
-from autobalancer.simulation.steppers import Stepper, stepper_for
-from autobalancer.studies.variations import gauges_for
+from autobalancer.simulation.steppers import Stepper, rotor_modes, stepper_for
+from autobalancer.studies.variations import completed, gauges_for
 
+BLOCK = 512  # members whose words are written down together
 APART = -1  # where an array begins that has no place in a block
 LINE = 8  # words: arrays begin with a line of the processor's cache
 
@@ -147,6 +155,37 @@ class Layout:
             return leaf.first
         number = int(np.ravel_multi_index(index, leaf.shape)) if index else 0
         return int(leaf.first + (number * leaf.dtype.itemsize + (leaf.dtype.fields[field][1] if field else 0)) // 8)
+
+    @cached_property
+    def floats(self) -> NDArray[np.bool_]:
+        """Which words of a block are floats."""
+        return self._kinds_of_words[0]
+
+    @cached_property
+    def plain(self) -> NDArray[np.bool_]:
+        """Which of these stand in arrays of numbers of one kind."""
+        return self._kinds_of_words[1]
+
+    @cached_property
+    def tolerances(self) -> Integers:
+        """The words of absolute tolerances."""
+        leaves = [self._by_path[path] for path in ("memory.absolute", "long.0.absolute") if self.has(path)]
+        return np.concatenate([leaf.first + np.arange(math.prod(leaf.shape or ())) for leaf in leaves])
+
+    @cached_property
+    def _kinds_of_words(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        floats, plain = np.zeros((2, self.size), np.bool_)
+        for leaf in self._order:
+            if leaf.shape is None:
+                floats[leaf.first] = leaf.dtype.kind == "f"
+            elif leaf.first >= 0:
+                each, count = leaf.dtype.itemsize // 8, math.prod(leaf.shape)
+                own = np.full(each, leaf.dtype.kind in "fc")
+                for kind, offset, *_ in (leaf.dtype.fields or {}).values():
+                    own[offset // 8 : (offset + kind.itemsize) // 8] = kind.base.kind in "fc"
+                where = slice(leaf.first, leaf.first + each * count)
+                floats[where], plain[where] = np.tile(own, count), leaf.dtype.kind in "fc"
+        return floats, plain
 
 
 def bits(value: float) -> int:
@@ -288,14 +327,12 @@ class Bench:
         """What the member that ran last was asked to keep; the next one overwrites it."""
         return self._own.record
 
-    def run(
-        self, fresh: Integers, places: Integers, words: Any, part: range, most: int, flags: Integers, found: Found
-    ) -> None:
-        """Run some of the members and write down what they leave."""
+    def run(self, fresh: Integers, places: Integers, words: Any, most: int, flags: Integers, found: Found) -> None:
+        """Run members with these ``words`` and write down what they leave."""
         own = self._own
         self._run(
             *self._stepper.moving, *self._how, own.system, self._stepper.pair, own.record, own.memory, own.gauges,
-            self._desk, self._block, fresh, places, words, part.start, part.stop, most, flags,
+            self._desk, self._block, fresh, places, words, 0, len(words), most, flags,
             found.rows, found.states, found.counts,
         )  # fmt: skip
 
@@ -306,6 +343,11 @@ class Found(NamedTuple):
     rows: Matrix  # (members, WIDTH + n) measures
     states: Matrix  # (members, states), or (0, 0)
     counts: Any  # (members, 3) accepted, rejected, evaluations; no accepted step: it did not run
+
+    def part(self, members: range) -> Found:
+        """Room for some of them."""
+        where = slice(members.start, members.stop)
+        return Found(*(whole[where] for whole in self))
 
     @classmethod
     def room(cls, members: int, balls: int, states: int) -> Found:
@@ -331,47 +373,77 @@ class Group:
         self.fresh: Integers = fresh
         self.numbers: list[int] = []
         self.later: dict[int, tuple[Assembly, Places]] = {}  # members that are not measured by compiled code alone
-        self._blocks: list[tuple[Integers, Any]] = []  # places, and what stands there, (members, places)
+        # places, members, and what stands there of some of them, (rows, places)
+        self._blocks: list[tuple[Integers, int, Callable[[Any], Any]]] = []
 
     def takes(self, integration: Integration, stepper: Stepper, number: int) -> bool:
         """Take a member, if its numbers lie like those of the others and it is integrated as they are."""
-        if _way(stepper) != _way(self.stepper):
-            return False
-        block = self.layout.packed(integration)
+        block = self.block_of(integration, stepper)
         if block is None:
             return False
         self.add([number], where := np.flatnonzero(block != self.fresh), block[None, where])
         return True
 
+    def block_of(self, integration: Integration, stepper: Stepper) -> Integers | None:
+        """The words of a member; None if they lie in another way, or it is integrated in another."""
+        return self.layout.packed(integration) if _way(stepper) == _way(self.stepper) else None
+
+    def block_like_first(self, assembly: Assembly, places: Places, plan: Plan) -> Integers | None:
+        """The words of an assembled member with modes in the order and phases of the first one's; None as above.
+
+        None, too, if a measure of it is found after the run.
+        """
+        one, stepper = fresh_integration(assembly, places, plan)
+        block = self.block_of(one, stepper)
+        if block is None or one.gauges.scalars[HELD] == ITERATED:
+            return None
+        if assembly.model is Model.PLANAR or not one.long:
+            return block
+        like = self.first.long[1]
+        modes = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds, like=like)
+        return None if modes is None else self.layout.packed(one._replace(long=(one.long[0], modes)))
+
     def add(self, numbers: Sequence[int], places: Integers, words: Any) -> None:
         """Take members by their words, (members, places), among which are all in which they differ."""
         other = (words != self.fresh[places]).any(axis=0)
+        self.add_later(numbers, places[other], words[:, other].__getitem__)
+
+    def add_later(self, numbers: Sequence[int], places: Integers, words_of_rows: Callable[[Any], Any]) -> None:
+        """The same of members whose words, (rows, places), are worked out when some of them run."""
         self.numbers.extend(numbers)
-        self._blocks.append((places[other], words[:, other]))
+        self._blocks.append((places, len(numbers), words_of_rows))
 
     def last(self) -> Integers:
         """All words of the member that was taken last."""
-        result, (places, words) = self.fresh.copy(), self._blocks[-1]
-        result[places] = words[-1]
+        result, (places, count, words) = self.fresh.copy(), self._blocks[-1]
+        result[places] = words(count - 1)
         return result
 
-    def words(self) -> tuple[Integers, Any]:
-        """Where members differ from the fresh run, and what stands there, (members, places)."""
-        places = np.unique(np.concatenate([*(where for where, _ in self._blocks), np.zeros(0, np.int64)]))
-        words, first = np.tile(self.fresh[places], (len(self.numbers), 1)), 0
-        for where, values in self._blocks:
-            words[first : first + len(values), np.searchsorted(places, where)] = values
-            first += len(values)
-        return places, words
+    def places(self) -> Integers:
+        """Where members differ from the fresh run."""
+        return np.unique(np.concatenate([*(where for where, _, _ in self._blocks), np.zeros(0, np.int64)]))
 
-    def starts(self, places: Integers, words: Any) -> Floats:
+    def words(self, part: range, places: Integers) -> Any:
+        """What some members have at the :meth:`places`, (members, places)."""
+        words, first = np.tile(self.fresh[places], (len(part), 1)), 0
+        for where, count, of_rows in self._blocks:
+            begin, end = max(part.start, first), min(part.stop, first + count)
+            if begin < end:
+                rows = slice(begin - part.start, end - part.start)
+                words[rows, np.searchsorted(places, where)] = of_rows(slice(begin - first, end - first))
+            first += count
+        return words
+
+    def starts(self) -> Floats:
         """Ball angles at the start, (members, balls)."""
         first = self.layout.place("memory.state", BALLS) if self.balls else 0
-        result = np.tile(self.fresh[first : first + self.balls], (len(self.numbers), 1))
-        for ball in range(self.balls):
-            where = np.flatnonzero(places == first + ball)
-            if where.size:
-                result[:, ball] = words[:, where[0]]
+        result, begin = np.tile(self.fresh[first : first + self.balls], (len(self.numbers), 1)), 0
+        for where, count, of_rows in self._blocks:
+            own = np.flatnonzero((where >= first) & (where < first + self.balls))
+            for rows in range(0, count if own.size else 0, BLOCK):
+                part = slice(rows, min(rows + BLOCK, count))
+                result[begin + part.start : begin + part.stop, where[own] - first] = of_rows(part)[:, own]
+            begin += count
         return result.view(np.float64)
 
     def bench(self) -> Bench:
@@ -394,6 +466,7 @@ class Groups:
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.all = plan, list[Group]()
+        self.interpolated, self.error = 0, 0.0  # members between assembled ones, and how far their numbers may be off
         self.interrupted = False  # whether somebody interrupted while members were made ready, so that some are missing
         self._records: dict[Any, Record] = {}
 
@@ -408,3 +481,315 @@ class Groups:
         if one.gauges.scalars[HELD] == ITERATED:
             group.later[number] = assembly, places
         return group
+
+
+# Words of members as polynomials of their parameters through those of a few assembled ones.
+
+
+DEGREES = (2, 3, 4, 6, 8, 12)  # of the polynomials, tried in this order
+SAVED = 5  # members for each one that is assembled, at least
+FEWEST = 55  # members below which no degree saves that
+CHECKS = 8  # assembled members with which the polynomials are compared, and a quarter of their terms
+DECADES = 3.0  # ratio of the greatest to the least value beyond which its logarithm counts
+TWIN = 1e-10  # by which members differ whose words differ by little more than rounding
+NOISE = 10.0  # times that, in the words of an array nearby, which polynomials need not meet
+NEXT_TO, NEARBY = 33, 129  # words: of the differences of such members, of sizes times the precision of a float
+ROUGHLY = 0.01  # by which absolute tolerances may be off
+
+
+class Polynomials(NamedTuple):
+    """Words of members between assembled ones, (members, places)."""
+
+    block: Integers  # of a node
+    places: Integers
+    same: Integers  # which of these are those of the block
+    varied: Integers  # the others
+    coefficients: Matrix  # (terms, varied)
+    terms: Matrix  # (members, terms)
+    nodes: Integers  # members that are met
+    error: float  # greatest relative difference from assembled members that are no nodes
+
+    def words(self, rows: Integers) -> Integers:
+        """Those of some of the members."""
+        words = np.tile(self.block[self.places], (len(rows), 1))
+        words[:, self.varied] = words_of(self.terms[rows] @ self.coefficients)
+        return words
+
+    def of_words(self, words: Sequence[dict[int, int]], layout: Layout) -> Polynomials | None:
+        """Those of other words, which stand in the same places of all nodes; None if a whole number differs."""
+        places, block = np.array(sorted(words[0]), np.int64), self.block.copy()
+        met = np.array([[own[place] for place in places.tolist()] for own in words], np.int64)
+        block[places], varied = met[0], (met != met[0]).any(axis=0)
+        if not layout.floats[places[varied]].all():
+            return None
+        coefficients = np.asarray(np.linalg.solve(self.terms[self.nodes], met[:, varied].view(np.float64)), np.float64)
+        return self._replace(
+            block=block,
+            places=places,
+            same=np.flatnonzero(~varied),
+            varied=np.flatnonzero(varied),
+            coefficients=coefficients,
+        )
+
+
+class Interpolated:
+    """Words of many members: polynomials of their parameters, and those of their starts.
+
+    ``orders`` are polynomials of contacts, ``which`` says for each member which of them, from 1, are its own; 0 are those of
+    all. ``starts`` are places and words, (members, places), that are known exactly.
+    """
+
+    def __init__(
+        self, polynomials: Polynomials, orders: Sequence[Polynomials], which: Integers, starts: tuple[Integers, Any]
+    ) -> None:
+        self._all, self._orders, self._which, self._starts = polynomials, orders, which, starts
+        everywhere = [polynomials.places, *(one.places for one in orders), starts[0]]
+        self.places = np.unique(np.concatenate(everywhere))
+        self._where = [np.searchsorted(self.places, own) for own in everywhere]
+
+    def words(self, part: slice) -> Integers:
+        """Those of a part of the members, (rows, places)."""
+        rows = np.arange(part.start, part.stop)
+        words = np.tile(self._all.block[self.places], (rows.size, 1))
+        words[:, self._where[0]] = self._all.words(rows)
+        for number, one in enumerate(self._orders, 1):
+            its = np.flatnonzero(self._which[rows] == number)
+            words[np.ix_(its, self._where[number])] = one.words(rows[its])
+        words[:, self._where[-1]] = self._starts[1][rows]
+        return words
+
+
+def fitted(
+    values: Matrix, block_of: Callable[[Floats], Integers | None], fresh: Integers, layout: Layout, tolerance: float
+) -> Polynomials | None:
+    """Polynomials through members with these ``values`` of their parameters, (members, parameters).
+
+    ``block_of`` assembles a member with such values; its words differ from the ``fresh`` ones. Nodes are members that are nearly
+    a best choice for interpolation, by a pivoted decomposition of all monomials (Sommariva and Vianello, 2009). None if no
+    degree meets other members within the tolerance and rounding, or if assembling nodes would save little.
+    """
+    from scipy.linalg import qr
+
+    scaled = _scaled(values)
+    distinct = np.unique(scaled, axis=0, return_index=True)[1]
+    drawn, known = np.random.default_rng(0).permutation(distinct), dict[int, Integers]()
+    noise: Floats | None = None
+    before = np.inf
+    for degree in DEGREES:
+        terms = _terms(scaled, degree)
+        count = terms.shape[1]
+        checks = drawn[: CHECKS + count // 4]
+        if SAVED * (count + checks.size) > distinct.size:
+            return None
+        offered = np.unique(np.concatenate([drawn[checks.size :][: 40 * count], scaled.argmin(0), scaled.argmax(0)]))
+        nodes = offered[qr(terms[offered].T, mode="economic", pivoting=True)[2][:count]]
+        if noise is None:
+            noise = _noise(values[checks[0]], block_of, layout)
+            if noise is None:
+                return None
+        for row in (*nodes.tolist(), *checks.tolist()):
+            block = known[row] if row in known else block_of(values[row])
+            if block is None:
+                return None
+            known[row] = block
+        met, others = (np.array([known[row] for row in rows.tolist()]) for rows in (nodes, checks))
+        places = np.flatnonzero((met != met[0]).any(axis=0) | (others != met[0]).any(axis=0))
+        if not layout.floats[places].all():
+            return None
+        numbers = met[:, places].view(np.float64)
+        coefficients = np.linalg.solve(terms[nodes], numbers)
+        apart = np.abs(terms[checks] @ coefficients - others[:, places].view(np.float64)).max(axis=0, initial=0.0)
+        off = np.maximum(apart - NOISE * noise[places], 0.0) / np.maximum(np.abs(numbers).max(axis=0), 1e-300)
+        rough = np.isin(places, layout.tolerances)
+        error = float(off[~rough].max(initial=0.0))
+        if error <= tolerance and (off[rough] <= ROUGHLY).all():
+            everywhere = np.union1d(np.flatnonzero(met[0] != fresh), places)
+            varied = np.isin(everywhere, places)
+            same, other = np.flatnonzero(~varied), np.flatnonzero(varied)
+            return Polynomials(met[0], everywhere, same, other, coefficients, terms, nodes, error)
+        if not error < before:  # more terms do not help
+            return None
+        before = error
+    return None
+
+
+def _noise(values: Floats, block_of: Callable[[Floats], Integers | None], layout: Layout) -> Floats | None:
+    """What rounding alone makes of every word: members that differ by less, compared; in an array that of words nearby."""
+    from scipy.ndimage import maximum_filter1d
+
+    blocks = [block_of(values * (1.0 + size)) for size in (0.0, TWIN, -TWIN)]
+    if any(block is None for block in blocks):
+        return None
+    own = np.where(layout.floats, np.array(blocks), 0).view(np.float64)
+    own[~np.isfinite(own)] = 0.0
+    apart, rounding = np.abs(own - own[0]).max(axis=0), np.finfo(float).eps * np.abs(own[0])
+    near, nearby = (
+        maximum_filter1d(np.where(layout.plain, one, 0.0), size, mode="constant")
+        for one, size in ((apart, NEXT_TO), (rounding, NEARBY))
+    )
+    return np.asarray(np.where(layout.plain, np.maximum(near, nearby), np.maximum(apart, rounding)))
+
+
+def _scaled(values: Matrix) -> Matrix:
+    """Parameters from -1 to 1; their logarithms where they span decades, without those that are alike."""
+    low, high = values.min(axis=0), values.max(axis=0)
+    columns = [
+        np.log(column) if least > 0.0 and most > DECADES * least else column
+        for column, least, most in zip(values.T, low, high, strict=True)
+        if most > least
+    ]
+    return np.array([2.0 * (c - c.min()) / np.ptp(c) - 1.0 for c in columns]).reshape(len(columns), -1).T
+
+
+def _terms(scaled: Matrix, degree: int) -> Matrix:
+    """Products of Chebyshev polynomials up to a degree in all, (members, terms)."""
+    each = np.polynomial.chebyshev.chebvander(scaled, degree)
+    result = [(np.ones(len(scaled)), degree)]
+    for own in each.swapaxes(0, 1):
+        result = [(term * own[:, power], left - power) for term, left in result for power in range(left + 1)]
+    return np.array([term for term, _ in result]).T
+
+
+# Groups of members run by threads that need no lock, until all are done or somebody stops them.
+
+
+PART, LEAST = 0.2, 0.004  # s, that a thread works between two looks, and that it takes at least
+Progress = Callable[[int, int], None]
+
+
+class Ran(NamedTuple):
+    """A group that was run."""
+
+    group: Group
+    found: Found
+    starts: Floats  # (members, balls) ball angles
+
+
+class Shared(Protocol):
+    """Work that threads share, each with its own flags."""
+
+    flags: list[Any]
+
+    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
+        """What each thread does; ``look`` is called now and then."""
+
+    def done(self) -> int:
+        """How much is done."""
+
+    def stop(self) -> None:
+        """Let all threads stop soon."""
+
+
+class Work:
+    """The members of one group in parts, each thread its next one."""
+
+    def __init__(self, group: Group, most: int, keep_states: bool) -> None:
+        self.group, self.found, self._most = group, group.room(keep_states), most
+        self._places = group.places()
+        self._next, self._lock, self._each = 0, Lock(), 0.0
+        self.flags: list[Any] = []
+        self.seconds = 0.0
+
+    @property
+    def ran(self) -> Ran:
+        """What there is of it."""
+        return Ran(self.group, self.found, self.group.starts())
+
+    def done(self) -> int:
+        """How many members are done."""
+        return sum(int(flags[DONE]) for flags in self.flags)
+
+    def stop(self) -> None:
+        """Let all threads stop at their next look."""
+        for flags in self.flags:
+            flags[STOP] = 1
+
+    def _parts(self) -> Iterator[range]:
+        """The next members, fewer towards the end so that all threads end together."""
+        count = len(self.group.numbers)
+        while True:
+            with self._lock:
+                share = self._each * (count - self._next) / (2 * len(self.flags))
+                size = max(1, int(min(PART, max(share, LEAST)) / self._each)) if self._each > 0.0 else 1
+                part = range(self._next, min(self._next + min(size, -(-count // 8)), count))
+                self._next = part.stop
+            if not part:
+                return
+            yield part
+
+    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
+        """Work until nothing is left; ``look`` is called between two parts."""
+        bench = self.group.bench()
+        for part in self._parts():
+            begin = time.thread_time()
+            words, found = self.group.words(part, self._places), self.found.part(part)
+            bench.run(self.group.fresh, self._places, words, self._most, flags, found)
+            spent = time.thread_time() - begin
+            with self._lock:
+                self.seconds += spent
+                self._each = spent / len(part)
+            if look is not None:
+                look()
+            if flags[STOP]:
+                return
+
+
+def run_groups(
+    groups: Groups, workers: int | None, progress: Progress | None, keep_states: bool = False
+) -> tuple[list[Ran], float, bool]:
+    """Run all members that are ready; what they left, seconds of a core in all, and whether somebody interrupted any of it."""
+    workers = workers if workers is not None else os.cpu_count() or 1
+    total, before, ran, seconds = sum(len(group.numbers) for group in groups.all), 0, list[Ran](), 0.0
+    stopped = False
+    for group in groups.all:
+        work = Work(group, groups.plan.max_steps, keep_states)
+        if not stopped:
+            try:
+                run_threads(work, min(workers, len(group.numbers)), before, total, progress)
+            except KeyboardInterrupt:
+                stopped = True
+        _complete(work.ran, groups.plan.end)
+        ran.append(work.ran)
+        seconds, before = seconds + work.seconds, before + work.done()
+    return ran, seconds, stopped or groups.interrupted
+
+
+def run_threads(work: Shared, workers: int, before: int, total: int, progress: Progress | None) -> None:
+    """Let so many threads do a piece of work; ``before`` of the ``total`` are done already.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When somebody interrupts them, once all threads have stopped.
+    """
+    work.flags = [np.zeros(FLAGS, np.int64) for _ in range(workers)]
+    told = -1
+
+    def look() -> None:
+        nonlocal told
+        if progress is not None and (done := before + work.done()) != told:
+            told = done
+            progress(done, total)
+
+    if workers == 1:
+        work.thread(work.flags[0], look)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        waiting: set[Future[None]] = {pool.submit(work.thread, flags) for flags in work.flags}
+        try:
+            while waiting:
+                finished, waiting = wait(waiting, timeout=PART)
+                look()
+                for future in finished:
+                    future.result()
+        except BaseException:
+            work.stop()
+            raise
+
+
+def _complete(ran: Ran, end: float) -> None:
+    """What of the measures no compiled code finds."""
+    for row, number in enumerate(ran.group.numbers):
+        if number in ran.group.later and ran.found.counts[row, 0] > 0:
+            assembly, places = ran.group.later[number]
+            completed(ran.found.rows[row], assembly, places, gauges_for(assembly, places, end))

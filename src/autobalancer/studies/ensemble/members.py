@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import signal
 import threading
-import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
-from threading import Lock
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -36,21 +32,26 @@ from autobalancer.assembly.system import (
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.drag.beta import DragTorque
 from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitError
-from autobalancer.kernels.many_members import DONE, FLAGS, STOP
 from autobalancer.kernels.records import CONTACT
 from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.random_numbers import generator
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.studies.ensemble.columns import Changed, Columns, Described, Words, ball_of
-from autobalancer.studies.ensemble.layout import Found, Group, Groups, Plan, bits, fresh_integration, words_of
-from autobalancer.studies.variations import completed, gauges_for, variation_text, with_variation
-
-# Groups of members run by threads that need no lock, until all are done or somebody stops them.
-
-
-PART, LEAST = 0.2, 0.004  # s, that a thread works between two looks, and that it takes at least
-Progress = Callable[[int, int], None]
+from autobalancer.studies.ensemble.layout import (
+    BLOCK,
+    FEWEST,
+    Group,
+    Groups,
+    Interpolated,
+    Plan,
+    Polynomials,
+    bits,
+    fitted,
+    fresh_integration,
+    words_of,
+)
+from autobalancer.studies.variations import variation_text, with_variation
 
 
 @contextmanager
@@ -83,143 +84,6 @@ def interrupts_noted() -> Iterator[list[int]]:
     finally:
         for number, before in taken.items():
             signal.signal(number, before)
-
-
-class Ran(NamedTuple):
-    """A group that was run."""
-
-    group: Group
-    found: Found
-    starts: Floats  # (members, balls) ball angles
-
-
-class Shared(Protocol):
-    """Work that threads share, each with its own flags."""
-
-    flags: list[Any]
-
-    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
-        """What each thread does; ``look`` is called now and then."""
-
-    def done(self) -> int:
-        """How much is done."""
-
-    def stop(self) -> None:
-        """Let all threads stop soon."""
-
-
-class Work:
-    """The members of one group in parts, each thread its next one."""
-
-    def __init__(self, group: Group, most: int, keep_states: bool) -> None:
-        self.group, self.found, self._most = group, group.room(keep_states), most
-        self._places, self._words = group.words()
-        self._next, self._lock, self._each = 0, Lock(), 0.0
-        self.flags: list[Any] = []
-        self.seconds = 0.0
-
-    @property
-    def ran(self) -> Ran:
-        """What there is of it."""
-        return Ran(self.group, self.found, self.group.starts(self._places, self._words))
-
-    def done(self) -> int:
-        """How many members are done."""
-        return sum(int(flags[DONE]) for flags in self.flags)
-
-    def stop(self) -> None:
-        """Let all threads stop at their next look."""
-        for flags in self.flags:
-            flags[STOP] = 1
-
-    def _parts(self) -> Iterator[range]:
-        """The next members, fewer towards the end so that all threads end together."""
-        count = len(self.group.numbers)
-        while True:
-            with self._lock:
-                share = self._each * (count - self._next) / (2 * len(self.flags))
-                size = max(1, int(min(PART, max(share, LEAST)) / self._each)) if self._each > 0.0 else 1
-                part = range(self._next, min(self._next + min(size, -(-count // 8)), count))
-                self._next = part.stop
-            if not part:
-                return
-            yield part
-
-    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
-        """Work until nothing is left; ``look`` is called between two parts."""
-        bench = self.group.bench()
-        for part in self._parts():
-            begin = time.thread_time()
-            bench.run(self.group.fresh, self._places, self._words, part, self._most, flags, self.found)
-            spent = time.thread_time() - begin
-            with self._lock:
-                self.seconds += spent
-                self._each = spent / len(part)
-            if look is not None:
-                look()
-            if flags[STOP]:
-                return
-
-
-def run_groups(
-    groups: Groups, workers: int | None, progress: Progress | None, keep_states: bool = False
-) -> tuple[list[Ran], float, bool]:
-    """Run all members that are ready; what they left, seconds of a core in all, and whether somebody interrupted any of it."""
-    workers = workers if workers is not None else os.cpu_count() or 1
-    total, before, ran, seconds = sum(len(group.numbers) for group in groups.all), 0, list[Ran](), 0.0
-    stopped = False
-    for group in groups.all:
-        work = Work(group, groups.plan.max_steps, keep_states)
-        if not stopped:
-            try:
-                run_threads(work, min(workers, len(group.numbers)), before, total, progress)
-            except KeyboardInterrupt:
-                stopped = True
-        _complete(work.ran, groups.plan.end)
-        ran.append(work.ran)
-        seconds, before = seconds + work.seconds, before + work.done()
-    return ran, seconds, stopped or groups.interrupted
-
-
-def run_threads(work: Shared, workers: int, before: int, total: int, progress: Progress | None) -> None:
-    """Let so many threads do a piece of work; ``before`` of the ``total`` are done already.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        When somebody interrupts them, once all threads have stopped.
-    """
-    work.flags = [np.zeros(FLAGS, np.int64) for _ in range(workers)]
-    told = -1
-
-    def look() -> None:
-        nonlocal told
-        if progress is not None and (done := before + work.done()) != told:
-            told = done
-            progress(done, total)
-
-    if workers == 1:
-        work.thread(work.flags[0], look)
-        return
-    with ThreadPoolExecutor(workers) as pool:
-        waiting: set[Future[None]] = {pool.submit(work.thread, flags) for flags in work.flags}
-        try:
-            while waiting:
-                finished, waiting = wait(waiting, timeout=PART)
-                look()
-                for future in finished:
-                    future.result()
-        except BaseException:
-            work.stop()
-            raise
-
-
-def _complete(ran: Ran, end: float) -> None:
-    """What of the measures no compiled code finds."""
-    for row, number in enumerate(ran.group.numbers):
-        if number in ran.group.later and ran.found.counts[row, 0] > 0:
-            assembly, places = ran.group.later[number]
-            completed(ran.found.rows[row], assembly, places, gauges_for(assembly, places, end))
 
 
 Impossible = Literal["refuse", "record"]
@@ -263,18 +127,29 @@ class Members:
         MachineError
             If there can be no such machine.
         """
-        machine = self.machine_of(number)
-        seed = int(self.seeds[number])
-        assembly = prepare(machine, plan.end, seed=seed, mass_spread=MASS_SPREAD, max_steps=plan.max_steps)
-        return assembly, places_of(machine, assembly)
+        return _ready(self.machine_of(number), int(self.seeds[number]), plan)
+
+    def ready_with(self, number: int, values: Mapping[str, float], plan: Plan) -> tuple[Assembly, Places]:
+        """A member ready to run with other values of some parameters."""
+        row = self.row(number)
+        parameters = {**dict(zip(self.columns.parameters, self.columns.row(row), strict=True)), **values}
+        machine = with_variation(self.machine, parameters, tuple(parameters.values()))
+        return _ready(self._started(machine, row), int(self.seeds[number]), plan)
 
     def sorted(
-        self, plan: Plan, how: Impossible, *, follow: bool = True, keep_on_interrupt: bool = False
+        self,
+        plan: Plan,
+        how: Impossible,
+        *,
+        follow: bool = True,
+        interpolate: bool = False,
+        keep_on_interrupt: bool = False,
     ) -> tuple[Groups, dict[int, str]]:
         """All members made ready, and why some of them cannot run; nothing runs for it.
 
-        With ``follow`` those that differ in numbers are not assembled. With ``keep_on_interrupt`` Ctrl-C ends it with the members
-        that are ready by then.
+        With ``follow`` those that differ in numbers are not assembled. With ``interpolate`` numbers of rotors that tilt or bend
+        may come from a few assembled members between which they are smooth, see :class:`Class`. With ``keep_on_interrupt``
+        Ctrl-C ends it with the members that are ready by then.
 
         Raises
         ------
@@ -283,37 +158,47 @@ class Members:
         """
         with interrupts_noted() if keep_on_interrupt else nullcontext(list[int]()) as noted:
             try:
-                return self._sorted(plan, how, noted, follow=follow)
+                return self._sorted(plan, how, noted, follow=follow, interpolate=interpolate)
             except Differs:
                 return self._sorted(plan, how, noted, follow=False)
 
     def _sorted(
-        self, plan: Plan, how: Impossible, noted: Sequence[int] = (), *, follow: bool
+        self, plan: Plan, how: Impossible, noted: Sequence[int] = (), *, follow: bool, interpolate: bool = False
     ) -> tuple[Groups, dict[int, str]]:
         groups, reasons, classes = Groups(plan), dict[int, str](), dict[Any, Class]()
         names: list[str] | None = None
-        for number in range(self.count):
-            if noted:
-                groups.interrupted = True
-                break
-            try:
-                if follow and names is None:
-                    names = followed(self, number, plan)
-                key = class_of(self, number, names or [])
-                if not follow:
-                    groups.add(number, *self.ready(number, plan))
-                else:
-                    if key not in classes:
-                        classes[key] = Class(self, groups, names or [])
-                    classes[key].take(number)
-            except REFUSED as error:
-                text = f"{self._named(number)}{error}"
-                if how == "refuse":
-                    raise next(kind for kind in REFUSED if isinstance(error, kind))(text) from None
-                reasons[number] = text
+        interpolate = interpolate and self.columns.count > FEWEST
+
+        def take(number: int) -> None:
+            nonlocal names
+            if not follow:
+                groups.add(number, *self.ready(number, plan))
+                return
+            if names is None:
+                names = followed(self, number, plan)
+            key = class_of(self, number, names)
+            if key not in classes:
+                classes[key] = Class(self, groups, names, interpolate=interpolate)
+            classes[key].take(number)
+
+        def take_all(numbers: Iterable[int], take: Callable[[int], None]) -> None:
+            for number in numbers:
+                if noted:
+                    groups.interrupted = True
+                    return
+                try:
+                    take(number)
+                except REFUSED as error:
+                    text = f"{self._named(number)}{error}"
+                    if how == "refuse":
+                        raise next(kind for kind in REFUSED if isinstance(error, kind))(text) from None
+                    reasons[number] = text
+
+        take_all(range(self.count), take)
         for one in classes.values():
+            take_all(one.interpolated(), one.follow)
             one.finish()
-        return groups, reasons
+        return groups, dict(sorted(reasons.items()))
 
     def _named(self, number: int) -> str:
         row = self.row(number)
@@ -322,9 +207,18 @@ class Members:
         return f"{self._name} {number + 1}{', ' + told if told else ': '}" if self._name else told
 
     def _of_row(self, row: int) -> Machine:
-        varied = self.varied(row)
+        return self._started(self.varied(row), row)
+
+    def _started(self, machine: Machine, row: int) -> Machine:
         starts = self.columns.starts
-        return with_starts(varied, {name: float(values[row]) for name, values in starts.items()}) if starts else varied
+        return (
+            with_starts(machine, {name: float(values[row]) for name, values in starts.items()}) if starts else machine
+        )
+
+
+def _ready(machine: Machine, seed: int, plan: Plan) -> tuple[Assembly, Places]:
+    assembly = prepare(machine, plan.end, seed=seed, mass_spread=MASS_SPREAD, max_steps=plan.max_steps)
+    return assembly, places_of(machine, assembly)
 
 
 def without_start_angles(machine: Machine) -> Machine:
@@ -389,7 +283,6 @@ def _own_starts(starts: dict[str, float], kind: str, balls: range, now: Any) -> 
 # Members sorted into groups: one of each class is assembled, the others follow it where they can.
 
 
-BLOCK = 512  # members whose words are written down together
 TRIED = 3  # other values of a parameter that say whether members can follow it
 UNBALANCE = "unbalance"  # in the names of parameters of which one can be followed
 
@@ -406,11 +299,26 @@ class Differs(Exception):
     """A member that followed is not the one that is assembled; caught in members.py, where all are assembled then."""
 
 
-class Class:
-    """Members that differ in parameters that can be followed, and in their starts."""
+class Between(NamedTuple):
+    """A member between assembled ones: what its start alone makes of its words, and the order of its balls."""
 
-    def __init__(self, members: Members, groups: Groups, names: list[str]) -> None:
+    number: int
+    words: Words
+    order: Any
+
+
+class Class:
+    """Members that differ in parameters that can be followed, and in their starts.
+
+    Where they would have to be described one by one, on rotors that tilt or bend, those whose parameters are numbers wait
+    until all are known. Then a few of them are assembled, and the words of the others are polynomials of the parameters,
+    if these meet more assembled ones within the tolerance of the run.
+    """
+
+    def __init__(self, members: Members, groups: Groups, names: list[str], *, interpolate: bool = False) -> None:
         self._members, self._groups, self._names = members, groups, names
+        self._interpolate, self._between = interpolate, list[Between]()
+        self._first = 0  # the member that was assembled first
         self._group: Group | None = None
         self._follower: Follower | None = None
         self._base, self._differing = np.zeros(0, np.int64), set[int]()
@@ -423,9 +331,25 @@ class Class:
         if self._group is None:
             self._begin(number)
             return
+        start = None
+        if self._interpolate and self._follower is not None:
+            machine = members.varied(members.row(number))
+            if self._follower.between(machine, self._values(number)):
+                start = self._follower.start(machine, *self._start(number))
+        if start is not None:
+            self._between.append(Between(number, *start))
+            return
+        self.follow(number)
+
+    def _values(self, number: int) -> list[Any]:
+        row = self._members.row(number)
+        return [self._members.columns.parameters[name][row] for name in self._names]
+
+    def follow(self, number: int) -> None:
+        """Take a member by what is different in it, or assemble it."""
+        members = self._members
         if self._follower is not None:
-            row = members.row(number)
-            values = [members.columns.parameters[name][row] for name in self._names]
+            row, values = members.row(number), self._values(number)
             words = self._follower.words(values, lambda: members.varied(row), *self._start(number))
             if words is not None:
                 self._waiting.append(Waiting(number, values, words))
@@ -433,6 +357,45 @@ class Class:
                     self.finish()
                 return
         self._groups.add(number, *members.ready(number, self._groups.plan))
+
+    def interpolated(self) -> list[int]:
+        """Take the members that wait to lie between assembled ones; the numbers of those that cannot."""
+        waiting, self._between = self._between, []
+        numbers, group, follower = [one.number for one in waiting], self._group, self._follower
+        if not waiting or group is None or follower is None:
+            return []
+        plan, made = self._groups.plan, dict[bytes, Changed]()
+
+        def block_of(values: Floats) -> Integers | None:
+            given = dict(zip(self._names, values.tolist(), strict=True))
+            assembly, places = self._members.ready_with(self._first, given, plan)
+            made[values.tobytes()] = Changed({}, places.machine, assembly.balls, assembly, again=True)
+            return group.block_like_first(assembly, places, plan)
+
+        values = np.array([self._values(number) for number in numbers], np.float64)
+        try:
+            found = fitted(values, block_of, group.fresh, group.layout, plan.tolerance)
+        except REFUSED:
+            return numbers
+        if found is None:
+            return numbers
+        orders = sorted({one.order for one in waiting if one.order})
+        contacts = list[Polynomials]()
+        for order in orders:
+            words = [follower.contacts_in(made[row.tobytes()], order) for row in values[found.nodes]]
+            own = found.of_words([one for one in words if one is not None], group.layout) if None not in words else None
+            if own is None:
+                return numbers
+            contacts.append(own)
+        which = np.array([1 + orders.index(one.order) if one.order else 0 for one in waiting], np.int64)
+        places = np.array(sorted({place for one in waiting for place in one.words}), np.int64)
+        usual = dict(zip(places.tolist(), found.block[places].tolist(), strict=True))
+        starts = np.array([list((usual | one.words).values()) for one in waiting], np.int64).reshape(len(waiting), -1)
+        its = Interpolated(found, contacts, which, (places, starts))
+        group.add_later(numbers, its.places, its.words)
+        self._groups.interpolated += len(waiting)
+        self._groups.error = max(self._groups.error, found.error)
+        return []
 
     def finish(self) -> None:
         """Write down the words of all members that wait."""
@@ -459,6 +422,7 @@ class Class:
 
     def _begin(self, number: int) -> None:
         assembly, places = self._members.ready(number, self._groups.plan)
+        self._first = number
         self._group = group = self._groups.add(number, assembly, places)
         starts = list(self._members.columns.starts)
         machine = self._members.machine_of(number)
@@ -589,6 +553,7 @@ class Follower:
         self._own = Changed({}, machine, assembly.balls, assembly, again=False)
         self._last: tuple[Any, Changed] = (None, self._own)
         self._orders: dict[Any, Words] = {}
+        self._seen: dict[Any, Floats] = {}  # ball angles of one member in each order
         layout, self._block = group.layout, group.last()
         self._state, self._start = layout.place("memory.state", 0), layout.place("memory.start", 0)
         touching = len(assembly.system.contacts)
@@ -665,9 +630,36 @@ class Follower:
 
         return follow_unbalance
 
+    def between(self, machine: Machine, values: Sequence[Any]) -> bool:
+        """Whether the words of a member may be functions of its parameters, and take long to work out otherwise."""
+        if self._described is None or self._assembly.model is Model.PLANAR:
+            return False
+        return all(isinstance(value, float | int) for value in values) and self._described.in_numbers(machine)
+
+    def start(self, machine: Machine, seed: int, starts: dict[str, float]) -> tuple[Words, Any] | None:
+        """What a start alone makes of the words, and the order of the balls; nothing of the start of the assembled one.
+
+        None if such a start may be impossible.
+        """
+        if (seed, starts) == self._begin:
+            return {}, None
+        balls = _started(resolve(machine), starts)
+        if not _apart(machine, balls):
+            return None
+        angles = np.array(start_angles(balls, generator(seed)), np.float64)
+        words, order = self._of_angles(balls, angles), None
+        if len(self._assembly.system.contacts):
+            order, wraps = self._order(balls, angles)
+            words |= wraps
+            self._seen.setdefault(order, angles)
+        return words, order
+
+    def contacts_in(self, own: Changed, order: Any) -> Words | None:
+        """The contacts of a member with its balls in such an order around their races."""
+        return self._contacts_of(own, own.balls, self._seen[order])
+
     def _follow_start(self, own: Changed, seed: int, starts: dict[str, float], words: Words) -> bool:
         balls = _started(own.balls, starts)
-        count = len(balls)
         if not _apart(own.machine, balls):
             return False
         angles = np.array(start_angles(balls, generator(seed)), np.float64)
@@ -675,42 +667,52 @@ class Follower:
         if contacts is None:
             return False
         words.update(contacts)
+        words.update(self._of_angles(balls, angles))
+        return True
+
+    def _of_angles(self, balls: tuple[Ball, ...], angles: Floats) -> Words:
+        words: Words = {}
         for first in (self._state, self._start):
             for i, (angle, ball) in enumerate(zip(angles, balls, strict=True)):
                 words[first + BALLS + i] = bits(angle)
-                words[first + BALLS + count + i] = bits(ball.start_speed)
-        return True
+                words[first + BALLS + len(balls) + i] = bits(ball.start_speed)
+        return words
 
     def _contacts(self, own: Changed, balls: tuple[Ball, ...], angles: Floats) -> Words | None:
         """Who is next to whom; for each order the contacts are made once. None if they are of another kind."""
-        before = self._assembly.system.contacts
-        if not len(before):
+        if not len(self._assembly.system.contacts):
             return {}
-        rings = [ring(members, angles) for members in _races(balls)]
-        order = tuple((i, j) for links in rings for i, j, _ in links)
+        order, wraps = self._order(balls, angles)
         if order not in self._orders:
-            rows = CONTACT.rows(len(balls))
-            fastest = max(top_speed(own.machine) or 0.0, *own.assembly.critical_speeds)
-            made = set_contacts(own.machine, balls, angles, rows, fastest)
-            system = own.assembly.system._replace(contacts=rows, rebounds=made.rebounds)
-            noting, touches = with_touches(own.machine, replace(own.assembly, system=system, balls=balls))
-            meetings, rebounds = meetings_of(touches)
-            values = {
-                "system.contacts": rows,
-                "system.rebounds": made.rebounds,
-                "system.touches": noting.system.touches,
-                "gauges.meetings": meetings,
-                "gauges.rebounds": rebounds,
-            }
-            parts = [self._group.layout.words(path, value) for path, value in values.items()]
-            if any(part is None for part in parts) or (rows.rigid != before.rigid).any():
+            made = self._contacts_of(own, balls, angles)
+            if made is None:
                 return None
-            self._orders[order] = {place: word for part in parts for place, word in (part or {}).items()}
-        words = dict(self._orders[order])
-        for links in rings:
-            if len(links) > 1:
-                words |= {self._wraps[i]: bits(wrap) for i, _, wrap in links}
-        return words
+            self._orders[order] = made
+        return self._orders[order] | wraps
+
+    def _order(self, balls: tuple[Ball, ...], angles: Floats) -> tuple[Any, Words]:
+        rings = [ring(members, angles) for members in _races(balls)]
+        wraps = {self._wraps[i]: bits(wrap) for links in rings if len(links) > 1 for i, _, wrap in links}
+        return tuple((i, j) for links in rings for i, j, _ in links), wraps
+
+    def _contacts_of(self, own: Changed, balls: tuple[Ball, ...], angles: Floats) -> Words | None:
+        rows = CONTACT.rows(len(balls))
+        fastest = max(top_speed(own.machine) or 0.0, *own.assembly.critical_speeds)
+        made = set_contacts(own.machine, balls, angles, rows, fastest)
+        system = own.assembly.system._replace(contacts=rows, rebounds=made.rebounds)
+        noting, touches = with_touches(own.machine, replace(own.assembly, system=system, balls=balls))
+        meetings, rebounds = meetings_of(touches)
+        values = {
+            "system.contacts": rows,
+            "system.rebounds": made.rebounds,
+            "system.touches": noting.system.touches,
+            "gauges.meetings": meetings,
+            "gauges.rebounds": rebounds,
+        }
+        parts = [self._group.layout.words(path, value) for path, value in values.items()]
+        if any(part is None for part in parts) or (rows.rigid != self._assembly.system.contacts.rigid).any():
+            return None
+        return {place: word for part in parts for place, word in (part or {}).items()}
 
 
 def _started(balls: tuple[Ball, ...], starts: dict[str, float]) -> tuple[Ball, ...]:

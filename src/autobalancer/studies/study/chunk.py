@@ -29,8 +29,8 @@ from autobalancer.stability.basins import START_ANGLE, axis_name
 from autobalancer.stability.maps.exact import NAMES, borders
 from autobalancer.studies.ensemble.columns import STARTS, Columns, ball_of, is_start
 from autobalancer.studies.ensemble.ensemble import ensemble_variables
-from autobalancer.studies.ensemble.layout import Groups, Plan
-from autobalancer.studies.ensemble.members import Members, run_groups, without_start_angles
+from autobalancer.studies.ensemble.layout import Groups, Plan, run_groups
+from autobalancer.studies.ensemble.members import Members, without_start_angles
 from autobalancer.studies.study.study_spec import BALANCED_BEFORE, HELD_SPEED, Study, after_jump
 from autobalancer.studies.variations import coordinate, with_variation
 

@@ -39,9 +39,9 @@ from autobalancer.random_numbers import generator
 from autobalancer.results.run_arrays import SETTLING_FROM
 from autobalancer.results.verdict import BALANCED, WORDS, Z, wilson_interval
 from autobalancer.studies.ensemble.columns import Columns
-from autobalancer.studies.ensemble.layout import Groups
+from autobalancer.studies.ensemble.layout import Groups, Ran, run_groups
 from autobalancer.studies.ensemble.layout import Plan as IntegrationPlan
-from autobalancer.studies.ensemble.members import Members, Ran, run_groups
+from autobalancer.studies.ensemble.members import Members
 from autobalancer.units import list_argument, shortened, to_si
 
 # How a parameter scatters: values from numbers between 0 and 1, so that every plan of samples serves every
