@@ -54,6 +54,7 @@ from autobalancer.tables import Described, rpm_and_si
 # balance.
 
 
+SHARED = "; more planes than needed can share it in other ways, too"
 SHOWN = 6  # critical speeds of a rotor that tilts or bends
 FROM_A_RUN = (
     "a torque drives: known from a run only, and so is what unbalance does there without balls"  # the highest speed
@@ -66,13 +67,15 @@ class StationSummary:
 
     ``required`` is the greatest over time of what this station needs, where unbalances change by a schedule; stations may
     need their greatest at different times. ``speed`` (rad/s) is that for which ``required`` holds; on a rigid rotor with
-    two planes it holds for any.
+    two planes it holds for any. ``shared``: there are more planes than the rotor has coordinates, so that it can be shared by
+    them in many ways; it is that of the way that takes the least share of the capabilities.
     """
 
     name: str
     capability: float
     required: float
     speed: float
+    shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -142,8 +145,9 @@ def _needs(machine: Machine, st: Stations, highest: float | None) -> tuple[Stati
         needed = np.max([np.abs(required(replace(st, load=load), speed)) for load in loads], axis=0)
     except QuestionError:  # a critical speed of an undamped rotor
         needed = np.full(len(st.names), math.nan)
+    shared = bool(np.linalg.matrix_rank(st.rows) < len(st.names))
     return tuple(
-        StationSummary(name, float(have), float(need), float(speed))
+        StationSummary(name, float(have), float(need), float(speed), shared)
         for name, have, need in zip(st.names, st.capability, needed, strict=True)
     )
 
@@ -590,7 +594,7 @@ def _planes(summary: Summary, said: SpeedText) -> Iterator[Row]:
         yield (
             f"plane {plane.name}",
             f"needs {moment_text(plane.required, 5)}{_most(summary)} for rest at {said(plane.speed)}, "
-            f"capability {moment_text(plane.capability, 5)}{enough}",
+            f"capability {moment_text(plane.capability, 5)}{enough}" + SHARED * plane.shared,
         )
 
 

@@ -293,6 +293,9 @@ def _captured(
         notes.insert(0, f"the planes lose synchronism at {border.lost:.4g} rad/s")
     if border.cause not in ("fold", "run"):
         notes.insert(0, "there they begin to swing against each other")
+    if not math.isnan(border.least):
+        other = f"only at {border.least:.4g} rad/s" if border.least else "not at once"
+        notes.insert(0, f"it depends on how the planes stand to each other before: from other angles {other}")
     balls = "" if border.station is None else f" of {rotor.st.names[border.station]} alone"
     how = RUN_DOWN if border.cause == "run" else HOW
     return capture_border(border.speed, "; ".join([f" of {border.whirl:.4g} rad/s", *notes]), balls, how)

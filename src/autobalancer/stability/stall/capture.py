@@ -49,7 +49,8 @@ class Capture:
 
     ``lost`` is the speed at which planes lose step before, nan if they do not, and ``step`` that above which they do not
     turn in step, nan if they do. ``station`` is that of the balls, if they fall alone; ``later`` what happens to those of
-    all planes further down.
+    all planes further down. ``least`` is the lowest speed to which it goes down if the planes stand to each other otherwise when
+    a run-down begins, 0 if balls do not fall back at once then, and nan where nothing else was found or tried.
     """
 
     speed: float
@@ -60,6 +61,7 @@ class Capture:
     step: float = math.nan
     station: int | None = None
     later: Capture | None = None
+    least: float = math.nan
 
 
 def captured(
@@ -102,8 +104,8 @@ def captured(
         return alone if alone.speed > result.step else result
     begin = max(float(speeds[-1]), ABOVE * alone.speed)
     slip = LITTLE * alone.speed if math.isnan(alone.whirl) else alone.speed - alone.whirl
-    fell = runs.fell(begin, alone.speed, slip)
-    return replace(alone, speed=fell) if fell > before else _first(runs, balance, speeds, result)
+    fell, least = runs.fell(begin, alone.speed, slip)
+    return replace(alone, speed=fell, least=least) if fell > before else _first(runs, balance, speeds, result)
 
 
 def _alone(balance: Balance, speeds: Floats) -> Capture | None:
@@ -128,7 +130,9 @@ def _first(runs: SlowRuns, balance: Balance, speeds: Floats, capture: Capture, i
         return capture
     station = min(fall.stations) if len(fall.stations) == 1 else None
     before = "" if EARLIER * fall.speed > capture.lost else capture.reason.replace(SINGLE, "")
-    return replace(capture, speed=fall.speed, whirl=fall.whirl, cause="run", reason=before, station=station)
+    return replace(
+        capture, speed=fall.speed, whirl=fall.whirl, cause="run", reason=before, station=station, least=fall.least
+    )
 
 
 def _of(balance: Balance, place: int) -> Balance:
@@ -289,7 +293,12 @@ FURTHER, STRETCHES = 1.1, 6  # how far it goes at once, how often
 STALLED, FULL = 0.5, 0.8  # of the greatest slip, from which on a ball stalls, and from which on it does fully
 GRADUALLY = 0.01  # of the speed, between these two, from which on balls go over to the rotor gradually
 WINDOW, SHORTEST = 8.0 * math.pi, 2.0  # over the slip, and s, over which speeds are averaged
-OTHER = 2.0  # angle between planes, rad, from which a run-down begins
+OTHER = (
+    2.0,
+    -2.0,
+    0.7,
+)  # angles between planes, rad, from which run-downs begin; of two planes the first tells as much
+ALIKE = 0.01  # share of a speed by which those from other angles may differ
 AROUND, FALLEN = (
     1.05,
     0.75,
@@ -319,11 +328,15 @@ class LastSeen:
 
 @dataclass(frozen=True)
 class Fall:
-    """Speed of the rotor at which balls fall back, and of their whirl after it, rad/s; the stations of those that do."""
+    """Speed of the rotor at which balls fall back, and of their whirl after it, rad/s; the stations of those that do.
+
+    ``least`` is the speed from other angles between the planes, 0 if they do not fall back at once, nan if it is about the same.
+    """
 
     speed: float
     whirl: float
     stations: frozenset[int]
+    least: float = math.nan
 
 
 class SlowRuns:
@@ -371,18 +384,35 @@ class SlowRuns:
                 return result
         return None
 
-    def fell(self, begin: float, near: float, slip: float) -> float:
+    @property
+    def _angles(self) -> tuple[float, ...]:
+        """Angles between neighboring planes from which run-downs begin; where three fall back may depend on them."""
+        return OTHER[: 1 if len({group.station for group in self.loads.groups}) < 3 else None]
+
+    def fell(self, begin: float, near: float, slip: float) -> tuple[float, float]:
         """Where a plane falls back to about a ``slip`` in a slow run-down, near a speed (rad/s); nan if none does.
 
-        The balls of each plane are in line by themselves; they settle, in step or not, at the speed ``begin``.
+        The balls of each plane are in line by themselves; they settle, in step or not, at the speed ``begin``. Of several
+        run-downs the highest speed, and the ``least`` as in :class:`Fall`.
         """
-        motion = self._down((begin, min(begin, near * AROUND), near / AROUND), slip)
-        fallen = np.flatnonzero(motion.slip.max(axis=1) > FALLEN * slip)
-        return float(motion.speed[fallen[0]]) if fallen.size else math.nan
+        speeds = []
+        for angle in self._angles:
+            motion = self._down((begin, min(begin, near * AROUND), near / AROUND), slip, angle)
+            fallen = np.flatnonzero(motion.slip.max(axis=1) > FALLEN * slip)
+            speeds.append(float(motion.speed[fallen[0]]) if fallen.size else 0.0)
+        return max(speeds) or math.nan, _least(speeds)
 
     def falls(self, begin: float, near: float, lowest: float) -> Fall | None:
-        """The first fall of balls, in line by plane, in a run-down that is slow from ``near`` on; none if none falls at once."""
-        motion = self._down((begin, min(begin, near), lowest), 0.7 * JUMP * near)
+        """The first fall of balls, in line by plane, in a run-down that is slow from ``near`` on; none if none falls at once.
+
+        Of run-downs from several angles between the planes the highest.
+        """
+        falls = [self._fall(begin, near, lowest, angle) for angle in self._angles]
+        first = max((fall for fall in falls if fall is not None), key=lambda fall: fall.speed, default=None)
+        return first and replace(first, least=_least([fall.speed if fall else 0.0 for fall in falls]))
+
+    def _fall(self, begin: float, near: float, lowest: float, angle: float) -> Fall | None:
+        motion = self._down((begin, min(begin, near), lowest), 0.7 * JUMP * near, angle)
         most, w = motion.slip.max(axis=1), motion.speed
         after, later = (np.searchsorted(-w, -share * w) for share in (1.0 - SOON, 1.0 - 2.0 * SOON))
         known = np.flatnonzero(later < w.size)
@@ -398,11 +428,11 @@ class SlowRuns:
         stations = {group.station for group, own in zip(self.loads.groups, rise, strict=True) if own > 0.5 * rise.max()}
         return Fall(float(w[k]), float(w[deepest] - most[deepest]), frozenset(stations))
 
-    def _down(self, path: tuple[float, ...], slip: float) -> Motion:
-        """A slow run-down along these speeds of balls that are in line by plane."""
+    def _down(self, path: tuple[float, ...], slip: float, angle: float) -> Motion:
+        """A slow run-down along these speeds of balls that are in line by plane, one plane at an ``angle`` to the next."""
         angles = np.zeros(sum(len(group.members) for group in self.loads.groups))
         for group in self.loads.groups:
-            angles[list(group.members)] = OTHER * group.station
+            angles[list(group.members)] = angle * group.station
         return self.run(path, np.stack([angles, np.zeros_like(angles)]), slip, 0.0)
 
     def _stalled(self, hanging_range: HangingRange, slip: float) -> Floats:
@@ -449,6 +479,11 @@ class SlowRuns:
         half = max(round(0.5 * SAMPLES * max(WINDOW / slip, SHORTEST)), 1)
         gone = samples[2 * half :, angles] - samples[: -2 * half, angles]
         return Motion(samples[half:-half, SPEED], -gone * SAMPLES / (2.0 * half), samples[-1].copy())
+
+
+def _least(speeds: Sequence[float]) -> float:
+    """The lowest of the speeds, nan if all are about the same."""
+    return min(speeds) if min(speeds) < (1.0 - ALIKE) * max(speeds) else math.nan
 
 
 def slow_runs(machine: Machine, loads: Loads) -> SlowRuns | None:
