@@ -25,6 +25,8 @@ from autobalancer.results.chamber_measures import (
     residual_of_balls,
 )
 from autobalancer.results.unconstrained_body import LooseBody, pakula_body, unconstrained_motion
+from autobalancer.simulation.chamber.bounds import body_without_balancing
+from autobalancer.simulation.chamber.chamber_run import default_step
 from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict
 from autobalancer.studies.compare import chamber_row
 
@@ -250,7 +252,10 @@ def test_the_verdict_on_deep_chambers_counts_settling_from_the_end_of_the_run_up
         driven = run.assign(speed=run["speed"] * (0.5 + 0.5 * ramp))
         measured = ab.run_measures(driven)
         assert str(measured["counted_from"].values) == after.counted_from
-        for told in (float(measured["settling_time"]), chamber_row(driven, [], 10)["settling_time"]):
+        for told in (
+            float(measured["settling_time"]),
+            chamber_row(small_machine(), driven, None, 10)[0]["settling_time"],
+        ):
             assert told == pytest.approx(after.duration, abs=1e-9)
 
 
@@ -290,3 +295,32 @@ def test_a_measure_has_its_unit_and_meaning_from_the_table_in_runs_archives_and_
     assert [catalog_unit(name) for name in ("steady_bearing_1_rms", "vertical_peak", "step")] == ["N", "m", "s"]
     assert "residual_unbalance" not in chamber_measures(RUN), "the unbalance of this rotor is not known"
     assert "vertical amplitude in steady state" in repr(found)
+
+
+def test_a_run_with_held_balls_ends_in_the_steady_vibration_of_the_body_and_takes_longer_steps() -> None:
+    feet = [[0.3, 0.4], [0.3, -0.4], [-0.3, 0.4], [-0.3, -0.4]]
+    damped = [{"position": [*foot, -0.15], "stiffness": [8125.0] * 3, "damping": [800.0] * 3} for foot in feet]
+    drive = {"kind": "speed", "profile": {"kind": "constant", "speed": 30.0}}
+    aside = [
+        {"radius": 0.1, "depth": 0.1, "position": 0.4, "balls": [{"count": 3, "density": 7800.0, "total_mass": 5.0}]}
+    ]
+    body = {"freedom": "free", "mass": 20.0, "inertia": [2.0, 2.0, 2.0]}
+    changed = {"gravity": [0.0, 0.0, 0.0], "unbalances": [{"moment": 1e-5}]}  # so small that its motion is linear
+    machine = small_machine(supports=damped, drive=drive, chambers=aside, body=body, **changed)
+    run = ab.simulate(machine, duration=4.0, hold_balls=True)
+    late = run.isel(time=slice(-300, None))
+    y, z = late["body_position"].values[:, 1], late["body_position"].values[:, 2]
+    assert np.hypot(y, z).max() == pytest.approx(body_without_balancing(machine, 30.0), rel=1e-4)
+    assert run.sizes["ball"] == 0
+    assert run.attrs["step"] > 5.0 * default_step(machine)
+    assert chamber_verdict(run).because == "the machine has no balls"
+
+
+def test_a_passage_that_balls_make_worse_stands_in_the_first_line_of_a_chamber_too() -> None:
+    told = {"machine": machine_text(small_machine())}
+    run, held = (chamber_run(peak=peak).assign_attrs(told) for peak in (2e-3, 1e-3))
+    assert "the greatest deflection on the way is" in repr(chamber_verdict(run, held=held)).splitlines()[0]
+    assert "on the way" not in repr(chamber_verdict(held, held=run)).splitlines()[0]
+    alone = chamber_verdict(run)
+    assert alone.without_held
+    assert alone.peak_without_balls is None

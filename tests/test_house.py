@@ -32,7 +32,6 @@ MANY = {
     "kernels/dwell.py hold": "a compiled loop gets all that it needs and all that it writes",
     "kernels/many_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
     "kernels/many_members.py run_members": "a compiled loop gets all that it needs and all that it writes",
-    "simulation/chamber/chamber_run.py simulate_chamber": "everything one may ask of a run",
 }
 INNER = {
     "kernels/compiler/cache.py Missing": "ends a look for a kernel on disk; it is compiled then",

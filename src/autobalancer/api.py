@@ -33,7 +33,7 @@ class SimulateOptions(RunOptions, total=False):
     save: Sampling | Sequence[Sampling]  # balls in races
     events: Sequence[Event]
     frame: Literal["auto", "rotor", "space"]
-    hold_balls: bool
+    hold_balls: bool  # both
     mass_spread: float
     step: float | str | None  # deep chambers
     sample: float | str
@@ -84,7 +84,7 @@ def simulate(
         Of balls in races: ``save``, ``events``, ``tolerance``, ``method``, ``frame``, ``hold_balls``, ``mass_spread``,
         ``max_steps``, see :func:`autobalancer.simulation.run.simulate_races` and
         :class:`~autobalancer.simulation.RunOptions`. Of deep chambers: ``step``, ``sample``, ``method``,
-        ``settle``, ``resume``, ``on_chunk``, ``keep``, ``chunk``, see
+        ``settle``, ``hold_balls``, ``resume``, ``on_chunk``, ``keep``, ``chunk``, see
         :func:`autobalancer.simulation.chamber.chamber_run.simulate_chamber`.
 
     Returns
@@ -143,8 +143,8 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | st
     run
         From :func:`simulate` or :func:`load_run`.
     held
-        Balls in races: the same machine from ``simulate(machine, hold_balls=True)``, which gives the peak without balls. With
-        external excitation also the vibration without balls, which otherwise every run has.
+        The same machine from ``simulate(machine, hold_balls=True)``, which gives the peak without balls. For balls in races
+        with external excitation also the vibration without balls, which otherwise every run has.
     last
         Deep chambers: seconds at the end that are the steady state; by default a tenth of the run.
 

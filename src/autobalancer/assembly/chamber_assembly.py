@@ -42,22 +42,25 @@ NEIGHBORS = 24  # pairs kept for each ball
 
 
 def assemble_chamber(machine: ChamberMachine, positions: Array, step: float) -> Chamber:
-    """Numbers of a machine at rest whose balls are at ``positions`` (n, 3) from the middles of their chambers."""
+    """Numbers of a machine at rest whose balls are at ``positions`` (n, 3) from the middles of their chambers.
+
+    Without any position the balls are held: masses in the middles of their chambers.
+    """
     groups = ball_groups(machine)
     least = min(min(balls.radius, balls.half_width) for _, balls in groups)
-    n = sum(balls.count for _, balls in groups)
+    n = len(positions)
     room = NEIGHBORS * n + 64
     rebounds, pair_rebounds = rebound_tables(machine)
     return Chamber(
         run=chamber_records.RUN.row(step=step, margin=MARGIN * least),
         contact=_contact(machine),
-        machine=machine_row(machine),
+        machine=machine_row(machine, held=not n),
         rooms=_rooms(machine),
         pair_stiffness=_pair_stiffness(machine),
         rebounds=rebounds,
         pair_rebounds=pair_rebounds,
         profile=profile_rows(machine),
-        balls=_balls(machine, positions),
+        balls=_balls(machine, positions) if n else chamber_records.BALL.rows(0),
         wall_stretch=np.zeros((n, chamber_records.WALLS, 3)),
         pairs=_pairs(n, room),
         body=body_row(machine),
@@ -168,8 +171,8 @@ def body_row(machine: ChamberMachine) -> Row:
     return row
 
 
-def machine_row(machine: ChamberMachine) -> Row:
-    """Constants of body, supports, rotor, unbalance and motor."""
+def machine_row(machine: ChamberMachine, *, held: bool = False) -> Row:
+    """Constants of body, supports, rotor, unbalance and motor; with the balls ``held`` in the middles of their chambers."""
     rotor, drive = machine.rotor, machine.drive
     inertia, stiffness, damping = _body(machine)
     free = FREE[machine.body.freedom]
@@ -195,6 +198,13 @@ def machine_row(machine: ChamberMachine) -> Row:
         vector = np.array([unbalance.vector.real, unbalance.vector.imag])
         row.unbalance += vector
         row.couple += unbalance.position * vector
+    for chamber in machine.chambers if held else ():
+        mass, arm = sum(group.count * group.ball_mass for group in chamber.balls), np.zeros((3, 6))
+        arm[:, :3] = np.eye(3)
+        arm[1, 5], arm[2, 4] = chamber.position, -chamber.position
+        row.inertia += mass * arm.T @ arm
+        row.rotor_mass += mass
+        row.transverse_inertia += mass * chamber.position**2
     return row
 
 

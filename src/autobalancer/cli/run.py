@@ -60,16 +60,21 @@ def simulate(
       --out stall.nc
     """
     from autobalancer.cli.terminal.progress_bar import Console, Patience, of_time, progress_bar
-    from autobalancer.machine.chamber import ChamberMachine
+    from autobalancer.simulation import held_run
 
     described = ab.load_machine(machine)
     context.with_resource(_arrays_of_numpy())
-    if isinstance(described, ChamberMachine):
-        question = _question(context, duration=duration, step=step, sample=sample)
-        return _of_chambers(described, question, str(files.out[0]), seed)
-    if step or sample:
-        raise QuestionError("--step, --sample: are for deep chambers; balls in races take --tolerance and --samples")
     kept: Any = ((samples, ab.Samples), (envelope, ab.Envelope), (last_revolutions, ab.LastRevolutions))
+    wished = {
+        "save": [kind(count) for count, kind in kept if count],
+        "tolerance": tolerance,
+        "method": None if method == "auto" else method,
+        "mass_spread": mass_spread,
+        "max_steps": max_steps,
+        "step": step,
+        "sample": sample,
+    }
+    options: Any = _known(context, described, wished)
     patience = Patience(Console(stderr=True))
     with progress_bar(described.name) as update:
 
@@ -78,39 +83,63 @@ def simulate(
             patience.look(now, end)
 
         result = ab.simulate(
-            described,
-            duration=duration,
-            save=[kind(count) for count, kind in kept if count],
-            tolerance=tolerance,
-            method=method,  # type: ignore[arg-type]  # the function says which there are
-            seed=seed,
-            mass_spread=mass_spread,
-            keep_on_interrupt=True,
-            max_steps=max_steps,
-            progress=progress,
+            described, duration=duration, seed=seed, keep_on_interrupt=True, progress=progress, **options
         )
-    held = None
     about = result.attrs
-    if about["outcome"] == "finished" and result.sizes.get("ball", 0):
-        short: Any = [ab.Envelope(), ab.LastRevolutions()]
-        held = ab.simulate(described, hold_balls=True, duration=float(about["end_time"]), save=short)
-    found, numbers = ab.verdict(result, held), _measured(result)
+    found, numbers = ab.verdict(result, held_run(described, result)), _measured(result)
     answer = {
         "result": str(files.out[0]),
-        **{key: about[key] for key in ("outcome", "outcome_text", "end_time", "steps")},
+        **{key: about[key] for key in ("outcome", "outcome_text", "end_time", "steps", "step") if key in about},
         "seed": seed,
         "verdict": found.as_dict(),
         "measures": {str(name): numbers[name].values for name in numbers},
     }
+    steps = f"{about['steps']} steps" if "steps" in about else f"steps of {about['step']:.3g} s"
     return Reply(
         result,
         answer,
+        facts=_main(numbers),
         columns=numbers.columns(speed_sign()),
         show=lambda: print_verdict(found),
         notes=seed_notes(described, seed),
-        last=f"{about['outcome']}: {about['outcome_text']} ({about['steps']} steps)",
+        last=f"{about['outcome']}: {about['outcome_text']} ({steps})",
         outcome=about["outcome"],
     )
+
+
+OF_SAVE = ("samples", "envelope", "last_revolutions")
+TAKE = {
+    "balls in races": "balls in races take --tolerance and --samples",
+    "deep chambers": "a deep chamber takes --step and --sample, the time between samples, and keeps them all",
+}
+MAIN = (
+    *("vertical_amplitude", "vertical_synchronous", "vertical_peak", "share_carried", "hardest_contact"),
+    "energy_error",
+)  # measures that are no part of a verdict
+
+
+def _known(context: typer.Context, machine: Machine | ChamberMachine, wished: dict[str, Any]) -> dict[str, Any]:
+    """What ``simulate`` takes for this kind of machine; what was given and is for another kind is refused."""
+    from autobalancer.machine_kinds import arguments_of, machine_kind
+
+    kind = machine_kind(machine)
+    known = arguments_of(kind["simulate"])
+    for name in wished.keys() | set(OF_SAVE):
+        source = getattr(context.get_parameter_source(name), "name", "DEFAULT")
+        if source != "DEFAULT" and ("save" if name in OF_SAVE else name) not in known:
+            raise QuestionError(f"--{name.replace('_', '-')}: is not for {kind.words}; {TAKE[kind.words]}")
+    return {name: value for name, value in wished.items() if name in known and value is not None}
+
+
+def _main(numbers: Any) -> list[tuple[str, str]]:
+    """Meaning and value of the measures that a person asks for beside the verdict."""
+    from autobalancer.results.display_units import measure_unit
+
+    facts = []
+    for value in (numbers[name] for name in MAIN if name in numbers):
+        sign, factor = measure_unit(value.attrs["units"])
+        facts.append((value.attrs["long_name"], f"{float(value) * factor:.5g} {sign}"))
+    return facts
 
 
 def _measured(result: Any) -> Any:
@@ -150,107 +179,19 @@ def _arrays_of_numpy() -> Iterator[None]:
             del modules[name]
 
 
-# ``autobalancer simulate`` for a machine whose balls move freely in chambers.
-
-
-RACES_ONLY = ("samples", "envelope", "last_revolutions", "tolerance")
-SHOWN = (
-    *("vertical_amplitude", "vertical_synchronous", "vertical_peak", "settling_time", "share_carried"),
-    *("residual_unbalance", "hardest_contact", "energy_error"),
-)
-
-
-def _of_chambers(described: ChamberMachine, question: dict[str, Any], path: str, seed: int) -> Reply:
-    """Run it. Ctrl-C keeps what was computed."""
-    from autobalancer.cli.terminal.progress_bar import of_time, progress_bar
-    from autobalancer.results.display_units import measure_unit
-    from autobalancer.tables import Column
-
-    with progress_bar(described.name) as update:
-        result = ab.simulate(described, **question, keep_on_interrupt=True, progress=of_time(update))
-    outcome = {key: result.attrs[key] for key in ("outcome", "outcome_text", "step")}
-    found, reason = _measures(result)
-    verdict = ab.verdict(result) if found else None
-    shown = [(text, value, *measure_unit(unit)) for value, unit, text in found.values()]
-    facts = [("rotor speed at the end", speed_text(float(result["speed"][-1])))]
-    facts += [
-        (text, "-" if value is None else f"{value * factor:.5g} {sign}")
-        for name, (text, value, sign, factor) in zip(found, shown, strict=True)
-        if name != "residual_unbalance"  # which is in the verdict
-    ]
-    ended = f"{outcome['outcome']}: {outcome['outcome_text']} (steps of {outcome['step']:.3g} s)"
-    return Reply(
-        result,
-        {
-            "result": path,
-            **outcome,
-            "seed": seed,
-            "verdict": verdict.as_dict() if verdict is not None else None,
-            "measures": {name: value for name, (value, _, _) in found.items()},
-        },
-        "",
-        facts,
-        [
-            Column("measure", [text for text, *_ in shown]),
-            Column("value", [None if value is None else value * factor for _, value, _, factor in shown]),
-            Column("unit", [sign for _, _, sign, _ in shown]),
-        ],
-        brief=True,
-        show=(lambda: print_verdict(verdict)) if verdict is not None else None,
-        lines=[ended, f"filled at random, seed {seed}", *([f"no measures: {reason}"] if reason else [])],
-        notes=(),
-        outcome=outcome["outcome"],
-    )
-
-
-def _question(context: typer.Context, **times: float | None) -> dict[str, Any]:
-    """What ``simulate_chamber`` is asked; options that only balls in races have are refused."""
-    given = {
-        name: value
-        for name, value in context.params.items()
-        if getattr(context.get_parameter_source(name), "name", "DEFAULT") != "DEFAULT"
-    }
-    for name in RACES_ONLY:
-        if name in given:
-            raise QuestionError(
-                f"--{name.replace('_', '-')}: is for balls in races; a deep chamber takes --step and --sample, the time "
-                "between samples, and keeps them all"
-            )
-    times = {name: value for name, value in times.items() if value is not None}
-    return {**times, **{name: given[name] for name in ("method", "seed") if name in given}}
-
-
-def _measures(result: Any) -> tuple[dict[str, tuple[float | None, str, str]], str]:
-    """Value, unit and text of the main measures; or why there are none."""
-    import math
-
-    from autobalancer.api import run_measures
-
-    try:
-        found = run_measures(result)
-    except QuestionError as reason:
-        return {}, str(reason)
-    told = {}
-    for name in SHOWN:
-        if name in found:
-            value = float(found[name])
-            told[name] = (
-                value if math.isfinite(value) else None,
-                found[name].attrs["units"],
-                found[name].attrs["long_name"],
-            )
-    return told, ""
-
-
 # What is said of balls that start at random.
 
 
-def seed_notes(machine: Machine, seed: int) -> list[str]:
-    """That a run is one sample, where balls have no start angles."""
-    groups = [group for balancer in machine.balancers for race in balancer.races for group in race.balls]
-    if all(group.start_angles is not None for group in groups):
+def seed_notes(machine: Machine | ChamberMachine, seed: int) -> list[str]:
+    """That a run is one sample, where balls have no start angles, or no places in their chambers."""
+    if chambers := getattr(machine, "chambers", ()):
+        what, places = "the filling of the chambers is", [group.positions for one in chambers for group in one.balls]
+    else:
+        races = [race for balancer in getattr(machine, "balancers", ()) for race in balancer.races]
+        what, places = "the start angles of the balls are", [g.start_angles for race in races for g in race.balls]
+    if all(place is not None for place in places):
         return []
-    return [f"the start angles of the balls are random, seed {seed}: this is one sample; try others with --seed"]
+    return [f"{what} random, seed {seed}: this is one sample; try others with --seed"]
 
 
 # A verdict on the terminal and as JSON.

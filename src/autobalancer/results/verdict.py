@@ -301,19 +301,19 @@ class Verdict:
 
     word: str
     because: str
-    speed: float
-    ratio: float
-    unbalance: float
-    residual: float
-    grade_before: float
-    grade_after: float
-    places: tuple[PlaceVerdict, ...]
-    planes: tuple[PlaneVerdict, ...]
-    supports: tuple[SupportVerdict, ...]
-    peak: Peak | None
-    peak_without_balls: Peak | None
-    settling: Settling | None
-    notes: tuple[str, ...]
+    speed: float = np.nan
+    ratio: float = np.nan
+    unbalance: float = np.nan
+    residual: float = np.nan
+    grade_before: float = np.nan
+    grade_after: float = np.nan
+    places: tuple[PlaceVerdict, ...] = ()
+    planes: tuple[PlaneVerdict, ...] = ()
+    supports: tuple[SupportVerdict, ...] = ()
+    peak: Peak | None = None
+    peak_without_balls: Peak | None = None
+    settling: Settling | None = None
+    notes: tuple[str, ...] = ()
     static_residual: float = np.nan
     couple_residual: float = np.nan
     static_unbalance: float = np.nan
@@ -384,8 +384,10 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     try:
         turns = whole_turns(run)
     except QuestionError as reason:
-        nothing: Any = [NO_VERDICT, stopped or str(reason), *[np.nan] * 6, (), (), (), peak, other_peak, None, notes]
-        return Verdict(*nothing, parts=parts_of(run), without_held=alone, stall=stall_of(run))
+        return Verdict(
+            NO_VERDICT, stopped or str(reason), peak=peak, peak_without_balls=other_peak, notes=notes, parts=parts_of(run),
+            without_held=alone, stall=stall_of(run),
+        )  # fmt: skip
     places, supports = _places(run, held), _supports(run, held)
     planes = _planes(run)
     unbalance, residual = _rotor(run.isel(turn=turns), planes)

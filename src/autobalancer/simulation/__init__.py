@@ -8,10 +8,14 @@ from numbers import Integral
 from typing import TYPE_CHECKING, Literal, TypedDict, TypeVar, cast
 
 from autobalancer.errors import QuestionError
+from autobalancer.machine_kinds import arguments_of, machine_kind
 from autobalancer.units import argument
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from autobalancer.machine import Machine
+    from autobalancer.machine.chamber import ChamberMachine
 
 Method = Literal["auto", "dormand_prince_8", "tsitouras", "exponential_collocation"]
 Options = TypeVar("Options", bound=Mapping[str, object])
@@ -123,3 +127,30 @@ def refuse_no_counts(**numbers: object) -> None:
     for name, number in numbers.items():
         if number is not None and (isinstance(number, bool) or not isinstance(number, Integral) or number < 1):
             raise QuestionError(f"{name}: given {number!r}; must be a whole number from 1")
+
+
+# The same machine without balancing, beside a run.
+
+
+def simulated(machine: Machine | ChamberMachine, wished: Mapping[str, object]) -> xr.Dataset:
+    """A run of a ``machine`` of any kind, with those of the ``wished`` options that its kind has."""
+    simulate = machine_kind(machine)["simulate"]
+    known = arguments_of(simulate)
+    run: xr.Dataset = simulate(machine, progress=False, **{name: wished[name] for name in wished if name in known})
+    return run
+
+
+def held_run(
+    machine: Machine | ChamberMachine, run: xr.Dataset, wished: Mapping[str, object] | None = None
+) -> xr.Dataset | None:
+    """The run of the same ``machine`` with its balls held, by which a verdict judges the way of a ``run``; ``wished`` as above.
+
+    ``None`` if it has no balls, or did not finish.
+    """
+    from autobalancer.simulation.record import Envelope, LastRevolutions
+
+    if run.attrs.get("outcome") != "finished" or not run.sizes.get("ball", 0):
+        return None
+    end = float(run.attrs["end_time"] if "end_time" in run.attrs else run.attrs["duration"])
+    save = [Envelope(), LastRevolutions()]
+    return simulated(machine, {"save": save, **(wished or {}), "hold_balls": True, "duration": end})

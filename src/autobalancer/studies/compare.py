@@ -15,6 +15,8 @@ from autobalancer.errors import QuestionError, RangeWarning, unwarned, warn
 from autobalancer.files.machine_file import any_machine, balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine.part import Part
+from autobalancer.machine_kinds import machine_kind
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.run import Comparison
 from autobalancer.results.chamber_measures import chamber_measures
@@ -22,10 +24,9 @@ from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import recorded_of
 from autobalancer.results.verdict import NO_VERDICT, Verdict, verdict
-from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.simulation import held_run, simulated
 from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict, middle_deflection
 from autobalancer.simulation.record import Envelope, LastRevolutions
-from autobalancer.simulation.run import simulate_races
 from autobalancer.stability.maps.exact import borders
 from autobalancer.studies.variations import in_threads
 from autobalancer.units import list_argument, optional_argument
@@ -69,7 +70,7 @@ def compare(
     -------
     Comparison
         A dataset over ``machine``: ``peak_deflection`` (m) at ``peak_speed`` (rad/s), ``peak_without_balls`` (m, with held
-        balls; nan of deep chambers), ``vibration`` (m) at the end and
+        balls), ``vibration`` (m) at the end and
         ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``, ``stalled_balls`` at the
         end; ``deflection_at`` (m) over ``speed``, the greatest in the second half of the time at this speed
         (within 1 %); ``exact_border`` (rad/s), above which the balanced state is stable at all positions of the balls, with
@@ -92,29 +93,10 @@ def compare(
 
     def one(machine: AnyMachine) -> dict[str, Any]:
         with unwarned(RangeWarning):  # which does not say of which machine
-            if isinstance(machine, ChamberMachine):
-                return chamber_row(simulate_chamber(machine, duration=duration, seed=seed), speeds, bins)
-            run = simulate_races(
-                machine,
-                duration=duration,
-                tolerance=tolerance,
-                seed=seed,
-                save=[Envelope(bins), LastRevolutions()],
-                progress=False,  # type: ignore[arg-type]
-            )
-            held = None
-            if run.attrs["outcome"] == "finished" and run.sizes.get("ball", 0):
-                end = float(run.attrs["end_time"])
-                held = simulate_races(
-                    machine,
-                    hold_balls=True,
-                    duration=end,
-                    tolerance=tolerance,
-                    seed=seed,
-                    save=[Envelope(bins), LastRevolutions()],
-                    progress=False,  # type: ignore[arg-type]
-                )
-            return race_row(machine, run, held, speeds)
+            wished = {"tolerance": tolerance, "seed": seed, "save": [Envelope(bins), LastRevolutions()]}
+            run = simulated(machine, wished | {"duration": duration})
+            row, judged, course = machine_kind(machine)["row"](machine, run, held_run(machine, run, wished), bins)
+            return _row(row, judged, course, speeds)
 
     rows = in_threads(one, list(named.values()), workers, progress)
     for name, row in zip(named, rows, strict=True):
@@ -125,14 +107,14 @@ def compare(
 
 def _read(argument: Given) -> AnyMachine:
     machine = any_machine(argument)
-    return machine if isinstance(machine, ChamberMachine) else balls_in_races(machine)
+    return balls_in_races(machine) if isinstance(machine, Machine) else machine
 
 
 def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, AnyMachine]:
     if isinstance(machines, Mapping):
         named = {str(name): _read(machine) for name, machine in machines.items()}
     else:
-        given = [machines] if isinstance(machines, str | Path | Machine | ChamberMachine) else list(machines)
+        given = [machines] if isinstance(machines, str | Path | Part) else list(machines)
         read = [_read(machine) for machine in given]
         names = [machine.name for machine in read]
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -200,57 +182,62 @@ MEASURES = (
 )
 
 
-def race_row(machine: Machine, run: xr.Dataset, held: xr.Dataset | None, speeds: Sequence[float]) -> dict[str, Any]:
-    """Of a ``run`` with its envelope and last revolutions; the greatest deflection also at these ``speeds``, rad/s.
+Course = tuple[
+    np.ndarray, np.ndarray, np.ndarray
+]  # time (s), greatest deflection since then (m), speed (rad/s), (B,) each
 
-    That on the way without balls is of the run with ``held`` balls.
+
+def race_row(
+    machine: Machine, run: xr.Dataset, held: xr.Dataset | None, bins: int
+) -> tuple[dict[str, Any], Verdict | None, Course]:
+    """Measures of a ``run`` with its envelope, in ``bins`` parts, and last revolutions; its verdict, and its course.
+
+    The peak without balls is of the run with ``held`` balls.
     """
     recorded = recorded_of(run)
-    row: dict[str, Any] = dict.fromkeys(MEASURES, math.nan)
-    row |= {name: value for name, value in numbers(recorded).items() if name in MEASURES}
-    bins = recorded.bins
-    row["course"] = (bins.time, bins.high, bins.speed)
-    row["deflection_at"] = [_at(bins.speed, bins.high, speed) for speed in speeds]
+    row = {name: value for name, value in numbers(recorded).items() if name in MEASURES}
+    row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
+    row |= zip(("exact_border", "exact_border_best_case", "border_note"), _border(machine), strict=True)
     judged: Verdict | None = None
     with suppress(QuestionError):
         judged = verdict(run, held)
-    if judged is not None and judged.peak_without_balls is not None:
-        row["peak_without_balls"] = judged.peak_without_balls.deflection
-    row["verdict"], row["support_force"] = _word(judged), _support_force(judged)
-    row["stalled_balls"] = len(judged.stall.balls) if judged is not None and judged.stall is not None else 0
-    row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
-    row["exact_border"], row["exact_border_best_case"], row["border_note"] = _border(machine)
-    return row
+    return row, judged, (recorded.bins.time, recorded.bins.high, recorded.bins.speed)
 
 
-def chamber_row(run: xr.Dataset, speeds: Sequence[float], bins: int) -> dict[str, Any]:
-    """The same of a deep chamber, its deflection over time in ``bins`` parts."""
-    judged = chamber_verdict(run)
-    row: dict[str, Any] = dict.fromkeys(MEASURES, math.nan)
-    row["settling_time"] = float(chamber_measures(run)["settling_time"])
+def chamber_row(
+    machine: ChamberMachine, run: xr.Dataset, held: xr.Dataset | None, bins: int
+) -> tuple[dict[str, Any], Verdict | None, Course]:
+    """The same of a ``machine`` with deep chambers."""
+    judged, row = chamber_verdict(run, held=held), {"settling_time": float(chamber_measures(run)["settling_time"])}
     if judged.peak is not None:
-        row["peak_deflection"], row["peak_speed"] = judged.peak.deflection, judged.peak.speed
+        row |= {"peak_deflection": judged.peak.deflection, "peak_speed": judged.peak.speed}
     for place in judged.places:
-        row["vibration"], row["vibration_without_balls"] = place.vibration, place.without_balls
+        row |= {"vibration": place.vibration, "vibration_without_balls": place.without_balls}
     away, time, speed = np.abs(middle_deflection(run)), run["time"].values, run["speed"].values
     starts = np.linspace(0, time.size, min(bins, time.size), endpoint=False).astype(int)
     ends = np.append(starts[1:], time.size) - 1
-    high = np.maximum.reduceat(away, starts)
-    row["course"] = (0.5 * (time[starts] + time[ends]), high, speed[ends])
-    row["deflection_at"] = [_at(speed[ends], high, wanted) for wanted in speeds]
-    row["verdict"], row["support_force"] = _word(judged), _support_force(judged)
-    row["stalled_balls"], row["beyond"], row["border_note"] = 0, [], ""
-    row["exact_border"] = row["exact_border_best_case"] = math.nan
-    return row
+    return row, judged, (0.5 * (time[starts] + time[ends]), np.maximum.reduceat(away, starts), speed[ends])
 
 
-def _word(judged: Verdict | None) -> str:
-    return NO_VERDICT if judged is None else judged.word
-
-
-def _support_force(judged: Verdict | None) -> float:
-    """How far the force of the hardest loaded support gets from its mean, N."""
-    return max((support.vibrating for support in judged.supports), default=math.nan) if judged is not None else math.nan
+def _row(row: Mapping[str, Any], judged: Verdict | None, course: Course, speeds: Sequence[float]) -> dict[str, Any]:
+    """All that a comparison keeps of a run: its measures, verdict and course, and the deflection at ``speeds`` (rad/s)."""
+    unknown = dict.fromkeys((*MEASURES, "support_force", "exact_border", "exact_border_best_case"), math.nan)
+    whole: dict[str, Any] = {
+        **unknown,
+        "stalled_balls": 0,
+        "beyond": [],
+        "border_note": "",
+        "verdict": NO_VERDICT,
+        **row,
+    }
+    if judged is not None:
+        whole["stalled_balls"] = len(judged.stall.balls) if judged.stall is not None else 0
+        forces = [support.vibrating for support in judged.supports]
+        whole |= {"verdict": judged.word, "support_force": max(forces, default=math.nan)}
+        if judged.peak_without_balls is not None:
+            whole["peak_without_balls"] = judged.peak_without_balls.deflection
+    _, high, speed = course
+    return whole | {"course": course, "deflection_at": [_at(speed, high, wanted) for wanted in speeds]}
 
 
 def _at(speed: np.ndarray, high: np.ndarray, wanted: float) -> float:

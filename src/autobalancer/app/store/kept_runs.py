@@ -29,7 +29,7 @@ from autobalancer.plots.style import DRAWING
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import write_safely, write_text_safely
-from autobalancer.simulation.record import Envelope, LastRevolutions
+from autobalancer.simulation import held_run
 
 MOST = 2000  # runs of one user
 UNREADABLE = "cannot be shown"
@@ -202,13 +202,7 @@ def _each(found: xr.DataArray) -> list[tuple[str, float]]:
 def _judged(run: xr.Dataset, machine: Any) -> str:
     """The verdict in one sentence; empty where it cannot be said."""
     try:
-        held = None
-        if run.attrs["outcome"] == "finished" and "ball" in run.sizes and "place" in run.sizes:
-            end = float(run.attrs["end_time"])
-            held = simulate(
-                machine, hold_balls=True, duration=end, save=[Envelope(), LastRevolutions()], progress=False
-            )
-        return str(verdict(run, held)).splitlines()[0]
+        return str(verdict(run, held_run(machine, run))).splitlines()[0]
     except (AutobalancerError, KeyError):
         return ""
 

@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.linalg import eigh
 from scipy.spatial.distance import cdist
 
-from autobalancer.assembly.chamber_assembly import assemble_chamber, profile_rows
+from autobalancer.assembly.chamber_assembly import machine_row, profile_rows
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.laws import deep_chamber
@@ -337,6 +337,13 @@ def final_speed(machine: ChamberMachine) -> float:
     return float(profile_rows(machine).speed[-1])
 
 
+def highest_speed(machine: ChamberMachine) -> float:
+    """Greatest speed of a run (rad/s); that of a motor without load."""
+    if isinstance(machine.drive, AsynchronousMotor):
+        return float(machine.drive.synchronous_speed)
+    return float(profile_rows(machine).speed.max())
+
+
 def time_to(machine: ChamberMachine, speed: float) -> float:
     """Least time (s) after which the rotor has a ``speed``: that of a motor that turns the rotor alone, without losses."""
     drive = machine.drive
@@ -535,20 +542,12 @@ def chamber_critical_speeds(machine: ChamberMachine) -> tuple[tuple[float, ...],
 
 def linear_body(machine: ChamberMachine) -> tuple[Array, Array, Array, Array, Array]:
     """Free coordinates of the body, and M, G of speed one, K and C over them, balls in the middles of their chambers."""
-    total = sum(group.count for chamber in machine.chambers for group in chamber.balls)
-    numbers = assemble_chamber(machine, np.zeros((total, 3)), 1e-6).machine
+    numbers = machine_row(machine, held=True)
     free = numbers.free[numbers.free >= 0]
-    inertia = numbers.inertia.astype(complex)
-    for chamber in machine.chambers:
-        mass = sum(group.count * group.ball_mass for group in chamber.balls)
-        arm = np.zeros((3, 6))
-        arm[:, :3] = np.eye(3)
-        arm[1, 5], arm[2, 4] = chamber.position, -chamber.position
-        inertia += mass * arm.T @ arm
     gyroscopic = np.zeros((6, 6))
     gyroscopic[4, 5], gyroscopic[5, 4] = machine.rotor.polar_inertia, -machine.rotor.polar_inertia
     chosen = np.ix_(free, free)
-    return free, inertia[chosen].real, gyroscopic[chosen], numbers.stiffness[chosen], numbers.damping[chosen]
+    return free, numbers.inertia[chosen], gyroscopic[chosen], numbers.stiffness[chosen], numbers.damping[chosen]
 
 
 def body_without_balancing(machine: ChamberMachine, speed: float) -> float:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 import xarray as xr
+from scipy.linalg import eigvalsh
 
 from autobalancer.assembly.chamber_assembly import assemble_chamber, contact_time
 from autobalancer.assembly.contact import restitution_at
@@ -34,7 +35,7 @@ from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import Verdict
-from autobalancer.simulation.chamber.bounds import chamber_critical_speeds, fill
+from autobalancer.simulation.chamber.bounds import chamber_critical_speeds, fill, highest_speed, linear_body
 from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict
 from autobalancer.units import to_si
 
@@ -44,6 +45,30 @@ CHUNK = 250  # samples
 
 Checkpoint = dict[str, Any]
 
+
+class ChunkOptions(TypedDict, total=False):
+    """How a long run is handed on in parts, and goes on.
+
+    Parameters
+    ----------
+    resume
+        A checkpoint that ``on_chunk`` received: the run continues from it, identical to the last bit. Seed and filling are
+        ignored; step, sample and method must be those of that run.
+    on_chunk
+        Called after every ``chunk`` samples with the new part of the result, and the checkpoint at its end.
+    keep
+        Whether to return all samples. If false, memory use stays constant and the last part is returned.
+    chunk
+        Samples of a part.
+    """
+
+    resume: Checkpoint | None
+    on_chunk: Callable[[xr.Dataset, Checkpoint], Any] | None
+    keep: bool
+    chunk: int
+
+
+WHOLE: ChunkOptions = {"resume": None, "on_chunk": None, "keep": True, "chunk": CHUNK}
 MOST = 100_000_000  # samples
 FAST = 4.0  # m/s, of an impact at which restitution that depends on the speed decides about the step
 LEAST_LEFT = 0.3  # restitution below which the step is not shortened further for it: little is left of the speed
@@ -59,12 +84,10 @@ def simulate_chamber(
     method: Literal["verlet", "runge_kutta"] = "verlet",
     seed: int = 0,
     settle: bool = True,
-    resume: Checkpoint | None = None,
-    on_chunk: Callable[[xr.Dataset, Checkpoint], Any] | None = None,
-    keep: bool = True,
-    chunk: int = CHUNK,
+    hold_balls: bool = False,
     progress: Callable[[float, float], Any] | None = None,
     keep_on_interrupt: bool = False,
+    **options: Unpack[ChunkOptions],
 ) -> xr.Dataset:
     """Run a machine whose balls move freely in its chambers.
 
@@ -85,17 +108,15 @@ def simulate_chamber(
         For the small disorder in the filling.
     settle
         Whether filled balls come to rest before the run.
-    resume
-        A checkpoint that ``on_chunk`` received: the run continues from it, identical to the last bit. Seed and filling are
-        ignored; step, sample and method must be those of that run.
-    on_chunk
-        Called after every ``chunk`` samples with the new part of the result, and the checkpoint at its end.
-    keep
-        Whether to return all samples. If false, memory use stays constant and the last part is returned.
+    hold_balls
+        Run the same machine without balancing: its balls are masses in the middles of their chambers, about whose rest position
+        it moves. The result has no balls, and by default steps that suit the motions of the body.
     progress
         Called with time and duration, several times in a second; first with zero while the balls settle.
     keep_on_interrupt
         Whether Ctrl-C ends the run with what was computed; otherwise it is raised.
+    **options
+        How it is handed on and goes on, see :class:`ChunkOptions`.
 
     Returns
     -------
@@ -118,7 +139,10 @@ def simulate_chamber(
     if method == "runge_kutta" and machine.contact.law == "history":
         raise QuestionError("method: contacts with memory need 'verlet'")
     shortest = contact_time(machine)
-    h = default_step(machine) if step is None else _step(step, shortest)
+    if step is None:
+        h = _step_of_body(machine) if hold_balls else default_step(machine)
+    else:
+        h = _step(step, shortest)
     every = max(math.ceil(interval / h * (1.0 - 1e-9)), 1)
     h = interval / every
     attributes = {
@@ -129,6 +153,7 @@ def simulate_chamber(
         "contact_time": shortest,
         "critical_speeds": list(chamber_critical_speeds(machine)[0]),
         **({"remarks": list(odd)} if (odd := bare_numbers(machine)) else {}),
+        **({"balls_held": 1} if hold_balls else {}),
     }
     samples = round(end / interval)
     if samples > MOST:
@@ -140,11 +165,14 @@ def simulate_chamber(
         if progress is not None:
             progress(done * interval, end)
 
-    march = (
-        begin(machine, h, every, method, seed, settle, lambda: told(0))
-        if resume is None
-        else restore(machine, h, every, resume)
-    )
+    chunks: dict[str, Any] = {**WHOLE, **options}
+    if unknown := chunks.keys() - WHOLE.keys():
+        raise TypeError(f"simulate_chamber() got an unexpected keyword argument {min(unknown)!r}")
+    chunk, resume = chunks["chunk"], chunks["resume"]
+    if resume is not None:
+        march = restore(machine, h, every, resume)
+    else:
+        march = begin(machine, h, every, method, seed, settle, lambda: told(0), hold_balls=hold_balls)
     parts: list[xr.Dataset] = []
     waiting = [march.first()] if resume is None else []
     kept = march.samples
@@ -157,10 +185,10 @@ def simulate_chamber(
             if waiting:
                 part = joined([waiting.pop(), part])
             now = march.samples * interval
-            if on_chunk is not None:
+            if chunks["on_chunk"] is not None:
                 about = (machine, attributes, "running", f"reached {now:.6g} s of {end:.6g} s", end)
-                on_chunk(labeled(part, *about), march.checkpoint())
-            parts = [*parts, part] if keep else [part]
+                chunks["on_chunk"](labeled(part, *about), march.checkpoint())
+            parts = [*parts, part] if chunks["keep"] else [part]
             kept = march.samples
             if march.interrupted:
                 raise KeyboardInterrupt
@@ -196,6 +224,14 @@ def default_step(machine: ChamberMachine) -> float:
         left = max(LEAST_LEFT, float(restitution_at((machine.contact.rebound, left, 0.0), np.array([FAST]))[0]))
     jump = math.sqrt(left**-2 - 1.0)
     return contact_time(machine) / max(STEPS_IN_CONTACT, 15.0 * jump)
+
+
+def _step_of_body(machine: ChamberMachine) -> float:
+    """A two-hundredth of the fastest motion of the body with its balls held, s: an error of its phase of 4e-5."""
+    free, m, _, k, _ = linear_body(machine)
+    fastest = math.sqrt(max(eigvalsh(k, m).max(), 0.0)) if len(free) else 0.0
+    turning = 2.0 * highest_speed(machine)  # of a thin disc that precesses
+    return 2.0 * math.pi / (200.0 * max(fastest, turning, 1.0))
 
 
 def _step(step: float | str, shortest: float) -> float:
@@ -243,7 +279,7 @@ class March:
         """
         done = self.samples
         samples = room_for(self.chamber, count, self.every)
-        at_once = max(round(AT_ONCE / (self.every * len(self.chamber.balls) * OF_A_BALL)), 1)
+        at_once = max(round(AT_ONCE / (self.every * max(len(self.chamber.balls), 1) * OF_A_BALL)), 1)
         try:
             for first in range(0, count, at_once):
                 some = slice(first, first + at_once)
@@ -300,11 +336,13 @@ def begin(
     seed: int,
     settle: bool,
     waiting: Callable[[], Any] | None = None,
+    *,
+    hold_balls: bool = False,
 ) -> March:
     """A run at time 0; ``waiting`` is called again and again while the balls settle."""
     from autobalancer.kernels.chamber.time_steps import start
 
-    positions, filled = fill(machine, seed)
+    positions, filled = (np.zeros((0, 3)), False) if hold_balls else fill(machine, seed)
     if filled and settle:
         positions = settled(machine, positions, step, waiting)
     chamber = assemble_chamber(machine, positions, step)
@@ -320,7 +358,7 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
     QuestionError
         If it is of another machine, step, sample or method.
     """
-    total = sum(balls.count for chamber in machine.chambers for balls in chamber.balls)
+    total = held["balls"].size if "balls" in held else 0
     chamber = assemble_chamber(machine, np.zeros((total, 3)), step)
     requested = _kept(chamber)
     if missing := (set(requested) | {"first_energy", "every", "method"}) - set(held):
@@ -503,6 +541,8 @@ class ChamberRun(Run):
         return chamber_verdict(self)
 
     def _balls(self) -> str:
+        if not self.sizes["ball"]:
+            return "held in the middles of their chambers"
         chambers = np.unique(self["chamber"].values).size
         return f"{self.sizes['ball']} in {chambers} deep chamber{'s' * (chambers > 1)}"
 

@@ -8,19 +8,17 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from autobalancer.assembly.chamber_assembly import assemble_chamber, contact_time
+from autobalancer.assembly.chamber_assembly import contact_time
 from autobalancer.files.machine_file import balls_in_chambers
 from autobalancer.laws.capabilities import chamber_capability
 from autobalancer.machine.chamber import Chamber, ChamberMachine
-from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.machine.keys import bare_numbers
 from autobalancer.results.display_units import moment_text
 from autobalancer.simulation.chamber.bounds import (
     chamber_critical_speeds,
     fill,
     filling_sites,
+    highest_speed,
     tilt_left,
     tilting_warnings,
 )
@@ -100,12 +98,7 @@ def chamber_summary(machine: ChamberMachine | str | Path, say: Callable[[str], N
     balls = sum(filling.ball_mass for filling in fillings)
     capability = sum(filling.capability for filling in fillings)
     critical, ratios = chamber_critical_speeds(machine)
-    drive = machine.drive
-    highest = (
-        float(drive.synchronous_speed)
-        if isinstance(drive, AsynchronousMotor)
-        else float(assemble_chamber(machine, np.zeros((sum(f.balls for f in fillings), 3)), 1e-6).profile.speed.max())
-    )
+    highest = highest_speed(machine)
     return ChamberSummary(
         name=machine.name,
         freedom=machine.body.freedom,

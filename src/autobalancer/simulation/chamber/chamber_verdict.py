@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -42,7 +44,7 @@ TWENTIETHS = 20
 
 
 @of_a_run(runs=CHAMBERS)
-def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict:
+def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: xr.Dataset | None = None) -> Verdict:
     """Whether a run of a deep chamber ends balanced, by the rule of balls in races.
 
     The vibration is the greatest distance of the middle of the rotor from its mean position, across the axis. That without
@@ -59,11 +61,13 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
         From ``simulate_chamber``, or an archive.
     last
         Seconds at the end that are the steady state; by default a tenth of the run.
+    held
+        The same machine from ``simulate(machine, hold_balls=True)``, which gives the peak without balls.
 
     Raises
     ------
     QuestionError
-        If there are too few samples, or the run does not say of which machine it is.
+        If ``last`` is not possible, or the run does not say of which machine it is.
     """
     described = unbalance_of(run)
     if described is None:
@@ -71,10 +75,15 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
     machine = parse_machine(str(run.attrs["machine"]))
     assert isinstance(machine, ChamberMachine)
     last = optional_argument("last", last, "s")
-    steady = window(run, last)
+    try:
+        steady = window(run, last)
+    except QuestionError as reason:
+        if last is not None:
+            raise
+        return Verdict(NO_VERDICT, _stopped(run) or str(reason), notes=_notes(run), bodies=bodies_of(run))
     z, time = _across(run, "body_position"), run["time"].values
     if last is None and _speed_changes(run):
-        return _under_way(run, z, abs(described[0]))
+        return replace(_under_way(run, z, abs(described[0])), **_beside(run, held))
     static, rate = calm_mean(z[steady, None]), np.gradient(z, time)[steady, None]
     vibration, _, velocity = moved(z[steady, None], rate, static)
     speed = float(run["speed"].values[steady].mean())
@@ -96,14 +105,20 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None) -> Verdict
         grade_before=_grade(abs(described[0]), mass, speed),
         grade_after=_grade(residual, mass, speed),
         places=(PlaceVerdict(MIDDLE, float(abs(static[0])), float(vibration[0]), float(velocity[0]), without),),
-        planes=(),
         supports=_bearings(run.isel(time=steady)),
         peak=_peak(run, z - static[0]),
-        peak_without_balls=None,
         settling=_settling(run, last),
         notes=_notes(run),
         bodies=bodies_of(run),
+        **_beside(run, held),
     )
+
+
+def _beside(run: xr.Dataset, held: xr.Dataset | None) -> dict[str, Any]:
+    """What the verdict says of the same machine without balls on the way."""
+    alone = held is None and not _stopped(run) and bool(run.sizes["ball"])
+    peak = None if held is None else _peak(held, middle_deflection(held))
+    return {"peak_without_balls": peak, "without_held": alone}
 
 
 def middle_deflection(run: xr.Dataset) -> Complexes:
@@ -124,20 +139,11 @@ def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
     """Of a run whose speed still changes: how far it got from the rest position of the machine without balls."""
     because = "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
     return Verdict(
-        word=NO_VERDICT,
-        because=_stopped(run) or because,
-        speed=float(run["speed"].values[-1]),
-        ratio=np.nan,
+        NO_VERDICT,
+        _stopped(run) or because,
+        float(run["speed"].values[-1]),
         unbalance=unbalance,
-        residual=np.nan,
-        grade_before=np.nan,
-        grade_after=np.nan,
-        places=(),
-        planes=(),
-        supports=(),
         peak=_peak(run, z),
-        peak_without_balls=None,
-        settling=None,
         notes=_notes(run),
         bodies=bodies_of(run),
     )
@@ -190,6 +196,8 @@ def _because(run: xr.Dataset, away: Complexes, without: float, free: str) -> tup
     stopped = _stopped(run)
     if stopped:
         return NO_VERDICT, stopped
+    if not run.sizes["ball"]:
+        return NO_VERDICT, "the machine has no balls"
     if not without > 0.0:
         return NO_VERDICT, (
             "the rotor has no unbalance"
