@@ -25,13 +25,8 @@ CEILINGS = {
     "public functions named once elsewhere": 0.146,
     "import lines": 0.06,
     "import cycles": 0,
-    "bodies over 80 lines": 5,
+    "bodies over 80 lines": 0,
     "doubled file names": 25,
-}
-MANY = {
-    "kernels/dwell.py hold": "a compiled loop gets all that it needs and all that it writes",
-    "kernels/many_members.py run_members_long": "a compiled loop gets all that it needs and all that it writes",
-    "kernels/many_members.py run_members": "a compiled loop gets all that it needs and all that it writes",
 }
 INNER = {
     "kernels/compiler/cache.py Missing": "ends a look for a kernel on disk; it is compiled then",
@@ -199,13 +194,13 @@ def test_no_file_of_the_package_is_longer_than_a_subject_needs() -> None:
     assert names([path for path in FILES if len(path.read_text(encoding="utf-8").splitlines()) > LINES]) == set()
 
 
-def test_no_function_has_more_than_12_arguments_but_commands_whose_options_they_are_and_those_listed() -> None:
+def test_no_function_has_more_than_12_arguments_but_commands_whose_options_they_are() -> None:
     found = {
         f"{file} {node.name}"
         for file, node in everything(ast.FunctionDef)
         if isinstance(node, ast.FunctionDef) and len(arguments(node)) > ARGUMENTS and not file.startswith("cli/")
     }
-    assert found == set(MANY)
+    assert not found
 
 
 # errors and warnings -----------------------------------------------------------------------------------------------------

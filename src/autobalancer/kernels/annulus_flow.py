@@ -230,6 +230,7 @@ def product(a: Matrix, b: Matrix, out: Matrix) -> None:
     """out = a b; blocks of four by four, so that a row of b serves four rows and a row of ``out`` is touched seldom."""
     rows, depth, columns = a.shape[0], a.shape[1], b.shape[1]
     i = 0
+    # blocks of four rows
     while i + 4 <= rows:
         for j in range(columns):
             out[i, j], out[i + 1, j], out[i + 2, j], out[i + 3, j] = 0.0, 0.0, 0.0, 0.0
@@ -246,6 +247,7 @@ def product(a: Matrix, b: Matrix, out: Matrix) -> None:
                 out[i + 2, j] += a20 * b0 + a21 * b1 + a22 * b2 + a23 * b3
                 out[i + 3, j] += a30 * b0 + a31 * b1 + a32 * b2 + a33 * b3
             k += 4
+        # the columns of a that four do not divide
         while k < depth:
             a00, a10, a20, a30 = a[i, k], a[i + 1, k], a[i + 2, k], a[i + 3, k]
             for j in range(columns):
@@ -256,6 +258,7 @@ def product(a: Matrix, b: Matrix, out: Matrix) -> None:
                 out[i + 3, j] += a30 * b0
             k += 1
         i += 4
+    # the last rows, one by one
     while i < rows:
         for j in range(columns):
             out[i, j] = 0.0
@@ -346,6 +349,8 @@ def substitute(a: Matrix, pivots: Floats, x: Floats) -> None:
 def weigh(s: State, clock: Floats, order: int, known: int) -> None:
     """Weights of a step of length ``clock[AGO]``; the lengths before it follow, so that equal steps have equal weights."""
     for row in range(3):
+        # row 0: the derivative at the new time; rows 1 and 2: extrapolation to it. All by Lagrange's polynomial through the
+        # past levels at any distances
         count = known if row == 2 else order
         total, lead = 0.0, 0.0
         for j in range(count):

@@ -72,12 +72,14 @@ def _guess(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> N
 @njit(**INLINE)
 def _solve(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> bool:
     """Improve the eight roots (real, imaginary) in place; whether they converged."""
+    # Aberth's method: Newton's step, corrected by all other roots as if they were divided out, converges for all at once
     done = 0  # bits
     for _ in range(MOST):
         for i in range(ROOTS):
             if done >> i & 1:
                 continue
             x, y = roots[i, 0], roots[i, 1]
+            # f'/f, less the sum of 1/(z - other root)
             re, im = _newton(x, y, w, g, d, h, q)
             slope = re * re + im * im
             for j in range(ROOTS):
@@ -88,6 +90,7 @@ def _solve(roots: Matrix, w: float, g: float, d: float, h: float, q: float) -> b
                         dx, dy, size = 1e-9, 1e-9, 2e-18
                     re -= dx / size
                     im += dy / size
+            # the step is its inverse; a root is done when the step is small and f is small beside its slope
             size = re * re + im * im
             if size == 0.0:
                 re, im, size = 1.0, 1.0, 2.0
@@ -120,6 +123,7 @@ def growth_rates(points: Matrix, rates: Floats, frequencies: Floats, roots: Matr
     for n in range(points.shape[0]):
         w, g, d = points[n, SPEED], points[n, DAMPING], points[n, DRAG]
         h, q = points[n, COUPLING], points[n, SPREAD]
+        # points follow each other on a curve, so the roots of the last one are the best guess
         found = False
         if not fresh:
             found = _solve(roots, w, g, d, h, q)
@@ -130,12 +134,14 @@ def growth_rates(points: Matrix, rates: Floats, frequencies: Floats, roots: Matr
         if not found:
             rates[n] = frequencies[n] = math.nan
             continue
+        # balls in line turn together without effort: the root next to zero is this symmetry
         skip = -1
         if 1.0 - q < IN_LINE:
             skip = 0
             for i in range(1, ROOTS):
                 if abs(roots[i, 0]) + abs(roots[i, 1]) < abs(roots[skip, 0]) + abs(roots[skip, 1]):
                     skip = i
+        # the root that grows fastest
         best = -1
         for i in range(ROOTS):
             if i != skip and (best < 0 or roots[i, 0] > roots[best, 0]):

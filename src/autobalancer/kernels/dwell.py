@@ -252,8 +252,8 @@ def _note_pieces(time, begin, length, half, parameters, seen, by_powers):  # typ
 
 @njit(
     int64(
-        rhs_type, switch_type, nodes_type, watch_type, system_type, tableau_type, tableau_type, record_type, record_type,
-        memory_type, memory_type, amplitudes_type, window_type, vector_type,
+        rhs_type, switch_type, nodes_type, watch_type, system_type, types.UniTuple(tableau_type, 2),
+        types.UniTuple(record_type, 2), types.UniTuple(memory_type, 2), amplitudes_type, window_type, vector_type,
     ),
     **COMPILED,
 )  # fmt: skip
@@ -263,22 +263,21 @@ def hold(
     nodes: Callable[[float, float, Any, Any], None],
     watch: Callable[[float, Any, Any], float],
     p: System,
-    t: Tableau,
-    powers: Tableau,
-    quiet: Record,
-    dense: Record,
-    m: Memory,
-    long: Memory,
+    tableaus: tuple[Tableau, Tableau],
+    records: tuple[Record, Record],
+    memories: tuple[Memory, Memory],
     a: Amplitudes,
     w: Window,
     plan: Floats,
 ) -> int:
-    """Bring ``m.state`` to the speed of the plan, hold, measure; returns how the integration ended.
+    """Bring the state to the speed of the plan, hold, measure; returns how the integration ended.
 
     ``p`` has one segment. The clock and the steps begin anew, so that the end depends on the state and the plan only.
-    ``dense`` makes the stepper keep the dense output of all components, ``quiet`` of none. The memories and amplitudes are those
-    of :func:`autobalancer.kernels.integrators.collocation_stepper.integrate`.
+    Of the two records the first makes the stepper keep no dense output, the second that of all components. Tableaus, memories
+    (of the pair, of long steps) and amplitudes are those of
+    :func:`autobalancer.kernels.integrators.collocation_stepper.integrate`.
     """
+    (t, powers), (quiet, dense), (m, long) = tableaus, records, memories
     n, count, radii = m.state.size, p.ball_count, w.weights.size + 1
     parameters, segment = as_void(address(p)), p.drive.segments[0]
     seen, seen_long, by_powers = address((m, w)), address((long, w)), address((powers, long, a))

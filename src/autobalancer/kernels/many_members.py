@@ -7,7 +7,7 @@ lies in that block, so the member before leaves no trace.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import int64, types, void
 
@@ -38,51 +38,67 @@ STOP, DONE, FLAGS = range(3)  # places in the flags: whether to stop; how many m
 words_type = types.Array(types.int64, 2, "C")
 
 
-@njit(void(integers_type, integers_type, integers_type, words_type, int64), **COMPILED)
-def load_member(block: Integers, fresh: Integers, places: Integers, words: Any, number: int) -> None:
+class Members(NamedTuple):
+    """Members that one thread runs in its block, in which the arrays of the system, its record and its memory lie."""
+
+    block: Integers  # words of the member that runs
+    fresh: Integers  # those of a run that has not begun
+    places: Integers  # where members differ from it,
+    words: Any  # (members, places) and what stands there
+    most: int  # steps of each
+    flags: Integers  # STOP, DONE
+    numbers_of_steps: int  # where the plain numbers of the long steps begin in the block
+
+
+class Found(NamedTuple):
+    """What members of one layout leave, a row for each."""
+
+    rows: Matrix  # (members, measures + balls)
+    states: Matrix  # (members, states) at the end, or (0, 0)
+    counts: Any  # (members, 3) accepted, rejected, evaluations; no accepted step: it did not run
+
+    def part(self, members: range) -> Found:
+        """Room for some of them."""
+        where = slice(members.start, members.stop)
+        return Found(*(whole[where] for whole in self))
+
+
+members_type = types.NamedTuple([integers_type] * 3 + [words_type, int64, integers_type, int64], Members)
+found_type = types.NamedTuple([matrix_type, matrix_type, words_type], Found)
+measures_type = types.Tuple((inputs_type, workspace_type))
+Measures = tuple[MeasureInputs, Workspace]
+
+
+@njit(void(members_type, int64), **COMPILED)
+def load_member(members: Members, number: int) -> None:
     """Make the block that of a fresh run of a member."""
-    for i in range(block.size):
-        block[i] = fresh[i]
-    for k in range(places.size):
-        block[places[k]] = words[number, k]
+    for i in range(members.block.size):
+        members.block[i] = members.fresh[i]
+    for k in range(members.places.size):
+        members.block[members.places[k]] = members.words[number, k]
 
 
 @njit(
-    void(
-        system_type, record_type, memory_type, inputs_type, workspace_type, int64, int64, integers_type, matrix_type,
-        matrix_type, words_type,
-    ),
-    **COMPILED,
+    void(system_type, record_type, memory_type, measures_type, int64, int64, members_type, found_type), **COMPILED
 )  # fmt: skip
 def store_member(
-    p: System,
-    r: Record,
-    m: Memory,
-    g: MeasureInputs,
-    d: Workspace,
-    status: int,
-    number: int,
-    flags: Integers,
-    rows: Matrix,
-    states: Matrix,
-    counts: Any,
+    p: System, r: Record, m: Memory, measures: Measures, status: int, number: int, members: Members, found: Found
 ) -> None:
     """Keep what a member leaves that is done."""
-    measure_row(p, r, m, g, d, status, rows[number])
-    counts[number, 0] = m.counts[ACCEPTED]
-    counts[number, 1] = m.counts[REJECTED]
-    counts[number, 2] = m.counts[EVALUATIONS]
-    if states.shape[0] > 0:
+    g, d = measures
+    measure_row(p, r, m, g, d, status, found.rows[number])
+    found.counts[number, 0] = m.counts[ACCEPTED]
+    found.counts[number, 1] = m.counts[REJECTED]
+    found.counts[number, 2] = m.counts[EVALUATIONS]
+    if found.states.shape[0] > 0:
         for i in range(m.state.size):
-            states[number, i] = m.state[i]
-    flags[DONE] += 1
+            found.states[number, i] = m.state[i]
+    members.flags[DONE] += 1
 
 
 @njit(
     void(
-        rhs_type, switch_type, system_type, tableau_type, record_type, memory_type, inputs_type, workspace_type,
-        integers_type, integers_type, integers_type, words_type, int64, int64, int64, integers_type,
-        matrix_type, matrix_type, words_type,
+        rhs_type, switch_type, system_type, tableau_type, record_type, memory_type, measures_type, members_type, found_type
     ),
     **COMPILED,
 )  # fmt: skip
@@ -93,37 +109,23 @@ def run_members(
     t: Tableau,
     r: Record,
     m: Memory,
-    g: MeasureInputs,
-    d: Workspace,
-    block: Integers,
-    fresh: Integers,
-    places: Integers,
-    words: Any,
-    first: int,
-    last: int,
-    most: int,
-    flags: Integers,
-    rows: Matrix,
-    states: Matrix,
-    counts: Any,
+    measures: Measures,
+    members: Members,
+    found: Found,
 ) -> None:
-    """Run the members from ``first`` to before ``last``, each to its end or for ``most`` steps.
-
-    The arrays of ``p``, ``r``, ``m`` and ``g`` lie in ``block``; ``fresh``, ``places`` and ``words`` (members, places) say what
-    it is for each of them. ``rows`` (members, measures + balls) get the measures, ``states`` the last states (or have no rows),
-    ``counts`` (members, 3) the accepted and rejected steps and the evaluations: no accepted step where a member did not run.
-    """
-    for number in range(first, last):
-        load_member(block, fresh, places, words, number)
-        system = with_numbers(p, block, 0)
+    """Run the members, each to its end or for as many steps as it may take, and write down what they leave."""
+    g, d = measures
+    for number in range(members.words.shape[0]):
+        load_member(members, number)
+        system = with_numbers(p, members.block, 0)
         start(d)
         status = RUNNING
-        while status == RUNNING and m.counts[ACCEPTED] < most and flags[STOP] == 0:
-            status = advance(rhs, switch, system, t, r, m, min(LOOK, most - m.counts[ACCEPTED]))
+        while status == RUNNING and m.counts[ACCEPTED] < members.most and members.flags[STOP] == 0:
+            status = advance(rhs, switch, system, t, r, m, min(LOOK, members.most - m.counts[ACCEPTED]))
             collect_impacts(system, g, d)
-        if status == RUNNING and m.counts[ACCEPTED] < most:
+        if status == RUNNING and m.counts[ACCEPTED] < members.most:
             return
-        store_member(system, r, m, g, d, status, number, flags, rows, states, counts)
+        store_member(system, r, m, measures, status, number, members, found)
 
 
 # The same loop over members for machines that are integrated in long steps.
@@ -131,10 +133,8 @@ def run_members(
 
 @njit(
     void(
-        rhs_type, switch_type, nodes_type, watch_type, tableau_type, memory_type, amplitudes_type, int64,
-        system_type, tableau_type, record_type, memory_type, inputs_type, workspace_type,
-        integers_type, integers_type, integers_type, words_type, int64, int64, int64, integers_type,
-        matrix_type, matrix_type, words_type,
+        rhs_type, switch_type, nodes_type, watch_type, system_type, types.UniTuple(tableau_type, 2), record_type,
+        types.UniTuple(memory_type, 2), amplitudes_type, measures_type, members_type, found_type,
     ),
     **COMPILED,
 )  # fmt: skip
@@ -143,38 +143,27 @@ def run_members_long(
     switch: Callable[[int, float, Any, Any, Any], float],
     nodes: Callable[[float, float, Any, Any], None],
     watch: Callable[[float, Any, Any], float],
-    powers: Tableau,
-    long: Memory,
-    a: Amplitudes,
-    first_number: int,
     p: System,
-    t: Tableau,
+    tableaus: tuple[Tableau, Tableau],
     r: Record,
-    m: Memory,
-    g: MeasureInputs,
-    d: Workspace,
-    block: Integers,
-    fresh: Integers,
-    places: Integers,
-    words: Any,
-    first: int,
-    last: int,
-    most: int,
-    flags: Integers,
-    rows: Matrix,
-    states: Matrix,
-    counts: Any,
+    memories: tuple[Memory, Memory],
+    a: Amplitudes,
+    measures: Measures,
+    members: Members,
+    found: Found,
 ) -> None:
-    """As :func:`autobalancer.kernels.many_members.run_members`; the plain numbers of ``a`` begin at ``first_number``."""
-    for number in range(first, last):
-        load_member(block, fresh, places, words, number)
-        system, own = with_numbers(p, block, 0), with_numbers(a, block, first_number)
+    """As :func:`autobalancer.kernels.many_members.run_members`; tableaus and memories are those of the pair and of long steps."""
+    (g, d), (t, powers), (m, long) = measures, tableaus, memories
+    for number in range(members.words.shape[0]):
+        load_member(members, number)
+        system = with_numbers(p, members.block, 0)
+        own = with_numbers(a, members.block, members.numbers_of_steps)
         start(d)
         status = RUNNING
-        while status == RUNNING and m.counts[ACCEPTED] < most and flags[STOP] == 0:
-            budget = min(LOOK, most - m.counts[ACCEPTED])
+        while status == RUNNING and m.counts[ACCEPTED] < members.most and members.flags[STOP] == 0:
+            budget = min(LOOK, members.most - m.counts[ACCEPTED])
             status = integrate(rhs, switch, nodes, watch, system, t, powers, r, m, long, own, budget)
             collect_impacts(system, g, d)
-        if status == RUNNING and m.counts[ACCEPTED] < most:
+        if status == RUNNING and m.counts[ACCEPTED] < members.most:
             return
-        store_member(system, r, m, g, d, status, number, flags, rows, states, counts)
+        store_member(system, r, m, measures, status, number, members, found)

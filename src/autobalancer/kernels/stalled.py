@@ -109,14 +109,17 @@ def _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes) 
             over_whirl += load * by_whirl
             over_speed += 1j * v * load * by_speed
             slopes[p, q] = (1j * part).imag
+        # the push grows with the fourth power of the whirl; a group's own phase turns its brake back
         over_whirl += 4.0 * whole / v
         slopes[p, p] -= (1j * whole).imag
+        # drag by the slip, and rolling resistance by what presses the ball on its race, m v^2 eps
         need = group.drag * slip + group.pressed * v * v
         ratio = whole.imag / need
         miss[p] = ratio - 1.0
         for q in range(1, count):
             slopes[p, q] /= need
         need_by_slip = group.drag * slip - 2.0 * group.pressed * v * slip
+        # slopes over the slip (as a logit), over the phases, and over the speed (as a logarithm)
         slopes[p, 0] = v / speed * (-slip * over_whirl.imag - ratio * need_by_slip) / need
         over_speed = speed * over_speed + v * over_whirl
         need_by_speed = group.drag * slip + 2.0 * group.pressed * v * v
@@ -162,6 +165,8 @@ def branch_point(rotor, push, seen, groups, x, along, scale, same_speed, before,
     count = groups.size
     miss = lower[count]
     for _ in range(ROUNDS):
+        # Newton's method with one unknown more than equations: the shortest step to the curve, as rows made orthonormal
+        # give it by a triangular system
         _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes)
         if same_speed != 0:  # as if the speed did not count
             for p in range(count):
@@ -171,6 +176,7 @@ def branch_point(rotor, push, seen, groups, x, along, scale, same_speed, before,
             for q in range(p):
                 miss[p] -= lower[p, q] * miss[q]
             miss[p] /= lower[p, p]
+        # the step, in all unknowns; what goes too far is given up
         size = 0.0
         for k in range(count + 1):
             change = 0.0
@@ -180,6 +186,7 @@ def branch_point(rotor, push, seen, groups, x, along, scale, same_speed, before,
             size = max(size, abs(change)) if math.isfinite(change) else math.inf
         if not size < 1.0:
             return 0
+        # on the curve: its direction is what the rows leave of the old one
         if size < CLOSE:
             _balances(rotor, push, seen, groups, x, scale, before, after, miss, slopes)
             _across(slopes, lower, count)

@@ -525,7 +525,7 @@ class Stepper:
         numbers = [speed, plan.acceleration, plan.dwell, plan.window, settle, plan.longest, plan.max_steps]
         nodes, watch, powers, long, unknowns = self._long_steps_at(speed)
         status = hold(
-            *self.stepper.moving, nodes, watch, self.system, self.stepper.pair, powers, self.quiet, self.dense, m, long,
+            *self.stepper.moving, nodes, watch, self.system, (self.stepper.pair, powers), (self.quiet, self.dense), (m, long),
             unknowns, w, np.array(numbers, np.float64),
         )  # fmt: skip
         end, steps = float(m.clock[TIME]), int(m.counts[ACCEPTED])

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from autobalancer.kernels.balls.guided import Row
-from autobalancer.kernels.balls.planar_nodes import EACH, LEAN_X, LEAN_Y, PUSH, ROW, SHARE_X, SHARE_Y, SPIN, TWIST
+from autobalancer.kernels.balls.guided import Row, left_over
+from autobalancer.kernels.balls.planar_nodes import EACH, SOLVED, load_row
 from autobalancer.kernels.balls.rigid_torques import FAR, LEAST, PULL, leads
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import ADDRESSED, MERGED
@@ -202,6 +202,7 @@ def least_torque(rest: Callable[[int, Any, Any], Any], p: Any, a: Any) -> float:
     least = all_lanes(FAR)
     for head in range(p.ball_count):
         if leads(p, head):
+            # the ends of the row: what a partition holds there
             low, last, more = p.ties[head].low != 0, head, True
             while more:
                 more = p.ties[last].joined == 1
@@ -210,6 +211,7 @@ def least_torque(rest: Callable[[int, Any, Any], Any], p: Any, a: Any) -> float:
             high = p.ties[last].high != 0
             if low and high:
                 continue  # a row without play stays as it is
+            # from the free end on, each contact carries what the balls beyond it lack
             carried = all_lanes(0.0)
             if low:
                 k = last
@@ -267,12 +269,14 @@ def _gaps(step: float, p: Any, a: Any) -> tuple[float, bool]:
     values, forces, start = data(a.values), data(a.forces), data(a.origin)
     angles, own, until, closing = 2 * a.modes + 2, 2 * a.modes + 1, 1.0, False
     for i in range(a.balls):
+        # only contacts that are there and open now
         pair = p.contacts[i]
         soft, rigid = pair.hard > 0.0, pair.rigid > 0 and p.ties[i].joined == 0
         soft_wall, rigid_wall = pair.wall_hard > 0.0, pair.wall_rigid > 0
         if not (soft or rigid or soft_wall or rigid_wall):
             continue
         angle, bend, now = load(values, (angles + i) * NODES), load(forces, (own + i) * NODES), start[BALLS + i]
+        # to the next ball: its gap at the nodes, and the relative acceleration that may bend it between two
         if soft or rigid:
             other = pair.next
             ahead = pair.wrap - pair.touch
@@ -282,6 +286,7 @@ def _gaps(step: float, p: Any, a: Any) -> tuple[float, bool]:
                 until = min(until, open_until(start[BALLS + other] - now + ahead, gap, turned, step, a))
             else:
                 closing = closing or may_close(gap, turned, step)
+        # to the partitions on both sides
         if soft_wall:
             until = min(until, open_until(now - pair.wall_low, angle - pair.wall_low, bend, step, a))
             until = min(until, open_until(pair.wall_high - now, pair.wall_high - angle, bend, step, a))
@@ -320,13 +325,10 @@ def contacts_at_nodes(step: float, system: Any, amplitudes: Any) -> float:
 @njit(**MERGED)
 def _rest(k: int, p: Any, a: Any) -> Any:
     """What the contacts must add to ball k, negative: its row less its inertia times its acceleration."""
-    forces, work, size, place = data(a.forces), data(a.balls_work), 2 * a.modes, EACH * k
+    work, acceleration = data(a.balls_work), load(data(a.forces), 2 * a.modes * NODES)
     ax, ay = load(work, EACH * a.balls), load(work, EACH * a.balls + NODES)
-    acceleration = load(forces, size * NODES)
-    free = load(work, place + ROW) - load(work, place + SPIN) * acceleration
-    free -= load(work, place + LEAN_X) * ax + load(work, place + LEAN_Y) * ay
-    rate = load(work, place + PUSH) - load(work, place + TWIST) * acceleration
-    rate -= load(work, place + SHARE_X) * ax + load(work, place + SHARE_Y) * ay
+    free = left_over(load_row(work, EACH * k), ax, ay, acceleration)
+    rate = left_over(load_row(work, EACH * k + SOLVED), ax, ay, acceleration)
     return free - rate * p.balls[k].inertia
 
 

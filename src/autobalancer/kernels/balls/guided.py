@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import INLINE
 from autobalancer.kernels.compiler.numba_struct import data
-from autobalancer.kernels.compiler.simd import root, where
+from autobalancer.kernels.compiler.simd import full_like, root, where
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.laws.contact_law import looked_up
 from autobalancer.kernels.system import BALLS, System
@@ -160,6 +160,66 @@ def share(ball: Any, path: Path, motion: Motion, known: tuple[float, float], rat
     )  # fmt: skip
 
 
+# The same on a smooth circle with linear drag, where most of these products are known before: one source of the equations of
+# planar rotors and stations, of numbers at one instant or of lanes at the nodes of a long step.
+
+
+@njit(**INLINE)
+def on_circle(
+    ball: Any, ex: float, ey: float, nx: float, ny: float, motion: Motion, rate: float, contact: float, heavy: bool
+) -> tuple[Row, Share]:
+    """Row and share of a ball on a circle around (ex, ey); ``heavy``: whether there is gravity.
+
+    Of the inertia, the share has what changes as the ball moves: the rest is :func:`steady_inertia`.
+    """
+    # around the axis: the ball feels what touches it and its drag, its station the centrifugal force
+    pull = (motion.speed + rate) * (motion.speed + rate) * ball.moment
+    lean_x, lean_y, zero = ny * -ball.moment, nx * ball.moment, full_like(nx, 0.0)
+    its = Row(contact - rate * ball.drag, full_like(nx, ball.spin), lean_x, lean_y, 0.0, 0.0)
+    part = Share(pull * nx, pull * ny, 0.0, 0.0, lean_x, lean_y, 0.0, 0.0, zero, zero)
+    if ball.center_x != 0.0 or ball.center_y != 0.0:
+        its, part = _off_axis(ball, ex, ey, nx, ny, motion.speed, rate, its, part)
+    if heavy:
+        its, part = _weighed(ball.mass, motion.gravity_x, motion.gravity_y, its, part)
+    return its, part
+
+
+@njit(**INLINE)
+def _off_axis(
+    ball: Any, ex: float, ey: float, nx: float, ny: float, speed: float, rate: float, its: Row, part: Share
+) -> tuple[Row, Share]:
+    """What the eccentricity E of the race adds: m eps E.n to the coupling with w', m eps (E x n) w^2 to the ball's row."""
+    along, across = (nx * ex + ny * ey) * ball.moment, (nx * ey - ny * ex) * ball.moment
+    square, mx, my = speed * speed, ex * ball.mass, ey * ball.mass
+    return (
+        Row(its.push + across * square, its.spin + along, its.x, its.y, its.u, its.v),
+        Share(
+            part.x + square * mx, part.y + square * my, part.u, part.v,
+            part.arm_x - my, part.arm_y + mx, part.arm_u, part.arm_v,
+            part.torque - across * rate * (2.0 * speed + rate), part.inertia + along * 2.0,
+        ),
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def _weighed(mass: float, gx: float, gy: float, its: Row, part: Share) -> tuple[Row, Share]:
+    """What the weight of the ball adds: along its path, to the force on the station, and about the axis."""
+    return (
+        Row(its.push + its.x * gx + its.y * gy, its.spin, its.x, its.y, its.u, its.v),
+        Share(
+            part.x + mass * gx, part.y + mass * gy, part.u, part.v, part.arm_x, part.arm_y, part.arm_u, part.arm_v,
+            part.torque + part.arm_x * gx + part.arm_y * gy, part.inertia,
+        ),
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def steady_inertia(ball: Any) -> float:
+    """What a ball adds to the inertia of the rotor wherever it is on its circle, kg m^2."""
+    away = ball.orbit * ball.orbit + ball.center_x * ball.center_x + ball.center_y * ball.center_y
+    return ball.mass * away + ball.own_spin
+
+
 @njit(**INLINE)
 def tilting_row(its: Row, mass: float, path: Path, motion: Motion, slope: Slope) -> Row:
     """The ball's row with what the tilt adds."""
@@ -230,8 +290,20 @@ def rubbed(its: Row, force: Normal, arm: float) -> Row:
 @njit(**INLINE)
 def solved(its: Row, inverse: float, acceleration: float) -> Row:
     """phi'' itself: the row times the inverse of its inertia (0 at rest), and a known acceleration of the rotor put in."""
-    push = (its.push - its.spin * acceleration) * inverse
-    return Row(push, its.spin * inverse, its.x * inverse, its.y * inverse, its.u * inverse, its.v * inverse)
+    known = Row(its.push - its.spin * acceleration, its.spin, its.x, its.y, its.u, its.v)
+    return scaled(known, inverse)
+
+
+@njit(**INLINE)
+def left_over(its: Row, x: float, y: float, acceleration: float) -> float:
+    """What a row leaves where station and rotor have these accelerations, on a race that does not tilt."""
+    return its.push - its.spin * acceleration - its.x * x - its.y * y
+
+
+@njit(**INLINE)
+def scaled(its: Row, factor: float) -> Row:
+    """All numbers of a row times a factor."""
+    return Row(its.push * factor, its.spin * factor, its.x * factor, its.y * factor, its.u * factor, its.v * factor)
 
 
 # Balls of one race that touch, and partitions of a race: springs and dampers that never pull, and friction.
@@ -249,6 +321,7 @@ def touch(y: Any, p: System) -> None:
     Balls are numbered in their order around the race, which contact preserves.
     """
     count, moving = p.ball_count, p.guided
+    # what is given from outside, then every soft contact adds to both of its balls
     for i in range(count):
         moving[i].contact = moving[i].given
         moving[i].outward = moving[i].given_out
@@ -257,6 +330,7 @@ def touch(y: Any, p: System) -> None:
         if pair.hard > 0.0:
             other = pair.next
             deep = pair.touch - (y[BALLS + other] - angle + pair.wrap)
+            # a spring, and a damper that depends on depth and speed where restitution does; it never pulls
             if deep > 0.0:
                 its = y[BALLS + count + other]
                 soft = pair.soft
@@ -269,12 +343,14 @@ def touch(y: Any, p: System) -> None:
                     moving[other].contact += pressed
                     moving[i].outward += pressed * pair.out
                     moving[other].outward += pressed * pair.out_next
+                    # friction where both touch: a smooth sign of the slip there, with the arm of each ball
                     if pair.rub > 0.0:
                         rub = pressed * pair.rub * math.tanh((pair.arm * rate + pair.arm_next * its) * pair.grip)
                         moving[i].contact -= pair.arm * rub
                         moving[other].contact -= pair.arm_next * rub
                         moving[i].outward -= rub / p.balls[i].orbit
                         moving[other].outward += rub / p.balls[other].orbit
+        # a partition of the race, on the side that is nearer
         if pair.wall_hard > 0.0:
             way, deep = 1.0, pair.wall_low - angle
             if angle > pair.wall_high:

@@ -16,11 +16,13 @@ from autobalancer.kernels.balls.guided import (
     circle,
     known_acceleration,
     normal,
+    on_circle,
     row,
     rubbed,
     rubbing_arm,
     share,
     solved,
+    steady_inertia,
     tilting_normal,
     tilting_row,
     tilting_share,
@@ -52,7 +54,7 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
     """Put ball b into its station; ``kind``: rows of a station, whether its race is rough, whether ``normal`` is known."""
     each, rough, pressed = kind
     ball, moving, rate = p.balls[b], p.guided[b], y[BALLS + p.ball_count + b]
-    # the path at the ball, and its drag there
+    # the path at the ball, its row, and its share in the rows of rotor and station
     s, c = sine_cosine(y[BALLS + b])
     nx, ny = motion.cosine * c - motion.sine * s, motion.sine * c + motion.cosine * s
     ex = motion.cosine * ball.center_x - motion.sine * ball.center_y
@@ -61,13 +63,13 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
         radius, first, second = orbit(p.waves, ball, ball.orbit, c, s)
         path = wavy(radius, first, second, ex, ey, nx, ny)
         drag = _drag(time, y, p, ball, path.length, rate)
+        known = known_acceleration(path, motion.speed, rate)
+        its = row(ball, path, motion, rate, drag, moving.contact)
+        part, steady = share(ball, path, motion, known, rate), 0.0
     else:
-        path = circle(ball.orbit, ex, ey, nx, ny)
-        drag = ball.viscous * path.length * rate
-    # its row and its share in the rows of rotor and station
-    known = known_acceleration(path, motion.speed, rate)
-    its = row(ball, path, motion, rate, drag, moving.contact)
-    part = share(ball, path, motion, known, rate)
+        path, known = circle(ball.orbit, ex, ey, nx, ny), (0.0, 0.0)
+        its, part = on_circle(ball, ex, ey, nx, ny, motion, rate, moving.contact, True)
+        steady = steady_inertia(ball)
     slope = _slope(p, ball.station, each)
     if each == 4:
         its = tilting_row(its, ball.mass, path, motion, slope)
@@ -97,7 +99,7 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
     moving.lean_x, moving.lean_y, moving.lean_u, moving.lean_v = found.x, found.y, found.u, found.v
     _load(p, ball.station * each, each, motion.acceleration, part, its, found)
     _weigh(p, ball.station * each, each, ball.mass, path, its, found)
-    return part.torque - its.spin * found.push, part.inertia - its.spin * found.spin
+    return part.torque - its.spin * found.push, part.inertia + steady - its.spin * found.spin
 
 
 @njit(**INLINE)
@@ -191,6 +193,7 @@ def recover(y, dy, p, motion, b, acceleration, kind) -> bool:  # type: ignore[no
     x, y_, u, v = one[at], one[at + 1], 0.0, 0.0
     if each == 4:
         u, v = one[at + 2], one[at + 3]
+    # phi'' from the row that was solved for it, with the accelerations that are known at last
     rate = moving.push - moving.lean_x * x - moving.lean_y * y_ - moving.twist * gained
     if each == 4:
         rate -= moving.lean_u * u + moving.lean_v * v
@@ -198,6 +201,7 @@ def recover(y, dy, p, motion, b, acceleration, kind) -> bool:  # type: ignore[no
     dy[BALLS + p.ball_count + b] = rate
     if not rough:
         return False
+    # on a real race: what would hold the ball at rest, and how it is pressed on the wall
     need = moving.held_push - moving.held_lean_x * x - moving.held_lean_y * y_ - moving.held_twist * acceleration
     force = moving.normal_push - moving.normal_x * x - moving.normal_y * y_ - moving.normal_twist * acceleration
     if each == 4:

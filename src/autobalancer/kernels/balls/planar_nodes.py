@@ -11,13 +11,16 @@ where w0 is the frozen speed.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
+from autobalancer.kernels.balls.guided import Row, left_over, on_circle, scaled
+from autobalancer.kernels.balls.planar import Rows, accelerations, eliminated, with_ball
 from autobalancer.kernels.balls.rigid_torques import leads
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import EQUATIONS, MERGED
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, lane, load, store
+from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.host.shaft_train import drive_value, table_torque
 from autobalancer.kernels.integrators.collocation import FROZEN, amplitudes_at, follow, set_rate
 from autobalancer.kernels.records import HILL, PRESCRIBED
@@ -25,9 +28,8 @@ from autobalancer.kernels.system import system_at
 from autobalancer.kernels.trigonometry import sine_cosine_of_lanes
 
 STIFFNESS, DAMPING, DECAY, FREQUENCY = range(4)  # places in Amplitudes.numbers: k/M, b/M, delta, w_d
-# rows of a ball in its work space: its own row, and phi'' = push - twist w' - share.A
-ROW, SPIN, LEAN_X, LEAN_Y, PUSH, TWIST, SHARE_X, SHARE_Y = (NODES * i for i in range(8))
-EACH = 8 * NODES
+# a ball keeps two rows of four numbers in its work space: its own one, and from SOLVED on that solved for phi''
+SOLVED, EACH = 4 * NODES, 8 * NODES
 
 
 @njit(**MERGED)
@@ -74,138 +76,153 @@ def set_rate_of_rotor(speed: Any, p: Any, a: Any) -> None:
     set_rate(0, slope / p.polar_inertia, a)
 
 
-@njit(**EQUATIONS)
-def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
-    """``forces`` from ``values`` of :mod:`autobalancer.kernels.integrators.collocation`."""
-    p, a = deref(system_at(system)), deref(amplitudes_at(amplitudes))
-    values, forces, work, numbers, count = data(a.values), data(a.forces), data(a.balls_work), data(a.numbers), a.balls
-    mass = p.planar.mass
-    # deflection and velocity from both modes, and the force of the bare rotor, which is among the modes already
+@njit(**MERGED)
+def unbalance_at_nodes(time: float, step: float, p: Any, a: Any) -> tuple[Any, Any]:
+    """The resultant unbalance in the rotor at the nodes, kg m."""
+    segment = p.drive.segments[p.drive.now[0]]
+    since = load(data(a.radau.nodes), 0) * step + (time - segment.start)
+    ux = since * segment.unbalance_rate_x + segment.unbalance_x
+    return ux, since * segment.unbalance_rate_y + segment.unbalance_y
+
+
+@njit(**MERGED)
+def motion_at_nodes(time: float, step: float, p: Any, a: Any) -> Motion:
+    """The motion of the rotor at the nodes, as :func:`autobalancer.kernels.host.linear.motion_of` has it at an instant."""
+    values, rank = data(a.values), 2 * a.modes
+    profile, profile_rate = drive_at_nodes(time, step, p, a)
+    speed, acceleration = load(values, rank * NODES), all_lanes(0.0)
+    free = p.drive.kind != PRESCRIBED
+    if not free:
+        speed, acceleration = profile, profile_rate
+    # gravity turns in the axes of the rotor
+    gx, gy = all_lanes(p.gravity_x), all_lanes(p.gravity_y)
+    turn_sin, turn_cos = all_lanes(0.0), all_lanes(1.0)
+    if p.rotating != 1:
+        turn_sin, turn_cos = sine_cosine_of_lanes(load(values, (rank + 1) * NODES))
+    elif p.gravity_x != 0.0 or p.gravity_y != 0.0:
+        s, c = sine_cosine_of_lanes(load(values, (rank + 1) * NODES))
+        gx, gy = c * p.gravity_x + s * p.gravity_y, c * p.gravity_y - s * p.gravity_x
+    torque = all_lanes(0.0)
+    if free:
+        ux, uy = unbalance_at_nodes(time, step, p, a)
+        torque = (turn_cos * ux - turn_sin * uy) * gy - (turn_sin * ux + turn_cos * uy) * gx
+        torque += torque_at_nodes(profile, speed, p, a)
+    return Motion(speed, acceleration, turn_sin, turn_cos, gx, gy, torque)
+
+
+class Host(NamedTuple):
+    """The race center at the nodes, from both modes."""
+
+    forward_x: Any  # m, mode that turns with the rotor
+    forward_y: Any
+    backward_x: Any
+    backward_y: Any
+    bare_x: Any  # m/s^2, acceleration by spring and damper, which is among the modes already
+    bare_y: Any
+
+
+@njit(**MERGED)
+def _host(a: Any) -> Host:
+    values, numbers = data(a.values), data(a.numbers)
     forward_x, forward_y = load(values, 0), load(values, NODES)
     backward_x, backward_y = load(values, 2 * NODES), load(values, 3 * NODES)
+    # deflection zeta and velocity nu of the race center
     zeta_x, zeta_y = forward_x + backward_x, forward_y + backward_y
     delta, frequency = numbers[DECAY], numbers[FREQUENCY]
     nu_x = (backward_y - forward_y) * frequency - zeta_x * delta
     nu_y = (forward_x - backward_x) * frequency - zeta_y * delta
     bare_x = zeta_x * numbers[STIFFNESS] + nu_x * numbers[DAMPING]
     bare_y = zeta_y * numbers[STIFFNESS] + nu_y * numbers[DAMPING]
+    return Host(forward_x, forward_y, backward_x, backward_y, bare_x, bare_y)
 
-    # drive and unbalance; in axes that turn with the rotor nothing else depends on time
-    profile, profile_rate = drive_at_nodes(time, step, p, a)
-    speed = load(values, 4 * NODES)
-    if p.drive.kind == PRESCRIBED:
-        speed = profile
-    segment = p.drive.segments[p.drive.now[0]]
-    since = load(data(a.radau.nodes), 0) * step + (time - segment.start)
-    ux = since * segment.unbalance_rate_x + segment.unbalance_x
-    uy = since * segment.unbalance_rate_y + segment.unbalance_y
-    square = speed * speed
-    force_x, force_y = ux * square - bare_x * mass, uy * square - bare_y * mass
-    arm_x, arm_y = -uy, ux
-    mass_xx, mass_xy, mass_yy = all_lanes(mass), all_lanes(0.0), all_lanes(mass)
-    inertia, torque = all_lanes(p.polar_inertia), all_lanes(0.0)
-    # each ball: its row, and what it adds to those of the rotor
+
+@njit(**MERGED)
+def load_row(work: Any, place: int) -> Row:
+    """A row of a ball that was kept."""
+    push, spin = load(work, place), load(work, place + NODES)
+    return Row(push, spin, load(work, place + 2 * NODES), load(work, place + 3 * NODES), 0.0, 0.0)
+
+
+@njit(**MERGED)
+def _keep_row(its: Row, work: Any, place: int) -> None:
+    store(its.push, work, place)
+    store(its.spin, work, place + NODES)
+    store(its.x, work, place + 2 * NODES)
+    store(its.y, work, place + 3 * NODES)
+
+
+@njit(**MERGED)
+def _row_of_cluster(head: int, p: Any, a: Any) -> tuple[Row, float, float, int]:
+    """Row of the balls that touch, as of one ball; one over their inertia, how fast they relax (1/s), the last of them."""
+    work, whole, drag, last = data(a.balls_work), p.balls[head].inertia, p.balls[head].drag, head
+    its = load_row(work, EACH * head)
+    if p.guided[head].bound == 0:
+        return its, 1.0 / whole, drag / whole, last
+    held = p.ties[head].low != 0
+    while p.ties[last].joined == 1:
+        held, last = held or p.ties[last].high != 0, p.contacts[last].next
+        more = load_row(work, EACH * last)
+        its = Row(its.push + more.push, its.spin + more.spin, its.x + more.x, its.y + more.y, its.u, its.v)
+        whole += p.balls[last].inertia
+        drag += p.balls[last].drag
+    # nothing moves what touches a partition
+    inverse = 0.0 if held or p.ties[last].high != 0 else 1.0 / whole
+    return its, inverse, drag * inverse, last
+
+
+@njit(**EQUATIONS)
+def planar_nodes(time: float, step: float, system: Any, amplitudes: Any) -> None:
+    """``forces`` from ``values`` of :mod:`autobalancer.kernels.integrators.collocation`."""
+    p, a = deref(system_at(system)), deref(amplitudes_at(amplitudes))
+    values, work, count, mass = data(a.values), data(a.balls_work), a.balls, p.planar.mass
+    # the rotor by itself, in axes that turn with it
+    motion, host = motion_at_nodes(time, step, p, a), _host(a)
+    ux, uy = unbalance_at_nodes(time, step, p, a)
+    square, zero = motion.speed * motion.speed, all_lanes(0.0)
+    rows = Rows(
+        all_lanes(mass), zero, all_lanes(mass), ux * square - host.bare_x * mass, uy * square - host.bare_y * mass,
+        -uy, ux, all_lanes(p.polar_inertia), motion.torque,
+    )  # fmt: skip
+    # each ball: its row, and its share
     for i in range(count):
-        ball, place = p.balls[i], EACH * i
+        ball, rate = p.balls[i], load(values, (6 + count + i) * NODES)
         s, c = sine_cosine_of_lanes(load(values, (6 + i) * NODES))
-        ball_speed = load(values, (6 + count + i) * NODES)
-        in_space = speed + ball_speed
-        moment = ball.moment
-        lean_x, lean_y = s * -moment, c * moment
-        row = ball_speed * -ball.drag
-        pull = in_space * in_space * moment
-        force_x += pull * c
-        force_y += pull * s
-        arm_x += lean_x
-        arm_y += lean_y
-        spin = all_lanes(ball.spin)
-        ec, es = ball.center_x, ball.center_y
-        if ec != 0.0 or es != 0.0:
-            along, across = (c * ec + s * es) * moment, (c * es - s * ec) * moment
-            ex, ey = ball.mass * ec, ball.mass * es
-            force_x += square * ex
-            force_y += square * ey
-            arm_x -= ey
-            arm_y += ex
-            row += across * square
-            spin += along
-            inertia += along * 2.0
-            torque -= across * ball_speed * (in_space + speed)
-        store(row, work, place + ROW)
-        store(spin, work, place + SPIN)
-        store(lean_x, work, place + LEAN_X)
-        store(lean_y, work, place + LEAN_Y)
-    # the row of each ball is put into those of host and rotor; balls that touch are one ball with the sum of their rows
+        its, part = on_circle(ball, ball.center_x, ball.center_y, c, s, motion, rate, 0.0, False)
+        rows = with_ball(rows, part)
+        _keep_row(its, work, EACH * i)
+    # the row of each ball is put into those of race center and rotor; balls that touch are one ball with the sum of their rows
     for head in range(count):
-        bound, place = p.guided[head].bound != 0, EACH * head
-        whole, drag = p.balls[head].inertia, p.balls[head].drag
-        if bound and not leads(p, head):
+        if p.guided[head].bound != 0 and not leads(p, head):
             continue
-        row, spin = load(work, place + ROW), load(work, place + SPIN)
-        lean_x, lean_y = load(work, place + LEAN_X), load(work, place + LEAN_Y)
-        inverse, last = 1.0 / whole, head
-        if bound:
-            held = p.ties[head].low != 0
-            while p.ties[last].joined == 1:
-                held, last = held or p.ties[last].high != 0, p.contacts[last].next
-                place = EACH * last
-                row += load(work, place + ROW)
-                spin += load(work, place + SPIN)
-                lean_x += load(work, place + LEAN_X)
-                lean_y += load(work, place + LEAN_Y)
-                whole += p.balls[last].inertia
-                drag += p.balls[last].drag
-            inverse = 0.0 if held or p.ties[last].high != 0 else 1.0 / whole  # nothing moves what touches a partition
-        push, twist = row * inverse, spin * inverse
-        share_x, share_y = lean_x * inverse, lean_y * inverse
-        mass_xx -= lean_x * share_x
-        mass_xy -= lean_x * share_y
-        mass_yy -= lean_y * share_y
-        force_x -= lean_x * push
-        force_y -= lean_y * push
-        arm_x -= lean_x * twist
-        arm_y -= lean_y * twist
-        inertia -= spin * twist
-        torque -= spin * push
+        its, inverse, decay, last = _row_of_cluster(head, p, a)
+        found = scaled(its, inverse)
+        rows = eliminated(rows, its, found)
         k, more = head, True
         while more:
-            place, more = EACH * k, k != last
-            store(push, work, place + PUSH)
-            store(twist, work, place + TWIST)
-            store(share_x, work, place + SHARE_X)
-            store(share_y, work, place + SHARE_Y)
-            set_rate(1 + k, drag * inverse, a)
+            more = k != last
+            _keep_row(found, work, EACH * k + SOLVED)
+            set_rate(1 + k, decay, a)
             follow(1 + k, 1 + head, a)
             k = p.contacts[k].next
-    # A = a - b w', as in planar.py
-    set_rate_of_rotor(speed, p, a)
-    determinant = mass_xx * mass_yy - mass_xy * mass_xy
-    inverse = 1.0 / determinant
-    wx, wy = mass_yy * arm_x - mass_xy * arm_y, mass_xx * arm_y - mass_xy * arm_x
-    ax, ay = (mass_yy * force_x - mass_xy * force_y) * inverse, (mass_xx * force_y - mass_xy * force_x) * inverse
-    acceleration = profile_rate
-    if p.drive.kind != PRESCRIBED:
-        torque += torque_at_nodes(profile, speed, p, a)
-        needed = torque * determinant - wx * force_x - wy * force_y
-        acceleration = needed / (inertia * determinant - wx * arm_x - wy * arm_y)
-    turn = acceleration * inverse
-    ax -= wx * turn
-    ay -= wy * turn
-
+    # accelerations, and from them the forces on the modes and the balls
+    set_rate_of_rotor(motion.speed, p, a)
+    solution = accelerations(rows, motion.acceleration, p.drive.kind != PRESCRIBED)
+    ax, ay = solution.ax - solution.bx * solution.rotor, solution.ay - solution.by * solution.rotor
     store(ax, work, EACH * count)
     store(ay, work, EACH * count + NODES)
+    _write_forces(host, motion.speed, ax, ay, solution.rotor, a)
 
-    # forces on the modes, without what the modes do by themselves; then the balls
-    half = 0.5 / frequency
-    drawn_x, drawn_y = (ax + bare_x) * half, (ay + bare_y) * half
-    ahead = speed - a.held[FROZEN]
-    store(ahead * forward_y + drawn_y, forces, 0)
-    store(-(ahead * forward_x + drawn_x), forces, NODES)
-    store(ahead * backward_y - drawn_y, forces, 2 * NODES)
-    store(drawn_x - ahead * backward_x, forces, 3 * NODES)
+
+@njit(**MERGED)
+def _write_forces(host: Host, speed: Any, ax: Any, ay: Any, acceleration: Any, a: Any) -> None:
+    """Forces on the modes, without what the modes do by themselves; then the accelerations of rotor and balls."""
+    forces, work = data(a.forces), data(a.balls_work)
+    half, ahead = 0.5 / data(a.numbers)[FREQUENCY], speed - a.held[FROZEN]
+    drawn_x, drawn_y = (ax + host.bare_x) * half, (ay + host.bare_y) * half
+    store(ahead * host.forward_y + drawn_y, forces, 0)
+    store(-(ahead * host.forward_x + drawn_x), forces, NODES)
+    store(ahead * host.backward_y - drawn_y, forces, 2 * NODES)
+    store(drawn_x - ahead * host.backward_x, forces, 3 * NODES)
     store(acceleration, forces, 4 * NODES)
-    for i in range(count):
-        place = EACH * i
-        push, twist = load(work, place + PUSH), load(work, place + TWIST)
-        share_x, share_y = load(work, place + SHARE_X), load(work, place + SHARE_Y)
-        store(push - twist * acceleration - share_x * ax - share_y * ay, forces, (5 + i) * NODES)
+    for i in range(a.balls):
+        store(left_over(load_row(work, EACH * i + SOLVED), ax, ay, acceleration), forces, (5 + i) * NODES)

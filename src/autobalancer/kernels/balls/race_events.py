@@ -178,6 +178,7 @@ def crossing(place, way, pair):  # type: ignore[no-untyped-def]
     """
     t, m = deref(pair)
     low, high = 0.0, 1.0
+    # its speed has the old sign at both ends: it may have turned round and back in between
     if not way * data(m.state)[place] < 0.0:
         if way == 0.0 or not stopped(place, way, t, m):
             return 2.0
@@ -187,6 +188,7 @@ def crossing(place, way, pair):  # type: ignore[no-untyped-def]
                 return _passed(low, high, place, way, m)
             low = high
         return 2.0
+    # else from the end backward: the last eighth in which it still moved the old way
     seen = way * data(m.start)[place] > 0.0
     for piece in range(7, 0, -1):
         if way * component(place, piece / 8.0, m) > 0.0:
@@ -205,6 +207,7 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """
     (t, m), p = deref(pair), deref(system_at(parameters))
     polynomials(m.state.size, t, m)
+    # the first ball that stops, by the zeros of the balls' speeds in the dense output
     first, resting = 1.0, False
     for b in range(p.ball_count):
         mode, place = p.guided[b].mode, BALLS + p.ball_count + b
@@ -213,6 +216,8 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
             first = min(first, crossing(place, mode, pair))
     if first == 0.0:
         return first
+    # the first ball at rest that breaks loose until then: bisection with evaluations, as its need follows from the
+    # rates, not from the state
     if resting:
         low, high, x = 0.0, first, first
         for _ in range(48):
@@ -231,6 +236,7 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
                 break
             x = 0.5 * (low + high)
         first = high
+    # who stops by then rests from then on
     for b in range(p.ball_count):
         mode, place = p.guided[b].mode, BALLS + p.ball_count + b
         if rubs(p.balls[b]) and crossing(place, mode, pair) <= first:

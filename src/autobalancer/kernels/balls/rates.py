@@ -28,9 +28,11 @@ from autobalancer.kernels.system import system_at
 def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # type: ignore[no-untyped-def]
     """Time derivative ``dy`` of the state ``y``; ``kind`` goes to the functions. Whether any ball was taken wrongly."""
     p = deref(system_at(system))
+    # the rotor alone: q'' = f - w' g, with excitation, rubber and hardening bearings if there are any
     motion = solve_free(time, y, system)
     if p.shakes.shape[0] + p.rubber.mounts.shape[0] + p.bearings.springs.shape[0] > 0:
         motion = add_external_forces(time, y, dy, system, motion)
+    # the balls, one after the other, into the rows of their stations; rows joined by rigid contacts come last
     prepare(time, y, p, motion)
     torque, inertia = motion.torque, p.polar_inertia
     if p.drive.linked == 1:
@@ -43,6 +45,7 @@ def rates_of(time, y, dy, system, prepare, gather, recover, kind) -> bool:  # ty
         its_torque, its_inertia = bind(y, system, motion.acceleration)
         torque += its_torque
         inertia += its_inertia
+    # the stations' small system, then w', then everything from them
     acceleration = solve_coupled(system, motion.acceleration, torque, inertia)
     write_rotor(y, dy, system, motion.speed, acceleration)
     wrong = False

@@ -87,6 +87,7 @@ class Touch(NamedTuple):
 @njit(**INLINE)
 def touch(p: System, ball: Any, x: float, z: float, vx: float, vz: float) -> Touch:
     """Of a ball at this place with this velocity, in the rotor."""
+    # the wall at the ball: a circle, or where waves make it another curve, the nearest place of it
     away = math.sqrt(x * x + z * z + TINY)
     nx, ny = x / away, z / away
     level = ball.orbit
@@ -97,6 +98,7 @@ def touch(p: System, ball: Any, x: float, z: float, vx: float, vz: float) -> Tou
         level -= ball.gap
     if ball.waves > 0 and (outside or depth < 0.0):
         depth, nx, ny = closest(p.waves, ball, level, x, z, nx, ny)
+    # velocity against the wall and along it; then the spring and damper of the wall it touches, never a pull
     outward, along = vx * nx + vz * ny, vz * nx - vx * ny
     wall, inner = 0.0, 0.0
     hard, damping = ball.wall_stiffness, ball.wall_damping
@@ -152,6 +154,7 @@ def _rub(p: System, ball: Any, at: Any, slip: float, climb: float, pressed: floa
 def _in_chamber(time, y, p, ball, own, angle, free, at) -> None:  # type: ignore[no-untyped-def]
     """Forces of walls, partitions, floor and fluid on a ball with its state at ``own``, into ``free``; it slips ``at``."""
     x, z, vx, vz, spin = y[own + BALL_X], y[own + BALL_Y], y[own + BALL_VX], y[own + BALL_VY], y[own + BALL_SPIN]
+    # how both walls press, and how the ball slips on them: its spin turns the point of contact
     nx, ny, along, wall, inner = touch(p, ball, x, z, vx, vz)
     radius, lightness = ball.radius, 1.0 / (ball.mass + ball.extra)
     slip, climb = along + radius * spin, climbing(ball, nx, ny, y[own + TUMBLE_X], y[own + TUMBLE_Y])
@@ -220,6 +223,7 @@ def _in_chamber(time, y, p, ball, own, angle, free, at) -> None:  # type: ignore
 def _meet(y, p, i, j, own, its) -> None:  # type: ignore[no-untyped-def]
     """Forces between two balls i and j of one race with their states at ``own`` and ``its``, added to those they feel."""
     one, other = p.free_balls[i], p.free_balls[j]
+    # from one center to the other; most pairs end here
     x, z = y[its + BALL_X] - y[own + BALL_X], y[its + BALL_Y] - y[own + BALL_Y]
     reach = one.radius + other.radius
     square = x * x + z * z + TINY
@@ -228,6 +232,7 @@ def _meet(y, p, i, j, own, its) -> None:  # type: ignore[no-untyped-def]
     apart = math.sqrt(square)
     nx, ny = x / apart, z / apart
     vx, vz = y[its + BALL_VX] - y[own + BALL_VX], y[its + BALL_VY] - y[own + BALL_VY]
+    # normal force: Hertz's stiffness depends on both radii, restitution on the speed of approach
     stiffness = one.ball_stiffness
     if one.hertz == 1:
         stiffness *= math.sqrt(one.radius * other.radius / reach)
@@ -237,6 +242,7 @@ def _meet(y, p, i, j, own, its) -> None:  # type: ignore[no-untyped-def]
     table = p.pair_rebounds[i * p.ball_count + j] if p.pair_rebounds.size > 0 else CONSTANT
     damping = damping_at(p.rebounds, table, damping, reach - apart, near, stiffness, lightness, one.hertz)
     push = normal_force(reach - apart, near, stiffness, damping, one.hertz)
+    # friction by the slip where both touch, of translation and both spins; it brakes both spins
     rub = 0.0
     if one.ball_sliding > 0.0:
         arm = apart / reach
@@ -245,6 +251,7 @@ def _meet(y, p, i, j, own, its) -> None:  # type: ignore[no-untyped-def]
         rub = push * one.ball_sliding * math.tanh(slip / one.slip_speed)
         p.free[i].torque += arm * one.radius * rub
         p.free[j].torque += arm * other.radius * rub
+    # action and reaction
     force_x, force_y = push * nx + rub * ny, push * ny - rub * nx
     p.free[i].force_x -= force_x
     p.free[i].force_y -= force_y
@@ -313,10 +320,12 @@ def _gather(time, y, p, motion, b, each) -> tuple[float, float]:  # type: ignore
     """Put ball b into its station; its torque and inertia there."""
     ball, own, speed = p.free_balls[b], _states(p, b), motion.speed
     push, arm, turn, inert = data(p.work.push), data(p.work.arm), data(p.work.turn), data(p.work.inert)
+    # in the rotor: arm, and the acceleration that the ball would feel without a force
     arm_x, arm_y = ball.center_x + y[own + BALL_X], ball.center_y + y[own + BALL_Y]
     fall_x, fall_y = _falling(motion)
     felt_x = fall_x + 2.0 * speed * y[own + BALL_VY] + speed * speed * arm_x
     felt_y = fall_y - 2.0 * speed * y[own + BALL_VX] + speed * speed * arm_y
+    # its row, turned into the axes of the frame
     part = row(ball, p.free[b], arm_x, arm_y, felt_x, felt_y)
     at, s, c = ball.station * each, motion.sine, motion.cosine
     x, y_ = part.x - motion.acceleration * part.arm_x, part.y - motion.acceleration * part.arm_y
@@ -339,12 +348,14 @@ def _recover(y, dy, p, motion, b, acceleration, each) -> bool:  # type: ignore[n
     ball, free, own, speed, one = p.free_balls[b], p.free[b], _states(p, b), motion.speed, data(p.work.one)
     mass, whole, at = ball.mass, ball.mass + ball.extra, ball.station * each
     x, z, vx, vz = y[own + BALL_X], y[own + BALL_Y], y[own + BALL_VX], y[own + BALL_VY]
+    # acceleration of the station and of the axes of the rotor, less gravity, as the ball sees it
     arm_x, arm_y = ball.center_x + x, ball.center_y + z
     fall_x, fall_y = _falling(motion)
     ax = motion.cosine * one[at] + motion.sine * one[at + 1]
     ay = motion.cosine * one[at + 1] - motion.sine * one[at]
     ax += -2.0 * speed * vz - speed * speed * arm_x - acceleration * arm_y - fall_x
     ay += 2.0 * speed * vx - speed * speed * arm_y + acceleration * arm_x - fall_y
+    # force over mass; the part of the mass that only feels motion in the chamber does not see the axes accelerate
     dx, dz = (free.force_x - mass * ax) / whole, (free.force_y - mass * ay) / whole
     dy[own + BALL_X], dy[own + BALL_Y] = vx, vz
     dy[own + BALL_VX], dy[own + BALL_VY] = dx, dz
@@ -352,6 +363,7 @@ def _recover(y, dy, p, motion, b, acceleration, each) -> bool:  # type: ignore[n
     dy[own + HOLD] = free.hold_rate
     dy[own + TUMBLE_X] = free.tumble_x / ball.spin_inertia + speed * y[own + TUMBLE_Y]
     dy[own + TUMBLE_Y] = free.tumble_y / ball.spin_inertia - speed * y[own + TUMBLE_X]
+    # the angle of the ball, for what is measured and shown: its rate and acceleration follow from x and z
     inverse = 1.0 / (x * x + z * z + TINY)
     rate = (x * vz - z * vx) * inverse
     dy[BALLS + b] = rate

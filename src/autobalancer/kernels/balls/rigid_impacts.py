@@ -53,14 +53,17 @@ def responses(time, y, rates, system, size, count):  # type: ignore[no-untyped-d
     """Rates with the chosen contacts open, what a torque of each adds to them, and Delassus' matrix; returns evaluations."""
     p = deref(system_at(system))
     r, rows = p.rigid, p.ball_count
+    # the rates with all chosen contacts open: what every response is measured against
     for q in range(count):
         if r.chosen[q] != 0:
             close(p, r.kinds[q], r.balls[q], 0)
     count_bound(system)
     rates(time, y, data(r.base), system)
+    # a torque that changes rates as much as the motion itself does, so that the difference keeps its digits
     fast, done = 1.0, 1
     for k in range(rows):
         fast = max(fast, abs(r.base[BALLS + rows + k]))
+    # each contact alone presses with that torque: the rates are linear in it, so their difference over it is exact
     for q in range(count):
         if r.chosen[q] == 0:
             continue
@@ -72,6 +75,7 @@ def responses(time, y, rates, system, size, count):  # type: ignore[no-untyped-d
         done += 1
         for i in range(size):
             r.response[q, i] = (r.response[q, i] - r.base[i]) / torque
+    # Delassus' matrix G: how much the gap of one contact accelerates per torque of another
     for q in range(count):
         for j in range(count):
             if r.chosen[q] != 0 and r.chosen[j] != 0:
@@ -84,6 +88,7 @@ def solve_active(system: Any, count: int) -> None:
     """Impulses of the active contacts that bring ``need`` to zero there, by Gauss' elimination; 0 elsewhere."""
     p = deref(system_at(system))
     r, left = p.rigid, p.rigid.left
+    # rows and columns of the active contacts, and the greatest number of the diagonal as the measure of what is zero
     great = 0.0
     for i in range(count):
         for j in range(count):
@@ -92,6 +97,7 @@ def solve_active(system: Any, count: int) -> None:
         left[i, count] = -r.need[i] if r.active[i] != 0 else 0.0
         if r.active[i] != 0:
             great = max(great, abs(r.delassus[i, i]))
+    # eliminate above and below the diagonal at once; a contact that depends on others keeps no impulse
     for k in range(count):  # the matrix is nearly symmetric and positive: pivots on its diagonal
         if abs(left[k, k]) <= PIVOT * great:
             continue
@@ -111,6 +117,7 @@ def complementary(system: Any, count: int) -> None:
     """Impulses P >= 0 of the chosen contacts, orthogonal to need + G P >= 0."""
     p = deref(system_at(system))
     r = p.rigid
+    # begin with those active that approach; what is left is judged against the greatest need and stiffness
     size, stiff = 0.0, 0.0
     for q in range(count):
         r.impulse[q], r.active[q] = 0.0, 0
@@ -119,6 +126,8 @@ def complementary(system: Any, count: int) -> None:
             r.active[q] = 1 if r.need[q] < 0.0 else 0
     if stiff == 0.0 or size == 0.0:
         return
+    # block pivoting: solve for the active set, then exchange all that are on the wrong side. That may cycle, so when the
+    # number of wrong ones has not fallen for ten rounds, only the last one is exchanged (Murty), which always ends
     least, patience = count + 1, 10
     for _ in range(20 + 10 * count):
         solve_active(system, count)
@@ -162,6 +171,7 @@ def _relaxed(system: Any, count: int, size: float) -> None:
     r = p.rigid
     for q in range(count):
         r.impulse[q] = 0.0
+    # contact after contact takes the impulse that ends its approach, never a pull, until nothing changes
     for _ in range(20_000):
         change = 0.0
         for q in range(count):
@@ -195,16 +205,19 @@ def strike(time, y, rates, system, size, count, slow):  # type: ignore[no-untype
     """
     p = deref(system_at(system))
     r, at, done, rubs, fastest = p.rigid, BALLS + p.ball_count, 0, False, 0.0
+    # all contacts listed take part; a speed below `enough` is no difference any more
     _free_for_impact(p, count)
     for q in range(count):
         r.chosen[q] = 1
         rubs = rubs or (r.kinds[q] == NEXT and p.contacts[r.balls[q]].rub > 0.0)
         fastest = max(fastest, abs(r.before[q]))
     enough = max(1e-3 * slow, 1e-9 * fastest)
+    # friction depends on the slip, so on the mean of the states before and after: `middle`, found by iteration
     for i in range(size):
         r.middle[i], r.missed[i] = y[i], 0.0
     share = 1.0
     for _ in range(GUESSES if rubs else 1):
+        # what the gaps need: an end of the approach, and of fast approaches the rebound too
         done += responses(time, data(r.middle), rates, system, size, count)
         for q in range(count):
             kind, k, before = r.kinds[q], r.balls[q], r.before[q]
@@ -213,6 +226,7 @@ def strike(time, y, rates, system, size, count, slow):  # type: ignore[no-untype
                 pace = p.contacts[k].pace if kind == NEXT else p.contacts[k].wall_pace
                 r.need[q] += restitution(p, kind, k, -pace * before) * before
         complementary(system, count)
+        # the middle state that these impulses give, and by how much the guess of it was wrong
         change, turn = 0.0, 0.0
         for i in range(size):
             gained = 0.0
@@ -228,6 +242,7 @@ def strike(time, y, rates, system, size, count, slow):  # type: ignore[no-untype
             r.middle[i] += share * r.missed[i]
         if change < enough:
             break
+    # the whole state takes the impulse, rotor included
     for i in range(size):
         y[i] += r.base[i]
     _note(time, p, count)
@@ -370,6 +385,7 @@ def equalize(y: Any, system: Any) -> None:
     for head in range(p.ball_count):
         if p.guided[head].bound == 0 or p.ties[head].follows != 0:
             continue
+        # the common speed keeps the angular momentum; beside a partition it is zero
         total, momentum, wall = 0.0, 0.0, p.ties[head].low != 0
         k, more = head, True
         while more:
@@ -383,6 +399,7 @@ def equalize(y: Any, system: Any) -> None:
             y[at + k] = 0.0 if wall else momentum / total
             more = p.ties[k].joined == 1
             k = p.contacts[k].next
+    # gaps of the size of rounding are closed from both sides
     for k in range(p.ball_count):
         its = p.ties[k]
         if its.joined == 1:
@@ -431,13 +448,16 @@ def settle(time, y, rates, system, size, width, limits):  # type: ignore[no-unty
     """
     p = deref(system_at(system))
     r, done, still = p.rigid, 0, _rest_speed(limits)
+    # first the impacts, if anything approaches
     count = collect(y, system, width)
     approaching = False
     for q in range(count):
         approaching = approaching or r.before[q] < -still
     if approaching:
         done += strike(time, y, rates, system, size, count, limits.slow)
+    # then which of the closed contacts press, with accelerations in place of speeds
     done += _stay(time, y, rates, system, size, count, still)
+    # last the chattering: what would fly apart by less than can be seen is stopped and stays closed
     if _catch(y, p, count, still, limits.low):
         done += _stand_still(time, y, rates, system, size, count)
         done += _stay(time, y, rates, system, size, count, still)
@@ -450,13 +470,16 @@ def _stay(time, y, rates, system, size, count, still):  # type: ignore[no-untype
     """Close the contacts listed that are at rest and press, and open the others; ``r.base`` are the rates then."""
     p = deref(system_at(system))
     r, done = p.rigid, 0
+    # contacts whose balls do not part are closed for now, and their balls get one speed
     for q in range(count):
         kind, k = r.kinds[q], r.balls[q]
         close(p, kind, k, 1 if abs(opening(y, p, kind, k)) <= still else 0)
     count_bound(system)
     equalize(y, system)
     _set_modes(y, p)
+    # balls that adherence may hold come first: whether they rest does not ask who presses
     done += _rest(time, y, rates, system, count, still)
+    # then rolling balls; a ball that was held may break loose by what they do to the rotor, so again
     again = True
     while again and done <= 9 * p.ball_count + 9:
         done += _press(time, y, rates, system, size, count, still)
@@ -469,6 +492,7 @@ def _press(time, y, rates, system, size, count, still):  # type: ignore[no-untyp
     """Close those contacts listed of rolling balls that press, and open the others."""
     p = deref(system_at(system))
     r, done, some = p.rigid, 0, False
+    # those at rest whose balls roll: 0 <= torque orthogonal to acceleration of the gap >= 0
     for q in range(count):
         kind, k = r.kinds[q], r.balls[q]
         r.chosen[q] = 1 if not is_closed(p, kind, k) and _may_press(y, p, kind, k, still) else 0
@@ -478,6 +502,7 @@ def _press(time, y, rates, system, size, count, still):  # type: ignore[no-untyp
         for q in range(count):
             r.need[q] = opening(data(r.base), p, r.kinds[q], r.balls[q])
         complementary(system, count)
+        # a contact stays closed where it presses, or where its gap would open by less than rounding
         for q in range(count):
             if r.chosen[q] != 0:
                 rest = r.need[q]
@@ -561,6 +586,7 @@ def is_loose(p: System, k: int) -> bool:
 @njit(**INLINE)
 def _break(p: System, head: int) -> bool:
     """Let those balls of a row at rest roll that cannot be held: the first ones backward, or the last ones forward."""
+    # through the row: the first ball up to which it cannot be held backward, and the torque that all must hold together
     k, last, back = head, head, -1
     pushed, more = 0.0, True
     while more:
@@ -570,16 +596,19 @@ def _break(p: System, head: int) -> bool:
         pushed += its.rest
         last, more = k, its.joined == 1
         k = p.contacts[k].next
+    # a full ring has no end: it breaks loose as a whole or not at all
     end = p.ties[last]
     if end.joined == 2:
         if p.rigid.margin[NOW] >= 0.0:
             return False
         _roll(p, head, last, math.copysign(1.0, pushed))
         return True
+    # the first ones up to there roll backward and leave the rest
     if back >= 0:
         _roll(p, head, back, -1.0)
         p.ties[back].joined = 0
         return True
+    # the last ones roll forward, if nothing stops them there
     if end.high == 0 and end.least > 0.0:
         first = last
         while first != head and p.ties[p.contacts[first].before].least > 0.0:
@@ -624,11 +653,13 @@ def _stand_still(time, y, rates, system, size, count):  # type: ignore[no-untype
     """Stop the openings of the chosen contacts by impulses of either sign, which are tiny."""
     p = deref(system_at(system))
     r = p.rigid
+    # balls at rest that move by rounding count as rolling, else friction would hold them
     for q in range(count):
         k = r.balls[q]
         for j in (k, p.contacts[k].next if r.kinds[q] == NEXT else k):
             if r.chosen[q] != 0 and p.guided[j].mode == 0.0 and y[BALLS + p.ball_count + j] != 0.0:
                 p.guided[j].mode = math.copysign(1.0, y[BALLS + p.ball_count + j])
+    # impulses that take the opening speeds to zero, put into the whole state
     done = responses(time, y, rates, system, size, count)
     for q in range(count):
         r.need[q], r.active[q] = opening(y, p, r.kinds[q], r.balls[q]), r.chosen[q]
@@ -649,6 +680,7 @@ def open_pulling(time, y, rates, system):  # type: ignore[no-untyped-def]
         r.margin[NOW] = FAR
         rates(time, y, data(r.base), system)
         done += 1
+        # opening one contact changes the torques of all, so one at a time, and the worst first
         worst, which, its_kind = -r.margin[PULL], -1, NEXT
         for k in range(p.ball_count):
             for kind in (NEXT, BEHIND, AHEAD):

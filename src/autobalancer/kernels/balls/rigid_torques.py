@@ -61,6 +61,7 @@ def leads(p: System, k: int) -> bool:
 @njit(**INLINE)
 def _common(y: Any, p: System, head: int, acceleration: float) -> tuple[Row, Row]:
     """Sum of the rows without friction, and the row of a cluster solved for phi''; tells it to its balls."""
+    # along the cluster: each row is weighed so that the torques of the contacts cancel in the sum
     k, weight, held = head, 1.0, p.ties[head].low != 0
     total, push, spin, x, y_, u, v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     own_push, own_spin, own_x, own_y, own_u, own_v = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -88,6 +89,7 @@ def _common(y: Any, p: System, head: int, acceleration: float) -> tuple[Row, Row
             its.back, its.ahead = at.back + its.arm * at.out, at.ahead - p.ties[j].arm * at.out_next
             weight *= its.back / its.ahead
             k = j
+    # phi'' of the cluster; at a partition, or where adherence holds a ball, it is zero
     inverse = 0.0 if held else 1.0 / total
     found = Row(push * inverse, spin * inverse, x * inverse, y_ * inverse, u * inverse, v * inverse)
     k, more = head, True
@@ -109,6 +111,7 @@ def bind(y: Any, system: Any, acceleration: float) -> tuple[float, float]:
     for head in range(p.ball_count):
         if not leads(p, head):
             continue
+        # the station feels the cluster as one ball with the sum of the rows: R, c and S lose the part of phi''
         own, found = _common(y, p, head, acceleration)
         mine, its = (own.x, own.y, own.u, own.v), (found.x, found.y, found.u, found.v)
         at = p.balls[head].station * each
@@ -135,6 +138,7 @@ def bind_planar(y: Any, system: Any) -> tuple[float, float, float, float, float,
         _, found = _common(y, p, head, 0.0)
         k, more = head, True
         while more:
+            # each ball with its own row times the common phi''
             its = p.ties[k]
             xx += its.x * found.x
             xy += its.x * found.y
@@ -283,6 +287,8 @@ def _held(system: Any, head: int, last: int) -> None:
     k, more = head, True
     while more:
         its, ball, pair = p.ties[k], p.balls[k], p.contacts[k]
+        # what a ball may pass on: between what it must, and what adherence lets it take against it; what the neighbor
+        # presses it on the wall adds to the grip on both sides
         held, more = capacity(p, k), k != last
         grip = ROUNDING * ball.adherence * ball.orbit * (1.0 - ball.pulls)
         out = pair.out if more else 0.0
@@ -292,6 +298,7 @@ def _held(system: Any, head: int, last: int) -> None:
         pushed += its.rest
         kept += held
         k = pair.next
+    # the row rests if each interval is not empty and its free end need not press
     end = p.ties[last]
     end.press = 0.0
     if end.joined == 2:  # all around the race: only the whole ring can move
@@ -320,6 +327,7 @@ def _pressed(y: Any, p: System, head: int) -> bool:
             p.guided[k].normal += its.press * at.out
             p.guided[j].normal += its.press * at.out_next
         k = j
+    # rolling resistance was taken with the sign of the known part of the normal force; was that right?
     k, more = head, True
     while more:
         ball, moving = p.balls[k], p.guided[k]

@@ -28,11 +28,13 @@ from autobalancer.kernels.balls.guided import (
     circle,
     known_acceleration,
     normal,
+    on_circle,
     row,
     rubbed,
     rubbing_arm,
     share,
     solved,
+    steady_inertia,
     tilting_row,
     tilting_share,
     wavy,
@@ -72,7 +74,7 @@ def station_nodes(time: float, step: float, system: Any, amplitudes: Any) -> Non
         keep(found, 0, 2, b, p, a)
         keep_bound(its, 2, b, p, a)
         torque += part.torque - its.spin * found.push
-        inertia += part.inertia - its.spin * found.spin
+        inertia += part.inertia + steady_inertia(p.balls[b]) - its.spin * found.spin
     finish(motion, torque, inertia, p, a)
 
 
@@ -92,7 +94,7 @@ def tilting_station_nodes(time: float, step: float, system: Any, amplitudes: Any
         keep(found, 0, 4, b, p, a)
         keep_bound(its, 4, b, p, a)
         torque += part.torque - its.spin * found.push
-        inertia += part.inertia - its.spin * found.spin
+        inertia += part.inertia + steady_inertia(ball) - its.spin * found.spin
     finish(motion, torque, inertia, p, a)
 
 
@@ -147,10 +149,9 @@ def _flat(b: int, motion: Motion, p: Any, a: Any) -> tuple[Path, Row, Share]:
     ex = motion.cosine * ball.center_x - motion.sine * ball.center_y
     ey = motion.sine * ball.center_x + motion.cosine * ball.center_y
     path = circle(ball.orbit, ex, ey, nx, ny)
-    known = known_acceleration(path, motion.speed, rate)
-    set_rate(1 + b, ball.viscous * path.length * path.length / ball.inertia, a)
-    its = row(ball, path, motion, rate, rate * (ball.viscous * path.length), 0.0)
-    return path, its, share(ball, path, motion, known, rate)
+    set_rate(1 + b, ball.drag / ball.inertia, a)
+    its, part = on_circle(ball, ex, ey, nx, ny, motion, rate, 0.0, True)
+    return path, its, part
 
 
 @njit(**MERGED)
@@ -231,6 +232,7 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
     p, a = deref(system_at(system)), deref(amplitudes_at(amplitudes))
     motion, torque, inertia = begin(time, step, False, p, a)
     for b in range(a.balls):
+        # the path at the nodes, with its waves
         ball, moving, rate = p.balls[b], p.guided[b], rate_at_nodes(b, a)
         s, c = sine_cosine_of_lanes(load(data(a.values), (2 * a.modes + 2 + b) * NODES))
         radius, first, second = _orbit(p.waves, ball, c, s)
@@ -238,12 +240,14 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
         ex = motion.cosine * ball.center_x - motion.sine * ball.center_y
         ey = motion.sine * ball.center_x + motion.cosine * ball.center_y
         path = wavy(radius, first, second, ex, ey, nx, ny)
+        # row, share and normal force; friction with the sign of the known part of the force
         known = known_acceleration(path, motion.speed, rate)
         drag = _drag(time, step, path.length, rate, b, p, a)
         its = row(ball, path, motion, rate, drag, 0.0)
         part = share(ball, path, motion, known, rate)
         force = normal(ball.mass, path, motion, known, 0.0)
         felt = rubbed(its, force, rubbing_arm(ball, path, moving.mode, force.push))
+        # a ball at rest, or one in a cluster, has no phi'' of its own
         inverse = 1.0 / (path.length * path.length * ball.stretch)
         if moving.mode == 0.0 or moving.bound != 0:
             inverse = all_lanes(0.0)
@@ -251,6 +255,7 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
         load_station(b, motion, path, its, part, found, p, a)
         keep(found, 0, 2, b, p, a)
         _keep(b, path.length, its, force, p, a)
+        # how fast drag lets a difference of speed die out, at the end of the step, for the iteration
         slope = lane(drag, NODES - 1) / (lane(path.length, NODES - 1) * lane(rate, NODES - 1) * ball.stretch)
         set_rate(1 + b, slope if moving.mode != 0.0 else 0.0, a)
         torque += part.torque - its.spin * found.push
@@ -312,11 +317,13 @@ def open_and_rolling(step: float, system: Any, amplitudes: Any) -> float:
     for b in range(a.balls):
         ball, mode, start = p.balls[b], p.guided[b].mode, a.origin[BALLS + a.balls + b]
         if ball.rolling > 0.0 or ball.adherence > 0.0:
+            # normal force and what must hold the ball, from its rows and the accelerations at the nodes
             place = kept_at(b, p)
             store(left(NORMAL, 2, b, p, a), work, 0)
             store(left(OWN, 2, b, p, a), work, NODES)
             if mode * start < 0.0 or (mode == 0.0 and start != 0.0):
                 until = 0.0
+            # up to the first node where it neither rests nor rolls as it was taken to
             for i in range(NODES):
                 force, known = work[i], kept[place + NORMAL * NODES + i]
                 pressed = max(force, -ball.pulls * force)

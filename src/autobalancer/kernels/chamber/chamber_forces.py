@@ -411,6 +411,7 @@ def _meet_walls(chamber, i, s, axis):
     """Contacts of cylinder ``i`` with the walls of its chamber; answers which it touches."""
     ball = row(chamber.balls, i)
     room = row(chamber.rooms, ball.chamber)
+    # the race, from inside
     out = sqrt(dot(s.radial, s.radial))
     normal = times(1.0 / max(out, TINY), s.radial)
     depth, touches = out + ball.radius - room.wall_radius, 0
@@ -418,12 +419,14 @@ def _meet_walls(chamber, i, s, axis):
         _begins(chamber, ball, RACE, normal, s)
         _at_side(chamber, ball, s, axis, normal, depth, ball.race_stiffness)
         touches = 1
+    # the inner wall, from outside
     depth = room.inner_radius + ball.radius - out
     if depth > 0.0:
         normal = times(-1.0, normal)
         _begins(chamber, ball, INNER, normal, s)
         _at_side(chamber, ball, s, axis, normal, depth, ball.inner_stiffness)
         touches += 8
+    # the flat walls at both ends
     for wall in range(AHEAD, BEHIND + 1):
         sign = 1.0 if wall == AHEAD else -1.0
         depth = sign * s.axial + ball.half_length - room.half_depth
@@ -442,15 +445,19 @@ def cylinders_at_walls(chamber, axis):
     for i in range(chamber.balls.shape[0]):
         ball = row(chamber.balls, i)
         room = row(chamber.rooms, ball.chamber)
+        # weight, then where the cylinder is in its chamber and how it moves there
         put(ball.force, times(ball.mass, gravity))
         put(ball.moment, (0.0, 0.0, 0.0))
         s = sight(f, room.center, three(ball.position), three(ball.velocity), three(ball.spin))
+        # contacts with walls; what began and ended is counted
         change_walls(chamber, i, _meet_walls(chamber, i, s, axis))
+        # drag of the fluid, which the chamber feels too
         if room.drag != 0.0 or room.square_drag != 0.0:
             force, lost = drag(room.drag, room.square_drag, s.rate)
             add(ball.force, force)
             push_back(body, force, cross(s.arm, force), axis)
             chamber.power.drag += lost
+        # the rotor tilts the spin of the cylinder: its gyroscopic moment is borne by the rotor
         spun = ball.inertia * ball.spin[0]
         body.contact_moment[1] -= spun * body.rate[TURN_Z]
         body.contact_moment[2] += spun * body.rate[TURN_Y]
@@ -463,6 +470,7 @@ def cylinders_together(chamber, axis):
     first, second, touching = pairs.first, pairs.second, pairs.touching
     for k in range(chamber.progress.pairs):
         one, two = row(chamber.balls, first[k]), row(chamber.balls, second[k])
+        # the overlap across the axis and along it; most pairs end here
         line = minus(three(two.position), three(one.position))
         along = dot(line, axis)
         over = one.half_length + two.half_length - abs(along)
@@ -480,6 +488,7 @@ def cylinders_together(chamber, axis):
             note_impact(
                 chamber.since, times(along, axis) if ends else radial, rate, one.inverse_mass + two.inverse_mass
             )
+        # spins as the rotor sees them
         turning = dot(f.turn, axis)
         _meet(chamber, one, two, axis, along, radial, rate, one.spin[0] - turning, two.spin[0] - turning)
 
@@ -487,6 +496,7 @@ def cylinders_together(chamber, axis):
 @njit(**APART)
 def _meet(chamber, one, two, axis, along, radial, rate, spin, other):
     """Two cylinders that overlap; ``rate`` and spins as the rotor sees them."""
+    # the overlaps p across and q along, no deeper than the smaller cylinder
     run, contact, body = chamber.run, chamber.contact, chamber.body
     kinds, friction = chamber.pair_stiffness.shape[0], chamber.contact.ball_friction
     modulus = data(chamber.pair_stiffness)[one.kind * kinds + two.kind]
@@ -501,8 +511,10 @@ def _meet(chamber, one, two, axis, along, radial, rate, spin, other):
     part = 0.5 * LINE * modulus * modulus * deep * wide / ((stiff + firm) * (stiff + firm))
     by_p = part * wide * (stiff + 2.0 * firm) if p < flat else 0.0
     by_q = part * deep * (2.0 * stiff + firm) if q < flush else 0.0
+    # the force is the gradient of V: its size, how fast the overlap grows along it, and damping by that
     load = sqrt(by_p * by_p + by_q * by_q)
     approach = (by_p * dot(rate, normal) + by_q * sign * dot(rate, axis)) / max(load, TINY)
+    # one normal force, shared by side and end as the slopes of V are
     press = pressed(run, contact, load, part * deep * wide * (stiff + firm), approach, lightness)
     share = press.normal / max(load, TINY)
     at_side, at_end = share * by_p, share * by_q

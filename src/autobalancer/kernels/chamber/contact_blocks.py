@@ -164,6 +164,7 @@ def walls(chamber, axis):
     for i in range(chamber.balls.shape[0]):
         ball = row(chamber.balls, i)
         room = row(chamber.rooms, ball.chamber)
+        # weight, then the contacts with walls of the chamber into the block
         put(ball.force, times(ball.mass, gravity))
         put(ball.moment, (0.0, 0.0, 0.0))
         s = sight(f, room.center, three(ball.position), three(ball.velocity), three(ball.spin))
@@ -174,6 +175,7 @@ def walls(chamber, axis):
             add(ball.force, force)
             push_back(body, force, cross(s.arm, force), axis)
             chamber.power.drag += lost
+        # a full block is evaluated at once, in the vector registers
         if filled > BLOCK - WALLS:
             act(chamber, filled, axis)
             filled = 0
@@ -191,6 +193,7 @@ def near_pairs(chamber, filled, axis):
     for p in range(chamber.progress.pairs):
         i, j = first[p], second[p]
         one, two = row(chamber.balls, i), row(chamber.balls, j)
+        # pairs that are apart end what they remember
         line = minus(three(two.position), three(one.position))
         r1, r2 = one.radius, two.radius
         both = r1 + r2
@@ -199,11 +202,13 @@ def near_pairs(chamber, filled, axis):
                 touching[p] = 0
                 put(pairs.stretch[p], (0.0, 0.0, 0.0))
             continue
+        # a contact that begins is noted with its speed
         if touching[p] == 0:
             touching[p] = 1
             chamber.since.contacts_ball += 1
             rate = minus(three(one.velocity), three(two.velocity))
             note_impact(chamber.since, line, rate, one.inverse_mass + two.inverse_mass)
+        # all that the laws need of this contact, into the next place of the block
         spin, other = three(one.spin), three(two.spin)
         meeting = Meeting(
             line, both, -1.0, table[one.kind * kinds + two.kind], one.inverse_mass + two.inverse_mass, min(r1, r2),

@@ -84,11 +84,13 @@ def rebuild(chamber):
     Springs of pairs that stay are kept.
     """
     n = chamber.balls.shape[0]
+    # where all balls were when pairs were listed, to know when the list grows old
     for i in range(n):
         put(chamber.pairs.listed[i], minus(three(row(chamber.balls, i).position), three(chamber.body.place)))
     _remember(chamber)
     chamber.progress.pairs = 0
     chamber.progress.rebuilds += 1
+    # few balls: all pairs are tried
     if n <= DIRECT:
         for i in range(n):
             for j in range(i + 1, n):
@@ -102,6 +104,7 @@ def _remember(chamber):
     """Sort the pairs of before by their first ball, so that they are found again."""
     pairs, search, used = chamber.pairs, chamber.scratch.search, chamber.progress.pairs
     n, first = chamber.balls.shape[0], pairs.first
+    # sorting by counting: how many pairs each ball leads, then where its own begin
     for i in range(n + 1):
         search.old_row[i] = 0
     for k in range(used):
@@ -109,6 +112,7 @@ def _remember(chamber):
     for i in range(n):
         search.old_row[i + 1] += search.old_row[i]
         search.places[i] = search.old_row[i]
+    # each pair to its place, with the stretch of its friction springs
     for k in range(used):
         o = search.places[first[k]]
         search.places[first[k]] = o + 1
@@ -190,6 +194,7 @@ def follow(chamber, way, times, ahead):
 def moved(chamber):
     """The farthest that a ball is from where it was listed, after the turn of all balls about the rotor that fits best."""
     balls, listed, middle = chamber.balls, chamber.pairs.listed, three(chamber.body.place)
+    # the turn about the axis that fits best, so that balls which only ride along count as at rest
     along = across = 0.0
     for i in range(balls.shape[0]):
         _, y, z = minus(three(row(balls, i).position), middle)
@@ -197,6 +202,7 @@ def moved(chamber):
         across += listed[i, 1] * z - listed[i, 2] * y
     size = sqrt(along * along + across * across)
     c, s = (along / size, across / size) if size > 0.0 else (1.0, 0.0)
+    # what is left of each way when this turn is taken out
     most = 0.0
     for i in range(balls.shape[0]):
         u, v = listed[i, 1], listed[i, 2]
@@ -252,6 +258,7 @@ def _greatest_tilting(balls):
 @njit(void(CHAMBER, types.float64, SAMPLE.row_type, MOTION.rows_type()), **COMPILED)
 def note_sample(chamber, every, sample, balls):
     """One sample: the body, means of reactions, counts; places of the balls in their chambers, velocities, spins."""
+    # the body as it is
     body, since = chamber.body, chamber.since
     middle = three(body.place)
     turn = body.place[TURN_X], body.place[TURN_Y], body.place[TURN_Z]
@@ -260,11 +267,13 @@ def note_sample(chamber, every, sample, balls):
     put(sample.body_rotation, turn)
     for i in range(THETA):
         sample.body_rate[i] = body.rate[i]
+    # reactions as means since the last sample; the sums begin anew
     for i in range(3):
         sample.bearing_force[0, i], sample.bearing_force[1, i] = since.bearing_1[i] / every, since.bearing_2[i] / every
         sample.constraint_force[i] = since.constraint[i] / every
         sample.constraint_moment[i] = since.constraint[3 + i] / every
         since.bearing_1[i] = since.bearing_2[i] = since.constraint[i] = since.constraint[3 + i] = 0.0
+    # counts and greatest values since the last sample, which begin anew too
     sample.motor_torque, sample.energy_contact = body.torque, chamber.power.stored
     sample.contacts_ball, sample.contacts_wall = since.contacts_ball, since.contacts_wall
     sample.greatest_contact_force = since.greatest_force
@@ -275,6 +284,7 @@ def note_sample(chamber, every, sample, balls):
     _copy_account(chamber.account, sample)
     if chamber.contact.cylinders != 0:
         sample.tilting = _greatest_tilting(chamber.balls)
+    # balls in their chamber: place against the middle of the rotor, its tilt taken out to first order
     for i in range(chamber.balls.shape[0]):
         ball, kept = row(chamber.balls, i), row(balls, i)
         arm = minus(three(ball.position), middle)
@@ -433,21 +443,25 @@ def runge_kutta(chamber, samples):
     kept = 0
     for _ in range(samples.rows.shape[0] * samples.every):
         now = progress.steps * h
+        # the state at the begin; pairs are listed again if balls may go too far in this step
         way = h * sqrt(_begin_balls(chamber.balls, scratch.begun, scratch.gone))
         _begin_body(body, scratch.body_begun, scratch.body_gone)
         follow(chamber, way, 3.0, way)
         if progress.trouble != 0:
             return
+        # four slopes at t, t + h/2, t + h/2, t + h with the weights 1, 2, 2, 1 over 6
         for stage in range(4):
             ahead = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
             then = 0.0 if stage == 3 else (h if stage == 2 else 0.5 * h)
             weight = (h / 6.0) if stage in (0, 3) else (h / 3.0)
+            # a speed that is prescribed is put in at every stage
             prescribed = 0.0
             if not driven:
                 body.rate[THETA], prescribed = speed_at(chamber, now + ahead)
             forces(chamber, prescribed)
             _go_balls(chamber.balls, scratch.begun, scratch.gone, then, weight)
             _go_body(body, scratch.body_begun, scratch.body_gone, then, weight)
+            # energy goes by the same weights, so the balance is as exact as the motion
             add_work(chamber.account, chamber.power, weight)
             add_reactions(chamber.since, body, weight / h)
         _end(chamber)
@@ -574,6 +588,7 @@ def verlet(chamber, samples, fading):
     driven = chamber.machine.driven != 0
     kept = 0
     for _ in range(samples.rows.shape[0] * samples.every):
+        # drift to the end of the step with the velocities foreseen there
         speed = prescribed = 0.0
         if not driven:
             speed, prescribed = speed_at(chamber, (progress.steps + 1) * h)
@@ -581,14 +596,17 @@ def verlet(chamber, samples, fading):
         if not driven:
             body.rate[THETA] = speed
         fastest = _drift_balls(chamber.balls, h)
+        # pairs are listed again when the fastest ball has gone half the margin
         follow(chamber, h * sqrt(fastest), 2.0, 0.0)
         if progress.trouble != 0:
             return
+        # one evaluation, then the velocities foreseen are corrected by half the change of the accelerations
         forces(chamber, prescribed)
         jolt = _kick_body(chamber.machine, body, h)
         if not driven:
             body.rate[THETA] = speed
         jolt = _kick_balls(chamber.balls, h, jolt)
+        # account of energy, reactions, and a sample if one is due
         book(chamber, jolt)
         add_reactions(chamber.since, body, 1.0)
         before = kept

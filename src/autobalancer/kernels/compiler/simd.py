@@ -16,6 +16,8 @@ array of NumPy.
     2 to the power of each lane, which must be an integer between -1022 and 1023.
 ``greater(one, other)``
     The greater of two, lane by lane; ``other`` where one of them is not a number.
+``full_like(value, number)``
+    The number in as many lanes as the value has; itself where that is a plain number.
 ``total(value)``, ``greatest(value)``, ``lane(value, i)``
     The sum of all lanes, the greatest one (not a number if any is), and lane i.
 """
@@ -241,6 +243,13 @@ def _greater(typing_context: Any, one: Any, other: Any) -> Any:
     return one(one, one), generate
 
 
+def _full_like(typing_context: Any, value: Any, number: Any) -> Any:
+    def generate(context: Any, builder: Any, its: Any, arguments: Any) -> Any:
+        return _spread(builder, arguments[1], value.lanes) if isinstance(value, Vector) else arguments[1]
+
+    return value(value, types.float64), generate
+
+
 def _reduced(combine: Any) -> Any:
     def typed(typing_context: Any, value: Any) -> Any:
         def generate(context: Any, builder: Any, its: Any, arguments: Any) -> Any:
@@ -279,18 +288,20 @@ root: Any
 amount: Any
 power_of_two: Any
 greater: Any
+full_like: Any
 total: Any
 greatest: Any
 lane: Any
 if INTERPRETED:
     store, select, rounded, root, amount, greater = _stored, np.where, np.rint, np.sqrt, np.abs, np.maximum
-    power_of_two = np.exp2
+    power_of_two, full_like = np.exp2, np.full_like
     total, greatest, lane = np.sum, np.max, lambda value, number: value[number]
 else:
     store, select, greater, lane = intrinsic(_store), intrinsic(_select), intrinsic(_greater), intrinsic(_lane)
     rounded, root, amount = (intrinsic(_called(name, 1)) for name in ("rint", "sqrt", "fabs"))
     total = intrinsic(_reduced(lambda builder, a, b: builder.fadd(a, b)))
     greatest, power_of_two = intrinsic(_reduced(_larger)), intrinsic(_power_of_two)
+    full_like = intrinsic(_full_like)
 load, all_lanes = reading(NODES)
 
 

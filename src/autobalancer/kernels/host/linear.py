@@ -20,7 +20,7 @@ from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import LANES, add_product, lanes, put
 from autobalancer.kernels.host.shaft_train import drive_value, motor_torque, unbalance_value
 from autobalancer.kernels.records import PRESCRIBED
-from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, X, Y, system_at
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, System, X, Y, system_at
 from autobalancer.kernels.trigonometry import sine_cosine
 
 
@@ -45,6 +45,32 @@ def dot(one, i: int, other, j: int, count: int) -> float:  # type: ignore[no-unt
     return total
 
 
+@njit(**INLINE)
+def motion_of(time: float, y: Any, p: System) -> Motion:
+    """The motion of the rotor at an instant, and the torque on it without its balls."""
+    speed, acceleration = y[SPEED], 0.0
+    drive, drive_rate = drive_value(time, p.drive)
+    free = p.drive.kind != PRESCRIBED
+    if not free:
+        speed, acceleration = drive, drive_rate
+    # axes of the frame: rotor-fixed vectors appear turned into them, space-fixed ones turned back
+    gx, gy = p.gravity_x, p.gravity_y
+    turn_sin, turn_cos = 0.0, 1.0
+    if p.rotating != 1:
+        turn_sin, turn_cos = sine_cosine(y[THETA])
+    elif gx != 0.0 or gy != 0.0:
+        s, c = sine_cosine(y[THETA])
+        gx, gy = c * gx + s * gy, c * gy - s * gx
+    # the torque matters only where the speed is free: motor, and weight of the unbalance
+    torque = 0.0
+    if free:
+        ux, uy = unbalance_value(time, p.drive)
+        torque = (turn_cos * ux - turn_sin * uy) * gy - (turn_sin * ux + turn_cos * uy) * gx
+        if p.drive.linked == 0:
+            torque += motor_torque(drive, speed, p.drive)
+    return Motion(speed, acceleration, turn_sin, turn_cos, gx, gy, torque)
+
+
 @njit(**EQUATIONS_PART)
 def solve_free(time: float, y: Any, system: Any) -> Motion:
     """The rotor without its balls: fill f and g, and the stations' zeros."""
@@ -53,25 +79,15 @@ def solve_free(time: float, y: Any, system: Any) -> Motion:
     size, width, table = h.size, h.width, h.speeds.shape[0]
     q, v, loads, speeds = data(w.q), data(w.v), data(h.loads), data(h.speeds)
     damping, stiffness, gyroscopic = data(h.damping), data(h.stiffness), data(h.gyroscopic)
-    free = p.drive.kind != PRESCRIBED
-    speed, acceleration = y[SPEED], 0.0
-    drive, drive_rate = drive_value(time, p.drive)
-    if not free:
-        speed, acceleration = drive, drive_rate
-
-    gx, gy = p.gravity_x, p.gravity_y
-    turn_sin, turn_cos = 0.0, 1.0
-    if p.rotating != 1:
-        turn_sin, turn_cos = sine_cosine(y[THETA])
-    elif gx != 0.0 or gy != 0.0:
-        s, c = sine_cosine(y[THETA])
-        gx, gy = c * gx + s * gy, c * gy - s * gx
+    motion, free = motion_of(time, y, p), p.drive.kind != PRESCRIBED
+    speed, acceleration, turn_sin, turn_cos = motion.speed, motion.acceleration, motion.sine, motion.cosine
 
     # the rotor by itself: q'' = f - w' g
     rest = BALLS + 2 * p.ball_count
     q[0], q[1], v[0], v[1] = y[X], y[Y], y[VX], y[VY]
     for i in range(2, size):
         q[i], v[i] = y[rest + i - 2], y[rest + size - 4 + i]
+    # matrices over the speed: the row of the table below it, and the share of the next one
     square, turning = width * width, speed * speed
     row, share = 0, 0.0
     if table > 1:
@@ -80,10 +96,11 @@ def solve_free(time: float, y: Any, system: Any) -> Motion:
             row += 1
         share = (amount - speeds[row]) / (speeds[row + 1] - speeds[row])
     near = row * square
-    # Re(u e^(i theta)) w^2 and its derivative with respect to theta
+    # unbalance: Re(u e^(i theta)) w^2 and its derivative with respect to theta, u as it has become since the segment began
     segment = p.drive.segments[p.drive.now[0]]
     load, since = 8 * width * p.drive.now[0], time - segment.start
     real, imaginary = turning * turn_cos + acceleration * turn_sin, acceleration * turn_cos - turning * turn_sin
+    # eight coordinates at once: unbalance, then all that q and q' pull by stiffness, damping and gyroscopic effect
     for i in range(0, width, LANES):
         force = lanes()
         add_product(force, real, loads, load + i)
@@ -103,7 +120,6 @@ def solve_free(time: float, y: Any, system: Any) -> Motion:
             add_product(force, imaginary * since, loads, load + 5 * width + i)
         put(force, data(w.f), i)
     # the column of w', and the torque on the rotor, where its speed is free
-    torque = 0.0
     if free:
         for i in range(0, width, LANES):
             arm, own_arm = lanes(), lanes()
@@ -120,10 +136,6 @@ def solve_free(time: float, y: Any, system: Any) -> Motion:
                 add_product(own_arm, q[j], data(h.spin), j * width + i)
             put(arm, data(w.g), i)
             put(own_arm, data(w.own_g), i)
-        ux, uy = unbalance_value(time, p.drive)
-        torque = (turn_cos * ux - turn_sin * uy) * gy - (turn_sin * ux + turn_cos * uy) * gx
-        if p.drive.linked == 0:
-            torque += motor_torque(drive, speed, p.drive)
 
     # room for the balls, which come next
     push, arms, turns, inert = data(w.push), data(w.arm), data(w.turn), data(w.inert)
@@ -131,7 +143,7 @@ def solve_free(time: float, y: Any, system: Any) -> Motion:
         push[i], arms[i], turns[i] = 0.0, 0.0, 0.0
     for i in range(w.inert.size):
         inert[i] = 0.0
-    return Motion(speed, acceleration, turn_sin, turn_cos, gx, gy, torque)
+    return motion
 
 
 @njit(**EQUATIONS_PART)
@@ -220,6 +232,7 @@ def write_rotor(y: Any, dy: Any, system: Any, speed: float, acceleration: float)
 def solve_two(left, one, two, size):  # type: ignore[no-untyped-def]
     """Gauss elimination with the greatest pivot; ``left`` by rows, answers in place of both right-hand sides."""
     for k in range(size):
+        # exchange rows so that the greatest number is divided by
         pivot = k
         for i in range(k + 1, size):
             if abs(left[i * size + k]) > abs(left[pivot * size + k]):
@@ -229,6 +242,7 @@ def solve_two(left, one, two, size):  # type: ignore[no-untyped-def]
                 left[k * size + j], left[pivot * size + j] = left[pivot * size + j], left[k * size + j]
             one[k], one[pivot] = one[pivot], one[k]
             two[k], two[pivot] = two[pivot], two[k]
+        # clear the column below
         inverse = 1.0 / left[k * size + k]
         for i in range(k + 1, size):
             factor = left[i * size + k] * inverse
@@ -236,6 +250,7 @@ def solve_two(left, one, two, size):  # type: ignore[no-untyped-def]
                 left[i * size + j] -= factor * left[k * size + j]
             one[i] -= factor * one[k]
             two[i] -= factor * two[k]
+    # back substitution for both right-hand sides
     for k in range(size - 1, -1, -1):
         for j in range(k + 1, size):
             one[k] -= left[k * size + j] * one[j]

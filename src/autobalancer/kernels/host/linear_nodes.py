@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from autobalancer.kernels.balls.planar_nodes import drive_at_nodes, torque_at_nodes
+from autobalancer.kernels.balls.planar_nodes import motion_at_nodes, unbalance_at_nodes
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import MERGED
 from autobalancer.kernels.compiler.numba_struct import data
@@ -57,20 +57,8 @@ def solve_free_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any)
     h, numbers, values = p.host, data(a.numbers), data(a.values)
     size, width, rank, room = h.size, h.width, 2 * a.modes, ROOM
     loads, row = data(h.loads), NODES * size
-    profile, profile_rate = drive_at_nodes(time, step, p, a)
-    speed, acceleration = load(values, rank * NODES), all_lanes(0.0)
-    free = p.drive.kind != PRESCRIBED
-    if not free:
-        speed, acceleration = profile, profile_rate
-
-    # gravity turns in the axes of the rotor
-    gx, gy = all_lanes(p.gravity_x), all_lanes(p.gravity_y)
-    turn_sin, turn_cos = all_lanes(0.0), all_lanes(1.0)
-    if p.rotating != 1:
-        turn_sin, turn_cos = sine_cosine_of_lanes(load(values, (rank + 1) * NODES))
-    elif p.gravity_x != 0.0 or p.gravity_y != 0.0:
-        s, c = sine_cosine_of_lanes(load(values, (rank + 1) * NODES))
-        gx, gy = c * p.gravity_x + s * p.gravity_y, c * p.gravity_y - s * p.gravity_x
+    motion, free = motion_at_nodes(time, step, p, a), p.drive.kind != PRESCRIBED
+    speed, acceleration, turn_sin, turn_cos = motion.speed, motion.acceleration, motion.sine, motion.cosine
 
     # the modes do the linear motion by themselves; only what drives them is a force
     segment = p.drive.segments[p.drive.now[0]]
@@ -99,7 +87,6 @@ def solve_free_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any)
     if gyrates:
         _gyrate(speed - bases[basis + OF_SPEED], acceleration * 0.5, p, a)
     # the column of w', and the torque on the rotor, where its speed is free
-    torque = all_lanes(0.0)
     if free:
         for i in range(size):
             arm = -turn_sin * (loads[its + i] + since * loads[its + 4 * width + i])
@@ -114,14 +101,10 @@ def solve_free_at_nodes(time: float, step: float, tilting: bool, p: Any, a: Any)
                     own += q * spin[j * width + i]
             store(arm, numbers, room + G * row + i * NODES)
             store(own, numbers, room + OWN_G * row + i * NODES)
-        ux = since * segment.unbalance_rate_x + segment.unbalance_x
-        uy = since * segment.unbalance_rate_y + segment.unbalance_y
-        torque = (turn_cos * ux - turn_sin * uy) * gy - (turn_sin * ux + turn_cos * uy) * gx
-        torque += torque_at_nodes(profile, speed, p, a)
     stations = p.work.push.shape[0]
     for i in range(stations * (3 + p.work.inert.shape[1])):
         store(all_lanes(0.0), numbers, room + PARTS * row + i * NODES)
-    return Motion(speed, acceleration, turn_sin, turn_cos, gx, gy, torque)
+    return motion
 
 
 @njit(**MERGED)
@@ -213,6 +196,7 @@ def solve_coupled_at_nodes(acceleration: Any, torque: Any, inertia: Any, p: Any,
 def _solve(numbers: Any, left: int, one: int, two: int, size: int, both: bool) -> None:
     """Gauss elimination with one or both right-hand sides, without a search for pivots: what balls add to 1 is small."""
     for k in range(size):
+        # clear the column below; the inverse of the pivot is kept in its place
         inverse = 1.0 / load(numbers, left + (k * size + k) * NODES)
         store(inverse, numbers, left + (k * size + k) * NODES)
         for i in range(k + 1, size):
@@ -225,6 +209,7 @@ def _solve(numbers: Any, left: int, one: int, two: int, size: int, both: bool) -
                 store(
                     load(numbers, two + i * NODES) - factor * load(numbers, two + k * NODES), numbers, two + i * NODES
                 )
+    # back substitution
     for k in range(size - 1, -1, -1):
         inverse = load(numbers, left + (k * size + k) * NODES)
         first, second = load(numbers, one + k * NODES), load(numbers, two + k * NODES)
@@ -250,9 +235,11 @@ def write_forces(speed: Any, acceleration: Any, p: Any, a: Any) -> None:
     )
     size, rank, room, basis = p.host.size, 2 * a.modes, ROOM, basis_at(a)
     frozen, drift = a.held[FROZEN], basis + OF_EXPONENTS + rank
+    # the modes are those of the basis, corrected to first order for the frozen speed; the rest is a force
     shift = frozen - bases[basis + OF_SPEED]
     ahead = speed - frozen if p.rotating == 1 else all_lanes(0.0)
     f = room + F * NODES * size
+    # forces in modes, less the drift already in the exponent, less the turning of the axes ahead of the frozen speed
     for mode in range(a.modes):
         real, imaginary = load(values, 2 * mode * NODES), load(values, (2 * mode + 1) * NODES)
         gain, turn = shift * bases[drift + 2 * mode], shift * bases[drift + 2 * mode + 1]
@@ -312,7 +299,7 @@ def _harden(p: Any, a: Any) -> None:
 @njit(**MERGED)
 def _shaken(time: float, step: float, motion: Motion, p: Any, a: Any) -> Motion:
     """Motion of the base, and forces on the rotor, kernels/host/external_forces.py."""
-    segment, passed = p.drive.segments[p.drive.now[0]], load(data(a.radau.nodes), 0) * step
+    passed = load(data(a.radau.nodes), 0) * step
     gx, gy, torque = motion.gravity_x, motion.gravity_y, motion.torque
     for e in range(p.shakes.shape[0]):
         shake = p.shakes[e]
@@ -324,9 +311,7 @@ def _shaken(time: float, step: float, motion: Motion, p: Any, a: Any) -> Motion:
             gx -= along_x
             gy -= along_y
             if p.drive.kind != PRESCRIBED:
-                since = passed + (time - segment.start)
-                ux = since * segment.unbalance_rate_x + segment.unbalance_x
-                uy = since * segment.unbalance_rate_y + segment.unbalance_y
+                ux, uy = unbalance_at_nodes(time, step, p, a)
                 torque += (motion.sine * ux + motion.cosine * uy) * along_x
                 torque -= (motion.cosine * ux - motion.sine * uy) * along_y
     return Motion(motion.speed, motion.acceleration, motion.sine, motion.cosine, gx, gy, torque)

@@ -70,6 +70,15 @@ def enter_segment(time: float, drive: Drive) -> bool:
     return later
 
 
+@njit(**INLINE)
+def next_corner(end: float, drive: Drive) -> float:
+    """When the segment in force ends, or ``end`` if that is earlier: forces have a jump or a kink there."""
+    following = drive.now[0] + 1
+    if following < drive.segments.shape[0]:
+        return min(end, drive.segments[following].start)
+    return end
+
+
 # Elastic links between rotor and motor: couplings, and the mount of the motor's stator.
 #
 # From the rotor (theta_0, w_0) to the motor (theta_n, w_n), with the twist d_i = theta_i - theta_(i-1) as coordinate,

@@ -62,19 +62,23 @@ def radau() -> Radau:
     """See above."""
     with localcontext() as context:
         context.prec = DIGITS
+        # in decimals of many digits, because iterated integrals and slopes cancel
         nodes = _nodes()
         basis = [_lagrange(nodes, j) for j in range(NODES)]
         with_zero = [Decimal(0), *nodes]
         around = [_lagrange(with_zero, j) for j in range(NODES + 1)]
+        # integrals of the basis at the nodes, iterated as often as the series needs
         integrals, pieces = [], basis
         for _ in range(TERMS):
             pieces = [_integral(one) for one in pieces]
             integrals.append(_table(pieces, nodes))
+        # its derivatives at the nodes and at the begin, for the particular solution
         slopes, starts, pieces = [], [], basis
         for _ in range(NODES):
             slopes.append(_table(pieces, nodes))
             starts.append([_at(one, Decimal(0)) for one in pieces])
             pieces = [_slope(one) for one in pieces]
+        # the estimate of the error: how much of the highest Legendre polynomial the values at the nodes hold
         highest = Decimal(1)  # leading coefficient of the Legendre polynomial of degree seven over the step
         for k in range(1, NODES):
             highest = highest * (2 * (2 * k - 1)) / k
@@ -378,6 +382,7 @@ def _add_powers(matrices: Any, count: int, powers: Any, sums: Any, first: int) -
 def exponentials(mode: int, real: float, imaginary: float, a: Any) -> None:
     """Factors and sums of a mode with z = real + i imaginary; its decay is known."""
     factors, sums, work = data(a.factors), data(a.sums), data(a.work)
+    # e^(z c) at the nodes
     sine, cosine = sine_cosine_of_lanes(load(data(a.radau.nodes), 0) * imaginary)
     size = load(data(a.decays), mode * NODES)
     factor_real, factor_imaginary = size * cosine, size * sine
@@ -462,6 +467,7 @@ def know_rates(step: float, a: Any) -> None:
     if same and a.held[STEP_KNOWN] == step:
         return
     a.held[STEP_KNOWN] = step
+    # balls of one rate share a matrix
     for row in range(1 + a.balls):
         known[row] = step * rates[row]
         if row > 1 and known[row] == known[row - 1]:
@@ -475,6 +481,7 @@ def know_rates(step: float, a: Any) -> None:
 def _damped_rate(step: float, x: float, place: int, a: Any) -> None:
     """h (1 + x A)^-1 A from this place on."""
     matrices, determinant, solvers = data(a.radau.damped), data(a.radau.determinant), data(a.solvers)
+    # determinant and adjoint of 1 + x A as polynomials in x (Horner), so no system is solved; four columns at once
     size = determinant[NODES]
     for q in range(NODES - 1, -1, -1):
         size = size * x + determinant[q]
@@ -544,16 +551,19 @@ def take_basis(amplitudes: Any) -> None:
     a = deref(amplitudes)
     if a.bases.size == 0:
         return
+    # how many bases there are, and between which two the frozen speed is
     size, length, bases, speed = 2 * a.modes, stride(a.modes), data(a.bases), a.held[FROZEN]
     last = (a.bases.size - size * (size + NODES)) // length - 1
     room = (last + 1) * length
     way = 0.0
     if last > 0:
         way = (speed - bases[0]) / (bases[length] - bases[0])
+    # stay in the basis in force unless the next one is clearly nearer, so that steps do not go to and fro
     near = a.held[BASIS]
     if not abs(way - near) <= STAY_IN_BASIS:
         near = float(min(max(int(way + 0.5), 0), last))
     if near != a.held[BASIS]:
+        # another basis: what is known of the last step is written in its amplitudes
         before, known = a.held[FROZEN_BEFORE], a.held[BASIS] >= 0.0
         if known:
             _to_rates(1.0, before, a)
@@ -573,6 +583,7 @@ def take_basis(amplitudes: Any) -> None:
             _changed(data(a.amplitudes_before), room, a)
             _changed(data(a.forces_before), room, a)
             _to_rates(-1.0, before, a)
+    # exponents at the frozen speed; all that was known for the old ones is to be found anew
     for part in range(size):
         a.exponents[part] = _exponent(part, speed, a)
     a.held[LENGTH_KNOWN] = a.held[DECAY_KNOWN] = math.nan

@@ -14,10 +14,10 @@ from typing import Any
 from numba import int64
 
 from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED, MERGED, PART
+from autobalancer.kernels.compiler.flags import COMPILED, INLINE, MERGED, PART
 from autobalancer.kernels.compiler.numba_struct import address, as_void, data, deref
 from autobalancer.kernels.compiler.simd import NODES
-from autobalancer.kernels.host.shaft_train import enter_segment
+from autobalancer.kernels.host.shaft_train import enter_segment, next_corner
 from autobalancer.kernels.integrators.collocation import (
     BEGINS,
     CHUNK,
@@ -77,11 +77,10 @@ from autobalancer.kernels.integrators.recording import Record, asked_for, record
 from autobalancer.kernels.integrators.runge_kutta import (
     EVENT,
     FINISHED,
-    NOT_FINITE,
     RUNNING,
-    STEP_TOO_SMALL,
     advance,
     do_stages,
+    refuse,
     step_error,
 )
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
@@ -95,6 +94,133 @@ RENEW = (
 )
 INSIDE = 1.0 - 1e-12  # of a step that a switch ends
 SMALLEST = 1e-8  # of the error of a step, so that the next one is not longer without limit
+
+
+@njit(**INLINE)
+def _begin_anew(left: float, quick: float, inner: Any, m: Memory, a: Amplitudes) -> None:
+    """Nothing of a step before is known: frozen speed and modes of now, and, if need be, a step of half a radian."""
+    a.held[FROZEN] = m.state[SPEED]
+    take_basis(inner)
+    for row in range(a.rates.size):
+        a.rates[row] = 0.0
+    if m.clock[STEP] == 0.0:
+        m.clock[STEP] = min(0.5 / (abs(m.state[SPEED]) + quick), left)
+
+
+@njit(**INLINE)
+def _next_reach(time: float, stop: float, m: Memory) -> tuple[float, float]:
+    """The step to try, and the time it reaches: never a sliver before a corner at ``stop``."""
+    step, left = min(m.clock[STEP], m.clock[LONGEST]), stop - time
+    reach = time + step
+    if step >= 0.999 * left:
+        reach, step = stop, left
+    elif step > 0.5 * left:  # two equal steps to a corner, not a long one and a short one
+        step = 0.5 * left
+        reach = time + step
+    return step, reach
+
+
+@njit(**INLINE)
+def _renew_frozen_speed(step: float, inner: Any, m: Memory, a: Amplitudes) -> None:
+    """Modes turn about a frozen speed: take that of the middle of the step where the rotor has left it too far behind."""
+    middle = m.state[SPEED]
+    if m.counts[FRESH] == 1:
+        middle += 0.5 * step * a.forces_before[(2 * a.modes + 1) * NODES - 1]
+    if abs(middle - a.held[FROZEN]) * step > RENEW:
+        a.held[FROZEN] = middle
+        take_basis(inner)
+
+
+@njit(**INLINE)
+def _iterate(time, step, nodes, parameters, unknowns, m, a) -> tuple[bool, int]:  # type: ignore[no-untyped-def]
+    """Fixed-point iteration for the values at all nodes; whether it settled, and after how many sweeps.
+
+    It begins with the forces of the last step continued, and ends when the next change would be small enough.
+    """
+    sweeps, found = 0, m.counts[FRESH] == 0
+    if found:
+        stand(a, m)
+        nodes(time, step, parameters, unknowns)
+        sweeps += 1
+    else:
+        go_on(step, a.held[FROZEN] - a.held[FROZEN_BEFORE], a)
+    before, settled, count = math.inf, False, 0
+    while count < MOST_SWEEPS:
+        change = sweep(found, step, a, m)
+        count += 1
+        if count > 1:
+            # it diverges, or its error, about change * shrink / (1 - shrink), is small against the tolerance
+            if not change < math.inf or (count > 2 and change > 2.0 * before):
+                break
+            shrink = min(change / before, 1.0) if count > 2 and before > 0.0 else 0.2
+            if change * shrink < KAPPA:
+                settled = True
+                break
+            before = change
+        nodes(time, step, parameters, unknowns)
+        sweeps, found = sweeps + 1, True
+    a.tallies[SWEEPS] += sweeps
+    m.counts[EVALUATIONS] += NODES * sweeps
+    return settled, count
+
+
+@njit(**INLINE)
+def _write_pieces(time, step, reach, components, changing, rhs, switch, addresses):  # type: ignore[no-untyped-def]
+    """Write out a step where somebody looks into it; returns whether an event ended the run, the fraction taken, the time.
+
+    A step is a few polynomials of lower degree, its pieces. ``changing``: a contact may change in it, and ends it there.
+    """
+    parameters, inner, memory, kept, pair = addresses
+    asked, a, r, m = as_void(pair), deref(inner), deref(kept), deref(memory)
+    n, cut, event = m.state.size, 1.0, False
+    pieces, piece = pieces_needed(step, a), 0
+    length = step / pieces
+    m.clock[TAKEN] = length
+    while piece < pieces and cut == 1.0 and not event:
+        left, right, limit = time + step * piece / pieces, time + step * (piece + 1) / pieces, 1.0
+        if piece == pieces - 1:
+            right = reach
+        # the polynomials of this piece, of so many leading components as are asked for
+        leading = n if changing else asked_for(components, right, r, m)
+        if pieces == 1:
+            write_piece(data(a.values), length, leading, inner, memory)
+        else:
+            values_inside(piece, pieces, step, a, m)
+            write_piece(data(a.inside), length, leading, inner, memory)
+        # a contact that changes in this piece ends the step there
+        if changing:
+            for i in range(n):
+                m.state[i] = a.reached[i]
+            due = switch(DUE, left, rhs, parameters, asked) != 0.0
+            limit = switch(CUT, left, rhs, parameters, asked)
+            if due or limit < 1.0:
+                cut = min((piece + limit) / pieces, INSIDE)
+        # what was asked for in this piece; an event ends the run inside
+        if components >= 0:
+            ended = record(left, right, components, limit, kept, pair)
+            if ended <= 1.0:
+                evaluate(ended, pair, data(m.state))
+                reach, event = left + ended * length, True
+        if not event:
+            if cut < 1.0:
+                evaluate(limit, pair, data(m.state))
+                reach = right if limit == 1.0 else left + limit * length
+            else:
+                for i in range(n):
+                    m.start[i] = a.reached[i]
+        piece += 1
+    return event, cut, reach
+
+
+@njit(**INLINE)
+def _choose_next_step(step: float, error: float, sweeps: int, m: Memory) -> None:
+    """The next step follows from the error, and stays as it is where it would hardly change."""
+    growth = 0.9 * max(error, SMALLEST) ** (-1.0 / NODES)
+    if sweeps >= MOST_SWEEPS - 1:
+        growth = min(growth, 0.9)
+    growth = min(2.0, max(0.3, growth))
+    if growth < 0.95 or growth > 1.2:
+        m.clock[STEP] = step * growth
 
 
 @njit(
@@ -127,82 +253,37 @@ def advance_long(
     n, taken, quick = m.state.size, 0, 0.0
     for mode in range(a.modes):
         quick = max(quick, math.hypot(a.exponents[2 * mode], a.exponents[2 * mode + 1]))
-    segments, now = p.drive.segments, p.drive.now
     while taken < budget:
         # up to the end or the next corner of the drive, where the forces have a jump
         time, end = m.clock[TIME], m.clock[END]
         if time >= end:
             return FINISHED
         anew = enter_segment(time, p.drive)
-        stop = end
-        if now[0] + 1 < segments.shape[0]:
-            stop = min(stop, segments[now[0] + 1].start)
+        stop = next_corner(end, p.drive)
         if anew or m.counts[FRESH] == 0:
             switch(TAKE, time, rhs, parameters, asked)
         if m.counts[FRESH] == 0:
-            a.held[FROZEN] = m.state[SPEED]
-            take_basis(inner)
-            for row in range(a.rates.size):
-                a.rates[row] = 0.0
-            if m.clock[STEP] == 0.0:
-                m.clock[STEP] = min(0.5 / (abs(m.state[SPEED]) + quick), stop - time)
-        step, left = min(m.clock[STEP], m.clock[LONGEST]), stop - time
-        reach = time + step
-        if step >= 0.999 * left:
-            reach, step = stop, left
-        elif step > 0.5 * left:  # two equal steps to a corner, not a long one and a short one
-            step = 0.5 * left
-            reach = time + step
-        # modes turn about a frozen speed: it is renewed where the rotor has left it too far behind
+            _begin_anew(stop - time, quick, inner, m, a)
+        step, reach = _next_reach(time, stop, m)
         m.clock[TAKEN] = step
         for i in range(n):
             m.start[i] = a.origin[i] = m.state[i]
-        middle = m.state[SPEED]
-        if m.counts[FRESH] == 1:
-            middle += 0.5 * step * a.forces_before[(2 * a.modes + 1) * NODES - 1]
-        if abs(middle - a.held[FROZEN]) * step > RENEW:
-            a.held[FROZEN] = middle
-            take_basis(inner)
+        # the values at the nodes of the step
+        _renew_frozen_speed(step, inner, m, a)
         weigh(a, m)
         know_modes(step, a)
-        # fixed-point iteration from the forces of the last step continued; it stops when the next change would be small enough
-        sweeps, found = 0, m.counts[FRESH] == 0
-        if found:
-            stand(a, m)
-            nodes(time, step, parameters, unknowns)
-            sweeps += 1
-        else:
-            go_on(step, a.held[FROZEN] - a.held[FROZEN_BEFORE], a)
-        before, settled, count = math.inf, False, 0
-        while count < MOST_SWEEPS:
-            change = sweep(found, step, a, m)
-            count += 1
-            if count > 1:
-                if not change < math.inf or (count > 2 and change > 2.0 * before):
-                    break
-                shrink = min(change / before, 1.0) if count > 2 and before > 0.0 else 0.2
-                if change * shrink < KAPPA:
-                    settled = True
-                    break
-                before = change
-            nodes(time, step, parameters, unknowns)
-            sweeps, found = sweeps + 1, True
-        a.tallies[SWEEPS] += sweeps
-        m.counts[EVALUATIONS] += NODES * sweeps
+        settled, count = _iterate(time, step, nodes, parameters, unknowns, m, a)
         # refuse a step that did not settle or misses by too much
         error = step_miss(step, a) if settled else math.inf
         if not error <= 1.0:
-            m.counts[REJECTED] += 1
+            shrink = 0.5
             if settled:
-                m.clock[STEP] = step * max(0.2, 0.85 * error ** (-1.0 / NODES))
+                shrink = max(0.2, 0.85 * error ** (-1.0 / NODES))
             else:
                 a.tallies[UNSETTLED] += 1
-                m.clock[STEP] = 0.5 * step
-            if not m.clock[STEP] >= 4e-16 * max(abs(time), 1e-3):
-                for i in range(a.forces.size):
-                    if not math.isfinite(a.forces[i]):
-                        return NOT_FINITE
-                return STEP_TOO_SMALL
+            status = refuse(time, step * shrink, data(a.forces), a.forces.size, m)
+            if status != RUNNING:
+                return status
             continue
         # the equations may hold for a part of the step only; where that is too short, the pair takes over
         until = watch(step, parameters, unknowns)
@@ -212,63 +293,28 @@ def advance_long(
             m.counts[REJECTED] += 1
             m.clock[STEP] = until * step
             continue
-        # the step is taken: its pieces are written out where somebody looks into it
+        # the step is taken
         write_end(a, m)
         a.tallies[LONG_STEPS] += 1
         m.counts[ACCEPTED] += 1
         taken += 1
-        cut, components = 1.0, wanted(time, reach, end, r, m)
+        event, cut, components = False, 1.0, wanted(time, reach, end, r, m)
         if components >= 0 or until == SWITCHES:
-            pieces, piece = pieces_needed(step, a), 0
-            length = step / pieces
-            m.clock[TAKEN] = length
-            while piece < pieces and cut == 1.0:
-                left, right, limit = time + step * piece / pieces, time + step * (piece + 1) / pieces, 1.0
-                if piece == pieces - 1:
-                    right = reach
-                leading = n if until == SWITCHES else asked_for(components, right, r, m)
-                if pieces == 1:
-                    write_piece(data(a.values), length, leading, inner, memory)
-                else:
-                    values_inside(piece, pieces, step, a, m)
-                    write_piece(data(a.inside), length, leading, inner, memory)
-                # a contact that changes in this piece ends the step there
-                if until == SWITCHES:
-                    for i in range(n):
-                        m.state[i] = a.reached[i]
-                    due = switch(DUE, left, rhs, parameters, asked) != 0.0
-                    limit = switch(CUT, left, rhs, parameters, asked)
-                    if due or limit < 1.0:
-                        cut = min((piece + limit) / pieces, INSIDE)
-                if components >= 0:
-                    ended = record(left, right, components, limit, kept, pair)
-                    if ended <= 1.0:
-                        evaluate(ended, pair, data(m.state))
-                        m.clock[TIME] = left + ended * length
-                        m.counts[FRESH] = 0
-                        return EVENT
-                if cut < 1.0:
-                    evaluate(limit, pair, data(m.state))
-                    reach = right if limit == 1.0 else left + limit * length
-                else:
-                    for i in range(n):
-                        m.start[i] = a.reached[i]
-                piece += 1
-        # ready for the next step, whose length follows from the error
+            addresses = parameters, inner, memory, kept, pair
+            event, cut, reach = _write_pieces(time, step, reach, components, until == SWITCHES, rhs, switch, addresses)
+        m.clock[TIME] = reach
+        if event:
+            m.counts[FRESH] = 0
+            return EVENT
+        # ready for the next one
         remember(step, a)
         m.counts[FRESH] = 1
-        m.clock[TIME] = reach
         a.held[BEGINS] = cut
         if cut < 1.0:  # the forces of this step are still a good begin of the next one
             switch(PASS, reach, rhs, parameters, asked)
             switch(TAKE, reach, rhs, parameters, asked)
             continue
-        growth = 0.9 * max(error, SMALLEST) ** (-1.0 / NODES)
-        if count >= MOST_SWEEPS - 1:
-            growth = min(growth, 0.9)
-        growth = min(2.0, max(0.3, growth))
-        if growth < 0.95 or growth > 1.2:
-            m.clock[STEP] = step * growth
+        _choose_next_step(step, error, count, m)
     return FINISHED if m.clock[TIME] >= m.clock[END] else RUNNING
 
 
@@ -347,6 +393,7 @@ def integrate(
     parameters, pair = as_void(address(p)), address((t, m))
     last = m.counts[ACCEPTED] + budget
     while m.counts[ACCEPTED] < last:
+        # while the pair has the word: its steps, until the chunk it was given is used up
         before, left = m.counts[ACCEPTED], last - m.counts[ACCEPTED]
         if a.tallies[EXPLICIT] == 1:
             status = advance(rhs, switch, p, t, r, m, min(left, a.tallies[LEFT]))
@@ -359,10 +406,12 @@ def integrate(
                 a.held[PAIR_STEP] = m.clock[STEP]
                 a.held[SINCE], a.tallies[SWEEPS_THEN] = m.clock[TIME], a.tallies[SWEEPS]
             continue
+        # long steps from here on: note when they began and what they had cost
         if a.tallies[IN_A_ROW] == 0:
             a.held[SINCE], a.tallies[SWEEPS_THEN] = m.clock[TIME], a.tallies[SWEEPS]
             if not a.held[PAIR_STEP] > 0.0:
                 a.held[PAIR_STEP] = 1.0 / (abs(m.state[SPEED]) + math.hypot(a.exponents[0], a.exponents[1]))
+        # a batch of long steps, then a look at what the pair would do
         status = advance_long(
             rhs, switch, nodes, watch, p, powers, r, long, a, min(left, LOOK - a.tallies[IN_A_ROW] % LOOK)
         )
@@ -372,6 +421,7 @@ def integrate(
         elif status != RUNNING:
             return status
         elif a.tallies[IN_A_ROW] % LOOK == 0:
+            # cost of the batch in evaluations, against the steps of the pair for the same time
             work = PER_SWEEP * (a.tallies[SWEEPS] - a.tallies[SWEEPS_THEN]) + PER_STEP * LOOK
             covered = m.clock[TIME] - a.held[SINCE]
             a.held[PAIR_STEP] = _trial_step(rhs, a.held[PAIR_STEP], parameters, pair)

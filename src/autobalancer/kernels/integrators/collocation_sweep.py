@@ -80,6 +80,8 @@ def sweep(found: bool, step: float, a: Any, m: Any) -> float:
     factors, sums, begin = data(a.factors), data(a.sums), data(a.begin)
     once, twice = data(a.radau.integrals), SQUARE
     nodes = load(data(a.radau.nodes), 0) * step
+    # modes: e^(z t) at the nodes times the begin, plus the integrals of e^(z (t - s)) times the forces, complex numbers
+    # as pairs of rows
     change = all_lanes(0.0)
     for mode in range(a.modes):
         real, imaginary, cross, other = all_lanes(0.0), all_lanes(0.0), all_lanes(0.0), all_lanes(0.0)
@@ -97,8 +99,10 @@ def sweep(found: bool, step: float, a: Any, m: Any) -> float:
         change = _put((imaginary + other) * step + factor * beside + turned * its, row + 1, values, weights, change)
     row, own = 2 * a.modes, 2 * a.modes
     change = _put(_speeds(0, row, state[SPEED], found, step, a), row, values, weights, change)
+    # the rotor's angle from its forces integrated twice
     angle = summed(once, twice, forces, own) * (step * step) + nodes * state[SPEED] + state[THETA]
     change = _put(angle, row + 1, values, weights, change)
+    # balls: speed and angle likewise; damping is treated implicitly, else drag would limit the step
     for turn in range(2):  # in the second one, those that have the acceleration of another one
         for b in range(a.balls):
             head = a.heads[1 + b] if found else 1 + b
@@ -131,6 +135,7 @@ def stand(a: Any, m: Any) -> None:
 def go_on(step: float, shift: float, a: Any) -> None:
     """Forces of the last step continued over this one, which may begin inside it; the frozen speed grew by ``shift``."""
     matrix = data(a.radau.onward)
+    # the polynomial through the last forces at the new nodes: Lagrange's basis, unless the step is as long as the last
     ratio, first = step / a.held[LENGTH_BEFORE], a.held[BEGINS]
     if ratio != 1.0 or first != 1.0:
         matrix, weights, places = data(a.stretch), data(a.radau.weights), data(a.radau.nodes)
@@ -143,9 +148,11 @@ def go_on(step: float, shift: float, a: Any) -> None:
         for j in range(NODES - 1, -1, -1):
             store(product * load(matrix, j * NODES), matrix, j * NODES)
             product *= x - places[j]
+    # all forces continued so
     forces, before = data(a.forces), data(a.forces_before)
     for row in range(2 * a.modes + 1 + a.balls):
         store(summed(matrix, 0, before, row), forces, row * NODES)
+    # with another frozen speed the modes turn otherwise: the difference is a force
     if shift != 0.0:
         amplitudes = data(a.amplitudes_before)
         for mode in range(a.modes):
@@ -185,10 +192,13 @@ def pieces_needed(step: float, a: Any) -> int:
     most = 1.0
     for mode in range(a.modes):
         row = 2 * mode
+        # z = exponent times step, of the mode as seen from the axes of the state
         real = a.exponents[row] * step
         imaginary = (a.exponents[row + 1] - a.turning * a.held[FROZEN]) * step
         square = real * real + imaginary * imaginary
         its, beside = a.begin[row], a.begin[row + 1]
+        # what of the amplitude turns freely: take away the response to the polynomial of the force,
+        # -sum_q F^(q) over z^(q + 1), which is smooth
         if square > SERIES * SERIES:
             starts = data(a.radau.starts)
             inverse = 1.0 / square
@@ -207,6 +217,7 @@ def pieces_needed(step: float, a: Any) -> int:
             its -= total(sum_real * one - sum_imaginary * other)
             beside -= total(sum_real * other + sum_imaginary * one)
         a.free[row], a.free[row + 1] = its, beside
+        # a polynomial of degree eight misses e^(z x) by about MISS |z|^9: shorter pieces by |z| over so much
         miss = (abs(its) + abs(beside)) * max(a.weights[row], a.weights[row + 1]) * (MISS / SHARE)
         if miss * square * square * square * square * math.sqrt(square) > 1.0:
             most = max(most, math.sqrt(square) * miss ** (1.0 / 9.0))
@@ -304,6 +315,7 @@ def _write(component: int, numbers: Any, length: float, leading: int, a: Any, m:
     a.reached[component] = end
     if component >= leading:
         return
+    # the difference from the chord is small, so its coefficients keep their digits; the chord is part of the first one
     store(numbers - start - load(data(a.radau.nodes), 0) * (end - start), work, 0)
     even, odd = load(powers, 0) * work[0], load(powers, NODES) * work[1]
     for j in range(2, NODES, 2):
@@ -349,6 +361,7 @@ def weigh(a: Any, m: Any) -> None:
         for k in range(size):
             number += inverse[q * size + k] * m.start[a.places[k]]
         a.begin[q] = number
+    # a mode may be wrong by what its shape makes of it in the sharpest of all coordinates
     for k in range(0, size, 2):
         one, other = a.places[k], a.places[k + 1]
         length = math.sqrt(m.start[one] ** 2 + m.start[other] ** 2)

@@ -69,6 +69,7 @@ def evaluate(x: float, pair: Any, out: Any) -> None:
         for i in range(m.state.size):
             out[i] = trial[i]
         return
+    # polynomials of a pair: the weight of each stage at x, then all components, eight at once
     first, columns, values, shares = data(t.first), data(t.columns), data(t.values), data(m.shares)
     for stage in range(t.total):
         shares[stage] = 0.0
@@ -102,6 +103,7 @@ def states_at(places: Any, count: int, number: int, left: float, ring: Any, pair
         for k in range(count):
             evaluate(places[k], pair, data(ring[(number + k) % size, 1:]))
         return
+    # a long step: each component's polynomial at all places at once, then into the rows
     stages, trial, start, width = data(m.stages), data(m.trial), data(m.start), m.trial.size
     x = load(places, 0)
     way, first = x * m.clock[TAKEN], number % size

@@ -147,10 +147,12 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
     (_, m), r = deref(pair), deref(kept)
     if m.counts[NEXT_BIN] >= r.bin_low.size:
         return
+    # radius and its growth at equal parts of the step
     step = m.clock[TAKEN]
     _at_ends_of_pieces(cut, pair)
     before = (m.start[X] * m.dense[0, X] + m.start[Y] * m.dense[0, Y]) * step
     for piece in range(PIECES):
+        # a part whose growth changes its sign has an extremum inside
         low, high = cut * piece / PIECES, cut * (piece + 1) / PIECES
         after = m.spare[piece]
         _note(m.trial[piece], left + high * step, r, m)
@@ -169,6 +171,7 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
                     break
             _note(math.sqrt(square), left + place * step, r, m)
         before = after
+    # edges of bins in this step: the deflection there belongs to both, and the state is kept
     while m.counts[NEXT_BIN] < r.bin_low.size and r.bin_edges[m.counts[NEXT_BIN] + 1] <= right:
         number = m.counts[NEXT_BIN]
         evaluate((r.bin_edges[number + 1] - left) / step, pair, data(r.bin_states[number]))
@@ -185,6 +188,8 @@ def _where_angles_are(targets, first, last, cut, m):  # type: ignore[no-untyped-
     dense, width, count = data(m.dense), m.dense.shape[1], m.dense.shape[0]
     begin, step, way = data(m.start)[THETA], m.clock[TAKEN], 1.0 if last > first else -1.0
     angles, searching = load(targets, 0), all_lanes(1.0)
+    # begin as if the speed were constant, then Newton on the polynomial of the angle and its derivative, never
+    # beyond the step or where the rotor turns back
     x = (angles - first) * cut / (last - first)
     for _ in range(8):
         rate, value = all_lanes(0.0), all_lanes(0.0)
@@ -213,8 +218,10 @@ def record_turns(left, cut, kept, pair):  # type: ignore[no-untyped-def]
     first, last = m.start[THETA], component(THETA, cut, m)
     if size == 0 or last == first:
         return
+    # the first angle of the grid behind the begin
     way = 1.0 if last > first else -1.0
     number, taken = math.floor(way * first / r.turn_step) + 1, cut * m.clock[TAKEN]
+    # how many of them will still be there at the end of the run
     keep = float(size)
     if r.event_kinds.size == 0 and r.turn_count < math.inf:  # nothing ends the run before its time
         keep -= 0.5 * abs(last - first) / r.turn_step * (m.clock[END] - left - taken) / taken
@@ -222,6 +229,7 @@ def record_turns(left, cut, kept, pair):  # type: ignore[no-untyped-def]
     if left_out > 0:
         number += left_out
         m.counts[NEXT_TURN] = 0
+    # eight angles at once, in the vector registers
     while number * r.turn_step <= way * last:
         count = 0
         for k in range(NODES):  # those behind the step stand for nothing
@@ -246,11 +254,13 @@ def _passage(e, kept, pair):  # type: ignore[no-untyped-def]
     r = deref(kept)
     side, low = r.event_sides[e], r.event_places[e]
     for piece in range(int(low * PIECES), PIECES):
+        # on one side until the sign differs at the end of a part
         high = (piece + 1) / PIECES
         value = _value(e, high, r, pair)
         if side == 0.0 and value != 0.0:
             side = math.copysign(1.0, value)
         elif side * value <= 0.0 and side != 0.0:
+            # a passage in the direction asked for is bisected to the last bit; another one only changes the side
             if side * r.event_directions[e] <= 0.0:
                 middle = 0.5 * (low + high)
                 while low < middle < high:
@@ -273,6 +283,7 @@ def find_events(left, limit, kept, pair):  # type: ignore[no-untyped-def]
     """
     (_, m), r = deref(pair), deref(kept)
     ended = 2.0
+    # a side that was not known, because the quantity was at its level
     for e in range(r.event_kinds.size):
         r.event_places[e] = 0.0
         value = _value(e, 0.0, r, pair)
@@ -280,6 +291,7 @@ def find_events(left, limit, kept, pair):  # type: ignore[no-untyped-def]
             r.event_sides[e] = math.copysign(1.0, value)
     searching = True
     while searching:
+        # the earliest passage of all events, one after the other
         first, which, side = 2.0, -1, 0.0
         for e in range(r.event_kinds.size):
             x, after = _passage(e, kept, pair)
@@ -297,6 +309,7 @@ def find_events(left, limit, kept, pair):  # type: ignore[no-untyped-def]
             m.counts[EVENTS_SEEN] += 1
             if r.event_terminal[which] == 1:
                 ended = first
+    # on which side each quantity ends, unless it passed just now
     last = min(ended, limit)
     for e in range(r.event_kinds.size):
         value = _value(e, last, r, pair)
@@ -316,11 +329,13 @@ def record(left, right, components, limit, kept, pair):  # type: ignore[no-untyp
     if limit < 1.0:
         right = left + limit * m.clock[TAKEN]
     polynomials(components, t, m)
+    # events first: one that ends the run cuts the step
     if r.event_kinds.size > 0:
         ended = find_events(left, limit, kept, pair)
         if ended <= 1.0:
             cut = ended
             right = left + cut * m.clock[TAKEN]
+    # then what the cut step holds: samples, bins of the envelope, states at equal angles
     record_samples(left, right, kept, pair)
     if components > Y:
         record_envelope(left, right, cut, kept, pair)

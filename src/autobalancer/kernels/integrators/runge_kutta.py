@@ -16,7 +16,7 @@ from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import COMPILED, INLINE, PART
 from autobalancer.kernels.compiler.numba_struct import address, as_void, data, deref
 from autobalancer.kernels.compiler.simd import LANES, add_product, lanes, put
-from autobalancer.kernels.host.shaft_train import enter_segment
+from autobalancer.kernels.host.shaft_train import enter_segment, next_corner
 from autobalancer.kernels.integrators.dense_output import evaluate, sums
 from autobalancer.kernels.integrators.integrator_state import (
     ACCEPTED,
@@ -106,6 +106,29 @@ def _retreat(step: float, shortest: float, m: Memory) -> None:
     m.clock[STEP] = max(0.1 * step, shortest)
 
 
+@njit(**INLINE)
+def refuse(time: float, shorter: float, rates: Any, count: int, m: Memory) -> int:
+    """Go on with a shorter step, unless time would not move: then the rates, or what takes their place, tell why."""
+    m.counts[REJECTED] += 1
+    m.clock[STEP] = shorter
+    status = RUNNING
+    if not shorter >= 4e-16 * max(abs(time), 1e-3):
+        status = STEP_TOO_SMALL
+        for i in range(count):
+            if not math.isfinite(rates[i]):
+                status = NOT_FINITE
+    return status
+
+
+@njit(**INLINE)
+def _choose_next_step(step: float, error: float, order: float, m: Memory) -> None:
+    """Proportional-integral control: the error before damps the change."""
+    error = max(error, 1e-4)
+    growth = 0.9 * error ** (-0.7 / order) * m.clock[ERROR] ** (0.4 / order)
+    m.clock[STEP] = step * min(6.0, max(0.2, growth))
+    m.clock[ERROR] = error
+
+
 @njit(int64(rhs_type, switch_type, system_type, tableau_type, record_type, memory_type, int64), **COMPILED)
 def advance(
     rhs: Callable[[float, Any, Any, Any], None],
@@ -123,7 +146,6 @@ def advance(
     parameters, pair, kept = as_void(address(p)), address((t, m)), address(r)
     asked, t, r, m = as_void(pair), deref(t), deref(r), deref(m)
     n, last = m.state.size, t.main - 1
-    segments, now = p.drive.segments, p.drive.now
     taken, held = 0, False
     while taken < budget:
         time, end = m.clock[TIME], m.clock[END]
@@ -131,9 +153,7 @@ def advance(
             return FINISHED
         if enter_segment(time, p.drive):
             m.counts[FRESH] = 0
-        stop = end
-        if now[0] + 1 < segments.shape[0]:
-            stop = min(stop, segments[now[0] + 1].start)
+        stop = next_corner(end, p.drive)
         if m.counts[FRESH] == 0:
             switch(TAKE, time, rhs, parameters, asked)
             rhs(time, data(m.state), data(m.stages), parameters)
@@ -149,17 +169,14 @@ def advance(
         m.clock[TAKEN] = step
         for i in range(n):
             m.start[i] = m.state[i]
+        # the step, and its error in tolerances
         do_stages(1, t.main, rhs, parameters, pair)
         error = step_error(pair)
         if not error <= 1.0:  # also when it is not a number
-            m.counts[REJECTED] += 1
             shrink = 0.1 if not error < 1e8 else max(0.1, 0.9 * error ** (-1.0 / t.order))
-            m.clock[STEP] = step * shrink
-            if not m.clock[STEP] >= 4e-16 * max(abs(time), 1e-3):
-                for i in range(n):
-                    if not math.isfinite(m.stages[last, i]):
-                        return NOT_FINITE
-                return STEP_TOO_SMALL
+            status = refuse(time, step * shrink, data(m.stages[last]), n, m)
+            if status != RUNNING:
+                return status
             continue
         for i in range(n):
             m.state[i] = m.trial[i]
@@ -197,11 +214,8 @@ def advance(
         if held:
             held = False
             m.counts[FRESH] = 0
+        # the last stage is the first one of the next step
         for i in range(n):
             m.stages[0, i] = m.stages[last, i]
-        # proportional-integral control: the error before damps the change
-        error = max(error, 1e-4)
-        growth = 0.9 * error ** (-0.7 / t.order) * m.clock[ERROR] ** (0.4 / t.order)
-        m.clock[STEP] = step * min(6.0, max(0.2, growth))
-        m.clock[ERROR] = error
+        _choose_next_step(step, error, t.order, m)
     return FINISHED if m.clock[TIME] >= m.clock[END] else RUNNING

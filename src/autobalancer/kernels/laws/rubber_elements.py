@@ -63,6 +63,7 @@ of the first four over the radius of the forward and of the backward circle of t
 @njit(**APART)
 def _series(c: Any, a: float, b: float, t: float, h: float, gx: float, gy: float) -> None:
     """Coefficients (ORDER + 1, 5) of a sliding step from t to t + h: G_0, G_1, G_2, then those of h s'."""
+    # derivatives of s' repeat after four, so each coefficient of it follows from the one before
     cos, sin = math.cos(t), math.sin(t)
     dx, dy, ex, ey, size = -a * sin, b * cos, -a * cos, -b * sin, h
     c[0, 0], c[0, 1], c[0, 2] = 1.0, gx, gy
@@ -70,6 +71,7 @@ def _series(c: Any, a: float, b: float, t: float, h: float, gx: float, gy: float
         c[n, 3], c[n, 4] = size * dx, size * dy
         dx, dy, ex, ey = ex, ey, -dx, -dy
         size *= h / (n + 1)
+        # G' = (s'.(G_1, G_2), s'_x G_0, s'_y G_0): coefficients by products of series (Cauchy)
         zero, one, two = 0.0, 0.0, 0.0
         for j in range(n + 1):
             x, y = c[j, 3], c[j, 4]
@@ -114,9 +116,11 @@ def _rate(slides: bool, t: float, a: float, b: float, gx: float, gy: float) -> f
 @njit(**APART)
 def _change(c: Any, slides: bool, t: float, h: float, a: float, b: float, gx: float, gy: float) -> float:
     """The share of a step from the force (gx, gy) at which an element begins or ends to slide; 1 if it does not."""
+    # an element slides where the power g.s' is positive: its values at both ends
     cx, cy = gx - a * math.cos(t), gy - b * math.sin(t)
     low = b * math.cos(t) * gy - a * math.sin(t) * gx
     left, right, high = 0.0, 1.0, _power(c, slides, 1.0, t + h, a, b, cx, cy)
+    # no change of sign: still, a minimum or maximum inside may pass zero, which its slopes at both ends tell
     if slides == (high > 0.0) or high == 0.0:  # it may still do both in between
         x, y = _force(c, slides, 1.0, t + h, a, b, cx, cy)
         first, last = _rate(slides, t, a, b, gx, gy), _rate(slides, t + h, a, b, x, y)
@@ -130,6 +134,7 @@ def _change(c: Any, slides: bool, t: float, h: float, a: float, b: float, gx: fl
         low = _power(c, slides, SOON * right, t + SOON * right * h, a, b, cx, cy)
         if slides != (low > 0.0):
             return 0.0
+    # the root between, by false position
     u, side = 0.0, 0
     for _ in range(60):  # the Illinois form of the rule of false position
         u = (left * high - right * low) / (high - low)
@@ -155,6 +160,7 @@ def _half_turn(
     whole = math.pi / steps
     slides = b * gy > 0.0 or (b * gy == 0.0 and b * b > a * gx)  # g.s' > 0 at t = 0, or it grows from zero
     for n in range(steps):
+        # a step ends early where sliding begins or ends, and goes on from there with the other law
         t, rest = n * whole, whole
         for turn in range(CHANGES + 1):
             cx, cy = gx - a * math.cos(t), gy - b * math.sin(t)
@@ -162,6 +168,7 @@ def _half_turn(
                 _series(c, a, b, t, rest, gx, gy)
             share = _change(c, slides, t, rest, a, b, gx, gy) if turn < CHANGES else 1.0
             if summed and share > 0.0:
+                # harmonics one and three of the force, by six points of Gauss
                 half = 0.5 * share * rest
                 for i in range(6):
                     u = 0.5 * share * (1.0 + NODES[i])
@@ -190,16 +197,19 @@ def _half_turn(
 def _periodic(c: Any, sums: Any, a: float, b: float, start: Any) -> float:
     """The harmonics of the periodic force as ``sums``; returns by how much it misses its period. ``start`` (2,) is g(0)."""
     steps = max(FEWEST, math.ceil(math.pi * a / REACH))
+    # begin with the force of a neighboring ellipse, or that of an element that always slides along x
     x, y = start[0], start[1]
     size = math.hypot(x, y)
     if size > MOST or size == 0.0:
         x, y = a / math.sqrt(1.0 + a * a), 0.0
+    # find g(0) with g(pi) = -g(0) by Broyden's method: slopes improve with every half turn
     slope = 1.0 if a > FAR else 2.0 / 3.0  # inverse: between 1/2, all kept, and 1, all forgotten
     xx, xy, yx, yy = slope, 0.0, 0.0, slope
     ex, ey = _half_turn(c, sums, a, b, x, y, steps, False)
     mx, my, count = ex + x, ey + y, 1
     while abs(mx) + abs(my) > CLOSE * min(1.0, a) and count < TURNS:
         dx, dy = -(xx * mx + xy * my), -(yx * mx + yy * my)
+        # no force is greater than its limit
         size = math.hypot(x + dx, y + dy)
         if size > MOST:
             dx, dy = (x + dx) / size - x, (y + dy) / size - y
@@ -207,12 +217,14 @@ def _periodic(c: Any, sums: Any, a: float, b: float, start: Any) -> float:
         ex, ey = _half_turn(c, sums, a, b, x, y, steps, False)
         bx, by = ex + x - mx, ey + y - my
         mx, my, count = ex + x, ey + y, count + 1
+        # what the slopes predicted against what came; they are corrected along the step (rank one)
         px, py = xx * bx + xy * by, yx * bx + yy * by  # what the slopes make of the change
         below = dx * px + dy * py
         if a < FAR and abs(below) > ROUGH * max(ROUGH * a * a, dx * dx + dy * dy):
             rx, ry = (dx - px) / below, (dy - py) / below
             lx, ly = dx * xx + dy * yx, dx * xy + dy * yy
             xx, xy, yx, yy = xx + rx * lx, xy + rx * ly, yx + ry * lx, yy + ry * ly
+    # once more with the harmonics summed
     start[0], start[1] = x, y
     for i in range(8):
         sums[i] = 0.0
@@ -359,6 +371,7 @@ def _gained(c: Any, weights: Any, way: float, gx: float, gy: float) -> tuple[flo
 @njit(**APART)
 def _endochronic_half_turn(c: Any, sums: Any, a: float, b: float, gx: float, gy: float) -> tuple[float, float, float]:
     """g after half a turn, and the share that is left of a force from before; ``sums`` (8,) grow as in the other law."""
+    # steps grow with the distance from the tips of the ellipse, the same forward and backward
     flat, kept = max(abs(b) / a, FLAT), 1.0
     longest, middle, t = min(math.pi / ENDOCHRONIC_FEWEST, ENDOCHRONIC_REACH / a), 0.5 * math.pi, 0.0
     while t < math.pi:
@@ -366,6 +379,7 @@ def _endochronic_half_turn(c: Any, sums: Any, a: float, b: float, gx: float, gy:
             h = min(longest, GROWTH * (t + flat), middle - t)
         else:  # the same steps backward
             h = min(longest, GROWTH / (1.0 + GROWTH) * (math.pi - t + flat), math.pi - t)
+        # way and integral at the points of Gauss; harmonics of the force there
         whole = _step(c, a, b, t, h)
         for i in range(POINTS):
             x, y = _gained(c, UP_TO[i], c[i, 0], gx, gy)

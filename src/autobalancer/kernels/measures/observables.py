@@ -120,6 +120,7 @@ def solve(a: Any, size: int, right: int) -> bool:
 def reduce(a: Any, rows: int, size: int, right: int, small: Any) -> None:
     """Bring a tall matrix with its right-hand sides to a square one of the same least squares, by Gram and Schmidt."""
     for k in range(size):
+        # length of the column, which becomes a diagonal element
         total = 0.0
         for t in range(rows):
             total += square(a[t, k])
@@ -129,6 +130,7 @@ def reduce(a: Any, rows: int, size: int, right: int, small: Any) -> None:
         small[k, k] = length
         for t in range(rows if length > 0.0 else 0):
             a[t, k] = a[t, k] / length
+        # its share is taken out of all columns behind it
         for j in range(k + 1, size + right):
             share = complex(0.0, 0.0)
             for t in range(rows):
@@ -141,6 +143,7 @@ def reduce(a: Any, rows: int, size: int, right: int, small: Any) -> None:
 @njit(**INLINE)
 def _perpendicular(a: Any, v: Any, i: int, j: int, rows: int, size: int) -> bool:
     """Turn two columns until they are perpendicular, the same turn in ``v``; whether they were so already."""
+    # squares of both columns and their product, which is to vanish
     alpha, beta, gamma = 0.0, 0.0, complex(0.0, 0.0)
     for t in range(rows):
         alpha, beta = alpha + square(a[t, i]), beta + square(a[t, j])
@@ -148,6 +151,7 @@ def _perpendicular(a: Any, v: Any, i: int, j: int, rows: int, size: int) -> bool
     size_of = math.sqrt(square(gamma))
     if not size_of > SMALL * math.sqrt(alpha * beta):
         return True
+    # the turn that does it (smaller angle of the two), and its phase, as numbers are complex
     phase = gamma / size_of
     zeta = (beta - alpha) / (2.0 * size_of)
     tangent = math.copysign(1.0, zeta) / (abs(zeta) + math.sqrt(1.0 + zeta * zeta))
@@ -169,6 +173,7 @@ def least_squares(a: Any, size: int, right: int, least: float, v: Any) -> None:
     That is relative to the greatest. One-sided rotations of Jacobi make the columns perpendicular (Golub and Van Loan 2013,
     section 8.6); ``v`` is work.
     """
+    # rotations of pairs of columns until all are perpendicular: then they are U S, and v is V
     for i in range(size):
         for j in range(size):
             v[i, j] = 1.0 if i == j else 0.0
@@ -179,12 +184,14 @@ def least_squares(a: Any, size: int, right: int, least: float, v: Any) -> None:
                 done = _perpendicular(a, v, i, j, size, size) and done
         if done:
             break
+    # the greatest singular value
     greatest = 0.0
     for k in range(size):
         total = 0.0
         for t in range(size):
             total += square(a[t, k])
         greatest = max(greatest, total)
+    # each right-hand side: V S^-1 U^H without what is as good as zero
     for j in range(size, size + right):
         for k in range(size):
             total, share = 0.0, complex(0.0, 0.0)
@@ -251,10 +258,12 @@ def plane_unbalances(p: System, g: MeasureInputs, time: float, speed: float, d: 
     critical speed of an undamped rotor. Of many solutions it is the one that takes the least share of the capabilities.
     """
     size, planes, a = g.rows.shape[0], g.capability.size, d.small
+    # a planar rotor feels the sum of all unbalances
     if g.scalars[PLANAR] != 0.0:
         for k in range(planes):
             wanted[k] = _load(p, time, 0)
         return
+    # deflections by a unit force at each plane, and by the unbalances
     _dynamic_stiffness(g, speed, d)
     for r in range(size):
         for k in range(planes):  # forces of a unit vector that turns with the rotor
@@ -264,6 +273,7 @@ def plane_unbalances(p: System, g: MeasureInputs, time: float, speed: float, d: 
         for k in range(planes):
             wanted[k] = complex(math.nan, math.nan)
         return
+    # how the planes move by forces in the planes; unknowns over their capability, so that the shortest answer is fair
     greatest, host = 0.0, d.columns
     for k in range(planes):
         greatest = max(greatest, g.capability[k])
@@ -276,6 +286,7 @@ def plane_unbalances(p: System, g: MeasureInputs, time: float, speed: float, d: 
     for k in range(planes):
         for j in range(planes):
             host[k, j] *= _weight(g, j, greatest)
+    # what has to be in the planes so that they do not move
     least_squares(host, planes, 1, LEAST, a)
     for k in range(planes):
         wanted[k] = host[k, planes] * _weight(g, k, greatest)
@@ -300,6 +311,7 @@ def with_balls_held(
     of an undamped rotor.
     """
     size, places, supports, a = g.rows.shape[0], g.rows.shape[1] // 2, g.weight.size // 2, d.small
+    # the rotor with the balls' mass spread evenly, and the unbalance alone
     _dynamic_stiffness(g, speed, d)
     for r in range(size):
         a[r, size] = speed * speed * (_load(p, time, r) + complex(g.held_loads[0, r], g.held_loads[1, r]))
@@ -309,11 +321,13 @@ def with_balls_held(
         for k in range(supports):
             force[k] = math.nan
         return
+    # vibration: greatest length of the ellipse at each place
     for k in range(places):
         x, y = complex(0.0, 0.0), complex(0.0, 0.0)
         for r in range(size):
             x, y = x + g.rows[r, 2 * k] * a[r, size], y + g.rows[r, 2 * k + 1] * a[r, size]
         vibration[k] = _semi_major(x, y)
+    # force on each support: its springs and dampers at this speed
     for k in range(supports):
         x, y = complex(0.0, 0.0), complex(0.0, 0.0)
         for i in range(g.speeds.size):
@@ -392,6 +406,7 @@ def _supports(y: Any, p: System, g: MeasureInputs, s: float, c: float, d: Worksp
     """Force of the rotor on each support, its weight included, to ``d.push``; coordinates are known."""
     wide, size, push, weight = g.weight.size, g.rows.shape[0], data(d.push), data(g.weight)
     place, move, stiffness, damping = data(d.place), data(d.move), data(g.stiffness), data(g.damping)
+    # springs and dampers at this speed, on top of the weight
     for i in range(wide):
         total = weight[i]
         for k in range(g.speeds.size):
@@ -400,6 +415,7 @@ def _supports(y: Any, p: System, g: MeasureInputs, s: float, c: float, d: Worksp
                 at = k * size * wide + i
                 total += share * (_dot(stiffness, at, wide, place, size) + _dot(damping, at, wide, move, size))
         push[i] = total
+    # rubber that slides or relaxes: its elements' forces are states
     for m in range(p.rubber.mounts.shape[0]):
         mount, a, b = p.rubber.mounts[m], 0.0, 0.0
         for e in range(mount.first, mount.first + mount.elements):
@@ -408,6 +424,7 @@ def _supports(y: Any, p: System, g: MeasureInputs, s: float, c: float, d: Worksp
         a, b = a * c - b * s, a * s + b * c
         for i in range(wide):
             push[i] += a * g.rubber[2 * m, i] + b * g.rubber[2 * m + 1, i]
+    # bearings that become stiffer
     for h in range(p.bearings.springs.shape[0]):
         a, b = 0.0, 0.0
         for r in range(size):

@@ -234,10 +234,12 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
 @njit(int64(vector_type), **EXACT)
 def judged(row: Floats) -> int:
     """The verdict on a row that has everything else."""
+    # no verdict without a vibration to compare with: that of the same rotor with its balls held
     without = row[WITHOUT]
     if row[STATUS] != FINISHED or not without > 0.0:
         return NO_VERDICT
     vibration, moves = row[VIBRATION], row[CREEPS] == 1.0
+    # a run that still changes is not judged, nor one that is too short to tell
     reason = changing(
         row[CHANGES] != 0.0, row[ROUND] != 0.0, moves, row[BEFORE], row[AFTER], row[TO_COME], vibration, without
     )
@@ -253,8 +255,10 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
     """Fill the row of a run that ended with ``status`` with what its envelope and last revolutions say, where it kept them."""
     for k in range(row.size):
         row[k] = math.nan
+    # what is known of any run
     now = m.clock[TIME]
     row[STATUS], row[VERDICT], row[END], row[END_SPEED] = status, NO_VERDICT, now, m.state[SPEED]
+    # from the envelope, if there is one; else only where the balls are
     count = _bins(r, m, g, d)
     if count > 0:
         _course(p, r, g, d, count, now, row)
@@ -265,6 +269,7 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
         x, y = unbalance_at(now, p)
         for i in range(n):
             row[WIDTH + i] = wrapped(ball_at(m.state, i, n, size, resolved)[0] - math.atan2(y, x))
+    # from the last revolutions, then the impacts, and last the verdict on all of it
     _turns(p, r, m, g, d, row)
     if p.touches.shape[0] > 0:
         found, hits = d.found, d.hits

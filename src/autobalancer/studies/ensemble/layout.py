@@ -26,7 +26,7 @@ from autobalancer.assembly.system import Assembly, Model
 from autobalancer.kernels.compiler.numba_struct import count_numbers, value_type
 from autobalancer.kernels.integrators.integrator_state import Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
-from autobalancer.kernels.many_members import DONE, FLAGS, STOP, run_members
+from autobalancer.kernels.many_members import DONE, FLAGS, STOP, Found, Members, run_members
 from autobalancer.kernels.measures.columns_of_measures import ITERATED, WIDTH
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, inputs_type
 from autobalancer.kernels.system import BALLS, VX, Floats, Integers, Matrix, System, system_type
@@ -314,13 +314,18 @@ class Bench:
         hits = MOST if len(self._own.system.touches) else 0
         self._desk = desk_for(self._own.gauges, record.turn_states.shape[0], record.bin_low.size, hits)
         self._run: Any = run_members
-        self._how: tuple[Any, ...] = ()
+        self._given: tuple[Any, ...] = self._own.system, stepper.pair, record, self._own.memory
+        self._first_number = 0
         if stepper.long is not None:
             from autobalancer.kernels.many_members import run_members_long
 
             nodes, watch, powers, _, amplitudes = stepper.long
+            memory, own_amplitudes = self._own.long
+            self._first_number = layout.numbers - count_numbers(amplitudes)
             self._run = run_members_long
-            self._how = nodes, watch, powers, *self._own.long, layout.numbers - count_numbers(amplitudes)
+            self._given = (
+                nodes, watch, self._own.system, (stepper.pair, powers), record, (self._own.memory, memory), own_amplitudes,
+            )  # fmt: skip
 
     @property
     def record(self) -> Record:
@@ -329,34 +334,8 @@ class Bench:
 
     def run(self, fresh: Integers, places: Integers, words: Any, most: int, flags: Integers, found: Found) -> None:
         """Run members with these ``words`` and write down what they leave."""
-        own = self._own
-        self._run(
-            *self._stepper.moving, *self._how, own.system, self._stepper.pair, own.record, own.memory, own.gauges,
-            self._desk, self._block, fresh, places, words, 0, len(words), most, flags,
-            found.rows, found.states, found.counts,
-        )  # fmt: skip
-
-
-class Found(NamedTuple):
-    """What members of one layout leave, a row for each."""
-
-    rows: Matrix  # (members, WIDTH + n) measures
-    states: Matrix  # (members, states), or (0, 0)
-    counts: Any  # (members, 3) accepted, rejected, evaluations; no accepted step: it did not run
-
-    def part(self, members: range) -> Found:
-        """Room for some of them."""
-        where = slice(members.start, members.stop)
-        return Found(*(whole[where] for whole in self))
-
-    @classmethod
-    def room(cls, members: int, balls: int, states: int) -> Found:
-        """Room for so many members, with so many numbers of a state."""
-        return cls(
-            np.full((members, WIDTH + balls), np.nan),
-            np.full((members if states else 0, states), np.nan),
-            np.zeros((members, 3), np.int64),
-        )
+        members = Members(self._block, fresh, places, words, most, flags, self._first_number)
+        self._run(*self._stepper.moving, *self._given, (self._own.gauges, self._desk), members, found)
 
 
 # Members whose numbers lie alike in memory: one fresh run, and the words in which each member differs from it.
@@ -452,7 +431,12 @@ class Group:
 
     def room(self, keep_states: bool) -> Found:
         """Room for what all members leave."""
-        return Found.room(len(self.numbers), self.balls, self.first.memory.state.size if keep_states else 0)
+        members, states = len(self.numbers), self.first.memory.state.size
+        return Found(
+            np.full((members, WIDTH + self.balls), np.nan),
+            np.full((members, states) if keep_states else (0, 0), np.nan),
+            np.zeros((members, 3), np.int64),
+        )
 
 
 def _way(stepper: Stepper) -> tuple[Any, ...]:
