@@ -20,7 +20,7 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.display_units import moment_text, significant
-from autobalancer.results.verdict import headline, verdict_word
+from autobalancer.results.verdict import headline, verdict_lines, verdict_word
 from autobalancer.stability.summary import service_of, service_rows, summary_rows
 from autobalancer.tables import rpm_and_si
 
@@ -47,6 +47,9 @@ def test_balls_that_balance_are_called_so_and_what_is_left_is_said_of_each_plane
     found = ab.verdict(balanced)
     assert found.balanced
     assert found.word == "balanced"
+    rows = dict(verdict_lines(found)[1])
+    assert " from its mean position, " in rows["vibration"]
+    assert rows["greatest deflection"].endswith(", from the rest position")
     assert [plane.name for plane in found.planes] == ["lower", "upper"]
     assert all(plane.residual < 1e-2 * plane.unbalance for plane in found.planes)
     assert [place.name for place in found.places] == ["lower", "upper", "support 1", "support 2"]

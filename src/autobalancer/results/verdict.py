@@ -632,7 +632,7 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
         couple = f"{couple_text(verdict.couple_residual)} of {couple_text(verdict.couple_unbalance)}"
         rows.append(("  vector sum", f"static {static}, couple about their middle {couple}"))
     for number, place in enumerate(verdict.places):
-        text = f"at most {length_text(place.vibration)}, {velocity_text(place.velocity_rms)} rms"
+        text = f"at most {length_text(place.vibration)} from its mean position, {velocity_text(place.velocity_rms)} rms"
         rows.append(
             (
                 "vibration" if not number else "",
@@ -659,7 +659,7 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
         rows.append(("ISO 21940-11", f"{after}; without balls {before}"))
     if verdict.peak is not None:
         where = f"{verdict.peak.place}: " if len(verdict.places) > 1 else ""
-        rows.append(("greatest deflection", where + _peak(verdict.peak, speed_text)))
+        rows.append(("greatest deflection", f"{where}{_peak(verdict.peak, speed_text)}, from the rest position"))
         if verdict.peak_without_balls is not None:
             rows.append(("  without balls", _peak(verdict.peak_without_balls, speed_text)))
         elif verdict.without_held:

@@ -97,7 +97,7 @@ class Run(Answer):
             worst = max(verdict.places, key=lambda place: place.vibration)
             where = f" at {worst.name}" if len(verdict.places) > 1 else ""
             without = "" if np.isnan(worst.without_balls) else f"; without balls {length_text(worst.without_balls)}"
-            yield "vibration", f"at most {length_text(worst.vibration)}{where}{without}"
+            yield "vibration", f"at most {length_text(worst.vibration)} from the mean position{where}{without}"
         yield from (row for row in rows if row[0] in OF_VERDICT)
 
     def _kept(self) -> Iterator[str]:

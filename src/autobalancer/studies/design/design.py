@@ -363,7 +363,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     add("label", _labels(designs), "what it is")
     for name, numbers, text in (
         ("place", place, "place among those that ran, 1 for the best"),
-        ("front", front, "number of its Pareto front, 0 for the first"),
+        ("front", front, "number of its Pareto front among designs that keep or miss as many limits, 0 for the first"),
     ):
         add(name, [float(numbers.get(id(design), np.nan)) for design in designs], text)
     add(

@@ -156,7 +156,7 @@ class Designed(Answer):
             self._speed(best, "release", "release speed", unit),
             self._speed(best, "border", "exact border", unit),
             Column("ball mass", 1e3 * best["ball_mass"].values, "g", ".4g"),
-            Column("front", [int(one) + 1 for one in best["front"].values]),
+            Column("front in its class", [int(one) + 1 for one in best["front"].values]),
         ]
 
     def _keeps(self, dataset: xr.Dataset) -> list[str]:
@@ -174,7 +174,8 @@ class Designed(Answer):
         low, high = self.attrs["unbalance_range"]
         texts = [
             f"each value is the {share:g}{ORDINAL.get(share % 10.0, 'th')} percentile of the runs; stall: share of the runs that "
-            "end with a stalled ball or rotor, with its 95 % interval"
+            "end with a stalled ball or rotor, with its 95 % interval",
+            "front in its class: Pareto front of the two objectives among the designs that keep, or miss, as many limits",
         ]
         if low < high:
             texts += [
