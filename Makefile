@@ -36,11 +36,11 @@ app-test: build/.kernels  ## try the bench in a real browser (Chromium)
 	@tools/find_chromium || { echo "no Chromium is here and none could be installed: the tests of the page are skipped"; exit 0; }; \
 	$(PART) app-test $(BIN)/python -m pytest tests/browser -m browser $(if $(CI),--reruns 1 -r R)
 
-test: build/.kernels  ## run the tests, in a few minutes
-	$(PART) test $(BIN)/python -m pytest -n $(WORKERS) -m "not slow" --ignore tests/browser
+test: build/.kernels  ## run the tests, in a few minutes; in CI also the long ones
+	$(PART) test $(BIN)/python -m pytest -n $(WORKERS) $(if $(CI),,-m "not slow") --ignore tests/browser
 
 test-slow: build/.kernels  ## run the long tests that `make test` leaves out
-	$(PART) test-slow $(BIN)/python -m pytest -n $(WORKERS) -m slow $$(grep -l mark.slow tests/*.py)
+	$(BIN)/python -m pytest -n $(WORKERS) -m slow $$(grep -l mark.slow tests/*.py)
 
 test-times: .venv/.dev  ## show what the tests took, and fail where a part is over its share
 	@$(BIN)/python -m tools.parts

@@ -31,7 +31,7 @@ COMMAND = [
 ]
 TAB = {"_AUTOBALANCER_COMPLETE": "complete_bash", "COMP_WORDS": "autobalancer si", "COMP_CWORD": "1"}
 REPEATS = 5
-PARTS = {"lint", "test", "test-slow", "app-test"}  # of .ci/run
+PARTS = {"lint", "test", "app-test"}  # of .ci/run
 LIMITS = {
     "import_s": 0.2,
     "help_s": 0.3,

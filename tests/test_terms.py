@@ -70,8 +70,10 @@ def of_states(machine: Machine) -> Any:
 
 
 def of_stalled(machine: Machine) -> Any:
-    both = ("release speed", "capture speed") if isinstance(machine.rotor, PlanarRotor) else ("release speed",)
-    return np.array([border.speed for border in ab.stability.borders(machine, only=both, up_to=300.0)])
+    both = ("release speed", "capture speed")
+    quick = {"planar": both, "shaft": both[1:]}  # the release on a shaft takes a second
+    only = quick.get(machine.rotor.kind, both[:1])
+    return np.array([border.speed for border in ab.stability.borders(machine, only=only, up_to=300.0)])
 
 
 def of_held(machine: Machine) -> Any:
@@ -132,7 +134,7 @@ UNMOVED = {  # known keys that change nothing in these machines
                      "InclinedRace.incline", "InclinedRace.inner_radius", "InclinedRace.outer_radius",
                      "RaceSprings.free_length"},
     Theory.STALLED: {"unbalance", "speed over time", "eccentric races", "partitions", "linear drag", "drag that is not linear",
-                     "Balls.inertia", "Fluid.virtual_mass", "Race.orbit_radius", "SpeedTable.speed"},
+                     "Balls.inertia", "Fluid.virtual_mass", "Race.orbit_radius", "Race.race_radius", "SpeedTable.speed"},
     Theory.AVERAGED: {"unbalance", "Balls.inertia", "Fluid.virtual_mass"},  # the worst case; slow balls
     Theory.BASIN: {"Balls.start_speeds", "lag of the fluid",  # given by the axis; none of these fluids lags
                    "Friction.adherence",  # of balls that move

@@ -12,7 +12,7 @@ from tools.browser import Server
 
 pytestmark = pytest.mark.browser
 expect = pytest.importorskip("playwright.sync_api").expect
-TIMES = 8
+TIMES = 5
 
 
 def runs(server: Server) -> int:
