@@ -260,10 +260,7 @@ CONFUSED: dict[
         "rad": "a speed is an angle in a time, such as 90 deg/s",
     },
     "rad/s^2": {"rad/s": "how the speed rises in a time is wanted, such as 30 rpm/s"},
-    "s": {
-        "Hz": "a time is wanted; that of one period is 1 over the frequency",
-        "rad/s": "a time is wanted, not a speed",
-    },
+    "s": {"Hz": "a time is wanted; that of one period is 1 over the frequency"},
     "m": {
         "m/s": "the amplitude of a velocity over 2 pi times its frequency is that of the displacement",
         "m/s^2": "the amplitude of an acceleration over the square of 2 pi times its frequency is that of the displacement",
