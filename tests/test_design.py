@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +17,7 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.reporting.report import balls_page
 from autobalancer.studies.design.candidate import candidates, machine_of, screened
+from autobalancer.studies.design.design import judge_borders
 from autobalancer.studies.design.design_file import read_spec
 from autobalancer.studies.design.designs import Designed, runs_of, stalled
 
@@ -552,3 +554,22 @@ def test_a_designed_balancer_without_a_name_of_its_author_gets_no_empty_one() ->
     machine = spec.machine.model_copy(update={"balancers": (bare,)})
     assert "name" not in machine_of(replace(spec, machine=machine), one, 298.15).balancers[0].model_fields_set
     assert machine_of(spec, one, 298.15).balancers[0].name == named.name
+
+
+def test_the_exact_border_is_asked_only_of_designs_that_are_released_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, set[str]] = {}
+    oil = ""
+
+    def recorded(machine: Any, *, only: Sequence[str]) -> Any:
+        asked.setdefault(oil, set()).update(only)
+        return ab.stability.borders(machine, only=only)
+
+    monkeypatch.setattr("autobalancer.studies.design.design.borders", recorded)
+    spec = read_spec(SPEC)
+    for candidate in candidates(spec):
+        oil = candidate.fluid
+        design = screened(spec, candidate)
+        judge_borders(spec, design)
+        assert bool(design.reason) == (oil == "silicone oil 2")
+    assert asked.pop("silicone oil 2") == {"release speed"}
+    assert all(names == {"release speed", "exact border"} for names in asked.values())

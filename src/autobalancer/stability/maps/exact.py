@@ -339,13 +339,17 @@ def _grid(low: float, high: float, p: Described, count: int) -> Floats:
 def _with_extremes(speeds: Floats, rates: Floats, rate: Callable[[float], float]) -> tuple[Floats, Floats]:
     """The same, with extreme values between the points added where these may have another sign than their neighbors."""
     more: list[tuple[float, float]] = []
-    for i in range(1, speeds.size - 1):
-        left, here, right = rates[i - 1 : i + 2]
-        if not np.isfinite([left, here, right]).all() or not (left < 0.0) == (here < 0.0) == (right < 0.0):
-            continue
-        sign = 1.0 if here > 0.0 else -1.0  # a valley of an unstable range, a peak of a stable one
-        if sign * here > min(sign * left, sign * right) or abs(here) > max(abs(left - here), abs(right - here)):
-            continue
+    left, here, right = rates[:-2], rates[1:-1], rates[2:]
+    signs = np.where(here > 0.0, 1.0, -1.0)  # a valley of an unstable range, a peak of a stable one
+    with np.errstate(invalid="ignore"):
+        finite = np.isfinite(left) & np.isfinite(here) & np.isfinite(right)
+        alike = ((left < 0.0) == (here < 0.0)) & ((here < 0.0) == (right < 0.0))
+        nearest = signs * here <= np.minimum(signs * left, signs * right)
+        crossing = np.abs(here) <= np.maximum(
+            np.abs(left - here), np.abs(right - here)
+        )  # not farther from zero than that
+    for i in 1 + np.flatnonzero(finite & alike & nearest & crossing):
+        sign = float(signs[i - 1])
 
         def signed(speed: float, sign: float = sign) -> float:
             return sign * rate(speed)

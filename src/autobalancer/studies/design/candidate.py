@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -322,6 +322,7 @@ class Design:
     twins: list[str] = field(default_factory=list)  # other bearings whose ring is the same race
     drag_warning: str = ""  # where its balls leave the range of their drag law
     passage: str = ""  # where its passage is worse than without balls
+    cure: Callable[[], str] = str  # what would let it pass, as the end of the reason: asked only where it is shown
 
     def rule_out(self, stage: str, reason: str, excess: float = math.inf) -> None:
         """Say where and why it stops."""
