@@ -586,6 +586,19 @@ print(*sorted({name.partition(".")[0] for name in set(sys.modules) - before if n
 """
 
 
+def test_a_machine_that_comes_back_is_neither_drawn_nor_checked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    from autobalancer.app.pages import describe
+
+    drawn = list[str]()
+    monkeypatch.setattr(describe, "svg_of", lambda _draw, about: drawn.append(about) or f"picture {len(drawn)}")
+    for machine, picture in (
+        (one := ab.example("discoidal").model_copy(update={"name": "comes back"}), "picture 1"),
+        (one.model_copy(update={"name": "other"}), "picture 2"),
+        (one.model_copy(), "picture 1"),
+    ):
+        assert describe._said(describe._drawing, machine) == picture
+
+
 def test_threads_of_the_server_load_no_package_for_the_first_time(tmp_path: Path) -> None:
     """Two that do at the same time can leave one of which half is missing, for good."""
     alone = {"dask.distributed"}  # one line that hands on another package

@@ -70,10 +70,8 @@ def of_states(machine: Machine) -> Any:
 
 
 def of_stalled(machine: Machine) -> Any:
-    both = ("release speed", "capture speed")
-    quick = {"planar": both, "shaft": both[1:]}  # the release on a shaft takes a second
-    only = quick.get(machine.rotor.kind, both[:1])
-    return np.array([border.speed for border in ab.stability.borders(machine, only=only, up_to=300.0)])
+    both = ("release speed", "capture speed") if isinstance(machine.rotor, PlanarRotor) else ("release speed",)
+    return np.array([border.speed for border in ab.stability.borders(machine, only=both, up_to=300.0)])
 
 
 def of_held(machine: Machine) -> Any:

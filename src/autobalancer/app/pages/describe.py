@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import lru_cache, partial
 from html import escape
 from typing import Any
 
@@ -33,6 +33,7 @@ from autobalancer.sketch import machine as machine_picture
 from autobalancer.tables import rpm_and_si
 
 LARGEST = 1_000_000  # bytes of a machine file
+AGAIN = 32  # machines whose drawing and facts are kept: for undo, redo and a sample that is taken once more
 
 
 def describe(bench: Bench, dark: Any) -> None:
@@ -432,12 +433,14 @@ def _said(ask: Callable[[Any], str], machine: Any) -> str:
         return f'<div class="wrong">{escape(str(error))}</div>'
 
 
+@lru_cache(AGAIN)
 def _drawing(machine: Any) -> str:
     return svg_of(
         lambda: machine_picture(machine, title=""), f"Drawing of {machine.name}: from the side and from above"
     )
 
 
+@lru_cache(AGAIN)
 def _facts(machine: Any) -> str:
     return facts_html(check(machine))
 
