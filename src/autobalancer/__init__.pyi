@@ -28,9 +28,9 @@ from autobalancer.machine.schema import keys as keys
 from autobalancer.plots.film.frames import animate as animate
 from autobalancer.reporting.report import report as report
 from autobalancer.results.measure_table import ball_angle_to_unbalance as ball_angle_to_unbalance
+from autobalancer.results.measure_table import break_away_speed as break_away_speed
 from autobalancer.results.measure_table import deflection_envelope as deflection_envelope
 from autobalancer.results.measure_table import peak_deflection as peak_deflection
-from autobalancer.results.measure_table import release_speed as release_speed
 from autobalancer.results.measure_table import residual_vibration as residual_vibration
 from autobalancer.results.measure_table import settling_time as settling_time
 from autobalancer.results.store import load_run as load_run
@@ -66,6 +66,7 @@ __all__ = [
     "animate",
     "ball_angle_to_unbalance",
     "basin",
+    "break_away_speed",
     "catalog",
     "chamber",
     "check",
@@ -89,7 +90,6 @@ __all__ = [
     "parse_machine",
     "peak_deflection",
     "plot",
-    "release_speed",
     "report",
     "residual_unbalance",
     "residual_vibration",

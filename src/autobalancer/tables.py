@@ -7,7 +7,7 @@ import re
 import textwrap
 import unicodedata
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from html import escape
 from typing import Any, TypeVar
 
@@ -161,6 +161,10 @@ class Described:
     def rows(self, said: Callable[[float], str]) -> list[tuple[str, str]]:
         """A name and a text each, with speeds as ``said`` writes them."""
         raise NotImplementedError
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, e.g. for JSON."""
+        return asdict(self)  # type: ignore[call-overload, no-any-return]  # each is a dataclass
 
     def _noted(self) -> list[tuple[str, str]]:
         return self.rows(rpm_and_si) + [("note", text) for text in self.warnings]

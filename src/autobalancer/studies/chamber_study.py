@@ -11,6 +11,7 @@ from threading import Event
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -475,28 +476,14 @@ def gathered(cells: Sequence[Cell], rows: Sequence[Mapping[str, Any]]) -> xr.Dat
     """
     if not cells:
         raise QuestionError("study: no runs were asked for; give at least one of each")
-    labels: list[list[Any]] = [
-        list(dict.fromkeys(cell.layers for cell in cells)),
-        sorted({cell.friction for cell in cells}),
-        sorted({cell.balls for cell in cells}),
-        sorted({cell.seed for cell in cells}),
-    ]
-    shape = tuple(len(values) for values in labels)
-    names = sorted({name for row in rows for name in row if name != "outcome"})
-    values = {name: np.full(shape, np.nan) for name in names}
-    outcome = np.full(shape, NOT_ASKED, dtype=object)
-    for cell, row in zip(cells, rows, strict=True):
-        place = tuple(of.index(value) for of, value in zip(labels, cell, strict=True))
-        outcome[place] = row["outcome"]
-        for name in names:
-            value = row.get(name)
-            values[name][place] = np.nan if value is None else float(value)
-    dataset: dict[str, Any] = {
-        name: (DIMS, numbers, {"units": catalog_unit(name), "long_name": name.replace("_", " ")})
-        for name, numbers in values.items()
-    }
-    dataset["outcome"] = (DIMS, outcome)
-    return ChamberStudy(dataset, dict(zip(DIMS, labels, strict=True)), provenance())
+    table = pd.DataFrame(rows, index=pd.MultiIndex.from_tuples(cells, names=DIMS))
+    outcome = table.pop("outcome")
+    order = np.array(list(dict.fromkeys(cell.layers for cell in cells)))
+    dataset = xr.Dataset.from_dataframe(table[sorted(table)].astype(float)).reindex(layers=order)
+    for name, values in dataset.data_vars.items():
+        values.attrs = {"units": catalog_unit(str(name)), "long_name": str(name).replace("_", " ")}
+    dataset["outcome"] = xr.DataArray.from_series(outcome).reindex(layers=order).fillna(NOT_ASKED)
+    return ChamberStudy.of(dataset.assign_attrs(provenance()))
 
 
 # What a study of a chamber says as a whole: means over seeds and over ranges, and what it takes to carry the balls.
@@ -676,7 +663,27 @@ def step_size(
             done += phases
             if progress is not None:
                 progress(done, error.size)
-    return _dataset(error, expected, typical, speeds, steps, stiffness_over_mass, restitution, seed, scheme)
+    over = ("relative_speed", "step")
+    energy, times = "energy error", [contact_time(speed, stiffness_over_mass) for speed in speeds]
+    about: dict[str, tuple[Any, Any, str, str]] = {
+        "relative_speed": ("relative_speed", speeds, "m/s", "relative speed"),
+        "step": ("step", steps, "s", "step"),
+        "energy_error": ((*over, "phase_number"), error, "1", f"{energy} after the collision over the energy before"),
+        "greatest": (over, error.max(axis=2), "1", f"greatest {energy}"),
+        "least": (over, error.min(axis=2), "1", f"least {energy}"),
+        "mean": (over, error.mean(axis=2), "1", f"mean {energy}"),
+        "root_mean_square": (over, np.sqrt((error**2).mean(axis=2)), "1", f"root mean square of the {energy}"),
+        "share_of_gains": (over, (error > 0.0).mean(axis=2), "1", "share of the collisions that gain energy"),
+        "expected_root_mean_square": (over, expected, "1", "root mean square to leading order in the step"),
+        "typical_root_mean_square": (over, typical, "1", "the same with the end of the contact anywhere in a step"),
+        "contact_time": ("relative_speed", times, "s", "duration of the contact, elastic"),
+    }
+    dataset = xr.Dataset(
+        {name: (dims, values, {"units": unit, "long_name": text}) for name, (dims, values, unit, text) in about.items()}
+    )
+    title = "Energy error of a step in a central collision"
+    asked = {"stiffness_over_mass": stiffness_over_mass, "restitution": restitution, "seed": seed, "scheme": scheme}
+    return Labeled.of(dataset.assign_attrs(title=title, **asked, **provenance()))
 
 
 def _collide(speed: float, step: float, k: float, restitution: float, phase: Floats, scheme: str) -> Floats:
@@ -720,55 +727,3 @@ def _check(
         raise QuestionError(f"phases: given {phases}; must be at least 1")
     if scheme not in SCHEMES:
         raise QuestionError(f"scheme: given {scheme!r}; must be one of {', '.join(SCHEMES)}")
-
-
-def _dataset(
-    error: Floats,
-    expected: Floats,
-    typical: Floats,
-    speeds: Sequence[float],
-    steps: Sequence[float],
-    k: float,
-    restitution: float,
-    seed: int,
-    scheme: str,
-) -> xr.Dataset:
-    dims = ("relative_speed", "step")
-    dataset = xr.Dataset(
-        coords={
-            "relative_speed": ("relative_speed", list(speeds), {"units": "m/s", "long_name": "relative speed"}),
-            "step": ("step", list(steps), {"units": "s", "long_name": "step"}),
-        },
-        attrs={
-            "title": "Energy error of a step in a central collision",
-            "stiffness_over_mass": k,
-            "restitution": restitution,
-            "seed": seed,
-            "scheme": scheme,
-            **provenance(),
-        },
-    )
-    dataset["energy_error"] = ((*dims, "phase_number"), error)
-    dataset["greatest"] = (dims, error.max(axis=2))
-    dataset["least"] = (dims, error.min(axis=2))
-    dataset["mean"] = (dims, error.mean(axis=2))
-    dataset["root_mean_square"] = (dims, np.sqrt((error**2).mean(axis=2)))
-    dataset["share_of_gains"] = (dims, (error > 0.0).mean(axis=2))
-    dataset["expected_root_mean_square"] = (dims, expected)
-    dataset["typical_root_mean_square"] = (dims, typical)
-    dataset["contact_time"] = ("relative_speed", [contact_time(speed, k) for speed in speeds], {"units": "s"})
-    texts = {
-        "energy_error": "energy error after the collision over the energy before",
-        "greatest": "greatest energy error",
-        "least": "least energy error",
-        "mean": "mean energy error",
-        "root_mean_square": "root mean square of the energy error",
-        "share_of_gains": "share of the collisions that gain energy",
-        "expected_root_mean_square": "root mean square to leading order in the step",
-        "typical_root_mean_square": "the same with the end of the contact anywhere in a step",
-        "contact_time": "duration of the contact, elastic",
-    }
-    for name, text in texts.items():
-        dataset[name].attrs.setdefault("units", "1")
-        dataset[name].attrs["long_name"] = text
-    return Labeled.of(dataset)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import matplotlib
@@ -55,6 +57,26 @@ STORED = {"energy_kinetic": "motion", "energy_potential": "height and springs", 
 POINTS = 4000  # of a curve, more cannot be told apart in print
 
 
+@contextmanager
+def _over_time(
+    run: xr.Dataset, size: tuple[float, float], title: str | None, rows: int, columns: int = 1, **shape: Any
+) -> Iterator[tuple[Figure, Any]]:
+    """A figure with panels over the time of a run, (rows, columns), or (rows,) of one column; ``title`` stands above it."""
+    with look():
+        figure = picture(*size)
+        panels = figure.subplots(rows, columns, sharex=True, **shape)
+        yield figure, panels
+        for panel in np.atleast_1d(panels[-1]):
+            panel.set_xlabel("time (s)")
+            panel.set_xlim(run["time"].values[[0, -1]])
+        figure.align_ylabels()
+        _titled(figure, run, title)
+
+
+def _titled(figure: Figure, result: xr.Dataset, title: str | None, name: str = "machine_name") -> None:
+    heading(figure, title if title is not None else str(result.attrs.get(name, "")))
+
+
 def chamber_run(
     run: Given, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
 ) -> Figure:
@@ -71,9 +93,7 @@ def chamber_run(
     run = given_chamber_run(run, "plot.chamber_run")
     unit = speed_axis(speed_unit)
     time = run["time"].values
-    with look():
-        figure = picture(7.2, 7.2)
-        speed, body, balls, left = figure.subplots(4, 1, sharex=True)
+    with _over_time(run, (7.2, 7.2), title, 4) as (figure, (speed, body, balls, left)):
         rotor = History(
             time, run["speed"].values, np.empty((time.size, 0)), np.empty((time.size, 0)), np.empty((time.size, 0))
         )
@@ -81,10 +101,6 @@ def chamber_run(
         _body(body, run, deflection_unit)
         _angles(balls, run)
         _left(left, run)
-        left.set_xlabel("time (s)")
-        left.set_xlim(time[0], time[-1])
-        figure.align_ylabels()
-        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -95,9 +111,7 @@ def chamber_energy(run: Given, *, title: str | None = None) -> Figure:
     """
     run = given_chamber_run(run, "plot.chamber_energy")
     time = run["time"].values
-    with look():
-        figure = picture(7.2, 5.4)
-        ledger, error = figure.subplots(2, 1, sharex=True, height_ratios=[3.0, 1.0])
+    with _over_time(run, (7.2, 5.4), title, 2, height_ratios=[3.0, 1.0]) as (figure, (ledger, error)):
         there = [name for name in LEDGER if name in run and np.abs(run[name].values).max(initial=0.0) > 0.0]
         kinds = [(name, *LEDGER[name]) for name in there]
         layers = [run[name].values for name, _, _ in kinds]
@@ -111,10 +125,6 @@ def chamber_energy(run: Given, *, title: str | None = None) -> Figure:
         ledger.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
         error.plot(time, run["energy_error"].values, color=INK)
         error.set_ylabel("error (J)")
-        error.set_xlabel("time (s)")
-        error.set_xlim(time[0], time[-1])
-        figure.align_ylabels()
-        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -124,9 +134,7 @@ def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
 
     run = given_chamber_run(run, "plot.chamber_collisions")
     statistics = collision_statistics(run)
-    with look():
-        figure = picture(7.2, 5.8)
-        rates, power, force = figure.subplots(3, 1, sharex=True)
+    with _over_time(run, (7.2, 5.8), title, 3) as (figure, (rates, power, force)):
         time = statistics["part_time"].values
         rates.step(
             time,
@@ -146,10 +154,6 @@ def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
         power.set_ylim(bottom=0.0)
         force.step(time, statistics["greatest_force"].values, where="mid", color=INK)
         force.set_ylabel("hardest contact (N)")
-        force.set_xlabel("time (s)")
-        force.set_xlim(run["time"].values[[0, -1]])
-        figure.align_ylabels()
-        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -227,10 +231,9 @@ def chamber_reactions(
         ("moment about y (N m)", run["constraint_moment"].isel(axis=1).values),
         ("moment about z (N m)", run["constraint_moment"].isel(axis=2).values),
     )
-    with look():
-        columns = 1 if body is None else 2
-        figure = picture(3.8 + 3.6 * (columns - 1) + 2.6 * (columns == 1), 6.0)
-        axes = figure.subplots(3, columns, sharex=True, squeeze=False)
+    columns = 1 if body is None else 2
+    size = 3.8 + 3.6 * (columns - 1) + 2.6 * (columns == 1), 6.0
+    with _over_time(run, size, title, 3, columns, squeeze=False) as (figure, axes):
         for panel, (text, values) in zip(axes[:, 0], loads, strict=True):
             panel.plot(time, values, color=INK, lw=0.6)
             panel.set_ylabel(text)
@@ -247,11 +250,6 @@ def chamber_reactions(
                 panel.set_ylabel(text)
             axes[0, 0].set_title("Reactions")
             axes[0, 1].set_title("Released body")
-        for panel in axes[-1]:
-            panel.set_xlabel("time (s)")
-            panel.set_xlim(time[0], time[-1])
-        figure.align_ylabels()
-        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -263,9 +261,7 @@ def chamber_bearing_forces(run: Given, *, title: str | None = None) -> Figure:
     run = given_chamber_run(run, "plot.chamber_bearing_forces")
     time = run["time"].values
     force = run["bearing_force"].transpose("time", "bearing", "axis").values
-    with look():
-        figure = picture(7.2, 4.4)
-        radial, axial = figure.subplots(2, 1, sharex=True)
+    with _over_time(run, (7.2, 4.4), title, 2) as (figure, (radial, axial)):
         for i in range(force.shape[1]):
             size = np.hypot(force[:, i, 1], force[:, i, 2])
             radial.plot(
@@ -279,11 +275,7 @@ def chamber_bearing_forces(run: Given, *, title: str | None = None) -> Figure:
             axial.plot(time, force[:, i, 0], color=BALLS[i], lw=0.6)
         radial.set_ylabel("radial force (N)")
         axial.set_ylabel("axial force (N)")
-        axial.set_xlabel("time (s)")
-        axial.set_xlim(time[0], time[-1])
         legend(radial)
-        figure.align_ylabels()
-        heading(figure, title if title is not None else str(run.attrs.get("machine_name", "")))
     return figure
 
 
@@ -323,7 +315,7 @@ def chamber_amplitudes(study: Given, *, measure: str = "vertical_amplitude", tit
             plain_log_ticks(panel, "y")
         axes[0].set_ylabel(f"{measure.replace('_', ' ')} ({unit.sign})")
         legend(axes[-1])
-        heading(figure, title if title is not None else str(study.attrs.get("machine_name", "")))
+        _titled(figure, study, title)
     return figure
 
 
@@ -355,7 +347,7 @@ def chamber_carried(study: Given, *, title: str | None = None) -> Figure:
             panel.set_ylim(-4.0, 104.0)
             panel.legend(loc="best")
         axes[0].set_ylabel("balls carried (%)")
-        heading(figure, title if title is not None else str(study.attrs.get("machine_name", "")))
+        _titled(figure, study, title)
     return figure
 
 
@@ -587,7 +579,7 @@ def chamber_designs(designs: Given, *, title: str | None = None) -> Figure:
         _legend(figure, colors, bool({"vibration", "settling_time"} & set(limits)))
         light.set_title("Balls needed")
         quick.set_title("Time to balance")
-        heading(figure, title if title is not None else str(found.attrs.get("title", "")))
+        _titled(figure, found, title, "title")
     return figure
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -240,10 +240,6 @@ class ChamberBounds(Described):
     def rows(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
         """A name and a text each, with speeds as ``said`` writes them."""
         return bounds_rows(self, said)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain numbers and texts, e.g. for JSON."""
-        return asdict(self)
 
 
 def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:

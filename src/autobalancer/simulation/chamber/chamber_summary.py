@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from autobalancer.assembly.chamber_assembly import contact_time
 from autobalancer.files.machine_file import balls_in_chambers
@@ -72,10 +71,6 @@ class ChamberSummary(Described):
     def rows(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
         """A name and a text each, with speeds as ``said`` writes them."""
         return chamber_rows(self, said)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain numbers and texts, e.g. for JSON."""
-        return asdict(self)
 
 
 def chamber_summary(machine: ChamberMachine | str | Path, say: Callable[[str], None] | None = None) -> ChamberSummary:
