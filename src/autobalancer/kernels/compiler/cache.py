@@ -544,6 +544,8 @@ def compile_together(works: Iterable[Work], then: tuple[str, ...] = ()) -> None:
 
     The others go on with all kernels of the modules ``then`` while this process uses the first ones.
     """
+    if stock("lazy") or stock("cache"):
+        return  # Numba has compiled what declares its types, and compiles the rest as it is used
     missing = [work for work in works if not _is_there(*work)]
     others = min(MOST, _processors(), len(missing)) - 1
     if fcntl is not None and multiprocessing.parent_process() is None:
