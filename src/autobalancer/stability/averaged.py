@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import singledispatch
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -43,9 +44,16 @@ Given = Plane | Machine | str | Path
 def averaged_plane(machine: Given, unbalance: complex | float | str | None = None) -> Plane:
     """The numbers of a machine (or the path of its file) that this theory needs, with another unbalance if given."""
     unbalance = unbalance_argument(unbalance)
+    _, p = _machine_and_plane(machine)
+    return p if unbalance is None else replace(p, unbalance=complex(unbalance))
+
+
+def _machine_and_plane(machine: Given) -> tuple[Machine | None, Plane]:
+    """What was given, if it is more than a plane, and its plane."""
     if isinstance(machine, Plane):
-        return machine if unbalance is None else replace(machine, unbalance=complex(unbalance))
-    return plane(balls_in_races(machine), unbalance)
+        return None, machine
+    machine = balls_in_races(machine)
+    return machine, plane(machine)
 
 
 # The averaged border in closed form, and the exact border of balls without inertia.
@@ -91,10 +99,23 @@ def explicit_averaged_border(machine: Given) -> Border:
     QuestionError
         If a race is off the axis, or rotor or balls are undamped.
     """
-    if not isinstance(machine, Plane):
-        machine = balls_in_races(machine)
-        return ignoring(machine, explicit_averaged_border(averaged_plane(machine)), Theory.AVERAGED)
-    p = machine
+    whole, p = _machine_and_plane(machine)
+    border = _closed_border(p)
+    return border if whole is None else ignoring(whole, border, Theory.AVERAGED)
+
+
+@singledispatch
+def averaged_in_closed_form(p: Plane | Stations) -> Border | None:
+    """:func:`explicit_averaged_border` of what has one: balls on a planar rotor in races on the axis."""
+    return None
+
+
+@averaged_in_closed_form.register(Plane)
+def _(p: Plane) -> Border | None:
+    return _closed_border(p) if p.one_centric else None
+
+
+def _closed_border(p: Plane) -> Border:
     if not p.isotropic:
         return _orthotropic(p)
     share = damping_share(p)
@@ -459,11 +480,9 @@ def speed_windows(machine: Given, *, damped: bool = False) -> list[Window]:
         If true, the sign of the real part of the forward receptance decides, and damping may close the lower range. If
         false, the undamped theory: (w_x, w_r) and (w_y, inf), one range where both critical speeds are one.
     """
-    if not isinstance(machine, Plane):
-        machine = balls_in_races(machine)
-        if left_out := ignores(machine, Theory.AVERAGED):
-            warn(f"speed windows: the averaged theory {left_out}", RangeWarning)
-    p = averaged_plane(machine)
+    whole, p = _machine_and_plane(machine)
+    if whole is not None and (left_out := ignores(whole, Theory.AVERAGED)):
+        warn(f"speed windows: the averaged theory {left_out}", RangeWarning)
     squares = sorted(k / p.mass for k in p.stiffness)
     if not damped:
         low, high = (math.sqrt(square) for square in squares)

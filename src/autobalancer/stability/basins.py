@@ -137,9 +137,11 @@ def ends_dataset(
     acceleration: float | None,
 ) -> xr.Dataset:
     """Names of the ends and what they leave; ``starts`` and ``ends`` have a row for each run, see :func:`end_state`."""
+    # a name for each end; starts in which balls overlap are no starts
     machine, named = question.machine, [end_state(question, end) for end in ends]
     over = End("overlapping start", ("overlapping start",) * len(question.st.names))
     named = [over if bad else one for one, bad in zip(named, overlapping(question, starts), strict=True)]
+    # along the axes of the map, or one start after the other
     names = [name.replace("[", "_").rstrip("]") for name in axes]
     dims = tuple(names) if axes else ("run",)
     size = question.assembly.state.size
@@ -151,18 +153,21 @@ def ends_dataset(
         dataset = dataset.assign_coords(
             {name: (name, np.asarray(values, np.float64), {"long_name": text, "units": unit})}
         )
+    # what each run left
     dataset["state"] = (dims, states.reshape(shape), {"long_name": "end state", "flag_meanings": list(STATES)})
     dataset["time"] = (dims, ends[:, size + 1].reshape(shape), {"long_name": "time until judged", "units": "s"})
     deflection = np.array([np.abs(deflections(question, end)).max(initial=0.0) for end in ends]).reshape(shape)
     angles = ends[:, BALLS : BALLS + n].reshape(*shape, n)
     dataset["final_ball_angle_in_rotor"] = ((*dims, "ball"), angles, {"long_name": "final ball angle", "units": "rad"})
     dataset = dataset.merge(residuals(question, dims, angles, states.reshape(shape), deflection))
+    # the end of each plane by itself
     planes = np.array([[PLANE_STATES.index(name) for name in one.planes] for one in named])
     dataset["plane_state"] = (
         (*dims, "plane"),
         planes.reshape(*shape, -1),
         {"long_name": "end state of a plane", "flag_meanings": list(PLANE_STATES)},
     )
+    # shares of the ends with their statistical uncertainty, of random starts only
     possible = states[states != STATES.index("overlapping start")]
     counts = np.bincount(possible, minlength=len(STATES))
     low, high = wilson_interval(counts, max(possible.size, 1))
@@ -221,16 +226,19 @@ def starts_of(
     shape = tuple(v.size for v in values) if axes else (random,)
     count = math.prod(shape)
     refuse_what_does_not_fit("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
+    # at rest in the middle, or, on a ramp, before it has begun
     first = question.assembly.state.copy()
     first[[X, Y, VX, VY, THETA]] = 0.0
     if question.assembly.general:
         first[BALLS + 2 * n : 2 + 2 * question.assembly.places.shape[2] + 2 * n] = 0.0  # the other coordinates
     first[SPEED] = 0.0 if acceleration or "acceleration" in axes else speed
+    # without axes the balls begin anywhere on their races
     starts, rates = np.tile(first, (count, 1)), np.full(count, acceleration or 0.0)
     if not axes:
         drawn = generator(seed)
         balls = question.assembly.balls
         starts[:, BALLS : BALLS + n] = [start_angles(balls, drawn, given=False) for _ in range(count)]
+    # with axes each of them sets one number of the start
     for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
         column = grid.ravel()
         kind, _, ball = name.partition("[")
@@ -325,6 +333,7 @@ def end_state(question: Question, end: Floats) -> End:
     size, planes = question.assembly.state.size, range(len(question.st.names))
     if end[size] == FAILED:
         return End("failed", ("failed",) * len(planes))
+    # a ball that lags the rotor is stalled; one that swings oscillates, or chaotically if runs nearby part
     speed, swing = end[size + 2 : size + 2 + n], end[size + 2 + n :]
     if end[size] != RESTING:
         stalled = np.abs(speed) > TURNING * question.speed
@@ -343,6 +352,7 @@ def end_state(question: Question, end: Floats) -> End:
                     for p in planes
                 ),
             )
+    # at rest: every plane is named by where its balls and its center are
     center = centers(question, end)
     own_names = tuple(_at_rest(question, end[BALLS : BALLS + n], center, st.station == p) for p in planes)
     return End(_together(own_names), own_names)
@@ -495,12 +505,14 @@ def residuals(
     planes the residual is the sum of theirs, and the greatest deflection counts.
     """
     st, speed = question.st, question.speed
+    # what the balls of each plane make up, and what they should
     each = moments_of(st, angles)
     wanted = _wanted(st, speed)
     left_at = np.abs(each - wanted)
     left, whole = left_at.sum(axis=-1), float(np.abs(wanted).sum())
     resting = np.isin(states, [STATES.index(name) for name in AT_REST])
     possible = states != STATES.index("overlapping start")
+    # deflections that these unbalances leave, beside that of evenly spread balls
     alone = float(_deflections(st, speed, np.zeros((1, len(st.names)), np.complex128)).max())
     deflection = _deflections(st, speed, each.reshape(-1, len(st.names))).max(axis=-1).reshape(left.shape)
     ends = np.where(resting & np.isfinite(deflection), deflection, seen)
@@ -510,6 +522,7 @@ def residuals(
     )
     dataset["plane_residual_unbalance"] = ((*dims, "plane"), left_at)
     dataset["plane_unbalance"] = ("plane", np.abs(wanted))
+    # distributions over the starts that end at rest
     for name, values in (("residual_quantile", left), ("deflection_quantile", deflection)):
         there = values[resting]
         dataset[name] = ("quantile", np.quantile(there, QUANTILES) if there.size else np.full(len(QUANTILES), np.nan))
@@ -517,6 +530,7 @@ def residuals(
     nothing = np.full((len(QUANTILES), len(st.names)), np.nan)
     quantiles = np.quantile(at_rest, QUANTILES, axis=0) if len(at_rest) else nothing
     dataset["plane_residual_quantile"] = (("quantile", "plane"), quantiles)
+    # the verdict on each end, and those that never come to rest
     words = [verdict_word(value / alone) if alone > 0.0 else NO_VERDICT for value in deflection[resting]]
     counts = [words.count(word) for word in WORDS[:-1]]
     counts.append(int((possible & ~resting).sum()))

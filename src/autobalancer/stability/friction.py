@@ -167,23 +167,29 @@ def _shaken(races: Races, weight: float) -> Races:
 
 def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: float) -> tuple[HeldPlane, ...]:
     count = range(len(st.names))
+    # what whirl each plane bears before its balls move
     held = np.array([_held(races, place, weight) for place in count])
     center = race_centers(st)
+    # unbalance over whirl: the inverse of how the planes move by unbalance
     stiff = np.asarray(np.linalg.pinv(races.host, rcond=1e-11), np.complex128)  # moment per whirl, kg
     needed = np.abs(required(st, speed))
     centered = np.abs(required(st, speed, center))  # so that the races run true, with the axis beside them
     eccentric = np.abs(stiff @ center)
+    # the whirl without balancing, now and at every critical speed on the way
     alone = unbalance_whirl(st, speed)
     damped = bool(np.any(st.model.damping != 0.0))
     passed = [critical for critical in st.critical_speeds if critical <= speed]
     below = [unbalance_whirl(st, critical) if damped else np.full(alone.size, math.inf) for critical in passed]
     greatest = np.max([alone, *below], axis=0)
+    # residuals of all starts that were tried, about the axis and about the race centers
     residual, held_back = np.abs(whirl @ stiff.T), np.abs((whirl + center) @ stiff.T)
     total = needed + np.bincount(races.place, races.moment, needed.size)
+    # the greatest residual at which all balls can still stick
     most = (
         total if yields(st, speed) else _sticking(races, stiff, centered, held)
     )  # else balls gather on the heavy side
     sticking = np.minimum(most + eccentric, total)
+    # plane by plane, as numbers that say themselves
     planes = []
     for place, name in enumerate(st.names):
         here = races.place == place
@@ -286,7 +292,9 @@ def stopped(races: Races, starts: Floats) -> tuple[Complexes, NDArray[np.bool_]]
     speed = np.zeros_like(angle)
     moving = np.zeros(angle.shape, np.bool_)
     belongs = np.zeros((races.place.size, races.whirl.size))
+    # to which station each ball belongs
     belongs[np.arange(races.place.size), races.place] = 1.0
+    # steps are short against the fastest motion of balls in the greatest whirl there can be
     farthest = np.abs(races.whirl) + np.abs(races.host) @ (belongs.T @ races.moment)
     frequency = math.sqrt(float((races.push * (farthest[races.place] + np.abs(races.offset))).max()) or 1.0)
     step = STEP / frequency
@@ -294,13 +302,16 @@ def stopped(races: Races, starts: Floats) -> tuple[Complexes, NDArray[np.bool_]]
     whirl = np.zeros((angle.shape[0], races.whirl.size), np.complex128)
     for _ in range(STEPS):
         still_time()
+        # the rotor follows at once: its whirl from where all balls are now
         along = np.exp(1j * angle)
         whirl = races.whirl + (races.moment * along) @ belongs @ races.host.T
         seen = (whirl[:, races.place] + races.offset) * along.conj()
+        # force along the race and on its wall; adherence holds a ball up to its share of the latter
         push = races.push * seen.imag
         wall = races.push * np.maximum(races.orbit + seen.real, 0.0)
         loose = np.abs(push) > races.adherence * wall
         free = moving | loose
+        # implicit in the decay, so that drag of any size is stable; a ball that turns round stops first
         way = np.where(moving, np.sign(speed), np.sign(push))
         after = (speed + step * (push - races.rolling * wall * way)) / decay
         moving = free & (after * way > 0.0)

@@ -38,14 +38,21 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.kernels.measures.workspace import MeasureInputs
 from autobalancer.laws.capabilities import balance_grade, grade_name
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Machine
 from autobalancer.progress import OutOfTime, question
 from autobalancer.results.display_units import force_text, length_text, moment_text, significant, velocity_text
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.input_remarks import input_notes
 from autobalancer.stability.border import Border
 from autobalancer.stability.friction import HeldByFriction, held_by_friction
-from autobalancer.stability.host.stations import Stations, damping_ratio, loads_at_corners, stations, without_forces
+from autobalancer.stability.host.stations import (
+    Stations,
+    damping_ratio,
+    is_planar,
+    loads_at_corners,
+    stations,
+    without_forces,
+)
 from autobalancer.stability.maps.exact import BUDGET, NOT_FOUND, borders_of
 from autobalancer.stability.states.rest_states import described, required, service_speed
 from autobalancer.tables import Described, rpm_and_si
@@ -91,8 +98,7 @@ class Frame:
 
 def frame_of(machine: Machine, highest: float | None) -> Frame:
     """The frame of a machine; ``highest`` is the speed for which its stations are asked."""
-    rotor = machine.rotor
-    if not isinstance(rotor, PlanarRotor):
+    if not is_planar(machine):
         return _spatial(machine, highest)
     mass = total_mass(machine, resolve(machine))
     model = lateral_model(machine)
@@ -104,7 +110,7 @@ def frame_of(machine: Machine, highest: float | None) -> Frame:
     if pairs[0] == pairs[1]:
         pairs = pairs[:1]
     return Frame(
-        float(rotor.mass),
+        model.total_mass,
         mass,
         tuple(math.sqrt(k / mass) for k, _ in pairs),
         tuple(b / (2.0 * math.sqrt(k * mass)) for k, b in pairs),
@@ -287,6 +293,7 @@ def summary(
     machine = balls_in_races(machine, rings=True)
     if machine.liquid_rings:
         return replace(summary(changed_part(machine, liquid_rings=()), say, seconds), liquid_rings=_rings(machine))
+    # what the machine has: a run that would be refused is refused here
     balls = resolve(machine)
     assembly = assemble(machine, lags=diffusing_lags(machine))  # refuses what a run would refuse
     places = sorted({(ball.balancer, ball.race) for ball in balls})
@@ -294,17 +301,20 @@ def summary(
         _race([ball for ball in balls if (ball.balancer, ball.race) == place], ignores(machine, Theory.CAPABILITY))
         for place in places
     )
+    # what it has to balance, and can
     unbalance, capability = abs(largest_unbalance(machine)), sum(race.capability for race in races)
     highest = highest_prescribed(machine)
     with question("the critical speeds", math.inf, say):
         frame = frame_of(machine, highest)
     critical = frame.critical_speeds
+    # the border speeds, or why there are none
     borders: tuple[Border, ...] = ()
     reason = ""
     try:
         borders = borders_of(machine, described(weightless(machine), None), seconds=seconds, say=say)
     except QuestionError as error:
         reason = str(error)
+    # what friction holds at its service speed
     service = highest or 3.0 * max(critical, default=0.0)
 
     def held(speed: float | None) -> HeldByFriction:
@@ -338,9 +348,7 @@ def summary(
         warnings=input_notes(machine, None if machine.run is None else float(machine.run.duration))
         + _gravity_note(machine)
         + _pendulum_note(machine, balls)
-        + _warnings(
-            unbalance, capability, critical, highest, borders, bool(balls), isinstance(machine.rotor, PlanarRotor)
-        )
+        + _warnings(unbalance, capability, critical, highest, borders, bool(balls), is_planar(machine))
         + _short(frame.stations)
         + odd_sizes(machine, balls),
         rotor=machine.rotor.kind,
@@ -390,10 +398,11 @@ def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
 def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -> float:
     """S = (m eps w_c)^2 / (b beta) of equal balls on a planar rotor with isotropic supports; nan for others."""
     kinds = {(ball.moment, ball.drag) for ball in balls}
-    rotor = machine.rotor
-    if len(kinds) != 1 or not isinstance(rotor, PlanarRotor) or not rotor.isotropic or off_middle(machine):
+    if len(kinds) != 1 or not is_planar(machine) or off_middle(machine):
         return math.nan
     springs = planar_rotor(machine)
+    if not springs.isotropic:
+        return math.nan
     (moment, drag), damping = kinds.pop(), springs.damping_xy[0]
     if damping * drag == 0.0:
         return math.inf
@@ -455,11 +464,12 @@ def _warnings(
     elif has_balls and highest is not None and planar and highest < max(critical, default=0.0):
         warnings.append("the highest speed is below a critical speed; there the balls gather on the heavy side")
     exact = next((border for border in borders if border.name == "exact border"), None)
-    fast = highest is not None and highest > (max if planar else min)(critical, default=0.0)
-    if fast and exact is not None and exact.speed >= highest:
+    if highest is None or highest <= (max if planar else min)(critical, default=0.0):
+        return tuple(warnings)
+    if exact is not None and exact.speed >= highest:
         warnings.append(_below(exact, highest, planar))
     release = [border.speed for border in borders if border.name == "release speed"]
-    if fast and release and release[0] > highest:
+    if release and release[0] > highest:
         warnings.append(
             "the highest speed is below the release speed: balls that stall at a resonance in a slow run-up stay there"
         )

@@ -139,10 +139,12 @@ def follow(
         while True:
             if size < steps.least:
                 return
+            # predictor along the tangent, corrector in the plane across it
             guess = here.u + size * here.tangent
             row = here.tangent * problem.weight
             try:
                 u, corrections = correct(problem, guess, row, float(row @ here.u) + size)
+                # beyond the range: exactly to its end instead
                 if not low <= u[-1] <= high and abs(u[-1] - here.u[-1]) > 1e-12:
                     edge = low if u[-1] < low else high
                     share = (edge - here.u[-1]) / (u[-1] - here.u[-1])
@@ -153,6 +155,7 @@ def follow(
             except (NoConvergence, np.linalg.LinAlgError):
                 size *= 0.5
                 continue
+            # a curve that turns too much was stepped over too far, if it is the same curve at all
             turn = math.acos(min(1.0, abs(float(row @ there.tangent))))
             if turn > LARGEST_TURN and size > 16.0 * steps.least:
                 size *= 0.5
@@ -273,10 +276,12 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
     Newton's method on F = 0, (J - i w) q = 0, c.q = 1 for state, parameter, frequency w and mode q.
     """
     u, d = np.array(guess.u), guess.u.size - 1
+    # begin with the eigenvalue nearest the imaginary axis and its vector
     values = problem.eigenvalues(u) / problem.span.frequency
     chosen = int(np.argmin(np.where(values.imag > SMALL, np.abs(values.real), np.inf)))
     q, w = null_vector(problem.jacobian(u), values[chosen]), float(values[chosen].imag)
     c = np.conj(q) / np.vdot(q, q)
+    # all unknowns together; where states form a continuum, the shortest step
     for _ in range(CORRECTIONS):
         matrix, miss = hopf_slopes(problem, u, w, q, c), hopf_equations(problem, u, w, q, c)
         step = (
@@ -288,6 +293,7 @@ def hopf_point(problem: Steady, guess: Point) -> Special:
             break
     if not (np.all(np.isfinite(u)) and abs(u[-1] - guess.u[-1]) < 1e-3):
         raise NoConvergence
+    # on axes that turn with the rotor, half its speed is a period doubling in space
     q = as_ball_angle(q, problem)
     if (
         abs(w * problem.span.frequency - problem.field(u).speed) < DOUBLING * problem.span.frequency
@@ -359,6 +365,7 @@ def lyapunov_coefficient(problem: Steady, u: Floats, q: Complexes, w: float) -> 
 
 
 def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Special]:
+    # a fold: the parameter turns back; with a singular Jacobian of rank two less it is a branch point
     if a.tangent[-1] * b.tangent[-1] < 0.0:
         point = _try(problem, a, b, lambda p: float(p.tangent[-1]))
         return (
@@ -372,6 +379,7 @@ def _folds_and_branch_points(problem: Steady, a: Point, b: Point) -> list[Specia
     if problem.loose:
         return []
 
+    # another branch crosses where the bordered matrix changes its orientation
     def orientation(p: Point) -> float:
         return float(np.linalg.slogdet(problem.bordered(p.u, p.tangent))[0])
 
@@ -521,6 +529,7 @@ def _closing(problem: Steady, guess: Floats, pair: list[int]) -> Floats | None:
     Where races run true the balls have no torque whatever their angles: c = 0 takes the place of their two equations, which
     leaves a regular system. Other races must not have more than two groups that run true.
     """
+    # the groups whose race runs true, one equation pair for each race
     true = _true(problem, guess)
     true[pair] = True
     firsts = [i for i in np.flatnonzero(true) if _company(problem, guess, int(i))[0] == i]
@@ -535,6 +544,7 @@ def _closing(problem: Steady, guess: Floats, pair: list[int]) -> Floats | None:
         torques = problem.angles.stop + np.flatnonzero(true)  # their mean, on anisotropic supports
         return np.concatenate([np.delete(missed, torques), center.real, center.imag, [_across(problem, u, pair)]])
 
+    # Newton's method with slopes by differences: the system is small
     u, size = np.array(guess), math.inf
     for _ in range(2 * CORRECTIONS):
         slope = np.array([(equations(u + h) - equations(u - h)) / 2e-6 for h in 1e-6 * np.eye(u.size)]).T

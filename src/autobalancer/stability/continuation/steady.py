@@ -17,7 +17,7 @@ from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Machine, PlanarRotor, PrescribedSpeed
+from autobalancer.machine import Machine, PrescribedSpeed
 from autobalancer.machine.drive import Constant
 from autobalancer.machine.path import QUANTITIES, axis_attributes, named_unit, parts_of
 from autobalancer.stability.host.reduction import basis_for, projected
@@ -497,15 +497,15 @@ def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
         if math.isnan(now):
             return plane(with_quantity(machine, name, value), p.unbalance)
         return replace(p, drag=p.drag * value / now)
-    balls, rotor = resolve(machine), machine.rotor
-    assert isinstance(rotor, PlanarRotor)
+    balls = resolve(machine)
     mass = np.array([value - ball.displaced for ball in balls])
     orbit = np.array([ball.orbit_radius for ball in balls])
     kept = [ball.mass / value if ball.body == "pendulum" else 1.0 for ball in balls]  # whose own inertia stays
     spin = np.array([ball.spin_ratio * share for ball, share in zip(balls, kept, strict=True)])
     fluid = np.array([ball.virtual_mass * ball.displaced for ball in balls])
     inertia = ((1.0 + spin) * value + fluid) * orbit**2
-    return replace(p, mass=float(rotor.mass) + float(mass.sum()), ball_mass=mass, moment=mass * orbit, inertia=inertia)
+    whole = p.mass + float(mass.sum() - p.ball_mass.sum())
+    return replace(p, mass=whole, ball_mass=mass, moment=mass * orbit, inertia=inertia)
 
 
 def _constant_speed(machine: Machine) -> float:

@@ -141,6 +141,7 @@ class Explorer:
         number = self._open("equilibrium")
         branch = self.branches[number]
         branch.problem, branch.ended = problem, "could not be followed further"
+        # piece by piece; special points that end a branch (a symmetry, a continuum) cut the piece
         points, loop = [Point(start if origin is None else origin, like)], Loop(start)
         steps = self.steps if origin is None else replace(self.steps, first=OFF)
         for _, a, b in follow(problem, start, like, steps=steps):
@@ -161,6 +162,7 @@ class Explorer:
                 break
             if not 0.0 < b.u[-1] < 1.0:
                 branch.ended = "end of the range"
+        # a row for each point, found once the branch is complete
         branch.points = points
         branch.rows = [steady_row(problem, point.u) for point in points]
         if len(points) < 2:
@@ -169,11 +171,13 @@ class Explorer:
 
     def _switched(self, found: Found, old: Steady, groups: Groups, way: Floats) -> None:
         """What branches off: balls joined, balls split along ``way``, or another direction of the same balls."""
+        # the point in the unknowns of the new branch, whose balls are grouped otherwise
         u = found.special.point.u
         new = Steady(self.span, groups)
         here = np.append(new.gathered(old.state(u)), u[-1])
         if found.row.name == "balanced" and new.freedom_or_none(here):
             return  # a continuum of balanced states, of which the curve of two bundles is followed
+        # directions in which it leaves: that of the kernel both ways, or one where both ways are the same by exchange
         if way.size == u.size and groups == old.groups:
             likes = [way, -way]
         elif way.any():
@@ -187,6 +191,7 @@ class Explorer:
             except np.linalg.LinAlgError:
                 return
             likes = [along, -along]
+        # a small step off the old branch, corrected on the new one, then followed
         followed = 0
         for like in likes:
             row = like * new.weight

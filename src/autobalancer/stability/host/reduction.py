@@ -33,6 +33,7 @@ def basis_for(st: Stations, highest: float) -> Matrix | None:
         return None
     from scipy.linalg import eigh
 
+    # shapes: the lowest modes, and what the rotor does under static forces at its stations
     held = model.stiffness_at(min(0.5 * highest, model.top_speed))
     directions = [slice(0, n)] if st.isotropic else [slice(0, n), slice(n, 2 * n)]
     modes, static = [], []
@@ -45,6 +46,7 @@ def basis_for(st: Stations, highest: float) -> Matrix | None:
         modes.append(eigh(stiffness, mass)[1])
         static.append(np.linalg.lstsq(stiffness, pushed, rcond=1e-13)[0])
 
+    # more and more of them, until the receptances agree up to the highest speed
     def bases() -> Iterator[Matrix]:
         count = 4
         while count * len(directions) + sum(part.shape[1] for part in static) < 0.7 * n:

@@ -67,6 +67,26 @@ class Plane:
         return self.stiffness[0] == self.stiffness[1] and self.damping[0] == self.damping[1]
 
     @property
+    def as_station(self) -> Stations:
+        """The same as one station of a rotor."""
+        return of_plane(self)
+
+    @property
+    def one_centric(self) -> bool:
+        """Whether all balls run in one plane, around the axis."""
+        return not np.any(self.offset)
+
+    @property
+    def knows_any_unbalance(self) -> bool:
+        """Whether all borders but the exact one of a state are those of any unbalance."""
+        return self.one_centric
+
+    @property
+    def greatest_resultant(self) -> float:
+        """The greatest unbalance that balls side by side can balance, kg m."""
+        return self.capability
+
+    @property
     def station(self) -> NDArray[np.int64]:
         """All balls are at the only one, (n,)."""
         return np.zeros(self.moment.size, np.int64)
@@ -143,7 +163,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None, *, with_fo
         If gravity acts in the plane: then there is no steady state at rest in the rotor. If the rotor is not planar.
     """
     rotor = machine.rotor
-    if not isinstance(rotor, PlanarRotor):
+    if not is_planar(machine):
         raise QuestionError(
             f"rotor: given one of kind {rotor.kind!r}; this analysis supports planar rotors only. For any rotor use "
             f"equilibria, eigenvalues, borders, stable_windows or border_curve; {STAND_IN}"
@@ -387,6 +407,26 @@ class Stations:
         return np.asarray(self.moment / self.ball_mass)
 
     @property
+    def as_station(self) -> Stations:
+        """Itself; a plane becomes one."""
+        return self
+
+    @property
+    def one_centric(self) -> bool:
+        """Whether all balls run in one plane, around the axis."""
+        return len(self.names) == 1 and not np.any(self.offset)
+
+    @property
+    def knows_any_unbalance(self) -> bool:
+        """Whether all borders but the exact one of a state are those of any unbalance."""
+        return self.isotropic and self.one_centric
+
+    @property
+    def greatest_resultant(self) -> float:
+        """The greatest unbalance that balls side by side can balance, kg m: no single number where planes share it."""
+        return math.inf
+
+    @property
     def plain(self) -> bool:
         """Whether balls feel the deflection of their race and nothing else."""
         return self.slopes is None and self.forces is None
@@ -496,11 +536,13 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
             "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead, "
             "or ask basin with random starts"
         )
+    # the rotor with the mass of its balls in their planes
     bare = lateral_model(machine)
     model = with_ball_mass(machine, bare)
     tilting, forces = machine.tilting_races == "full", forces_on(machine)
     if not model.isotropic and (tilting or forces is not None):
         refuse_motion_along_the_axis(model)
+    # the balls by station and by race
     balls = resolve(machine)
     planes = planes_of(machine, bare)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
@@ -572,11 +614,6 @@ def in_plane(machine: Machine, unbalance: complex | float | None = None) -> Stat
         As of :func:`~autobalancer.stability.host.stations.plane`.
     """
     return replace(of_plane(plane(machine, unbalance, with_forces=True)), forces=forces_on(machine))
-
-
-def as_station(p: Plane | Stations) -> Stations:
-    """The stations of any machine: of a plane its only one."""
-    return of_plane(p) if isinstance(p, Plane) else p
 
 
 def of_plane(p: Plane) -> Stations:

@@ -107,9 +107,11 @@ class Field:
         _, damping, stiffness, fixed = self._matrices
         angle, turn = state[..., first : first + n], direction[..., first : first + n]
         rate, change = state[..., first + n :], direction[..., first + n :]
+        # powers of the way along the direction: of the square of a ball's speed in space,
         square = [(speed + rate) ** 2, 2.0 * (speed + rate) * change, change**2]
         cosine, sine, matrices = [], [], []
         right: list[Numbers] = []
+        # of cos and sin, whose derivatives repeat, and so of all that is a product of these
         for k in range(order + 1):
             factor = turn**k / math.factorial(k)
             cosine.append(np.cos(angle + 0.5 * np.pi * k) * factor)
@@ -119,11 +121,14 @@ class Field:
             load = -_product(stiffness, here[..., :half]) - _product(damping, here[..., half:first])
             if k == 0:
                 load = load + fixed
+            # centrifugal forces at the stations
             pull = [sum(square[j] * side[k - j] for j in range(min(k, 2) + 1)) for side in (cosine, sine)]
             load = load + np.concatenate([(p.moment * part) @ self.rows for part in pull], -1)
+            # torques: drag, and what the eccentricity of the race does
             across = p.offset.imag * cosine[k] - p.offset.real * sine[k]
             torque = -p.drag * here[..., first + n :] + p.moment * speed**2 * across
             right.append(np.concatenate([load, torque], -1))
+        # forces and tilt add to both
         if p.forces is not None:
             for total, more in zip(right, p.forces.series(angle, rate, turn, change, speed, order), strict=True):
                 total[..., half:] += more
@@ -144,6 +149,7 @@ class Field:
         p, n, first = self.host, self.balls, self.rotor
         assert p.slopes is not None
         order, pairs, slopes = len(right) - 1, first // 4, p.slopes[p.station]
+        # everything as series in the way along the direction, so that products are those of series
         c, s = Series(cosine, order), Series(sine, order)
 
         def straight(part: slice, rows: Matrix | None = None) -> Series:
@@ -153,6 +159,7 @@ class Field:
         def quarter(number: int) -> Series:
             return straight(slice(number * pairs, (number + 1) * pairs), slopes)
 
+        # where the balls are in the race, and how it tilts
         across, up = p.orbit * c + p.offset.real, p.orbit * s + p.offset.imag
         adds = tilted(
             Feels(
@@ -163,6 +170,7 @@ class Field:
             p.weight,
         )  # fmt: skip
         x, y, ball = slice(0, pairs), slice(pairs, 2 * pairs), slice(2 * pairs, None)
+        # into the matrix and the load, term by term
         for k in range(order + 1):
             matrix, load = matrices[k], right[k]
             for part, lean, moment in ((x, adds.lean_x, adds.moment_x), (y, adds.lean_y, adds.moment_y)):
@@ -188,10 +196,12 @@ class Field:
         _, damping, stiffness, _ = self._matrices
         angle, rate = states[..., first : first + n], states[..., first + n :]
         c, s = np.cos(angle), np.sin(angle)
+        # accelerations there, which multiply the slopes of the inertia
         values = self(states)
         whole = self.accelerations(states, values)
         ax, ay = whole[..., :pairs] @ self.rows.T, whole[..., pairs:] @ self.rows.T
         spin = values[..., first + n :]
+        # rows of the rotor: springs and dampers, then how the forces of the balls turn and grow
         right = np.zeros((*states.shape[:-1], half + n, first + 2 * n))
         ball = np.arange(n)
         right[..., :half, :half], right[..., :half, half:first] = -stiffness, -damping
@@ -199,6 +209,7 @@ class Field:
             push = (speed + rate) ** 2 * tangent + spin * radial  # s t phi'' turns with the ball
             right[..., part, first : first + n] = self._at_rows(p.moment * push)
             right[..., part, first + n :] = self._at_rows(2.0 * p.moment * (speed + rate) * radial)
+        # rows of the balls: how the torque of the accelerated race turns, and drag
         along = p.offset.real * c + p.offset.imag * s
         right[..., half + ball, first + ball] = p.moment * (c * ax + s * ay - speed**2 * along)
         right[..., half + ball, first + n + ball] = -p.drag

@@ -17,7 +17,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, singledispatch
 from itertools import product
 from typing import Protocol
 
@@ -29,7 +29,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.progress import still_time
 from autobalancer.results.display_units import length_text
 from autobalancer.roots import root
-from autobalancer.stability.host.stations import Complexes, Plane, Stations, as_station
+from autobalancer.stability.host.stations import Complexes, Plane, Stations
 from autobalancer.stability.states.ball_positions import close_polygon, spread_of_two, spread_range
 from autobalancer.stability.states.ball_positions import growth_rates as right_angle_rates
 from autobalancer.stability.states.linearized import exponents_of, kept, modes
@@ -303,14 +303,24 @@ def balanced_states(p: Described) -> list[Balanced]:
     """Members of the family of balanced states of a machine: one, or several that stand for a continuum."""
     if p.moment.size == 0:
         raise QuestionError("the machine has no balls; there is no balanced state")
-    if isinstance(p, Plane):  # closed forms
-        places = MEMBERS if p.moment.size > 2 else (0.0,)
-        if equal_balls(p):
-            return [EqualBalls(p, place) for place in places]
-        if not np.any(p.offset) and not p.isotropic:
-            return [EqualBallsAtRest(p, place) for place in places] if alike(p) else [BallsAtRest(p)]
-    st = as_station(p)
-    return [ForcedBalls(st)] if st.forces is not None else list(members_of(st))
+    st = p.as_station
+    return _in_closed_form(p) or ([ForcedBalls(st)] if st.forces is not None else list(members_of(st)))
+
+
+@singledispatch
+def _in_closed_form(p: Described) -> list[Balanced]:
+    """The same where their growth rates are known in closed form; empty where none is."""
+    return []
+
+
+@_in_closed_form.register(Plane)
+def _(p: Plane) -> list[Balanced]:
+    places = MEMBERS if p.moment.size > 2 else (0.0,)
+    if equal_balls(p):
+        return [EqualBalls(p, place) for place in places]
+    if p.isotropic or not p.one_centric:
+        return []
+    return [EqualBallsAtRest(p, place) for place in places] if alike(p) else [BallsAtRest(p)]
 
 
 def equal_balls(p: Plane) -> bool:

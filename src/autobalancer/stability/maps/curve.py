@@ -115,7 +115,7 @@ def border_curve(
     constant: tuple[Border, ...] | None = None  # only the exact border depends on the unbalance of races on the axis
     for number, value in enumerate(points):
         changed, p = with_values(machine, {parameter: value})
-        if parameter == "unbalance" and not only and constant is not None and _any_unbalance(p):
+        if parameter == "unbalance" and not only and constant is not None and p.knows_any_unbalance:
             rows.append(
                 (
                     *(b for b in constant if not b.name.startswith("exact border")),
@@ -130,12 +130,6 @@ def border_curve(
         if progress is not None:
             progress(number + 1, len(points))
     return _dataset(machine, parameter, numbers, rows, critical)
-
-
-def _any_unbalance(p: Described) -> bool:
-    """Whether all borders but the exact one of a state are those of any unbalance."""
-    one_plane = isinstance(p, Plane) or (p.isotropic and len(p.names) == 1)
-    return one_plane and not np.any(p.offset)
 
 
 def unbalances_to_capability(machine: Machine, count: int = 161) -> Floats:
@@ -261,6 +255,7 @@ def minimum_drag(
 def _minimum(
     machine: Machine | str | Path, name: str, speed: float | str, which: str, unbalance: float | None
 ) -> float:
+    # what is asked, and whether there is an answer at all
     whole = balls_in_races(machine)
     machine = weightless(whole)
     if which not in VARIABLES:
@@ -271,6 +266,7 @@ def _minimum(
         warn(f"minimum {name}: the {which} {left_out}", RangeWarning)
     if p.moment.size == 0:
         raise QuestionError(f"minimum {name}: the machine has no balls")
+    # the range that is searched: for drag in units of the inertia times the critical speed
     fast = p.scale_speed
     unit = float(np.median(p.inertia)) * fast
     ends = VISCOSITIES if name == "viscosity" else (DRAGS[0] * unit, DRAGS[1] * unit)
@@ -284,12 +280,14 @@ def _minimum(
         changed = with_quantity(machine, name, math.exp(exponent))
         return _surplus(changed, described(changed, unbalance), which, wanted)
 
+    # from the thickest fluid down, until it is not enough
     low, high = (math.log(value) for value in ends)
     grid = np.linspace(low, high, round(STEPS * (high - low) / math.log(10.0)) + 1)[::-1]
     if not enough(float(grid[0])):
         return math.inf
     if which == RELEASE:
         grid = _around(enough, grid)
+    # between two values: a root where the border is a smooth function, else bisection
     for before, after in pairwise(grid):
         if not enough(float(after)):
             if which in (RELEASE, CAPTURE):
@@ -306,6 +304,7 @@ def _question(
     def of(machine: Machine) -> Described:
         return described(machine, unbalance)
 
+    # each border has its own way; one that is not known at the start is refused with its reason
     if which == AVERAGED:
         result = averaged_of(of(machine))
         if math.isnan(result.speed):
@@ -318,6 +317,7 @@ def _question(
         if math.isnan(result.speed):
             raise QuestionError(f"{which}: {result.note}")
         return lambda m: worst_case_of(of(m)).speed <= speed
+    # the exact border is that of the worst position of the balls, the best case that of the best one
     (first, *_) = exact_borders(machine, of(machine))
     if math.isnan(first.speed):
         raise QuestionError(f"{which}: {first.note}")
@@ -390,6 +390,7 @@ def rates_over(
     progress: Callable[[int, int], None] | None,
 ) -> Floats:
     """Growth rates over two parameters, 1/s, in their order; nan without a balanced state."""
+    # speed and, on a planar rotor, unbalance need no new machine: they are the inner loops
     planar = is_planar(machine) and not has_forces(machine)
     inner = ("unbalance", "speed") if planar else ("speed",)
     outer = [name for name in values if name not in inner]  # those that need another machine
@@ -398,6 +399,7 @@ def rates_over(
     machines, planes = zip(*(with_values(machine, dict(zip(outer, row, strict=True))) for row in rows), strict=True)
     own = np.array([np.nan])  # the unbalance of the machine
     sizes = values.get("unbalance", own) if planar else own
+    # some more tasks than threads, so that none waits long for the last
     parts = np.array_split(np.arange(sizes.size), max(1, min(sizes.size, TASKS // len(rows))))
     tasks = [(row, part) for row in range(len(rows)) for part in parts]
     result = np.empty((len(rows), sizes.size, speeds.size))
@@ -413,6 +415,7 @@ def rates_over(
         for done, _ in enumerate(pool.map(work, tasks), 1):
             if progress is not None:
                 progress(done, len(tasks))
+    # back to the order of the axes
     order = [*outer, *(name for name in inner if name in values)]
     kept = result.reshape([values[name].size for name in order])
     return np.ascontiguousarray(kept.transpose([order.index(name) for name in values]))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, singledispatch
 from pathlib import Path
 
 import numpy as np
@@ -19,13 +19,13 @@ from autobalancer.progress import OutOfTime, question, still_time
 from autobalancer.results.display_units import moment_text
 from autobalancer.roots import least, root
 from autobalancer.stability.averaged import (
+    averaged_in_closed_form,
     averaged_station_growth,
     averaged_station_growths,
-    explicit_averaged_border,
     refuse_without_drag,
 )
 from autobalancer.stability.border import Border, Borders, ignoring
-from autobalancer.stability.host.stations import Floats, Plane, Stations, as_station
+from autobalancer.stability.host.stations import Floats, Plane, Stations
 from autobalancer.stability.maps.balanced import (
     POINTS,
     Balanced,
@@ -55,20 +55,20 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     """*exact border*, and *exact border, best case* where the positions of the balls are a continuum."""
     members = balanced_states(p)
     result = [border_of(member, p) for member in members]
+    # why there is none, in words: a reason that holds at any speed, or balls that would overlap
     if any(not math.isnan(speed) for speed, _ in result):  # positions that exist only at some speeds do not count
         result = [one for one in result if not math.isnan(one[0])]
     if p.forces is None and all(math.isinf(speed) for speed, _ in result):
-        because = why_never(machine, as_station(p), p.highest_searched)
+        because = why_never(machine, p.as_station, p.highest_searched)
         result = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in result]
-    if isinstance(p, Plane) and abs(p.unbalance) > p.capability * (1.0 + 1e-9):
-        short = (
-            f"side by side the balls can balance {moment_text(p.capability, 4)} only: here they would have to overlap"
-        )
+    if abs(p.unbalance) > p.greatest_resultant * (1.0 + 1e-9):
+        short = f"side by side the balls can balance {moment_text(p.greatest_resultant, 4)} only: here they would have to overlap"
         result = [
             (speed, "; ".join(filter(None, (short, note)))) for speed, note in result if not math.isnan(speed)
         ] or result
     if isinstance(members[0], ForcedBalls):
         result = [(speed, "; ".join(filter(None, (members[0].left_at(speed), note)))) for speed, note in result]
+    # one position, or the worst and the best of a continuum
     low, high = min(result, key=_rank), max(result, key=_rank)
     if len(members) == 1:
         return [Border("exact border", *result[0])]
@@ -109,11 +109,13 @@ def border_of(
     return windows[-1][0], "; ".join(filter(None, (below, note)))
 
 
+@singledispatch
 def worst_case_of(p: Described) -> Border:
     """*exact border, worst case* of any rotor."""
-    return worst_case(p) if isinstance(p, Plane) else worst_case_at_one_station(p)
+    return worst_case_at_one_station(p.as_station)
 
 
+@worst_case_of.register(Plane)
 def worst_case(p: Plane) -> Border:
     """*exact border, worst case*: the highest one for any unbalance from zero to capability, equal balls only.
 
@@ -125,11 +127,13 @@ def worst_case(p: Plane) -> Border:
         return Border(name, math.nan, "computed for equal balls only; see the exact border", False)
     if np.any(p.offset != 0.0):
         return Border(name, math.nan, "computed for races on the axis only; see the exact border", False)
+    # on orthotropic supports no closed form is known: several |S2| are tried
     balancer = planar_balancer_of(p)
     if not p.isotropic:
         return _worst_spread([EqualBallsAtRest(p, spread=share * balancer.count) for share in SPREADS], p)
     if balancer.damping == 0.0 or balancer.drag == 0.0:
         return Border(name, math.inf, "the rotor or its balls are undamped")
+    # balls at right angles in closed form, then whether any other |S2| is worse
     speed, spread = worst_case_border(balancer), 0.0
     if math.isinf(speed):
         return Border(name, speed, "of balls at right angles (|S2| = 0)")
@@ -287,6 +291,7 @@ def stable_windows(
 
 def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[list[Window], str]:
     """Stable windows of one state and a note on them; the note is never empty where there is no window."""
+    # growth rates over a grid that is dense above the critical speeds
     margin = MARGIN * p.scale_speed
     speeds = _grid(low, high, p, POINTS[state.route])
     rates = state.rates(speeds)
@@ -298,7 +303,9 @@ def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[
         still_time()
         return float(state.rates(np.array([speed]))[0]) + margin
 
+    # a pair of borders between two points shows as an extreme value; such points are added
     speeds, rates = _with_extremes(speeds, rates + margin, rate)
+    # windows from border to border, each found by bisection
     stable = rates < 0.0
     windows: list[Window] = []
     start = low if stable[0] else None
@@ -313,6 +320,7 @@ def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[
             start = None
     if start is not None:
         windows.append((start, high))
+    # what the note says
     missing = speeds[np.isnan(rates)]
     notes = []
     if missing.size:
@@ -465,17 +473,15 @@ def averaged_of(p: Described) -> Border:
         return Border(AVERAGED, math.inf, "a ball has no drag")
     if max(p.damping) == 0.0:
         return Border(AVERAGED, math.inf, "the rotor has no damping")
-    if isinstance(p, Plane) and not np.any(p.offset):
-        return replace(explicit_averaged_border(p), name=AVERAGED)
-    st = as_station(p)
-    return replace(averaged_border_of(st, worst_case=_one_centric(st)), name=AVERAGED)
+    border = averaged_in_closed_form(p) or averaged_border_of(p, worst_case=p.one_centric)
+    return replace(border, name=AVERAGED)
 
 
 def averaged_border_of(p: Described, worst_case: bool, searched: tuple[float, float] | None = None) -> Border:
     """Averaged border by root finding, (4.69) of Spannan (2021) for any rotor."""
-    st = as_station(p)
+    st = p.as_station
     refuse_without_drag(st.drag)
-    if worst_case and not _one_centric(st):
+    if worst_case and not st.one_centric:
         raise QuestionError(
             "averaged border: the worst case over the unbalance needs races on the axis of the rotor, in one plane; leave out "
             "worst_case for the border at the unbalance of the machine"
@@ -491,10 +497,6 @@ def averaged_border_of(p: Described, worst_case: bool, searched: tuple[float, fl
         where += f", worst of {len(items)} positions of the balls"
     text = "; ".join(filter(None, (f"{where}, from the averaged eigenvalue problem", note)))
     return Border(AVERAGED_WORST_CASE if worst_case else AVERAGED, speed, text)
-
-
-def _one_centric(st: Stations) -> bool:
-    return len(st.names) == 1 and not np.any(st.offset)
 
 
 def _any_unbalance(st: Stations) -> list[Balanced]:

@@ -358,10 +358,12 @@ class Row:
 def steady_row(problem: Steady, u: Floats) -> Row:
     """The row of a steady state."""
     field, state = problem.span.whole(float(u[-1])), problem.state(u)
+    # states of a turn, on anisotropic supports where the rotor's orbit is an ellipse
     around = field.at(state, AROUND) if isinstance(field, Cycle) else state[None]
     values = problem.all_eigenvalues(u)
     freedom = running_true(field, state, problem.span.length)
     name = _name(field, state, problem.span.length)
+    # eigenvalues that decide: without those that a continuum of states makes zero
     deciding = kept(values, freedom or 0)
     lead = deciding[np.argmax(deciding.real)]
     n = field.balls
@@ -390,11 +392,13 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
     """The row of a periodic orbit."""
     orbit = problem.orbit(u)
     n = len(orbit.winding)
+    # the orbit on a fine mesh, for its least and greatest values
     edges = problem.mesh.edges
     fine = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(FINE) / FINE).ravel(), 1.0)
     states = problem.mesh.interpolated(orbit.states, fine)
     size = deflections(problem.span.whole(float(u[-1])).host, states)
     angles = states[:, problem.span.rotor : problem.span.rotor + n]
+    # balls that turn round and round have no least angle
     turning = np.array(orbit.winding) != 0
     lead = orbit.multipliers[1]
     return Row(
@@ -470,16 +474,19 @@ def follow_orbits(
     rows, here = side.rows, problem.orbit(u)
     loop, grown, shortest = Loop(_mark(rows[0])), 0.0, here.period
     for now, a, b in follow(problem, u, like, steps=Steps(FIRST, LEAST, MOST * most, COUNT)):
+        # the trivial multiplier must be one: how far it is tells how exact the orbit is
         there = now.orbit(b.u)
         if abs(there.multipliers[0] - 1.0) > INACCURATE:
             side.ended = "too unstable to be followed"
             break
+        # special points on the way, as rows of their own
         for special in special_orbits(now, a, b, here, there):
             row = orbit_row(now, special.point.u)
             side.specials.append((special, row))
             rows.append(row)
         rows.append(orbit_row(now, b.u))
         say(float(b.u[-1]))
+        # does it end: at a Hopf point, in itself, at an infinite period, or at the end of the range?
         here, shortest = there, min(shortest, there.period)
         size = float(np.ptp(now.states(b.u)[:, now.balls], axis=0).max())
         grown = max(grown, size)
@@ -494,6 +501,7 @@ def follow_orbits(
         else:
             continue
         break
+    # a period that grows without limit ends at an orbit of infinite period
     if side.ended in ("too unstable to be followed", "period without limit") and _without_limit(rows, NEARLY):
         side.ended = "period without limit"
         last = _extrapolated(rows, problem.span.value)
@@ -538,6 +546,7 @@ def special_orbits(problem: Orbits, a: Point, b: Point, before: Orbit, after: Or
     def at(p: Point) -> Orbit:
         return before if p is a else after if p is b else problem.orbit(p.u)
 
+    # multipliers that pass +1: a fold where the parameter turns, else another branch
     specials: list[Special] = []
     if a.tangent[-1] * b.tangent[-1] < 0.0:
         specials += _located(problem, a, b, "fold", lambda p: float(p.tangent[-1]))
@@ -545,8 +554,10 @@ def special_orbits(problem: Orbits, a: Point, b: Point, before: Orbit, after: Or
         specials += _located(problem, a, b, "branch point", lambda p: _distance(at(p).own[1:], 1.0))
     if _sign(before.apart, 1.0) * _sign(after.apart, 1.0) < 0.0:
         specials += _located(problem, a, b, "branch point", lambda p: _distance(at(p).apart, 1.0))
+    # those that pass -1: twice the period
     if _sign(before.multipliers, -1.0) * _sign(after.multipliers, -1.0) < 0.0:
         specials += _located(problem, a, b, "period doubling", lambda p: _distance(at(p).multipliers, -1.0))
+    # pairs that pass the unit circle: a torus
     counts = [int((_turning(m) > 0.0).sum()) for m in (before.multipliers, after.multipliers)]
     for rank in range(min(counts), max(counts)):
 

@@ -36,7 +36,7 @@ from autobalancer.machine import Machine
 from autobalancer.progress import still_time
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import Complexes, Floats, Plane, Stations, as_station, stations
+from autobalancer.stability.host.stations import Complexes, Floats, Plane, Stations, stations
 from autobalancer.stability.stall.branch import BELOW as RANGES_BELOW
 from autobalancer.stability.stall.branch import (
     FAR,
@@ -112,7 +112,7 @@ def release_of(
         closed = release_border(p) if plain and isinstance(p, Plane) and p.isotropic else None
         runs = None if left_out or closed else slow_runs(machine, loads)
         limit = math.inf if p.planar else limit
-        result = joint_borders(as_station(p), loads, top, limit, capture, closed, runs)
+        result = joint_borders(p.as_station, loads, top, limit, capture, closed, runs)
     planes = len(set(loads.station.tolist()))
     if planes > 2 or (planes == 2 and runs is None):
         result = tuple(
@@ -216,9 +216,11 @@ def joint_borders(
 
     ``runs`` of the machine follow them beyond the ends of their balances.
     """
+    # the rotor with the modes that matter up to the limit
     if math.isfinite(limit):
         st = reduced(st, 2.0 * limit)
     rotor = Whirling(st)
+    # is there a drag that frees the balls at all?
     why = _unbounded(rotor, loads, limit)
     if why:
         return never(why, capture)
@@ -226,6 +228,7 @@ def joint_borders(
         return closed, *(
             [_at_most(_captured(rotor, loads, closed.speed, top, limit, runs), closed.speed)] if capture else []
         )
+    # ranges of speed in which balls hang at a resonance, and which of them a run-up meets
     ranges = hanging_ranges(rotor, loads, top, limit)
     known = reached(ranges, st.critical_speeds)
     met = [one for one in known if one.begin <= limit]
@@ -235,6 +238,7 @@ def joint_borders(
     if not met:
         release = Border(RELEASE, math.nan, "; ".join([PASS, *notes]))
         return release, *([Border(CAPTURE, math.nan, PASS)] if capture else [])
+    # the last of these ends releases the balls
     met = _followed(runs, loads, met)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
@@ -465,17 +469,20 @@ def on_rubber(
     machine: Machine, soft: Softened, groups: tuple[StalledGroup, ...], capture: bool, limit: float
 ) -> tuple[Border, ...]:
     """*release speed* and *capture speed* of equal balls of one plane, at resonances up to ``limit``, rad/s."""
+    # one ball that stands for all of its plane
     group = groups[0]
     if not group.carries:
         return never(DRAGLESS, capture)
     total = group.count * group.moment
     row = balancer_rows(machine, lateral_model(machine))[group.ball.balancer].deflection
     ball = StalledBall(group.moment, total, group.ball.orbit_radius, group.drag, group.rolling)
+    # resonances of the rubber as it is soft and as it is stiff
     resonances = [speed for speed in _resonances(soft) if speed <= limit]
     limit = min(limit, FARTHEST * max(resonances, default=0.0))
     if not resonances:
         borders = (Border(RELEASE, math.nan, NONE_MET), Border(CAPTURE, math.nan, NONE_MET))
         return borders if capture else borders[:1]
+    # gyroscopic forces depend on the rotor's speed over the whirl, which follows from the answer: repeated
     over = 1.0
     folds: tuple[StallRange, ...] = ()
     for _ in range(PASSES):
@@ -492,6 +499,7 @@ def on_rubber(
     if folds and math.isinf(folds[-1].release):
         return never("no drag is enough at a resonance", capture)
     how = ON_RUBBER + ("" if soft.sliding.isotropic else TURN) + _on_rubber_beyond(soft, row, total, folds, over)
+    # the last fold releases the balls; in a run-down they are caught again
     released = parted(ball, receptance, resonances, folds, group.count, how)
     if not capture:
         return (released,)

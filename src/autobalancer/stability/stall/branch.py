@@ -52,12 +52,14 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
     sign = 1.0 if until > state.speed[0] else -1.0
     ahead = np.zeros(state.y.shape[1] + 1)
     ahead[-1] = sign
+    # the given state on the curve, and the direction towards the goal
     here = corrected(balance, np.append(state.y[0], SPEED_SCALE * math.log(float(state.speed[0]))), ahead)
     if here is None:
         return Leaving(state, LOST)
     here = here if sign * here.along[-1] > 0.0 else Point(here.x, -here.along)
     goal, step, path = SPEED_SCALE * math.log(until), FIRST, [here]
     for _ in range(STEPS):
+        # predictor and corrector; exactly to the goal at the end
         rest = (goal - here.x[-1]) / here.along[-1]
         last = 0.0 < rest <= step
         there = corrected(balance, here.x + min(step, rest if last else step) * here.along, here.along, last)
@@ -70,6 +72,7 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
             share = (goal - here.x[-1]) / (there.x[-1] - here.x[-1])
             last, at = True, corrected(balance, here.x + share * (there.x - here.x), here.along, same_speed=True)
             there = there if at is None else at
+        # several points at once are tested for whether the balls stay there
         path.append(there)
         folded = "fold" in causes and not sign * there.along[-1] > 0.0
         if folded or last or len(path) > AT_ONCE:
@@ -81,6 +84,7 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
     leaving = _left(balance, path, sign, causes) if len(path) > 1 else None
     if leaving is not None:
         return leaving
+    # the curve cannot be followed: a turning point so sharp that the state beyond it is sought directly
     state = state_at(here.x)
     if sign < 0.0 or not balance.turns(state):
         return Leaving(state, LOST)
@@ -158,6 +162,7 @@ class Point(NamedTuple):
 def corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = False) -> Point | None:
     """The nearest point of the curve by Newton's method, its direction on the side of ``like``; none without one."""
     still_time()
+    # compiled, where the machine allows it
     if balance.numbers is not None:
         from autobalancer.kernels.stalled import branch_point
 
@@ -166,6 +171,7 @@ def corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = Fals
         if not branch_point(rotor, push, seen, groups, here, along, SPEED_SCALE, int(same_speed), *room):
             return None
         return Point(here, along) if np.isfinite(along).all() else None
+    # Newton's method for one equation less than unknowns: the shortest step
     over_speed = _over_speed(balance, x)  # good enough for Newton's method, not for the direction
     for _ in range(12):
         miss, jacobian = balance.misfit(state_at(x))
@@ -180,6 +186,7 @@ def corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = Fals
         if not size < 1.0:
             return None
         x = x + change
+        # the direction is the null vector of the slopes
         if size < 1e-9:
             whole[:, -1] = _over_speed(balance, x)
             if not np.isfinite(whole).all():
@@ -223,6 +230,7 @@ def growth(balance: Balance, states: States) -> Floats:
     groups = loads.count.size
     if n == 0:
         return np.zeros(0)
+    # modes of the rotor at this speed, and how the groups push and see them in the turning axes
     v, slip, place = states.whirl, states.slip, loads.station
     free, pushed_by, lightness = balance.rotor.free_motion(states.speed)
     turned, rolled = np.exp(1j * states.phases), 1.0 + 1j * balance.rolling
@@ -231,16 +239,19 @@ def growth(balance: Balance, states: States) -> Floats:
     felt = pushed_by[:, place] * load  # (n, K, G)
     seen = balance.rotor.read[place] @ free[:, count // 2 :] * back  # (n, G, K)
     at_once = lightness[place][:, place] * back * load  # (n, G, G)
+    # drag over slip, and the push that holds a group at its phase
     slope = (balance.drag(slip * (1.0 + STEEP)) - balance.drag(slip)) / (STEEP * slip[:, None])
     slope = slope - 2.0 * balance.rolling * loads.moment * balance.orbit * v[:, None]
     held = loads.moment * v[:, None] ** 2 * balance.deflections(states).real
     inertia = np.array([group.ball.inertia for group in loads.groups])
     s, own = loads.moment[None, :, None], np.eye(groups)
     v1 = v[:, None, None]
+    # the groups' own equations: inertia with what loads give at once, then slopes over all unknowns
     mass = inertia[None, :, None] * own - s * at_once.real
     by_angle = -s * (1j * v1**2 * at_once).imag - held[:, :, None] * own
     by_rate = -s * (2.0 * v1 * at_once).imag - slope[:, :, None] * own
     by_modes = np.concatenate([-s * seen.imag, -s * seen.real], axis=2)
+    # rubber that softens under the whirl changes its stiffness with the deflection
     soft, c = balance.softening(states), count // 2
     if soft is not None:
         read = balance.rotor.read[place] * back
@@ -248,6 +259,7 @@ def growth(balance: Balance, states: States) -> Floats:
         by_modes[:, :, :c] -= s * moved[:, :, :c]
         by_modes[:, :, count : count + c] -= s * moved[:, :, c:]
     accelerations = np.linalg.solve(mass, np.concatenate([by_modes, by_angle, by_rate], axis=2))  # (n, G, 2K + 2G)
+    # one real matrix of modes (real, imaginary), angles and rates
     size = 2 * count + 2 * groups
     whole = np.zeros((n, size, size))
     turns = free - 1j * v1 * np.eye(count)
@@ -257,6 +269,7 @@ def growth(balance: Balance, states: States) -> Floats:
         for i, rows in enumerate((slice(c, count), slice(count + c, 2 * count))):
             for k, columns in enumerate((slice(0, c), slice(count, count + c))):
                 whole[:, rows, columns] += soft[:, i * c : (i + 1) * c, k * c : (k + 1) * c]
+    # what the groups' motion does to the rotor
     pushed = -1j * felt @ accelerations
     pushed[:, :, 2 * count : 2 * count + groups] += 1j * v1**2 * felt
     pushed[:, :, 2 * count + groups :] += 2.0 * v1 * felt
@@ -264,6 +277,7 @@ def growth(balance: Balance, states: States) -> Floats:
     whole[:, count : 2 * count] += pushed.imag
     whole[:, 2 * count : 2 * count + groups, 2 * count + groups :] = own
     whole[:, 2 * count + groups :] = accelerations
+    # the eigenvalue of turning the whole picture does not count
     values = np.linalg.eigvals(whole)
     turning = np.abs(values).argmin(axis=1)
     values[np.arange(n), turning] = -np.inf
@@ -402,6 +416,7 @@ def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: flo
     going: list[_Open] = []
     hanging_ranges: list[HangingRange] = []
     furthest = furthest_speed(balance.rotor, float(speeds[-1]))
+    # from speed to speed: stable states that are near those of the speed before are the same ones
     for i, here in enumerate(stable(balance, balance.found(speeds))):
         near = STEP * (np.log(speeds[i] / speeds[i - 1]) / np.log(FINE) if i else 1.0)
         left, lasting = list(range(here.speed.size)), []
@@ -411,6 +426,7 @@ def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: flo
                 left.remove(k)
                 one.last = here.some(np.array([k]))
             else:
+                # one that has no successor is followed to where it ends
                 leaving = followed(balance, one.last, float(speeds[i]))
                 if leaving.cause:
                     hanging_ranges += _range(balance, chosen, one, leaving)
@@ -421,9 +437,11 @@ def of_set(balance: Balance, chosen: tuple[int, ...], speeds: Floats, limit: flo
                     left.remove(known)
             lasting.append(one)
         going = lasting + [_Open(i, np.nan, here.some(np.array([k]))) for k in left]
+        # a new state belongs to a resonance from the speed on at which it stands beside it
         for one in going:
             if np.isnan(one.begin) and balance.resonant(one.last)[0]:
                 one.begin = float(speeds[i])
+    # those that are left go on above the grid
     for one in going:
         further = one.begin <= limit  # false of nan
         leaving = followed(balance, one.last, furthest) if further else Leaving(one.last, "")

@@ -71,12 +71,14 @@ def captured(
 
     ``runs`` decide whether planes turn in step where they can but need not, and where one falls back if not.
     """
+    # rolling resistance needs runs; without it the states say where balls are caught
     speeds = every = grid(rotor, top)
     highest = min(max(limit, 0.0), FAR * max(rotor.st.critical_speeds, default=top))
     speeds = speeds[speeds <= max(highest, 1.5 * released if math.isfinite(released) else 0.0)]
     balance = Balance(rotor, loads)
     if balance.rolling.any():
         return _let_down(balance, speeds)
+    # a state of all balls in step above the highest resonance, from which to come down
     begun = None
     if len(loads.groups) == 1:
         next_one = min((w for w in rotor.st.critical_speeds if w > limit), default=math.inf)
@@ -88,13 +90,16 @@ def captured(
         never_in_step = (_alone(balance, speeds) if several else None) or Capture(math.nan, reason=NEVER)
         search = runs if several else None
         return never_in_step if search is None else _first(search, balance, speeds, never_in_step, in_step=False)
+    # downward in step, to where they are let go or caught for good
     result = _down(balance, begun, float(speeds[0]))
     if not math.isnan(result.lost):
         result = _again(balance, speeds[speeds < result.lost], result)
+    # several planes may fall out of step, and each be caught alone
     if not several:
         return result
     ended = followed(balance, begun, float(speeds[-1]), ("fold", "swinging"))
     result = replace(result, step=ended.speed if ended.cause else math.nan)
+    # planes alone, if that is at a higher speed
     alone = _alone(balance, every[every <= max(ABOVE * limit, speeds[-1])])
     before = max(one for one in (result.speed, result.lost, 0.0) if not math.isnan(one))
     if alone is None or alone.speed <= before:
@@ -355,6 +360,7 @@ class SlowRuns:
 
     def released(self, hanging_range: HangingRange) -> LastSeen | None:
         """Where the last ball leaves in a slow run-up from a balance; none if balls do not stall in it before its end."""
+        # begin near the end of the range, or earlier where balls do not stall there
         slip, near = hanging_range.end - hanging_range.whirl, NEAR * hanging_range.end
         for begin in (
             near,
@@ -363,6 +369,7 @@ class SlowRuns:
             start = self._stalled(hanging_range, max(slip - (hanging_range.end - begin), 0.0))
             path: tuple[float, ...] = (begin, near, FURTHER * near)
             result, w, slips = None, np.zeros(0), np.zeros((0, start.shape[-1]))
+            # the run goes on in stretches until no ball is stalled any more
             for _ in range(STRETCHES):
                 motion = self.run(path, start, slip, SPREAD)
                 w, slips = np.append(w, motion.speed), np.concatenate([slips, motion.slip])
@@ -371,6 +378,7 @@ class SlowRuns:
                 stalled = np.flatnonzero((most > STALLED * greatest) & (w > near))
                 if not stalled.size or stalled[0] > np.flatnonzero(w > near)[0]:
                     break
+                # where the last one leaves: the greatest slip falls below a share of what it was
                 last, full = (float(w[most > share * greatest[-1]].max(initial=near)) for share in (STALLED, FULL))
                 before = slips[
                     np.searchsorted(w, (1.0 - SLOW_RUNS_BESIDE) * last),
@@ -456,6 +464,7 @@ class SlowRuns:
     def run(self, speeds: Sequence[float], start: Floats, slip: float, spread: float) -> Motion:
         """Along speeds of the rotor, slowly to the last of them, from a state or from angles and speeds of the balls."""
         still_time()
+        # corners of a prescribed speed: settle, quick on the way, slow in the last stretch
         settling = SETTLED * (start.ndim - 1)
         rates = [*[QUICK] * (len(speeds) - 2), SLOW]
         lasting = [abs(math.log(b / a)) / rate for a, b, rate in zip(speeds[:-1], speeds[1:], rates, strict=True)]
@@ -464,6 +473,7 @@ class SlowRuns:
             points.append((points[-1][0] + time, speed))
         points = [point for k, point in enumerate(points) if k == 0 or point[0] > points[k - 1][0]]
         times = [point[0] for point in points]
+        # the machine with this drive, from the state given
         assembly = self._assembled(times, [point[1] for point in points], spread)
         count = len(assembly.balls)
         angles = slice(BALLS, BALLS + count)
@@ -475,6 +485,7 @@ class SlowRuns:
         record = record_for((Samples(round(SAMPLES * times[-1]) + 1),), (), assembly, times[-1])
         stepper = stepper_for(assembly, times[-1], TOLERANCE)
         stepper.advance(assembly.system, record, STEPS)
+        # mean slip over a window of a few beats
         samples = record.samples[round(SAMPLES * settling) :]
         half = max(round(0.5 * SAMPLES * max(WINDOW / slip, SHORTEST)), 1)
         gone = samples[2 * half :, angles] - samples[: -2 * half, angles]

@@ -498,6 +498,7 @@ class Balance:
         nan where no phase makes them equal.
         """
         loads, count, place = self.loads, len(self.loads.groups), self.loads.station
+        # what a group feels of the motion that it and the other one make
         slip = speeds[:, None] - whirl
         gain = 1.0 / (1j * whirl[:, :, None] - modes.pole[:, None])
         left, right = modes.left[:, None][..., place], modes.right[:, None][..., place]
@@ -510,6 +511,7 @@ class Balance:
 
         if count == 1:
             return [(host(0, 0).imag - need[:, :, 0], np.zeros_like(whirl))]
+        # of two groups: the phases at which the first is in balance, two of them, and what the second then lacks
         across, own = host(0, 1), host(0, 0)
         result = []
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -100,6 +100,7 @@ def spread_range(count: int, share: float) -> tuple[float, float]:
         return value, value
     if share >= count * (1.0 - 1e-12):
         return float(count), float(count)
+    # three directions and all sizes of groups; a fine search about the best of a grid
     low, high = np.inf, 0.0
     for groups in _groups(count):
         still_time()

@@ -39,6 +39,7 @@ def matrices(st: Stations, speed: float, state: StationState) -> tuple[Floats, F
     if not st.isotropic:
         raise QuestionError("linear stability: the supports are not isotropic; use Floquet multipliers")
     n, w, r = st.moment.size, speed, st.model.pairs
+    # the rotor in axes that turn with it
     mass, turning, stiffness = st.model.complex_matrices(w)
     m, c, k = (np.zeros((2 * r + n, 2 * r + n)) for _ in range(3))
     _fill(m, mass)
@@ -46,6 +47,7 @@ def matrices(st: Stations, speed: float, state: StationState) -> tuple[Floats, F
     _fill(k, stiffness + 1j * w * turning - w * w * mass)
     if n == 0:
         return m, c, k
+    # balls: they shake the rotor across and along, and the whirl of their race holds them
     push = st.moment * np.exp(1j * state.angles)
     row = st.rows[st.station]  # (n, pairs)
     tangent, radial = _both(1j * push, row), _both(push, row)
@@ -224,6 +226,7 @@ def _accelerations(st: Stations, swing: Swing, turn: Floats) -> tuple[Matrix, Ma
     size, both = model.size, model.both(st.rows)
     places, count = len(st.names), turn.size
     angle, rate, change, acceleration = swing.at(turn)
+    # ball moments in space, and their forces on all coordinates
     ahead = st.moment[:, None] * np.exp(1j * (turn + angle))  # (n, k)
     row_x, row_y = both[st.station], both[places + st.station]  # (n, N)
 
@@ -231,11 +234,13 @@ def _accelerations(st: Stations, swing: Swing, turn: Floats) -> tuple[Matrix, Ma
         """Forces of the balls on the coordinates, (k, N, n)."""
         return np.asarray(np.einsum("nk,na->kan", vector.real, row_x) + np.einsum("nk,na->kan", vector.imag, row_y))
 
+    # mass with the balls' coupling, symmetric
     mass = np.zeros((count, size + n, size + n))
     mass[:, :size, :size] = model.mass
     mass[:, :size, size:] = along(1j * ahead)
     mass[:, size:, :size] = mass[:, :size, size:].transpose(0, 2, 1)
     mass[:, range(size, size + n), range(size, size + n)] = st.inertia
+    # rows of the rotor, then of the balls, whose stiffness follows from the acceleration of their race
     right = np.zeros((count, size + n, 2 * (size + n)))
     right[:, :size, :size] = -model.stiffness_at(w)
     right[:, :size, size : size + n] = along((1j * (w + rate) ** 2 + change) * ahead)
@@ -353,6 +358,7 @@ class _Balance:
         for _ in range(NEWTON_STEPS):
             if np.abs(miss / unit).max(initial=0.0) < 1e-15:
                 break
+            # Newton's method; no ball goes farther than 0.4 rad at once
             slope = self._slopes(mean, swing)
             step = self._step(miss / unit, slope / np.repeat(unit, self.m)[:, None], unit)
             largest = float(np.abs(step).max())
@@ -362,6 +368,7 @@ class _Balance:
             miss = self._torques(mean, swing)
             if largest < 1e-13 * max(float(np.abs(swing).max()), 1e-3):
                 break
+        # an answer that is none is refused
         error = float(np.abs(miss / unit).max(initial=0.0))
         if not error < 1e-9 or size == 0:
             raise QuestionError(
@@ -599,19 +606,23 @@ def half_turns(p: Plane, speeds: Floats, angles: Matrix, steps: int) -> Matrix:
     """
     nodes, weights, inner = gauss()
     k, size, h = speeds.size, 2 + p.moment.size, (np.pi / steps / speeds)[:, None, None, None]
+    # accelerations over angle: constant and with cos and sin of twice the angle
     held, slowed = _half_turns_accelerations(p, speeds, angles)
     theta = np.pi / steps * (np.arange(steps)[:, None] + nodes)
     waves = np.stack([np.ones_like(theta), np.cos(2.0 * theta), np.sin(2.0 * theta)], axis=-1)  # (steps, 4, 3)
+    # Gauss' method of four stages: the matrix of one step for all steps and speeds at once
     parts = np.concatenate(
         [(inner @ inner)[:, :, None] * waves[:, :, None], inner[:, :, None] * waves[:, :, None]], axis=-1
     )
     blocks = parts.reshape(-1, 6) @ np.concatenate([-h * h * held, -h * slowed], axis=1).reshape(k, 6, -1)
+    # stages for every unit start
     left = blocks.reshape(k, steps, 4, 4, size, size).swapaxes(3, 4).reshape(k, steps, 4 * size, 4 * size)
     left[:, :, range(4 * size), range(4 * size)] += 1.0
     at_start = (waves.reshape(-1, 3) @ one.reshape(k, 3, -1) for one in (held, slowed))
     held, slowed = (one.reshape(k, steps, 4, size, size) for one in at_start)
     right = np.concatenate([held, slowed + h[..., None] * nodes[:, None, None] * held], axis=-1)
     result = np.linalg.solve(left, right.reshape(k, steps, 4 * size, 2 * size)).reshape(k, steps, 4, 2 * size * size)
+    # the map of each step, then their product in pairs
     maps = np.zeros((k, steps, 2 * size, 2 * size)) + np.eye(2 * size)
     maps[:, :, range(size), range(size, 2 * size)] = h[..., 0]
     maps[:, :, :size] += h * h * (weights @ inner @ result).reshape(k, steps, size, 2 * size)
@@ -636,20 +647,24 @@ def _half_turns_accelerations(p: Plane, speeds: Floats, angles: Matrix) -> Matri
     k, n = angles.shape
     size, w = 2 + n, speeds[:, None, None]
     (kx, ky), (bx, by) = p.stiffness, p.damping
+    # means of x and y, and half their differences, which turn with twice the speed
     stiffness, damping, uneven, drift = 0.5 * (kx + ky), 0.5 * (bx + by), 0.5 * (ky - kx), 0.5 * (by - bx)
     turned = np.array([[0.0, -1.0], [1.0, 0.0]])
     radial = np.stack([p.moment * np.cos(angles), p.moment * np.sin(angles)], axis=1)  # (k, 2, n)
     tangent = turned @ radial
+    # mass with the balls' coupling
     mass = np.zeros((k, size, size))
     mass[:, :2, :2], mass[:, 2:, 2:] = p.mass * np.eye(2), np.diag(p.inertia)
     mass[:, :2, 2:], mass[:, 2:, :2] = tangent, tangent.transpose(0, 2, 1)
     force = np.zeros((k, size, 2 * size, 3))  # constant, with cos 2 theta, with sin 2 theta
     held, slowed = force[:, :, :size], force[:, :, size:]
+    # the constant part is that of isotropic supports
     held[:, :2, :2, 0] = -(stiffness - p.mass * w * w) * np.eye(2) - w * damping * turned
     held[:, :2, 2:, 0], held[:, 2:, :2, 0] = w * w * tangent, w * w * tangent.transpose(0, 2, 1)
     slowed[:, :2, :2, 0] = -damping * np.eye(2) - 2.0 * w * p.mass * turned
     slowed[:, :2, 2:, 0], slowed[:, 2:, :2, 0] = 2.0 * w * radial, -2.0 * w * radial.transpose(0, 2, 1)
     slowed[:, 2:, 2:, 0] = -np.diag(p.drag)
+    # what differs between x and y
     for wave, (side, across) in enumerate(zip(SIDES, ACROSS, strict=True), 1):
         held[:, :2, :2, wave] = uneven * side - w * drift * across
         slowed[:, :2, :2, wave] = drift * side

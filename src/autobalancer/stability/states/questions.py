@@ -74,12 +74,14 @@ def equilibria(
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
     st = host_of(machine, unbalance, speed)
+    # all states, and what the linear equations say of each
     states = [in_mean(st, speed, state) for state in without_exchanges(st, states_of(st, speed))]
     rows = [judged(st, speed, state) for state in states]
     n, places = st.moment.size, len(st.names)
     modes = rows[0][0].size if rows else 0
     angles = np.array([state.angles for state in states]).reshape(len(states), n)
     whirl = np.array([state.whirl for state in states]).reshape(len(states), places)
+    # what is left of the unbalance, and the table
     load = st.unbalance + (st.ball_mass * st.offset).sum() + (st.moment * np.exp(1j * angles)).sum(axis=1)
     first = whirl[:, 0] if places else np.zeros(len(states), np.complex128)
     values = np.array([row[0] for row in rows]).reshape(len(states), modes)

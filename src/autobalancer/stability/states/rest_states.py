@@ -42,7 +42,6 @@ from autobalancer.stability.host.stations import (
     Matrix,
     Plane,
     Stations,
-    as_station,
     in_plane,
     is_planar,
     plane,
@@ -115,22 +114,26 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
     centers = [_centers(st, p) for p in true]
     rank = _rank(host, true)
     states = []
+    # each of these races has one of its race centers on the axis
     for chosen in product(*centers):
         for angles, fixed in _others(st, true, chosen):
             moved = _moments(st, np.flatnonzero(fixed), angles)
             at_rest = np.array([-center for center in chosen], np.complex128)
             free_here = free + host @ moved
+            # balls of other stations stand in line with their center, on either side of it
             for row in _aligned(st, host, free_here, true, rest, at_rest):
                 full = angles.copy()
                 for ball, angle in row.items():
                     full[ball] = angle
                 placed = _moments(st, np.array(sorted(row), np.int64), full)
+                # what the balls of the true races must make up, and how they can
                 wanted = at_rest - (free_here + host @ placed)[list(true)]
                 needed = _least(st, host[np.ix_(true, true)], wanted, true)
                 for closed in _closings(st, true, fixed, needed):
                     for ball, angle in closed.items():
                         full[ball] = angle
                     whirl = free + host @ st.moments(full)
+                    # only what really runs true counts
                     miss = np.abs(whirl[list(true)] - at_rest).max(initial=0.0)
                     if miss > 1e-8 * max(np.abs(free).max(), np.abs(host).max() * st.moment.max()):
                         continue
@@ -345,11 +348,13 @@ def _searched(a: Aligned) -> list[dict[int, float]]:
     if 2 ** len(balls) > PATTERNS:
         raise QuestionError(f"steady states: {len(balls)} balls at such stations have too many arrangements to try all")
     moment, offset = a.moment[balls], a.offset[balls]
+    # unknowns over the greatest whirl there can be; starts over some orders of magnitude
     scale = np.abs(a.free).max() + float((np.abs(a.host).max() * moment).sum()) + float(np.abs(offset).max())
     random = np.random.default_rng(0)
     count = len(a.balls)
     starts = random.normal(size=(STARTS * count, 2 * count)) * 10.0 ** random.uniform(-2.0, 0.3, (STARTS * count, 1))
     result: list[dict[int, float]] = []
+    # each ball stands with its center or against it: for each pattern of signs the whirl is a root
     for pattern in product((1.0, -1.0), repeat=len(balls)):
         signs = np.array(pattern)
 
@@ -361,6 +366,7 @@ def _searched(a: Aligned) -> list[dict[int, float]]:
             error = (whirl - a.free - a.host @ load) / scale
             return np.concatenate([error.real, error.imag])
 
+        # roots that are not the same, and no center at rest, which is another kind of state
         seen: list[Complexes] = []
         for start in starts:
             answer = root(miss, start, tol=1e-13)
@@ -540,7 +546,7 @@ def why_no_state(p: Described) -> str:
     if p.forces is not None:
         return "no state was found in which the balls, with the forces on them, make the deflection smaller"
     if not p.planar:
-        return _why_no_rest(as_station(p))
+        return _why_no_rest(p.as_station)
     need, points = abs(p.unbalance), float(p.moment.sum())
     have = min(points, *np.atleast_1d(p.capability))
     if p.moment.size == 1:
