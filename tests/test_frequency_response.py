@@ -217,12 +217,25 @@ def test_a_scheduled_unbalance_counts_as_after_its_schedule() -> None:
 
 def test_the_picture_shows_both_ways_and_every_motion() -> None:
     speeds = np.arange(230.0, 330.0, 10.0)
-    found = stepped_response(STALLING, speeds, dwell=2.0, window=0.5, acceleration=50.0, direction="both")
+    how: dict[str, Any] = {"dwell": 2.0, "window": 0.5, "acceleration": 50.0, "direction": "both"}
+    found = stepped_response(STALLING, speeds, **how, without_balls=True)
+    bare = ab.rotor.response(STALLING, speeds[3:], balls=True)  # their mass on the rotor, no unbalance of them
+    circle = np.abs(bare["x_real"] + 1j * bare["x_imag"]).values[:, 0]
+    for way in found["amplitude_without_balls"].values:
+        np.testing.assert_allclose(way[3:], circle, rtol=5e-3)  # the passage has not quite died
+    first, *_ = found.remarks()
+    assert first.startswith(
+        "at 9 of 10 speeds the amplitude is more than a tenth greater than without balls, most at 3055.8"
+    )
+    assert "without balls up" in [column.head for column in found.columns()]
+    assert "than without balls" not in found.heading()
+    stalled = found.sel(speed=slice(270.0, None))  # the passage of a machine that comes no lower
+    assert "the greatest deflection on the way is 3.16 times as much as without balls" in stalled.heading()
     figure = ab.plot.stepped_response(found)
     legend = figure.axes[0].get_legend()
     assert legend is not None
     labels = [text.get_text() for text in legend.get_texts()]
-    assert {"upwards", "downwards", "balls stalled"} <= set(labels)
+    assert {"upwards", "downwards", "balls stalled", "without balls"} <= set(labels)
     assert any(label.startswith("joined") for label in labels)
     assert figure.axes[0].get_yscale() == "log"
     figure.draw_without_rendering()

@@ -39,7 +39,8 @@ def same(one: xr.Dataset, two: xr.Dataset) -> bool:
 
 
 @pytest.mark.parametrize(
-    "way", [{"direction": "both"}, {"direction": "down", "acceleration": 50.0}, {"start": "fixed"}]
+    "way",
+    [{"direction": "both"}, {"direction": "down", "acceleration": 50.0, "without_balls": True}, {"start": "fixed"}],
 )
 def test_an_interrupted_study_ends_with_the_same_bits(way: dict[str, Any], tmp_path: Path) -> None:
     whole = stepped_response(RIG, SPEEDS, **QUESTION, **way)
@@ -123,4 +124,5 @@ def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Pat
     whole = stepped_response(RIG, np.linspace(1000.0, 3000.0, 7) * np.pi / 30.0, dwell=60.0, window=3.0)
     assert numbers["outcome"] == "finished"
     assert not parts.exists()
+    assert max(numbers["amplitude_without_balls"]) > 0.0
     np.testing.assert_allclose(numbers["amplitude"], whole["amplitude"], rtol=1e-6)

@@ -47,6 +47,7 @@ def shows_progress(function: Callable[P, R]) -> Callable[P, R]:
             if bar is not None:
                 bar.close()
 
+    shown.__dict__["shows_progress"] = True  # also where it is one of many options
     return shown
 
 

@@ -267,6 +267,9 @@ def stepped_response(
     speeds: Annotated[Any, Speeds(), '"from:to:count", such as "600 rpm:5500 rpm:300", or one speed.'],
     station: Annotated[list[str] | None, "Name of a station to average over; by default all."] = None,
     settle: Annotated[float | None, "Measure again until amplitudes change less, such as 0.01."] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare/--no-compare", help="Whether the machine is measured without balls, too.")
+    ] = True,
     mass_spread: Spread = 1e-6,
     out: Annotated[Path | None, "Result file (.nc); by default the machine's name with _stepped.nc here."] = None,
     **options: Any,
@@ -286,12 +289,13 @@ def stepped_response(
         speeds,
         stations=station or None,
         settle=settle,
+        without_balls=compare,
         mass_spread=mass_spread,
         store=path,
         keep_on_interrupt=True,
         **options,
     )
-    keys = ("speed", "direction", "amplitude", "greatest_mean_deflection", "motion")
+    keys = ("speed", "direction", "amplitude", "amplitude_without_balls", "greatest_mean_deflection", "motion")
     numbers = {key: found[key].values for key in keys if key in found.variables}
     about = {"result": str(path), "outcome": found.attrs["outcome"], "seed": options["seed"]}
     return Reply(

@@ -62,6 +62,18 @@ class ManyRunOptions(RunOptions, total=False):
     keep_on_interrupt: bool
 
 
+class SteppedOptions(ManyRunOptions, total=False):
+    """How a machine is measured speed by speed.
+
+    Parameters
+    ----------
+    without_balls
+        Whether all speeds are measured once more with the balls spread evenly and held.
+    """
+
+    without_balls: bool
+
+
 ONE_RUN: RunOptions = {"tolerance": 1e-8, "method": "auto", "max_steps": 100_000_000}
 MANY_RUNS: ManyRunOptions = {
     "tolerance": 1e-7,
@@ -72,6 +84,9 @@ MANY_RUNS: ManyRunOptions = {
     "progress": None,
     "keep_on_interrupt": False,
 }
+
+
+STEPPED: SteppedOptions = {"without_balls": False}
 
 
 def run_options(function: str, given: Options, defaults: Options) -> Options:

@@ -6,10 +6,12 @@ import cmath
 import json
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from threading import local
 from typing import Any, Literal, Unpack
@@ -17,6 +19,7 @@ from typing import Any, Literal, Unpack
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.places import assemble_held
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import MASS_SPREAD, Assembly
 from autobalancer.errors import QuestionError
@@ -37,7 +40,7 @@ from autobalancer.results.folder_store import Store, refuse_another
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import as_path
-from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_options
+from autobalancer.simulation import MANY_RUNS, STEPPED, ManyRunOptions, SteppedOptions, run_options
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import record_for
@@ -47,6 +50,7 @@ from autobalancer.simulation.steppers import LongSteps, long_steps, stepper_for
 from autobalancer.units import argument, list_argument, optional_argument
 
 Place = tuple[int, int]  # leg, number of the speed
+ALL: SteppedOptions = {**MANY_RUNS, **STEPPED}
 
 
 @shows_progress
@@ -64,7 +68,7 @@ def stepped_response(
     longest: float | str | None = None,
     mass_spread: float = MASS_SPREAD,
     store: str | Path | None = None,
-    **options: Unpack[ManyRunOptions],
+    **options: Unpack[SteppedOptions],
 ) -> SteppedResponse:
     """Measure a machine at one speed after the other, as on a test stand (Rodrigues et al. 2011, section 5).
 
@@ -104,7 +108,7 @@ def stepped_response(
     **options
         ``tolerance`` (1e-7), ``method``, ``max_steps`` at one speed, ``seed``, ``workers`` for ``fixed``, ``progress`` and
         ``keep_on_interrupt``, see :class:`~autobalancer.simulation.ManyRunOptions`; where Ctrl-C ended it, ``attrs["outcome"]``
-        is ``interrupted``.
+        is ``interrupted``. ``without_balls`` measures all speeds once more with the balls spread evenly and held.
 
     Returns
     -------
@@ -114,7 +118,8 @@ def stepped_response(
         their simulated curves show), ``greatest_deflection`` and ``synchronous_x``, ``synchronous_y`` of every
         ``station``, least and greatest ball angle, mean ball speed, ``ball_motion`` and ``motion``, ``amplitude_change``
         within the window, ``time_at_speed``, ``outcome``; where balls stay at one place ``parting_rate``, above zero if that
-        state is unstable, and then ``attrs["remarks"]``. ``attrs`` have the number of ``steps``, and how many of
+        state is unstable, and then ``attrs["remarks"]``; with ``without_balls`` both kinds of amplitude again, with this
+        behind their names. ``attrs`` have the number of ``steps``, and how many of
         these were ``long_steps``.
 
     Raises
@@ -124,8 +129,8 @@ def stepped_response(
     MachineError
         If a table of the machine does not cover the speeds.
     """
-    how = run_options("stepped_response", options, MANY_RUNS)
-    seed, progress = how["seed"], how["progress"] or None
+    how = run_options("stepped_response", options, ALL)
+    seed, progress, without_balls = how["seed"], how["progress"] or None, how["without_balls"]
     settle = optional_argument("settle", settle, "")
     speeds = list_argument("speeds", speeds, "rad/s")
     dwell = argument("dwell", dwell, "s")
@@ -143,29 +148,44 @@ def stepped_response(
         raise QuestionError("start: 'fixed' begins every speed anew; leave out direction and acceleration")
     assembly = prepare(at_constant_speed(machine, float(chosen[-1])), None, seed=seed, mass_spread=mass_spread)
     groups = free_groups(machine)
-    names, rows, weights = averaged_stations(assembly, stations)
+    names, _, weights = averaged_stations(assembly, stations)
+    held = assemble_held(at_constant_speed(machine, float(chosen[-1]))) if without_balls and assembly.balls else None
     legs = ["up", "down"] if direction == "both" else [direction]
     question = {
         "machine": machine_text(machine), "speeds": chosen.tolist(), "dwell": dwell, "window": window,
         "direction": direction, "start": start, "acceleration": acceleration, "settle": settle, "longest": longest,
         "stations": [name for name, weight in zip(names, weights, strict=True) if weight > 0.0], "tolerance": plan.tolerance,
         "seed": seed, "mass_spread": mass_spread, "max_steps": plan.max_steps, "source": provenance()["source"],
+        **({"without_balls": True} if without_balls else {}),
     }  # fmt: skip
     place = None if store is None else as_path(store)
     if place is not None and (known := _finished(place, question)) is not None:
         return known
-    total, interrupted = len(legs) * chosen.size, False
+    total, interrupted = len(legs) * chosen.size * (1 if held is None else 2), False
     with Store(f"{place}.parts", question, "stepped response") if place is not None else nullcontext() as kept:
         parts = {} if kept is None else kept.parts()
         entries = {span: {key: values.tolist() for key, values in row.items()} for span, row in parts.items()}
-        if start == "fixed":
-            ways = _fixed(assembly, rows, weights, plan, groups, chosen, set(entries), how["workers"])
-        else:
-            ways = _carried(assembly, rows, weights, plan, groups, chosen, legs, entries)
+        ways = [
+            _way(
+                one,
+                stations,
+                weights,
+                plan,
+                groups if first == 0 else [],
+                chosen,
+                legs,
+                entries,
+                start,
+                how["workers"],
+                first,
+            )
+            for first, one in ((0, assembly), (len(legs), held))
+            if one is not None
+        ]
         if progress is not None:
             progress(len(entries), total)
         try:
-            for span, row in ways:
+            for span, row in chain(*ways):
                 entries[span] = row
                 if kept is not None:
                     kept.keep(span, row)
@@ -176,27 +196,44 @@ def stepped_response(
                 raise
             interrupted = True
         result = step_dataset(assembly, chosen.tolist(), legs, names, entries)
-        result.attrs = {
-            "title": f"Stepped response of {machine.name}",
-            **provenance(),
-            "machine": question["machine"],
-            "machine_name": machine.name,
-            **critical_attributes(machine, assembly),
-            "mass_spread": mass_spread if groups else 0.0,
+        if held is not None:
+            _add_held(result, step_dataset(held, chosen.tolist(), legs, names, entries, len(legs)))
+        result.attrs |= _about(machine, assembly, question, entries.values(), mass_spread if groups else 0.0)
+        result.attrs |= {
             "remarks": _coincidence(result),
-            "start": start,
-            "dwell": dwell,
-            "window": window,
-            "steps": sum(row["steps"] for row in entries.values()),
-            "long_steps": sum(row["long_steps"] for row in entries.values()),
-            "averaged_stations": question["stations"],
-            "question": json.dumps(question),
             "outcome": "interrupted" if interrupted else "finished" if len(entries) == total else "ended early",
         }
         if place is not None and kept is not None and not interrupted:
             save_run(result, place)
             kept.remove()
     return result
+
+
+def _about(
+    machine: Machine, assembly: Assembly, question: dict[str, Any], rows: Iterable[Row], spread: float
+) -> dict[str, Any]:
+    """What a result says of its machine, of what was asked, and of the work."""
+    rows = list(rows)
+    return {
+        "title": f"Stepped response of {machine.name}",
+        **provenance(),
+        "machine": question["machine"],
+        "machine_name": machine.name,
+        **critical_attributes(machine, assembly),
+        "mass_spread": spread,
+        **{name: question[name] for name in ("start", "dwell", "window")},
+        "steps": sum(row["steps"] for row in rows),
+        "long_steps": sum(row["long_steps"] for row in rows),
+        "averaged_stations": question["stations"],
+        "question": json.dumps(question),
+    }
+
+
+def _add_held(result: SteppedResponse, held: SteppedResponse) -> None:
+    """Amplitudes without balls beside those with them."""
+    for name in ("amplitude", "greatest_mean_deflection"):
+        text = {"long_name": f"{held[name].attrs['long_name']}, without balls"}
+        result[f"{name}_without_balls"] = held[name].assign_attrs(text)
 
 
 def _finished(path: Path, question: dict[str, Any]) -> SteppedResponse | None:
@@ -227,23 +264,41 @@ def _coincidence(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def _carried(
+def _way(
     assembly: Assembly,
-    rows: Sequence[Matrix],
+    stations: Sequence[str] | None,
     weights: Floats,
     plan: Plan,
     groups: list[list[int]],
     speeds: Floats,
     legs: Sequence[str],
     found: dict[Place, Row],
+    start: str,
+    workers: int | None,
+    first: int,
 ) -> Iterator[tuple[Place, Row]]:
-    stepper = Stepper(assembly, rows, weights, plan, groups)
+    """What is measured of a machine, its legs counted from the ``first`` on."""
+    stepper = partial(Stepper, assembly, averaged_stations(assembly, stations)[1], weights, plan, groups)
+    if start == "fixed":
+        return _fixed(assembly.state, stepper, speeds, set(found), workers, first)
+    return _carried(assembly.state, stepper, speeds, legs, found, first)
+
+
+def _carried(
+    begin: Floats,
+    stepper_of: Callable[[], Stepper],
+    speeds: Floats,
+    legs: Sequence[str],
+    found: dict[Place, Row],
+    first: int,
+) -> Iterator[tuple[Place, Row]]:
+    stepper = stepper_of()
     order = [
         (leg, int(number))
-        for leg, way in enumerate(legs)
+        for leg, way in enumerate(legs, first)
         for number in (range(speeds.size) if way == "up" else range(speeds.size)[::-1])
     ]
-    state = at_speed(assembly.state, float(speeds[order[0][1]]))
+    state = at_speed(begin, float(speeds[order[0][1]]))
     for place in order:
         if place not in found:
             yield place, stepper.hold(state, float(speeds[place[1]]))
@@ -253,26 +308,19 @@ def _carried(
 
 
 def _fixed(
-    assembly: Assembly,
-    rows: Sequence[Matrix],
-    weights: Floats,
-    plan: Plan,
-    groups: list[list[int]],
-    speeds: Floats,
-    done: set[Place],
-    workers: int | None,
+    begin: Floats, stepper_of: Callable[[], Stepper], speeds: Floats, done: set[Place], workers: int | None, leg: int
 ) -> Iterator[tuple[Place, Row]]:
     own = local()
 
     def one(number: int) -> tuple[Place, Row]:
         if not hasattr(own, "stepper"):
-            own.stepper = Stepper(assembly, rows, weights, plan, groups)
+            own.stepper = stepper_of()
         speed = float(speeds[number])
-        return (0, number), own.stepper.hold(at_speed(assembly.state, speed), speed)
+        return (leg, number), own.stepper.hold(at_speed(begin, speed), speed)
 
     pool = ThreadPoolExecutor(workers if workers is not None else os.cpu_count() or 1)
     try:
-        waiting = [pool.submit(one, number) for number in range(speeds.size) if (0, number) not in done]
+        waiting = [pool.submit(one, number) for number in range(speeds.size) if (leg, number) not in done]
         for ended in as_completed(waiting):
             yield ended.result()
     finally:
@@ -322,8 +370,10 @@ def step_dataset(
     legs: Sequence[str],
     names: Sequence[str],
     rows: dict[tuple[int, int], Row],
+    first: int = 0,
 ) -> SteppedResponse:
-    """Arrays over (direction, speed); what was not reached is nan."""
+    """Arrays over (direction, speed) of the legs from the ``first`` on; what was not reached is nan."""
+    rows = {(leg - first, number): row for (leg, number), row in rows.items() if first <= leg < first + len(legs)}
     count, n, s = len(speeds), len(assembly.balls), len(names)
 
     def column(key: str, *shape: int) -> np.ndarray:

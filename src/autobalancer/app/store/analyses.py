@@ -278,7 +278,7 @@ class Analysis:
     def ask(self, machine: Machine, asked: dict[str, Any], progress: Progress) -> Any:
         """Ask the function, which says how far it is if it can."""
         function = self.function if callable(self.function) else attrgetter(self.function)(ab)
-        if "progress" in signature(function).parameters:
+        if hasattr(function, "shows_progress") or "progress" in signature(function).parameters:
             return function(machine, **asked, progress=progress)
         progress(0.0, 1.0)
         return function(machine, **asked)

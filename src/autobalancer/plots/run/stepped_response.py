@@ -14,7 +14,17 @@ from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.run.history import ball_looks, critical_speeds_of
-from autobalancer.plots.style import ALL_BALLS, CRITICAL, INK, heading, legend_width, look, picture, plain_log_ticks
+from autobalancer.plots.style import (
+    ALL_BALLS,
+    CRITICAL,
+    INK,
+    UNBALANCE,
+    heading,
+    legend_width,
+    look,
+    picture,
+    plain_log_ticks,
+)
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, round_down, speed_axis
 from autobalancer.results.run_argument import Given, result
 from autobalancer.results.time_series import wrapped
@@ -56,7 +66,8 @@ def stepped_response(
     Returns
     -------
     matplotlib.figure.Figure
-        Upward triangles upwards, downward ones downwards. Neighbors between which the amplitude jumps, or the balls begin to
+        Upward triangles upwards, downward ones downwards; dashed what was measured without balls. Neighbors
+        between which the amplitude jumps, or the balls begin to
         move otherwise, are not joined. On a logarithmic axis values below 1e-5 of the greatest stand on the lower edge. A
         ball that moves is a bar over its range, a stalled one a
         pale line over all angles.
@@ -87,6 +98,10 @@ def stepped_response(
                 for panel in panels:
                     panel.axvline(critical * speeds.factor, color=CRITICAL, lw=0.9, ls=(0, (1, 2)), zorder=1.0)
         for name, leg in legs:
+            if (still := f"{quantity}_without_balls") in leg:
+                y = np.maximum(leg[still].values, floor) * lengths.factor
+                dashes = (0, (5, 2)) if name != "down" else (0, (1, 1))
+                panels[0].plot(leg["speed"].values * speeds.factor, y, color=UNBALANCE, lw=1.1, ls=dashes, zorder=1.4)
             _amplitudes(panels[0], name, leg, quantity, speeds, lengths, floor, hollow=name == "down")
             if balls:
                 _angles(panels[-1], leg, speeds, zero, hollow=name == "down")
@@ -227,6 +242,8 @@ def _handles(dataset: xr.Dataset, names: list[str], balls: int) -> list[Line2D]:
                 [], [], color=CRITICAL, lw=0.9, ls=(0, (1, 2)), label=f"critical speed{critical_speeds_of(dataset).of}"
             )
         )
+    if "amplitude_without_balls" in dataset:
+        handles.append(Line2D([], [], color=UNBALANCE, lw=1.1, ls=(0, (5, 2)), label="without balls"))
     if balls:
         there = set(np.unique(dataset["motion"].values))
         handles += [

@@ -20,7 +20,7 @@ from autobalancer.results.display_units import (
     speed_axis,
     vibration_axis,
 )
-from autobalancer.results.verdict import worse_by
+from autobalancer.results.verdict import GREATER, passage_text, worse_by
 from autobalancer.tables import Column, border_cell, rpm_and_si
 
 if TYPE_CHECKING:
@@ -246,27 +246,36 @@ class Comparison(Answer):
 # Stepped responses as a table: one row for each speed.
 
 
+LITTLE = 0.05  # of the greatest amplitude without balls, below which nobody minds a greater one
+
+
 class SteppedResponse(Answer):
     """Amplitudes speed by speed, up, down or both."""
 
     __slots__ = ()
     drawn_by = "stepped_response"
     row_of, most = "speed", 12
+    WITHOUT = "amplitude_without_balls"
 
-    def rows(self) -> list[tuple[str, list[float]]]:
+    def rows(self, name: str = "amplitude") -> list[tuple[str, list[float]]]:
         """Of each direction its name and the amplitudes (m) at all speeds."""
-        whole = self["amplitude"] if "direction" in self.dims else self["amplitude"].expand_dims("direction")
+        whole = self[name] if "direction" in self.dims else self[name].expand_dims("direction")
         return [(str(name), row.tolist()) for name, row in zip(whole["direction"].values, whole.values, strict=True)]
 
     def columns(self, unit: str = "") -> list[Column]:
         """Speed, amplitude in each direction, and what the balls do."""
         amplitudes = [Column(f"amplitude {name}", [1e6 * value for value in row], "µm") for name, row in self.rows()]
+        if self.WITHOUT in self:
+            amplitudes += [
+                Column(f"without balls {name}", [1e6 * value for value in row], "µm")
+                for name, row in self.rows(self.WITHOUT)
+            ]
         return [self.scaled("speed", "speed", unit, ".6g"), *amplitudes, *self._motions()]
 
     def heading(self) -> str:
         """Of which machine, how it was stepped, and how it ended."""
         how = f"{self.attrs['dwell']:.4g} s at each speed, measured for {self.attrs['window']:.4g} s"
-        return f"{self.attrs['machine_name']}: stepped response, {how}; {self.attrs['outcome']}"
+        return f"{self.attrs['machine_name']}: stepped response, {how}; {self.attrs['outcome']}{self._worse('; ')}"
 
     def remarks(self) -> Sequence[str]:
         """The greatest amplitude of each direction, and what was noted."""
@@ -275,14 +284,41 @@ class SteppedResponse(Answer):
 
     def greatest(self, speed_text: Callable[[float], str]) -> list[str]:
         """A sentence for each direction that was measured, with its speed as ``speed_text`` writes it."""
-        said = []
-        for name, row in self.rows():
-            reached = [i for i, value in enumerate(row) if math.isfinite(value)]
-            if reached:
-                peak = max(reached, key=lambda i: row[i])
-                at = speed_text(float(self["speed"].values[peak]))
-                said.append(f"{name}: greatest amplitude {length_text(row[peak])} at {at}")
+        said = list(filter(None, [self._worse(), self._worst(speed_text)]))
+        for kind in ("amplitude", *[self.WITHOUT] * (self.WITHOUT in self)):
+            for name, row in self.rows(kind):
+                reached = [i for i, value in enumerate(row) if math.isfinite(value)]
+                if reached:
+                    peak = max(reached, key=lambda i: row[i])
+                    at = speed_text(float(self["speed"].values[peak]))
+                    held = ", without balls" * (kind == self.WITHOUT)
+                    said.append(f"{name}{held}: greatest amplitude {length_text(row[peak])} at {at}")
         return said
+
+    def _worst(self, speed_text: Callable[[float], str]) -> str:
+        """At how many speeds the vibration is more than a tenth greater than without balls, and where most."""
+        if self.WITHOUT not in self:
+            return ""
+        both = [np.atleast_2d(self[name].values) for name in ("amplitude", self.WITHOUT)]
+        times = np.where(both[0] > LITTLE * np.nanmax(both[1]), both[0] / both[1], 0.0)
+        count = int((np.nan_to_num(times) > GREATER).any(axis=0).sum())
+        if not count:
+            return ""
+        leg, at = np.unravel_index(int(np.nanargmax(times)), times.shape)
+        sizes = [length_text(float(one[leg, at])) for one in both]
+        return (
+            f"at {count} of {self.sizes['speed']} speeds the amplitude is more than a tenth greater than without balls, most at "
+            f"{speed_text(float(self['speed'].values[at]))}: {sizes[0]}, without {sizes[1]}"
+        )
+
+    def _worse(self, joined: str = "") -> str:
+        """That the passage is worse than without balls, if it is; of speeds that were measured with and without."""
+        if self.WITHOUT not in self:
+            return ""
+        both = np.stack([self["amplitude"].values, self[self.WITHOUT].values])
+        both = both[:, np.isfinite(both).all(axis=0)]
+        text = passage_text(*both.max(axis=1)) if both.size else ""
+        return f"{joined}{text}" if text else ""
 
     def has_table(self) -> bool:
         """Amplitudes over the speed must be there."""
