@@ -124,16 +124,6 @@ def test_importing_the_package_is_light_and_without_side_effects(tmp_path: Path)
     assert answer.stdout.strip() == "[]"
 
 
-def test_a_plain_run_loads_no_library_and_no_table_of_units_that_it_does_not_use() -> None:
-    code = (
-        "import sys, autobalancer as ab; ab.simulate(ab.example('discoidal'), duration=0.01);"
-        "from autobalancer.units.trade import _registry; print(_registry.cache_info().currsize,"
-        "sorted({'scipy.optimize', 'scipy.interpolate', 'matplotlib'} & set(sys.modules)))"
-    )
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert answer.stdout.strip() == "0 []"
-
-
 def test_every_public_name_can_be_imported() -> None:
     for name in ab.__all__:
         assert getattr(ab, name) is not None
