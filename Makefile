@@ -60,7 +60,7 @@ docs: .venv/.dev  ## build the documentation in docs/_build
 	@echo "open docs/_build/index.html"
 
 lint: .venv/.dev  ## style, types and the order of the layers
-	@$(PART) lint sh -c '$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/lint-imports'
+	@$(PART) lint sh -c '$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy $(if $(CI),--cache-dir=/dev/null) && $(BIN)/lint-imports'
 
 wheel: .venv/.dev  ## build a wheel with compiled kernels in dist, and prove that nothing compiles from it
 	$(BIN)/python -m tools.wheel
