@@ -17,7 +17,7 @@ from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
-from autobalancer.simulation.steppers import Method
+from autobalancer.simulation import Method
 from autobalancer.studies.ensemble.columns import Columns, columns_of
 from autobalancer.studies.ensemble.layout import Plan
 from autobalancer.studies.ensemble.members import Members, without_start_angles

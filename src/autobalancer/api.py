@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
@@ -11,7 +12,7 @@ from autobalancer.files.machine_file import any_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine_kinds import arguments_of, machine_kind, refuse_unknown
-from autobalancer.progress import Progress, looking_for, somebody_looks
+from autobalancer.progress import Progress, in_notebook, looking_for
 from autobalancer.simulation import RunOptions
 
 if TYPE_CHECKING:
@@ -130,9 +131,14 @@ def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summ
     """
     described = any_machine(machine)
     answer: Summary | ChamberSummary = machine_kind(described)["check"](
-        described, say or (looking_for if somebody_looks() else None)
+        described, say or (looking_for if _somebody_looks() else None)
     )
     return answer
+
+
+def _somebody_looks() -> bool:
+    """Whether a terminal or a notebook shows what is written."""
+    return in_notebook() or sys.stderr.isatty()
 
 
 def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | str | None = None) -> Verdict:

@@ -151,11 +151,6 @@ def looking_for(name: str) -> None:
     print(f"check: looking for {name}", file=sys.stderr, flush=True)
 
 
-def somebody_looks() -> bool:
-    """Whether a terminal or a notebook shows what is written."""
-    return in_notebook() or sys.stderr.isatty()
-
-
 def returned(call: Callable[[], R], text: str, word: float = WORD, limit: float = ENOUGH) -> R:
     """What a call of somebody's own code returns, which may never do so.
 

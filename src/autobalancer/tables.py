@@ -129,11 +129,6 @@ def speeds_in(text: str, factor: float, sign: str) -> str:
     return _SPEEDS.sub(shown, text)
 
 
-def speeds_in_rpm(text: str) -> str:
-    """The same in rpm."""
-    return speeds_in(text, 30.0 / math.pi, "rpm")
-
-
 def facts_text(rows: Sequence[tuple[str, str]], width: int = 100) -> str:
     """Names and texts; long texts are broken between words."""
     edge = max(len(name) for name, _ in rows) + 2

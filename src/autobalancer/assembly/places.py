@@ -281,12 +281,6 @@ def accelerations(states: Matrix, rates: Matrix, assembly: Assembly) -> Matrix:
     return _turned(change + states[:, SPEED, None] * quarter, states[:, THETA])
 
 
-def deflections(places: Places, q: Matrix) -> Complexes:
-    """x + i y of each place for coordinates or their velocities, (T, L)."""
-    both = q @ places.rows.reshape(-1, q.shape[1]).T
-    return np.asarray(both[:, 0::2] + 1j * both[:, 1::2])
-
-
 def in_frame(states: Matrix, assembly: Assembly) -> tuple[Matrix, Matrix]:
     """Coordinates of the rotor and their velocities in space, (T, R) each, in the axes of the frame."""
     rest, size = BALLS + 2 * len(assembly.balls), assembly.places.shape[2] if assembly.general else 2

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from autobalancer.machine.balancer.force import Force, Line, arc, box
+from autobalancer.machine.balancer.force import Force, Line, arc
 from autobalancer.machine.part import Angle, ForceSize, Length, key
 
 
@@ -68,4 +68,11 @@ class Magnets(Force):
             return [arc(0.98 * self.radius), arc(0.93 * self.radius)]
         angles = [self.angle + k * 2.0 * math.pi / self.count for k in range(self.count)]
         middles = [cmath.rect(self.radius - 0.04 * orbit, angle) for angle in angles]
-        return [box(middle, size * orbit, 0.08 * orbit) for middle in middles for size in (0.14, 0.05)]
+        return [_box(middle, size * orbit, 0.08 * orbit) for middle in middles for size in (0.14, 0.05)]
+
+
+def _box(middle: complex, width: float, height: float) -> Line:
+    """A rectangle with its ``height`` along the radius."""
+    out = middle / (abs(middle) or 1.0)
+    corners = ((-1, -1), (-1, 1), (1, 1), (1, -1), (-1, -1))
+    return [middle + 0.5 * out * complex(x * height, y * width) for x, y in corners]

@@ -66,16 +66,17 @@ from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import force_text, significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
+from autobalancer.rotordynamics.receptance.receptances import FittedReceptance
 from autobalancer.safe_file import as_path, ready_to_write, write_safely, write_text_safely
 from autobalancer.simulation.record import Samples
 from autobalancer.stability.summary import Summary
 from autobalancer.studies.design.candidate import ROUNDING
-from autobalancer.studies.design.design_file import read_back
+from autobalancer.studies.design.design_file import PREFIX
 from autobalancer.studies.design.designs import Designed, designed_machine
 from autobalancer.studies.design.specification import ENOUGH, MARGIN, PRESSURE, STALL
 from autobalancer.studies.ensemble.ensemble import bytes_of_a_member, ensemble
 from autobalancer.studies.study.chunk import standing_numbers
-from autobalancer.tables import speeds_in_rpm
+from autobalancer.tables import speeds_in
 
 TENTH = 10  # of the random starts, with which small changes are tried
 PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
@@ -256,7 +257,12 @@ def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], Non
 
 def _in_rpm(block: Block) -> Block:
     """Sentences of the package have speeds in rad/s."""
-    return replace(block, text=speeds_in_rpm(block.text)) if isinstance(block, Paragraph) else block
+    return replace(block, text=_speeds_in_rpm(block.text)) if isinstance(block, Paragraph) else block
+
+
+def _speeds_in_rpm(text: str) -> str:
+    """A text with its speeds in rpm."""
+    return speeds_in(text, 30.0 / math.pi, "rpm")
 
 
 def _samples(machine: Machine, summary: Summary) -> int:
@@ -444,7 +450,7 @@ def _about(designed: Designed) -> str:
 
 def _rotor(designed: Designed, command: str) -> list[Section]:
     """The measured rotor beside the fitted one; nothing if it was not measured."""
-    fit = read_back(designed)
+    fit = _read_back(designed)
     if fit is None:
         return []
     page = Section("Measured rotor", [facts(fit.facts()), columns_table(fit.columns("Hz"))], command)
@@ -461,6 +467,17 @@ def _rotor(designed: Designed, command: str) -> list[Section]:
         drawing(receptance_picture(fit), "Receptance at the races: measured, and of the rotor that runs.")
     )
     return [page]
+
+
+def _read_back(designs: Any) -> FittedReceptance | None:
+    """The fit in the answer of a design; None if its rotor was no measured one."""
+    if f"{PREFIX}receptance_real" not in designs:
+        return None
+    names = {name: str(name)[len(PREFIX) :] for name in designs.data_vars if str(name).startswith(PREFIX)}
+    attrs = {str(name)[len(PREFIX) :]: value for name, value in designs.attrs.items() if str(name).startswith(PREFIX)}
+    back = designs[list(names)].rename(names)
+    back.attrs = {**attrs, "rotor": designs.attrs["rotor"], "modes": int(np.asarray(attrs["modes"]))}
+    return FittedReceptance.of(back)
 
 
 def _place(designed: Designed, machine: Machine) -> int:

@@ -6,6 +6,7 @@ In the folder of a run are ``machine.toml``, its note (parameters, state, measur
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from typing import Any
 
 import netCDF4
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import BackendArray
@@ -25,18 +27,11 @@ from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.kinds import as_kind
 from autobalancer.results.chamber_measures import catalog_unit
-from autobalancer.results.folder_store import (
-    has_note,
-    locked,
-    matching,
-    plain,
-    read_note,
-    refuse_another,
-    write_note,
-)
+from autobalancer.results.folder_store import has_note, locked, plain, read_note, refuse_another, write_note
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import NETCDF, save_run
 from autobalancer.safe_file import endless_heap, write_safely, write_text_safely
+from autobalancer.units import shortened
 
 Write = Callable[[xr.Dataset, Path], Any]
 Checkpoint = Mapping[str, NDArray[Any]]
@@ -66,6 +61,14 @@ def write_part(chunk: xr.Dataset, path: Path) -> None:
     """Write the samples of a chunk as netCDF."""
     with NETCDF:
         chunk.to_netcdf(path, engine="netcdf4")
+
+
+NODES = (
+    *(ast.BoolOp, ast.UnaryOp, ast.Compare, ast.BinOp, ast.Name, ast.Constant, ast.List, ast.Tuple, ast.expr_context),
+    *(ast.And, ast.Or, ast.Not, ast.USub, ast.UAdd, ast.cmpop, ast.Add, ast.Sub, ast.Mult, ast.Div),
+)
+LONGEST = 500  # characters of a condition
+HOW = 'write conditions such as "friction >= 0.5 and balls == 8", with and, or, not, in, numbers and quoted texts'
 
 
 class Archive:
@@ -164,7 +167,7 @@ class Archive:
             If the condition cannot be read, or contains a name that no run has.
         """
         rows = {name: self._row(name) for name in self.names()}
-        items = [rows[name] for name in matching(rows, where)]
+        items = [rows[name] for name in _matching(rows, where)]
         table = xr.Dataset(coords={"run": ("run", np.array([row["run"] for row in items], dtype=object))})
         for key in sorted(
             {key for row in rows.values() for key in row} - {"run"}, key=lambda key: (key != "state", key)
@@ -189,6 +192,58 @@ class Archive:
         values = {**note.parameters, **note.measures}
         single = {key: value for key, value in values.items() if not isinstance(value, (list, dict))}
         return {**single, "run": name, "state": note.state}
+
+
+# Which of many notes: conditions such as ``friction >= 0.5 and balls in [8, 9]``.
+
+
+def _matching(rows: Mapping[str, Mapping[str, Any]], where: str | Mapping[str, Any]) -> list[str]:
+    """Names of the rows for which a condition holds, or that have the values of a mapping.
+
+    A comparison with a value that a row does not have does not hold, and neither does its contrary. Only comparisons and
+    arithmetic are possible; no code is called.
+
+    Raises
+    ------
+    QuestionError
+        If the text is no condition, or names a value that no row has.
+    """
+    known = {key for row in rows.values() for key in row}
+    if isinstance(where, Mapping):
+        _refuse_unknown(where, known)
+        return [name for name, row in rows.items() if all(row.get(key) == plain(v) for key, v in where.items())]
+    if not where.strip():
+        return list(rows)
+    refused = QuestionError(f"where: given {shortened(where)}; {HOW}")
+    try:
+        if len(where) > LONGEST:
+            raise refused
+        nodes = list(ast.walk(ast.parse(where.strip(), mode="eval").body))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise refused from None
+    _refuse_unknown([node.id for node in nodes if isinstance(node, ast.Name)], known)
+    parts = [part for node in nodes if isinstance(node, ast.BinOp) for part in (node.left, node.right)]
+    if not all(isinstance(node, NODES) for node in nodes) or any(
+        isinstance(part, ast.Constant) and isinstance(part.value, str) for part in parts
+    ):
+        raise refused
+    table = pd.DataFrame.from_dict(rows, orient="index").fillna(np.nan).convert_dtypes()
+    try:
+        result = table.eval(where.strip(), engine="python")
+        if not pd.api.types.is_bool_dtype(result):
+            raise refused
+        return [str(name) for name in table.index[result.fillna(False).astype("boolean")]]
+    except QuestionError:
+        raise
+    except Exception as reason:  # pandas raises many kinds
+        words = "numbers and texts cannot be compared; " if isinstance(reason, TypeError) else ""
+        raise QuestionError(f"where: given {shortened(where)}; {words}{HOW}") from None
+
+
+def _refuse_unknown(names: Any, known: set[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise QuestionError(f"where: given {name!r}; the runs have {', '.join(sorted(known)) or 'no values'}")
 
 
 def _column(cells: list[Any]) -> np.ndarray:

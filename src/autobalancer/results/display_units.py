@@ -156,11 +156,6 @@ def vibration_axis(unit: str, greatest: float) -> AxisUnit:
     return AxisUnit(*MEASURES[unit]) if unit == "m/s" else AxisUnit(unit, 1.0)
 
 
-def moment_axis(greatest: float) -> AxisUnit:
-    """The unit of an axis of unbalance up to ``greatest`` (kg m)."""
-    return AxisUnit("g mm", 1e6) if greatest < 0.01 else AxisUnit("kg mm", 1e3)
-
-
 def round_down(value: float) -> float:
     """The next of 1, 2, 5, 10, 20, ... that is not above ``value``: a scale one can say."""
     power = 10.0 ** math.floor(math.log10(value))

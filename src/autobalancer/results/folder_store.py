@@ -6,7 +6,6 @@ written beside its place and moved there when complete, so that a crash, or a di
 
 from __future__ import annotations
 
-import ast
 import datetime
 import hashlib
 import json
@@ -25,12 +24,10 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 from zipfile import BadZipFile
 
 import numpy as np
-import pandas as pd  # type: ignore[import-untyped]
 from pydantic import TypeAdapter, ValidationError
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.safe_file import as_path, write_safely, write_text_safely
-from autobalancer.units import shortened
 
 if sys.platform == "win32":
     import msvcrt
@@ -420,63 +417,3 @@ class Shelf(Generic[E]):
             with suppress(OSError, QuestionError):
                 if place.stat().st_mtime < before and not has_note(place):
                     self.delete(place.name)
-
-
-# Which of many notes: conditions such as ``friction >= 0.5 and balls in [8, 9]``.
-
-
-NODES = (
-    *(ast.BoolOp, ast.UnaryOp, ast.Compare, ast.BinOp, ast.Name, ast.Constant, ast.List, ast.Tuple, ast.expr_context),
-    *(ast.And, ast.Or, ast.Not, ast.USub, ast.UAdd, ast.cmpop, ast.Add, ast.Sub, ast.Mult, ast.Div),
-)
-LONGEST = 500  # characters of a condition
-HOW = 'write conditions such as "friction >= 0.5 and balls == 8", with and, or, not, in, numbers and quoted texts'
-
-
-def matching(rows: Mapping[str, Mapping[str, Any]], where: str | Mapping[str, Any]) -> list[str]:
-    """Names of the rows for which a condition holds, or that have the values of a mapping.
-
-    A comparison with a value that a row does not have does not hold, and neither does its contrary. Only comparisons and
-    arithmetic are possible; no code is called.
-
-    Raises
-    ------
-    QuestionError
-        If the text is no condition, or names a value that no row has.
-    """
-    known = {key for row in rows.values() for key in row}
-    if isinstance(where, Mapping):
-        _refuse_unknown(where, known)
-        return [name for name, row in rows.items() if all(row.get(key) == plain(v) for key, v in where.items())]
-    if not where.strip():
-        return list(rows)
-    refused = QuestionError(f"where: given {shortened(where)}; {HOW}")
-    try:
-        if len(where) > LONGEST:
-            raise refused
-        nodes = list(ast.walk(ast.parse(where.strip(), mode="eval").body))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise refused from None
-    _refuse_unknown([node.id for node in nodes if isinstance(node, ast.Name)], known)
-    parts = [part for node in nodes if isinstance(node, ast.BinOp) for part in (node.left, node.right)]
-    if not all(isinstance(node, NODES) for node in nodes) or any(
-        isinstance(part, ast.Constant) and isinstance(part.value, str) for part in parts
-    ):
-        raise refused
-    table = pd.DataFrame.from_dict(rows, orient="index").fillna(np.nan).convert_dtypes()
-    try:
-        result = table.eval(where.strip(), engine="python")
-        if not pd.api.types.is_bool_dtype(result):
-            raise refused
-        return [str(name) for name in table.index[result.fillna(False).astype("boolean")]]
-    except QuestionError:
-        raise
-    except Exception as reason:  # pandas raises many kinds
-        words = "numbers and texts cannot be compared; " if isinstance(reason, TypeError) else ""
-        raise QuestionError(f"where: given {shortened(where)}; {words}{HOW}") from None
-
-
-def _refuse_unknown(names: Any, known: set[str]) -> None:
-    for name in names:
-        if name not in known:
-            raise QuestionError(f"where: given {name!r}; the runs have {', '.join(sorted(known)) or 'no values'}")

@@ -16,7 +16,7 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.answers.kinds import as_kind, kind_of
+from autobalancer.results.answers.kinds import as_kind
 from autobalancer.results.provenance import MAKER, provenance
 from autobalancer.results.signals import UNIVERSAL, universal_text
 from autobalancer.safe_file import as_path, endless_heap, not_to_read, ready_to_write, write_safely, write_text_safely
@@ -93,7 +93,12 @@ def _with_kind(run: xr.Dataset) -> xr.Dataset:
     lists = [str(key) for key, value in run.attrs.items() if isinstance(value, (list, tuple))]
     empty = {key: "" for key in lists if not run.attrs[key]}
     kept = {"source": provenance()["source"], **run.attrs, **empty}
-    return run.assign_attrs(kept | {KIND: kind_of(run), LISTED: " ".join(lists)})
+    return run.assign_attrs(kept | {KIND: _kind_of(run), LISTED: " ".join(lists)})
+
+
+def _kind_of(dataset: xr.Dataset) -> str:
+    """Name of its class; empty for a plain dataset."""
+    return type(dataset).__name__ if isinstance(dataset, Answer) else ""
 
 
 def _rescued(run: xr.Dataset, name: str) -> str:

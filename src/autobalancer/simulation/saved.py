@@ -8,17 +8,10 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.drive_train import link_names, unbalance_factor
-from autobalancer.assembly.places import (
-    Places,
-    accelerations,
-    deflections,
-    desk_for,
-    gauges_of,
-    turning_mass,
-    without_balancing,
-)
+from autobalancer.assembly.places import Places, accelerations, desk_for, gauges_of, turning_mass, without_balancing
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.rotors import couple_vector
+from autobalancer.assembly.rotors.lateral_model import Complexes
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.derivatives import derivatives, normal_forces
 from autobalancer.kernels.integrators.integrator_state import (
@@ -371,7 +364,7 @@ def wall_forces(states: Matrix, times: Floats, assembly: Assembly, places: Place
     balls, n, system = assembly.balls, len(assembly.balls), assembly.system
     rates = np.zeros_like(states)
     derivatives(equations(assembly).rates, system, np.ascontiguousarray(times), np.ascontiguousarray(states), rates)
-    host = deflections(places, accelerations(states, rates, assembly))[:, list(places.plane_of_ball)]
+    host = _deflections(places, accelerations(states, rates, assembly))[:, list(places.plane_of_ball)]
     speed, change = states[:, SPEED, None], rates[:, SPEED, None]
     angle, slip = states[:, BALLS : BALLS + n], states[:, BALLS + n : BALLS + 2 * n]
     outward = np.exp(-1j * (states[:, THETA, None] + angle))
@@ -379,6 +372,12 @@ def wall_forces(states: Matrix, times: Floats, assembly: Assembly, places: Place
     center = np.array([ball.eccentricity for ball in balls]) * (1j * change - speed**2) * np.exp(-1j * angle)
     felt = ((host + 1j * _gravity(places)) * outward + center).real - orbit * (speed + slip) ** 2
     return np.asarray(-np.array([ball.effective_mass for ball in balls]) * felt, np.float64)
+
+
+def _deflections(places: Places, q: Matrix) -> Complexes:
+    """x + i y of each place for coordinates or their velocities, (T, L)."""
+    both = q @ places.rows.reshape(-1, q.shape[1]).T
+    return np.asarray(both[:, 0::2] + 1j * both[:, 1::2])
 
 
 def _gravity(places: Places) -> float:

@@ -19,7 +19,6 @@ from scipy.stats import beta, t
 from autobalancer.assembly.quantities import in_author_units
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import machine_text, parse_machine
-from autobalancer.laws.deep_chamber import free_drag
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled
@@ -27,7 +26,6 @@ from autobalancer.results.archive import Archive
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber.bounds import ChamberBounds, pressure_between_balls
 from autobalancer.studies.chamber_study import Job, Many, measured_runs
-from autobalancer.units import argument
 from autobalancer.units.quantity import is_range, list_argument, listed, whole
 
 CHANGED = ("unbalance", "friction", "ball_friction", "diameter", "density", "viscosity")
@@ -311,6 +309,11 @@ def candidates(machine: ChamberMachine, shelf: Mapping[str, Any]) -> list[Candid
     return [Candidate(int(entry[0]), *entry[1:]) for entry in plain]
 
 
+BLUNT = (
+    0.44  # drag coefficient of a sphere at high Reynolds numbers (Newton; Clift, Grace and Weber 1978, below Re = 2e5)
+)
+
+
 def machine_of(machine: ChamberMachine, candidate: Candidate, unbalance: float | None = None) -> ChamberMachine:
     """The machine with these balls, friction and fluid, and with its unbalances in proportion up to ``unbalance`` (kg m).
 
@@ -327,7 +330,7 @@ def machine_of(machine: ChamberMachine, candidate: Candidate, unbalance: float |
     if not math.isnan(candidate.ball_friction):
         data["contact"]["ball_friction"] = candidate.ball_friction
     if not math.isnan(candidate.viscosity):
-        drag = free_drag(candidate.viscosity, candidate.fluid_density, 0.5 * candidate.diameter)
+        drag = _free_drag(candidate.viscosity, candidate.fluid_density, 0.5 * candidate.diameter)
         chamber["drag"], chamber["square_drag"] = drag if candidate.viscosity > 0.0 else (0.0, 0.0)
         if chamber.get("viscosity") is not None and candidate.viscosity > 0.0:
             chamber["viscosity"] = candidate.viscosity
@@ -338,6 +341,14 @@ def machine_of(machine: ChamberMachine, candidate: Candidate, unbalance: float |
             for part in machine.unbalances
         ]
     return ChamberMachine(**data)
+
+
+def _free_drag(viscosity: float, density: float, ball_radius: float) -> tuple[float, float]:
+    """Force on a ball over its speed (N s/m) and over the square of it (N s^2/m^2), far from walls.
+
+    ``viscosity`` is dynamic, Pa s; ``density`` that of the fluid. Stokes' force and Newton's are added: c_d = 24/Re + 0.44.
+    """
+    return 6.0 * math.pi * viscosity * ball_radius, 0.5 * BLUNT * density * math.pi * ball_radius**2
 
 
 def _read(shelf: Mapping[str, Any]) -> dict[str, list[float]]:
@@ -432,22 +443,6 @@ JUDGED = {
     ),
     "share_carried": Judged("1", "share of the balls that go around with the rotor", _greater("share_carried")),
 }
-LIMITS = {name: entry.unit for name, entry in JUDGED.items() if name != "share_carried"} | {"pick_up": "1"}
-
-
-def read_limits(options: Mapping[str, Any] | None) -> dict[str, float]:
-    """Limits in SI by name: most values, of ``pick_up`` the least share of the runs in which all balls are carried."""
-    limits = {}
-    for name, value in (options or {}).items():
-        if name not in LIMITS:
-            raise QuestionError(f"limits: given {name!r}; must be one of {', '.join(LIMITS)}")
-        read = argument(f"limits: {name}", value, "" if LIMITS[name] == "1" else LIMITS[name].replace(" ", "*"))
-        if not 0.0 < read < math.inf:
-            raise QuestionError(f"limits: {name}: given {read:g}; must be above zero, and finite")
-        if name == "pick_up" and read > 1.0:
-            raise QuestionError(f"limits: pick_up: given {read:g}; it is a share of the runs, at most 1")
-        limits[name] = read
-    return limits
 
 
 def numbers_of(machine: ChamberMachine, measures: Mapping[str, Any]) -> dict[str, float]:

@@ -29,7 +29,6 @@ from autobalancer.studies.chamber_candidates import (
     machine_of,
     mean_interval,
     numbers_of,
-    read_limits,
     ruled_out,
     share_interval,
     worse_than_worst,
@@ -40,6 +39,9 @@ from autobalancer.units import argument, optional_argument
 from autobalancer.units.quantity import list_argument, listed
 
 # The designs of a deep chamber that balance best within limits (Pakuła 2021, section 5, asks for them).
+
+
+LIMITS = {name: entry.unit for name, entry in JUDGED.items() if name != "share_carried"} | {"pick_up": "1"}
 
 
 @shows_progress
@@ -120,7 +122,7 @@ def design(
     sizes = _unbalances(machine, unbalances)
     kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
     requested = Question(sizes, duration, short, last, fillings, finalists, kept, workers, progress)
-    told = read_limits(limits)
+    told = _read_limits(limits)
     if "contact_pressure" in told and machine.contact.youngs_modulus is None:
         raise QuestionError("limits: contact_pressure: needs the material of the balls; give contact.youngs_modulus")
     designs = bounded(machine, all_candidates(machine, candidates), told, requested)
@@ -128,6 +130,21 @@ def design(
         raise QuestionError(_none_left(designs))
     screened(designs, requested)
     return designs_dataset(machine, designs, told, requested)
+
+
+def _read_limits(options: Mapping[str, Any] | None) -> dict[str, float]:
+    """Limits in SI by name: most values, of ``pick_up`` the least share of the runs in which all balls are carried."""
+    limits = {}
+    for name, value in (options or {}).items():
+        if name not in LIMITS:
+            raise QuestionError(f"limits: given {name!r}; must be one of {', '.join(LIMITS)}")
+        read = argument(f"limits: {name}", value, "" if LIMITS[name] == "1" else LIMITS[name].replace(" ", "*"))
+        if not 0.0 < read < math.inf:
+            raise QuestionError(f"limits: {name}: given {read:g}; must be above zero, and finite")
+        if name == "pick_up" and read > 1.0:
+            raise QuestionError(f"limits: pick_up: given {read:g}; it is a share of the runs, at most 1")
+        limits[name] = read
+    return limits
 
 
 def _unbalances(machine: ChamberMachine, values: Sequence[float | str] | str | None) -> tuple[float, ...]:

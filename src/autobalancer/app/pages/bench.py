@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import json
 import re
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from html import escape
 from itertools import groupby
@@ -13,18 +15,31 @@ from pathlib import Path
 from typing import Any
 
 import nicegui
-from fastapi import Request
+from fastapi import Request, Response
+from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import Client, app, core, ui
 from nicegui.element import Element
 
 from autobalancer.app.pages.describe import describe
-from autobalancer.app.pages.elements import Bench, Work, hinted, marked, serve_files, user_of
-from autobalancer.app.pages.measured.page import MeasuredPage, serve_measured
+from autobalancer.app.pages.elements import Bench, Work, hinted, marked, user_of
+from autobalancer.app.pages.measured.page import MeasuredPage
 from autobalancer.app.pages.stability.page import StabilityPage
 from autobalancer.app.pages.studies.page import StudiesPage, serve_studies
-from autobalancer.app.store.jobs import Job, Jobs, keep_warnings
-from autobalancer.app.store.kept_runs import LONGEST, STARTED, UNREADABLE, Archive, Entry, differences, user_folder
+from autobalancer.app.store.fits import fit_file
+from autobalancer.app.store.jobs import Job, Jobs, here
+from autobalancer.app.store.kept_runs import (
+    LONGEST,
+    STARTED,
+    TYPES,
+    UNREADABLE,
+    Archive,
+    Entry,
+    differences,
+    exported,
+    user_folder,
+)
 from autobalancer.app.store.kept_runs import film as film_of
+from autobalancer.app.store.measured_files import Measurements
 from autobalancer.app.text.form_fields import PLAIN, written
 from autobalancer.app.text.problems import for_page, with_value
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
@@ -51,14 +66,14 @@ OTHER_PAGE = "Another page had changed the machine meanwhile. Undo twice brings 
 def build(root: Path, limit: float, *, several: bool = False) -> Any:
     """Make the page; runs are kept below ``root``, and a job may take ``limit`` seconds. ``several`` users share the workers."""
     jobs, long = Jobs(limit=limit, each=1 if several else None), Jobs(workers=1, limit=LONGER * limit)
-    keep_warnings()
+    _keep_warnings()
     confirm()
     app.on_shutdown(jobs.close)
     app.state.jobs = jobs
     app.on_shutdown(long.close)
 
-    serve_files(root)
-    serve_measured(root)
+    _serve_files(root)
+    _serve_measured(root)
     serve_studies(root)
 
     @ui.page("/", title="autobalancer", dark=None, language="en-US")
@@ -74,6 +89,76 @@ def build(root: Path, limit: float, *, several: bool = False) -> Any:
             ui.notify(ASIDE, type="warning", timeout=0, close_button="close")
 
     return app
+
+
+# Measured files, their waveforms and the fits to them as answers of the server.
+
+
+def _serve_measured(root: Path) -> None:
+    """Answer with the measurements of whoever asks."""
+
+    def shelf_of(request: Request) -> Measurements:
+        return Measurements(user_folder(root, user_of(request)))
+
+    @app.get("/measured/{name}/wave.bin")
+    async def waves(request: Request, name: str) -> Response:
+        from autobalancer.app.store.signal_pictures import wave_block
+
+        shelf = shelf_of(request)
+        try:
+            found = await asyncio.to_thread(lambda: wave_block(shelf.data(name)))
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        return Response(found, media_type="application/octet-stream")
+
+    @app.get("/measured/{name}/file")
+    async def file(request: Request, name: str) -> Response:
+        try:
+            path = shelf_of(request).path(name)
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+
+    @app.get("/measured/{name}/fit/{fit}/{kind}")
+    async def fitted(request: Request, name: str, fit: str, kind: str) -> Response:
+        from autobalancer.app.store.fits import FILES_OF
+
+        try:
+            path = fit_file(shelf_of(request), name, fit, kind)
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        return FileResponse(path, media_type=FILES_OF[kind], filename=f"{fit}-{kind}")
+
+
+def _serve_files(root: Path) -> None:
+    """Answer ``/run/NAME/FORM`` with the runs of whoever asks."""
+
+    @app.get("/run/{name}/{kind}")
+    async def answer(request: Request, name: str, kind: str) -> Response:
+        archive = Archive(user_folder(root, user_of(request)))
+        try:
+            found = await asyncio.to_thread(exported, archive, name, kind)
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)
+        as_file = {"content-disposition": f'attachment; filename="{name}-{kind}"'} if kind != "view.bin" else {}
+        if isinstance(found, Path):
+            return FileResponse(found, media_type=TYPES[kind], headers=as_file)
+        return Response(found, media_type=TYPES[kind], headers=as_file)
+
+
+def _keep_warnings() -> None:
+    """From now on, warnings of a job become its notes; all others go their way."""
+    others = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        job = getattr(here, "job", None)
+        if job is None:
+            others(message, category, *place)
+        elif str(message) not in job.notes:
+            job.notes.append(str(message))
+
+    warnings.showwarning = show  # type: ignore[assignment]
+    warnings.filterwarnings("always", module="autobalancer")
 
 
 def _set_aside(mark: Path) -> bool:

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, partial
 from html import escape
 from typing import Any
 
+import tomli_w
 from nicegui import core, events, ui
 
 from autobalancer.api import check
-from autobalancer.app.pages.elements import Bench, entry_of, hinted, marked, picker, say_refused, toml_editor
+from autobalancer.app.pages.elements import Bench, Changed, hinted, marked, picker, say_refused, toml_editor
 from autobalancer.app.store.jobs import Latest
 from autobalancer.app.store.pictures import svg_of
-from autobalancer.app.text.form_fields import Field, asked_of, chosen, fields_of, root_of, tag_of, word_of
+from autobalancer.app.text.form_fields import (
+    USUAL,
+    Field,
+    fields_of,
+    in_unit,
+    number_and_unit,
+    tag_of,
+    word_of,
+    written,
+)
 from autobalancer.app.text.problems import (
     EMPTY,
     EntryPath,
@@ -26,9 +37,12 @@ from autobalancer.app.text.problems import (
     with_value,
     without,
 )
+from autobalancer.app.text.problems import EntryPath as DocumentPath
+from autobalancer.catalog import fluids, materials
 from autobalancer.errors import AutobalancerError, spell, unwarned
 from autobalancer.files.examples import example_text, examples, rig_text, rigs
 from autobalancer.machine.part import Part
+from autobalancer.machine_kinds import machine_kind
 from autobalancer.sketch import machine as machine_picture
 from autobalancer.tables import rpm_and_si
 
@@ -82,6 +96,24 @@ def _sources(bench: Bench) -> None:
 ROOM = 100  # entries of lists that have fields: each takes the server a while, with every edit
 
 
+ASKED: dict[
+    str, tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
+] = {  # keys to fill in, unless one of the others is given
+    "PlanarRotor": (
+        (("critical_speed", "stiffness"), ("rubber",)),
+        (("damping_ratio",), ("damping", "half_power_bandwidth", "rubber")),
+    ),
+    "Unbalance": tuple(((key,), ("moment", "couple", "misalignment")) for key in ("mass", "radius")),
+    "Race": ((("orbit_radius", "bearing"), ("race_radius",)),),
+    "Fluid": ((("name",), ("density", "viscosity")),),
+    "Balls": ((("diameter", "mass"), ()), (("material",), ("density",))),
+}
+
+
+SHORT = 6  # letters of a name that are seen beside a unit
+LOOK = "dense outlined debounce=350"
+
+
 class Form:
     """Fields for every key that is given or required; others are added from a list."""
 
@@ -122,7 +154,7 @@ class Form:
                 ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
                 ui.label(self.bench.reading.message).classes("wrong")
                 return
-            root = root_of(data)
+            root = _root_of(data)
             self._fields(root, (), data)
         self.mark()
 
@@ -156,7 +188,7 @@ class Form:
     def _fields(self, part: type[Part], path: EntryPath, data: dict[str, Any]) -> None:
         """The keys of one table, and below them its tables."""
         fields = fields_of(part)
-        asked = asked_of(part, data)
+        asked = _asked_of(part, data)
         given = [
             field
             for field in fields
@@ -194,7 +226,7 @@ class Form:
                 self.left.add(path)
                 self.mark()
 
-        self.shown[path] = shown = entry_of(field, path, value, changed, dropped if removable else None)
+        self.shown[path] = shown = _entry_of(field, path, value, changed, dropped if removable else None)
         if value is None:
             shown.on("blur", left)
 
@@ -224,7 +256,7 @@ class Form:
         ui.button(f"add {_one(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
 
     def _kind_and_fields(self, field: Field, path: EntryPath, data: dict[str, Any]) -> None:
-        part = chosen(field.parts, data)
+        part = _chosen(field.parts, data)
         tag = tag_of(field.parts[0])
         if len(field.parts) > 1:
 
@@ -302,6 +334,124 @@ class Form:
                 ui.notify("not taken: the text of the machine has just changed", type="warning")
         finally:
             self.editing = False
+
+
+def _entry_of(
+    field: Field, path: DocumentPath, value: Any, changed: Changed, dropped: Callable[[], None] | None
+) -> Any:
+    """Put the entry on the page; gives what shows its error."""
+    with_unit = field.kind == "quantity" and (value is None or number_and_unit(value, field.unit) is not None)
+    long = field.name == "description" or value is None or (with_unit and len(field.name) > SHORT)
+    with ui.row().classes("entry no-wrap" + (" wide" if long else "")):
+        if with_unit:
+            shown = _quantity(field, path, value, changed)
+        elif field.kind == "choice":
+            options = list(field.choices)
+            shown = ui.select(options, value=value if value in options else None, label=field.name)
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+        elif field.kind == "switch":
+            shown = ui.select({True: "yes", False: "no"}, value=bool(value), label=field.name)
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+        elif field.kind == "text" and isinstance(value, str | None) and _known(path):
+            options = list(dict.fromkeys([*_known(path), *([value] if value else [])]))
+            shown = ui.select(options, value=value or None, label=field.name, with_input=True, new_value_mode="add")
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value or ""))
+        elif field.kind == "text" and isinstance(value, str | None):
+            shown = ui.input(field.name, value=value or "").props(
+                LOOK + (" autogrow" if field.name == "description" else "")
+            )
+            shown.on_value_change(lambda event: changed(event.value or ""))
+        else:
+            shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
+            shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
+        marked(shown.classes("field").without_auto_validation(), at=spell(path), about=field.help)
+        hinted(shown, field.help)
+        if value is None:
+            shown.props["hint"] = field.meaning
+        if dropped is not None:
+            button = ui.button(icon="close", on_click=dropped).props("flat dense round size=xs color=grey tabindex=-1")
+            marked(button.classes("drop"), label=f"remove {field.name}")
+    return shown
+
+
+def _quantity(field: Field, path: DocumentPath, value: Any, changed: Changed) -> Any:
+    """A number and its unit; another unit keeps the quantity and changes the number."""
+    number, unit = number_and_unit(value, field.unit) or ("", _usual(field, path))
+    units = list(field.units) if unit in field.units else [*field.units, unit]
+    entry = ui.input(field.name, value=number).props(f"{LOOK} inputmode=decimal")
+    if units == [""]:
+        entry.on_value_change(lambda event: changed(written(event.value or "", "", "") or ""))
+        return entry
+    choice = ui.select({one: one or "–" for one in units}, value=unit).props("dense outlined options-dense")
+    marked(choice.classes("unit"), at=f"unit of {spell(path)}", label=f"unit of {field.name}")
+    state = {"unit": unit}
+
+    def say(_: Any = None) -> None:
+        changed(written(entry.value or "", state["unit"], field.unit))
+
+    def other(event: Any) -> None:
+        try:
+            number = in_unit(entry.value or "", state["unit"], event.value, field.unit)
+        except ValueError:  # what is written is no number; the reader says so
+            number = entry.value or ""
+        state["unit"] = event.value
+        if number == entry.value:
+            say()
+        else:
+            entry.value = number
+
+    entry.on_value_change(say)
+    choice.on_value_change(other)
+    return entry
+
+
+def _usual(field: Field, path: DocumentPath) -> str:
+    """The unit that most people take; balls and unbalances are weighed in grams."""
+    small = field.unit == "kg" and path[0] in ("unbalances", "balancers")
+    return "g" if small else (USUAL | {"K": "degC"}).get(field.unit, field.unit)
+
+
+def _known(path: DocumentPath) -> list[str]:
+    """Names of the catalog that may stand at a path."""
+    if path[-2:] == ("fluid", "name"):
+        return [one.name for one in fluids()]
+    return [one.name for one in materials()] if path[-1] == "material" else []
+
+
+def _as_toml(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return value
+    return " ".join(tomli_w.dumps({"v": value}).removeprefix("v = ").split()).replace(", ]", "]").replace("[ ", "[")
+
+
+def _from_toml(text: str) -> Any:
+    """A list or number as TOML writes it, else a text."""
+    try:
+        return tomllib.loads(f"v = {text}")["v"]
+    except (ValueError, RecursionError):
+        return text
+
+
+def _chosen(parts: tuple[type[Part], ...], data: Any) -> type[Part] | None:
+    """Which of several parts a table of a file is; ``None`` if it does not say."""
+    if len(parts) == 1:
+        return parts[0]
+    given = data if isinstance(data, dict) else {}
+    return next((part for part in parts if given.get(tag_of(part)) == word_of(part)), None)
+
+
+def _asked_of(part: type[Part], data: dict[str, Any]) -> set[str]:
+    """Optional keys of a part that a form asks for: one of several ways to say what has to be said, and none is taken yet."""
+    groups = ASKED.get(part.__name__, ())
+    return {key for keys, others in groups if not {*keys, *others} & set(data) for key in keys}
+
+
+def _root_of(data: dict[str, Any]) -> type[Part]:
+    """The class of a machine file, from its keys."""
+    part: type[Part] = machine_kind(data).part
+    return part
 
 
 def _first(field: Field) -> Any:

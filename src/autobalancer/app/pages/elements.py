@@ -2,99 +2,23 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import json
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
-import tomli_w
-from fastapi import Request, Response
-from fastapi.responses import FileResponse, PlainTextResponse
-from nicegui import app, ui
+from fastapi import Request
+from nicegui import ui
 
 from autobalancer.app.store.jobs import Job, Jobs
-from autobalancer.app.store.kept_runs import LOCAL, TYPES, Archive, exported, user_folder
-from autobalancer.app.text.form_fields import USUAL, Field, in_unit, number_and_unit, written
+from autobalancer.app.store.kept_runs import LOCAL
 from autobalancer.app.text.problems import EMPTY, LARGEST, Reading, read
-from autobalancer.app.text.problems import EntryPath as DocumentPath
-from autobalancer.catalog import fluids, materials
-from autobalancer.errors import AutobalancerError, ResultError, spell
+from autobalancer.errors import AutobalancerError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.safe_file import write_text_safely
 
 Changed = Callable[[Any], None]
-SHORT = 6  # letters of a name that are seen beside a unit
-LOOK = "dense outlined debounce=350"
-
-
-def entry_of(field: Field, path: DocumentPath, value: Any, changed: Changed, dropped: Callable[[], None] | None) -> Any:
-    """Put the entry on the page; gives what shows its error."""
-    with_unit = field.kind == "quantity" and (value is None or number_and_unit(value, field.unit) is not None)
-    long = field.name == "description" or value is None or (with_unit and len(field.name) > SHORT)
-    with ui.row().classes("entry no-wrap" + (" wide" if long else "")):
-        if with_unit:
-            shown = _quantity(field, path, value, changed)
-        elif field.kind == "choice":
-            options = list(field.choices)
-            shown = ui.select(options, value=value if value in options else None, label=field.name)
-            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
-        elif field.kind == "switch":
-            shown = ui.select({True: "yes", False: "no"}, value=bool(value), label=field.name)
-            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
-        elif field.kind == "text" and isinstance(value, str | None) and _known(path):
-            options = list(dict.fromkeys([*_known(path), *([value] if value else [])]))
-            shown = ui.select(options, value=value or None, label=field.name, with_input=True, new_value_mode="add")
-            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value or ""))
-        elif field.kind == "text" and isinstance(value, str | None):
-            shown = ui.input(field.name, value=value or "").props(
-                LOOK + (" autogrow" if field.name == "description" else "")
-            )
-            shown.on_value_change(lambda event: changed(event.value or ""))
-        else:
-            shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
-            shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
-        marked(shown.classes("field").without_auto_validation(), at=spell(path), about=field.help)
-        hinted(shown, field.help)
-        if value is None:
-            shown.props["hint"] = field.meaning
-        if dropped is not None:
-            button = ui.button(icon="close", on_click=dropped).props("flat dense round size=xs color=grey tabindex=-1")
-            marked(button.classes("drop"), label=f"remove {field.name}")
-    return shown
-
-
-def _quantity(field: Field, path: DocumentPath, value: Any, changed: Changed) -> Any:
-    """A number and its unit; another unit keeps the quantity and changes the number."""
-    number, unit = number_and_unit(value, field.unit) or ("", _usual(field, path))
-    units = list(field.units) if unit in field.units else [*field.units, unit]
-    entry = ui.input(field.name, value=number).props(f"{LOOK} inputmode=decimal")
-    if units == [""]:
-        entry.on_value_change(lambda event: changed(written(event.value or "", "", "") or ""))
-        return entry
-    choice = ui.select({one: one or "–" for one in units}, value=unit).props("dense outlined options-dense")
-    marked(choice.classes("unit"), at=f"unit of {spell(path)}", label=f"unit of {field.name}")
-    state = {"unit": unit}
-
-    def say(_: Any = None) -> None:
-        changed(written(entry.value or "", state["unit"], field.unit))
-
-    def other(event: Any) -> None:
-        try:
-            number = in_unit(entry.value or "", state["unit"], event.value, field.unit)
-        except ValueError:  # what is written is no number; the reader says so
-            number = entry.value or ""
-        state["unit"] = event.value
-        if number == entry.value:
-            say()
-        else:
-            entry.value = number
-
-    entry.on_value_change(say)
-    choice.on_value_change(other)
-    return entry
 
 
 def say_refused(event: Any, what: str, ends: str, largest: int) -> None:
@@ -115,35 +39,6 @@ def picker(options: Any, label: str, take: Callable[[str], Any], *, at: str) -> 
     box.props("dense outlined options-dense", remove="fill-input").style("width: 220px")
     marked(box, at=at)
     return box
-
-
-def _usual(field: Field, path: DocumentPath) -> str:
-    """The unit that most people take; balls and unbalances are weighed in grams."""
-    small = field.unit == "kg" and path[0] in ("unbalances", "balancers")
-    return "g" if small else (USUAL | {"K": "degC"}).get(field.unit, field.unit)
-
-
-def _known(path: DocumentPath) -> list[str]:
-    """Names of the catalog that may stand at a path."""
-    if path[-2:] == ("fluid", "name"):
-        return [one.name for one in fluids()]
-    return [one.name for one in materials()] if path[-1] == "material" else []
-
-
-def _as_toml(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, str):
-        return value
-    return " ".join(tomli_w.dumps({"v": value}).removeprefix("v = ").split()).replace(", ]", "]").replace("[ ", "[")
-
-
-def _from_toml(text: str) -> Any:
-    """A list or number as TOML writes it, else a text."""
-    try:
-        return tomllib.loads(f"v = {text}")["v"]
-    except (ValueError, RecursionError):
-        return text
 
 
 # The help that comes when the mouse rests on something, and the names of elements.
@@ -426,19 +321,3 @@ class Bench(Typed):
 def user_of(request: Request) -> str:
     """Who asks, as the guard noted."""
     return str(request.scope.get("state", {}).get("user", LOCAL))
-
-
-def serve_files(root: Path) -> None:
-    """Answer ``/run/NAME/FORM`` with the runs of whoever asks."""
-
-    @app.get("/run/{name}/{kind}")
-    async def answer(request: Request, name: str, kind: str) -> Response:
-        archive = Archive(user_folder(root, user_of(request)))
-        try:
-            found = await asyncio.to_thread(exported, archive, name, kind)
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
-        as_file = {"content-disposition": f'attachment; filename="{name}-{kind}"'} if kind != "view.bin" else {}
-        if isinstance(found, Path):
-            return FileResponse(found, media_type=TYPES[kind], headers=as_file)
-        return Response(found, media_type=TYPES[kind], headers=as_file)

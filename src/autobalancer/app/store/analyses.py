@@ -488,14 +488,6 @@ def _greatest(values: Any, name: str) -> str:
     return f"{name}: greatest {shown} at {rpm_and_si(float(values['speed'][peak]))}"
 
 
-def report_file(machine: Any, path: Path, progress: Progress) -> Path:
-    """The report of a machine as ``.html`` or ``.pdf``."""
-    from autobalancer.reporting.report import report
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    return report(machine, path, starts=40, progress=progress)
-
-
 # The latest answer of each analysis of a user, kept as a result file, so that it is there when the page is opened
 # again.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,10 +21,9 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at
 from autobalancer.measurement.comparison.pairs import MeasuredRunUp, is_orders
 from autobalancer.measurement.comparison.run_up_fit import MeasuredOrders
-from autobalancer.plots.measured.fits import identification
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.signals import Signals
-from autobalancer.results.store import load_run, save_run
+from autobalancer.results.store import save_run
 from autobalancer.rotordynamics.identification.fit import FreeParameter
 from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.safe_file import write_text_safely
@@ -157,12 +155,6 @@ def fit_file(shelf: Measurements, name: str, fit_name: str, kind: str) -> Path:
     if kind not in FILES_OF or not path.is_file():
         raise QuestionError(f"fit {fit_name[:40]!r}: has no {kind[:20]!r}")
     return path
-
-
-def fit_picture(shelf: Measurements, name: str, fit_name: str) -> Callable[[], Any]:
-    """Measured and fitted, before and after."""
-    data = load_run(fit_file(shelf, name, fit_name, "fit.nc"))
-    return lambda: identification(data)
 
 
 def _measured(data: xr.Dataset, question: Question, asked: Asked) -> Any:

@@ -7,7 +7,6 @@ import itertools
 import threading
 import time
 import traceback
-import warnings
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -168,21 +167,6 @@ class Jobs:
             job.seconds, here.job = time.monotonic() - job.begun, None
             if job.number % CLEARED == 0:
                 gc.collect()
-
-
-def keep_warnings() -> None:
-    """From now on, warnings of a job become its notes; all others go their way."""
-    others = warnings.showwarning
-
-    def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
-        job = getattr(here, "job", None)
-        if job is None:
-            others(message, category, *place)
-        elif str(message) not in job.notes:
-            job.notes.append(str(message))
-
-    warnings.showwarning = show  # type: ignore[assignment]
-    warnings.filterwarnings("always", module="autobalancer")
 
 
 class Latest:

@@ -152,17 +152,6 @@ LOOKS: dict[str, tuple[str, Callable[[xr.Dataset, Asked], Drawn]]] = {
 }
 
 
-def looked(data: xr.Dataset, name: str, asked: Asked) -> Drawn:
-    """One of the pictures.
-
-    Raises
-    ------
-    QuestionError
-        If the signals do not suffice, in the words of the function that is asked.
-    """
-    return LOOKS[name][1](data, asked)
-
-
 def turning(signals: xr.Dataset) -> bool:
     """Whether the signals say how the rotor turns."""
     return any(one.attrs.get("quantity") in TURNING for one in signals.data_vars.values())

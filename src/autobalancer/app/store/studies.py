@@ -18,14 +18,13 @@ import xarray as xr
 
 from autobalancer.app.store.jobs import Job
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.files.machine_file import load_race_machine, machine_text
+from autobalancer.files.machine_file import machine_text
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.plots.studies import design as design_picture
 from autobalancer.plots.studies import envelopes as envelopes_picture
 from autobalancer.plots.studies import rest_positions
 from autobalancer.plots.studies import sensitivity as sensitivity_picture
 from autobalancer.plots.studies import study as study_picture
-from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.folder_store import Shelf, part_files, read_part
 from autobalancer.results.store import load_run, save_run
@@ -313,7 +312,6 @@ def quantities_of(found: xr.Dataset) -> dict[str, str]:
 
 
 SO_FAR = "so_far.nc"  # what was known when a candidate had run
-STARTS = 40  # of the report on the page
 
 
 @dataclass
@@ -414,25 +412,6 @@ def reasons_html(found: Designed) -> str:
     return f'<h3>Ruled out, and why</h3><ul class="reasons" data-at="ruled out">{rows}</ul>'
 
 
-def write_report(shelf: Studies, name: str, place: int, form: str, job: Job) -> str:
-    """The report of a design, or of the machine of a study with the study; gives the name of its file.
-
-    Raises
-    ------
-    QuestionError
-        If it is not finished, or what a report needs is not installed.
-    """
-    found: Any = result_of(shelf, name)
-    if shelf.entry(name).kind == DESIGN:
-        machine, file = designed_machine(found, place), f"report_{place}.{form}"
-    elif isinstance(found, Studied):
-        machine, file = load_race_machine(shelf.file(name, "machine.toml")), f"report_0.{form}"
-    else:
-        raise QuestionError(f"study {name}: has no result of which a report is made")
-    report(machine, shelf.folder(name) / file, study=found, starts=STARTS, progress=job.progress)
-    return file
-
-
 # Pictures of a study with their words, for those who do not see them: the package's own plots.
 
 
@@ -487,18 +466,6 @@ def said(title: str, columns: list[Column]) -> str:
     rows = [", ".join(row) for row in zip(*cells, strict=True)]
     more = f"; and {len(rows) - SAID} more" if len(rows) > SAID else ""
     return f"{title}. {'; '.join(rows[:SAID])}{more}"
-
-
-def needs_quantity(kind: str) -> bool:
-    """Whether a picture shows one quantity."""
-    return kind in (OVER, DRIVES)
-
-
-def default_quantity(found: Studied, known: dict[str, str]) -> str:
-    """What is shown first: what the study shows in its table, else the first quantity that is not the same in all members."""
-    asked = np.atleast_1d(found.attrs.get("show", [])).astype(str).tolist()
-    differs = [name for name in known if np.unique(found[name].values.astype(float)).size > 1]
-    return next((name for name in (*asked, *differs, *known) if name in known), "")
 
 
 def _some(columns: list[Column]) -> list[Column]:

@@ -19,7 +19,6 @@ from autobalancer.machine import Machine, PrescribedSpeed
 from autobalancer.machine.keys import TAGS, keys_of, parts_at
 from autobalancer.machine.part import Part, quantity_of
 from autobalancer.machine.path import QUANTITIES, entry_at, label_of_path, named_unit, path_steps, text_of, unit_at
-from autobalancer.machine_kinds import machine_kind
 from autobalancer.studies.study.study_spec import KINDS
 from autobalancer.tables import in_plain_letters
 from autobalancer.units import from_si, to_si
@@ -45,18 +44,6 @@ UNITS = {  # beside the SI unit, those in which a quantity is usually given
     "Pa": ("GPa",),
 }
 COMMA = re.compile(r"([-+]?\d*),(\d{1,2}|\d{4,})")  # three digits after it may be thousands: the reader asks then
-ASKED: dict[
-    str, tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
-] = {  # keys to fill in, unless one of the others is given
-    "PlanarRotor": (
-        (("critical_speed", "stiffness"), ("rubber",)),
-        (("damping_ratio",), ("damping", "half_power_bandwidth", "rubber")),
-    ),
-    "Unbalance": tuple(((key,), ("moment", "couple", "misalignment")) for key in ("mass", "radius")),
-    "Race": ((("orbit_radius", "bearing"), ("race_radius",)),),
-    "Fluid": ((("name",), ("density", "viscosity")),),
-    "Balls": ((("diameter", "mass"), ()), (("material",), ("density",))),
-}
 
 
 @dataclass(frozen=True)
@@ -82,24 +69,12 @@ class Field:
         return f"{self.meaning} ({self.allowed})" if self.meaning else self.allowed
 
 
-def root_of(data: dict[str, Any]) -> type[Part]:
-    """The class of a machine file, from its keys."""
-    part: type[Part] = machine_kind(data).part
-    return part
-
-
 @cache
 def fields_of(part: type[Part]) -> tuple[Field, ...]:
     """The fields of a part, but the one that says which part it is."""
     return tuple(
         _field(part, key.name, key.value_and_default, key.meaning) for key in keys_of(part) if key.name not in TAGS
     )
-
-
-def asked_of(part: type[Part], data: dict[str, Any]) -> set[str]:
-    """Optional keys of a part that a form asks for: one of several ways to say what has to be said, and none is taken yet."""
-    groups = ASKED.get(part.__name__, ())
-    return {key for keys, others in groups if not {*keys, *others} & set(data) for key in keys}
 
 
 def tag_of(part: type[Part]) -> str:
@@ -111,14 +86,6 @@ def word_of(part: type[Part]) -> str:
     """The word of that tag."""
     tag = tag_of(part)
     return str(part.model_fields[tag].default) if tag else ""
-
-
-def chosen(parts: tuple[type[Part], ...], data: Any) -> type[Part] | None:
-    """Which of several parts a table of a file is; ``None`` if it does not say."""
-    if len(parts) == 1:
-        return parts[0]
-    given = data if isinstance(data, dict) else {}
-    return next((part for part in parts if given.get(tag_of(part)) == word_of(part)), None)
 
 
 def number_and_unit(value: Any, unit: str) -> tuple[str, str] | None:

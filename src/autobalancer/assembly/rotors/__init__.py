@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from autobalancer.assembly.drive_train import unbalance_factor
-from autobalancer.assembly.rotors.equivalent_stiffness import with_hardening
+from autobalancer.assembly.rotors.equivalent_stiffness import hard_places
 from autobalancer.assembly.rotors.lateral_model import Axis, Complexes, LateralModel, Matrix, Rows, matrices
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import planar_rotor, resolve
@@ -64,7 +64,15 @@ def lateral_model(machine: Machine) -> LateralModel:
     MachineError
         If the rotor is not possible as described: disconnected, without mass, a place that does not exist.
     """
-    return with_hardening(machine, spring_model(machine))
+    return _with_hardening(machine, spring_model(machine))
+
+
+def _with_hardening(machine: Machine, model: LateralModel) -> LateralModel:
+    """The rotor with the stiffness that its bearings add where it rests."""
+    more = np.zeros_like(model.mass)
+    for place in hard_places(machine, model):
+        more += place.rows.T @ place.stiffness @ place.rows
+    return replace(model, stiffness=model.stiffness + more) if more.any() else model
 
 
 @remembered(8, by=rotor_key)

@@ -85,14 +85,6 @@ def hard_places(machine: Machine, model: LateralModel) -> tuple[HardPlace, ...]:
     )
 
 
-def with_hardening(machine: Machine, model: LateralModel) -> LateralModel:
-    """The rotor with the stiffness that its bearings add where it rests."""
-    more = np.zeros_like(model.mass)
-    for place in hard_places(machine, model):
-        more += place.rows.T @ place.stiffness @ place.rows
-    return replace(model, stiffness=model.stiffness + more) if more.any() else model
-
-
 def planar_springs(machine: Machine, owner: str) -> tuple[tuple[float, float], tuple[float, float]]:
     """Stiffness and damping of a planar rotor along x and y in small motions about the place where it rests.
 

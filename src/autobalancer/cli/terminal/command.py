@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from autobalancer.cli.terminal.group import Command, leave_with
+from autobalancer.cli.terminal.group import Command, stop_code
 from autobalancer.cli.terminal.options import (
     Csv,
     FrequencyUnit,
@@ -439,6 +439,9 @@ class Asking:
         answered(reply, files, units["frequency_unit"] or units["speed_unit"], about, **forms)
 
 
+OUTCOMES = {"not finite": 3, "too dense": 3, "step too small": 4, "budget spent": 5}
+
+
 def answered(
     reply: Reply, files: Files, unit: str, about: Mapping[str, Any], *, as_json: bool | None, as_csv: bool | None
 ) -> None:
@@ -463,9 +466,16 @@ def answered(
     if reply.outcome == "interrupted" and reply.stopped:
         typer.echo(f"interrupted; {reply.stopped}", err=True)
     if reply.outcome:
-        leave_with(reply.outcome)
+        _leave_with(reply.outcome)
     if reply.exit:
         raise typer.Exit(reply.exit)
+
+
+def _leave_with(outcome: str) -> None:
+    """End the command with the code of the outcome of a run, if that is not 0."""
+    code = stop_code() if outcome == "interrupted" else OUTCOMES.get(outcome, 0)
+    if code:
+        raise typer.Exit(code)
 
 
 def _show(reply: Reply, unit: str) -> None:

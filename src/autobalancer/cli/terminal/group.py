@@ -154,7 +154,6 @@ def _unbroken(text: str) -> str:
 
 
 FAULT, MEND = 1, 2
-OUTCOMES = {"not finite": 3, "too dense": 3, "step too small": 4, "budget spent": 5}
 _stopped_by: list[int] = []
 
 
@@ -182,10 +181,3 @@ def _stop(number: int, _frame: Any) -> None:
 def stop_code() -> int:
     """The exit code of a command that was stopped."""
     return 128 + (_stopped_by[-1] if _stopped_by else int(signal.SIGINT))
-
-
-def leave_with(outcome: str) -> None:
-    """End the command with the code of the outcome of a run, if that is not 0."""
-    code = stop_code() if outcome == "interrupted" else OUTCOMES.get(outcome, 0)
-    if code:
-        raise typer.Exit(code)

@@ -40,13 +40,6 @@ def arc(radius: float, begin: float = 0.0, end: float = 2.0 * math.pi) -> Line:
     return [cmath.rect(radius, begin + (end - begin) * k / count) for k in range(count + 1)]
 
 
-def box(middle: complex, width: float, height: float) -> Line:
-    """A rectangle with its ``height`` along the radius."""
-    out = middle / (abs(middle) or 1.0)
-    corners = ((-1, -1), (-1, 1), (1, 1), (1, -1), (-1, -1))
-    return [middle + 0.5 * out * complex(x * height, y * width) for x, y in corners]
-
-
 def stroke(angle: float, begin: float, end: float) -> Line:
     """A line along the radius, between two distances from the center."""
     return [cmath.rect(begin, angle), cmath.rect(end, angle)]

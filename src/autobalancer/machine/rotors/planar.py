@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from autobalancer.errors import MachineError, Problem, UnitError
 from autobalancer.machine.part import Damping, Inertia, Mass, Part, Quantity, Stiffness, key
-from autobalancer.machine.rotors.support import Hardening, Rubber, small_free_motions
+from autobalancer.machine.rotors.support import Hardening, Rubber
 from autobalancer.units import Given, to_si
 
 SPRINGS = ("stiffness", "critical_speed")
@@ -124,7 +124,7 @@ class PlanarRotor(Part):
         Those of rubber are those of small motions at their natural frequency.
         """
         if self.rubber is not None:
-            values = small_free_motions(self.rubber, total_mass)
+            values = _small_free_motions(self.rubber, total_mass)
             return (values[0], values[0]), (values[1], values[1])
         if self.critical_speed is None:
             k = self.stiffness_xy
@@ -151,6 +151,14 @@ class PlanarRotor(Part):
         if value is None:
             raise MachineError(f"rotor.{key}: follows from the mass in motion; ask planar_rotor(machine) for it")
         return value
+
+
+def _small_free_motions(rubber: Rubber, mass: float) -> tuple[float, float]:
+    """Stiffness (N/m) and damping (N s/m) of small motions of a mass (kg) on rubber, at the frequency that belongs to them."""
+    stiffness, before = rubber.initial_stiffness, 0.0
+    while stiffness > before * (1.0 + 1e-13):  # stiffens with the frequency, so this rises to the lowest one
+        before, stiffness = stiffness, rubber.small_motions((stiffness / mass) ** 0.5)[0]
+    return rubber.small_motions((stiffness / mass) ** 0.5)
 
 
 def _pair(value: float | tuple[float, float]) -> tuple[float, float]:

@@ -182,14 +182,6 @@ class Rubber(Part):
         )
 
 
-def small_free_motions(rubber: Rubber, mass: float) -> tuple[float, float]:
-    """Stiffness (N/m) and damping (N s/m) of small motions of a mass (kg) on rubber, at the frequency that belongs to them."""
-    stiffness, before = rubber.initial_stiffness, 0.0
-    while stiffness > before * (1.0 + 1e-13):  # stiffens with the frequency, so this rises to the lowest one
-        before, stiffness = stiffness, rubber.small_motions((stiffness / mass) ** 0.5)[0]
-    return rubber.small_motions((stiffness / mass) ** 0.5)
-
-
 def _as_many(argument: int, wanted: int, of: str) -> None:
     if argument != wanted:
         raise ValueError(f"stiffness: given {argument} values for {wanted} {of}; give one for each")

@@ -40,7 +40,7 @@ from autobalancer.results.chamber_measures import (
     residual_of_balls,
     unbalance_of,
 )
-from autobalancer.results.display_units import AxisUnit, length_axis, moment_axis, speed_axis
+from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
 from autobalancer.results.run_argument import Given, given_chamber_run, result
 from autobalancer.results.unconstrained_body import LooseBody, unconstrained_motion
 from autobalancer.units import optional_argument
@@ -189,7 +189,7 @@ def _angles(axes: Axes, run: xr.Dataset) -> None:
 def _left(axes: Axes, run: xr.Dataset) -> None:
     static, couple = unbalance_of(run) or (0.0 + 0.0j, 0.0 + 0.0j)
     residual = residual_of_balls(run, static, couple)
-    unit = moment_axis(float(np.nanmax(residual["static"].values, initial=abs(static))))
+    unit = _moment_axis(float(np.nanmax(residual["static"].values, initial=abs(static))))
     axes.plot(
         residual["time"].values,
         unit.factor * residual["static"].values,
@@ -202,6 +202,11 @@ def _left(axes: Axes, run: xr.Dataset) -> None:
     legend(axes)
     axes.set_ylabel(f"unbalance ({unit.sign})")
     axes.set_ylim(bottom=0.0)
+
+
+def _moment_axis(greatest: float) -> AxisUnit:
+    """The unit of an axis of unbalance up to ``greatest`` (kg m)."""
+    return AxisUnit("g mm", 1e6) if greatest < 0.01 else AxisUnit("kg mm", 1e3)
 
 
 # Reactions that hold a body in planar motion, and what it would do without: Pakuła (2021), figures 13 and 14.

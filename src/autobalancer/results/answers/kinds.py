@@ -66,11 +66,6 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
 }
 
 
-def kind_of(dataset: xr.Dataset) -> str:
-    """Name of its class; empty for a plain dataset."""
-    return type(dataset).__name__ if isinstance(dataset, Answer) else ""
-
-
 def as_kind(dataset: xr.Dataset, kind: str) -> xr.Dataset:
     """The same data as an answer of that name; of a name that this version does not know, a plain dataset.
 

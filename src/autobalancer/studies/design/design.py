@@ -26,6 +26,7 @@ from autobalancer.results.display_units import moment_text
 from autobalancer.results.folder_store import Store
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
+from autobalancer.rotordynamics.receptance.receptances import FittedReceptance, said_of
 from autobalancer.stability.border import Border
 from autobalancer.stability.maps.curve import minimum_viscosity
 from autobalancer.stability.maps.exact import borders
@@ -43,7 +44,7 @@ from autobalancer.studies.design.candidate import (
     rings,
     screened,
 )
-from autobalancer.studies.design.design_file import labelled, read_spec
+from autobalancer.studies.design.design_file import PREFIX, read_spec
 from autobalancer.studies.design.designs import (
     NOT_RUN,
     SAME,
@@ -336,6 +337,9 @@ DESCRIBED: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name
 )
 
 
+KEPT = ("title", "fit_error", "free_error", "modes", "band_low", "band_high", "warnings", "noise")
+
+
 def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Dataset:
     """Over ``design``: candidates in their order; ``place`` is 1 for the best, nan for those that did not run.
 
@@ -421,9 +425,17 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         {"long_name": "machine file"},
     )
     if spec.measured is not None:
-        variables, attributes = labelled(spec.measured)
+        variables, attributes = _labelled(spec.measured)
         dataset = dataset.assign(variables).assign_attrs(attributes)
     return dataset
+
+
+def _labelled(fit: FittedReceptance) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Variables and attributes under names that no other of a design has."""
+    variables = {f"{PREFIX}{name}": fit[name].rename(None) for name in map(str, fit.data_vars)}
+    return variables, {f"{PREFIX}{name}": fit.attrs[name] for name in KEPT if name in fit.attrs} | {
+        "rotor": said_of(fit)
+    }
 
 
 def _borders_ignore(designs: Sequence[Design]) -> list[str]:

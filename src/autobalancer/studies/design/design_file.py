@@ -29,7 +29,6 @@ from autobalancer.rotordynamics.receptance.receptances import (
     hertz,
     load_receptance,
     measured_rotor,
-    said_of,
     with_measured_rotor,
 )
 from autobalancer.studies.design.specification import (
@@ -263,7 +262,6 @@ def _fluids(
 
 
 PREFIX = "rotor_"  # of names in the answer of a design
-KEPT = ("title", "fit_error", "free_error", "modes", "band_low", "band_high", "warnings", "noise")
 
 
 def read_rotor(measured_receptance: MeasuredReceptance, folder: Path) -> MeasuredRotor:
@@ -334,22 +332,3 @@ def refuse_beyond(fit: FittedReceptance, fastest: float) -> None:
             f"{hertz(high)} Hz; measure further, or run slower",
             ("operation", "speed"),
         )
-
-
-def labelled(fit: FittedReceptance) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Variables and attributes under names that no other of a design has."""
-    variables = {f"{PREFIX}{name}": fit[name].rename(None) for name in map(str, fit.data_vars)}
-    return variables, {f"{PREFIX}{name}": fit.attrs[name] for name in KEPT if name in fit.attrs} | {
-        "rotor": said_of(fit)
-    }
-
-
-def read_back(designs: Any) -> FittedReceptance | None:
-    """The fit in the answer of a design; None if its rotor was no measured one."""
-    if f"{PREFIX}receptance_real" not in designs:
-        return None
-    names = {name: str(name)[len(PREFIX) :] for name in designs.data_vars if str(name).startswith(PREFIX)}
-    attrs = {str(name)[len(PREFIX) :]: value for name, value in designs.attrs.items() if str(name).startswith(PREFIX)}
-    back = designs[list(names)].rename(names)
-    back.attrs = {**attrs, "rotor": designs.attrs["rotor"], "modes": int(np.asarray(attrs["modes"]))}
-    return FittedReceptance.of(back)

@@ -12,12 +12,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.drive_train import corners
-from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.resolve import capability_of, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.machine import Machine, Reduction
+from autobalancer.machine import Machine
 from autobalancer.machine.part import Quantity, Question, Rate, Time, key
 from autobalancer.machine.path import dimension_of
 from autobalancer.results.answers.studied import IMPOSSIBLE, stalled
@@ -32,7 +30,7 @@ from autobalancer.studies.ensemble.ensemble import ensemble_variables
 from autobalancer.studies.ensemble.layout import Groups, Plan, run_groups
 from autobalancer.studies.ensemble.members import Members, without_start_angles
 from autobalancer.studies.study.study_spec import BALANCED_BEFORE, HELD_SPEED, Study, after_jump
-from autobalancer.studies.variations import coordinate, with_variation
+from autobalancer.studies.variations import coordinate
 
 Arrays = dict[str, np.ndarray]
 ATTEMPTS = 100  # times that a draw is taken again before a distribution is refused
@@ -389,15 +387,6 @@ class RunUp(Question):
     reduced_for: Time | None = key("time at the reduced speed", None)
 
 
-OF_PROFILE = {
-    "speed": "end",
-    "rate": "acceleration",
-    "dwell_speed": "dwell",
-    "dwell": "hold_dwell",
-    "before_reduction": "hold_peak",
-    "reduced": "reduced",
-    "reduced_for": "hold_reduced",
-}
 SHAPES = {
     "drive.profile.end & drive.profile.peak": "rotor speed",
     "drive.profile.acceleration": "rate of the run-up",
@@ -407,42 +396,3 @@ SHAPES = {
     "drive.profile.reduced": "speed to which it is reduced",
     "drive.profile.hold_reduced": "time at the reduced speed",
 }
-
-
-def with_run_up(machine: Machine, run_up: RunUp) -> tuple[Machine, dict[str, str]]:
-    """A machine that is run up in this way; names under 'vary' with their paths.
-
-    Raises
-    ------
-    MachineError
-        If there can be no such run-up.
-    """
-    shape = {name: value for key, name in OF_PROFILE.items() if (value := getattr(run_up, key)) is not None}
-    profile = {"kind": "reduction", "peak": run_up.speed, "reduced": run_up.speed, **shape}
-    machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
-    paths = {key: f"drive.profile.{name}" for key, name in OF_PROFILE.items()}
-    paths["speed"] = "drive.profile.end & drive.profile.peak"
-    return machine, paths
-
-
-def check_length(study: Study) -> None:
-    """Refuse a study that ends before one of its run-ups does.
-
-    Raises
-    ------
-    QuestionError
-        With the duration that is needed.
-    """
-    longest = 0.0
-    for point in study.points:
-        own = {name: value for name, value in zip(study.grid, point, strict=True) if name.startswith("drive.")}
-        machine = with_variation(study.machine, own, tuple(own.values()))
-        profile = machine.drive.profile  # type: ignore[union-attr]
-        assert isinstance(profile, Reduction)
-        longest = max(longest, corners(profile)[-1][0])
-    if longest >= study.duration:
-        raise QuestionError(
-            f"the run-up takes up to {longest:.4g} s, and runs end after {study.duration:.4g} s; give a longer "
-            "duration, so that the balls have time at the last speed",
-            ("duration",),
-        )

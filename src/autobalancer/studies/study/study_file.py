@@ -10,16 +10,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from autobalancer.assembly.drive_train import corners
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.samples import beside
 from autobalancer.files.text_files import faults_of, question_data
-from autobalancer.machine import Machine
+from autobalancer.machine import Machine, Reduction
 from autobalancer.machine.part import Amount, Duration, Label, Listed, Question, key, unknown_key
 from autobalancer.random_numbers import GREATEST
 from autobalancer.studies.ensemble.columns import SEED, is_start, unit_of_column
-from autobalancer.studies.study.chunk import OUTPUTS, RUN, RUN_UP, RunUp, check_length, quantity_kind, with_run_up
+from autobalancer.studies.study.chunk import OUTPUTS, RUN, RUN_UP, RunUp, quantity_kind
 from autobalancer.studies.study.study_spec import (
+    OF_UNBALANCE,
     START,
     TABLE,
     WANTED,
@@ -29,12 +32,12 @@ from autobalancer.studies.study.study_spec import (
     Plan,
     Stop,
     Study,
+    Sudden,
     SuddenUnbalance,
     Varied,
     joined,
-    with_sudden,
 )
-from autobalancer.studies.variations import listed
+from autobalancer.studies.variations import listed, with_variation
 from autobalancer.units import list_argument, shortened, to_si
 
 Whole = Annotated[int, Field(strict=True, ge=1, le=GREATEST)]
@@ -139,15 +142,26 @@ def read_study(options: str | Path | Mapping[str, Any]) -> Study:
         return _study(StudyFile(**data), {key: one for key, one in data.items() if key != "machine"}, folder, name)
 
 
+OF_PROFILE = {
+    "speed": "end",
+    "rate": "acceleration",
+    "dwell_speed": "dwell",
+    "dwell": "hold_dwell",
+    "before_reduction": "hold_peak",
+    "reduced": "reduced",
+    "reduced_for": "hold_reduced",
+}
+
+
 def _study(study_file: StudyFile, written: dict[str, Any], folder: Path, name: str) -> Study:
     given = study_file.machine
     machine = base = balls_in_races(beside(folder, given) if isinstance(given, (str, Path)) else given)
     sudden, paths = None, dict[str, dict[str, str]]()
     if study_file.sudden_unbalance is not None:
-        machine, sudden = with_sudden(machine, study_file.sudden_unbalance)
+        machine, sudden = _with_sudden(machine, study_file.sudden_unbalance)
         paths[TABLE] = sudden.paths()
     if study_file.run_up is not None:
-        machine, paths[RUN_UP] = with_run_up(machine, study_file.run_up)
+        machine, paths[RUN_UP] = _with_run_up(machine, study_file.run_up)
     grid, scatter = vary(machine, _as_paths(study_file.vary, paths))
     pairs = _joint(machine, study_file.joint, scatter) | {one.between: one.value for one in study_file.correlation}
     check_pairs(pairs, scatter)
@@ -182,8 +196,64 @@ def _study(study_file: StudyFile, written: dict[str, Any], folder: Path, name: s
     )
     _check_whole(study)
     if study_file.run_up is not None:
-        check_length(study)
+        _check_length(study)
     return study
+
+
+def _check_length(study: Study) -> None:
+    """Refuse a study that ends before one of its run-ups does.
+
+    Raises
+    ------
+    QuestionError
+        With the duration that is needed.
+    """
+    longest = 0.0
+    for point in study.points:
+        own = {name: value for name, value in zip(study.grid, point, strict=True) if name.startswith("drive.")}
+        machine = with_variation(study.machine, own, tuple(own.values()))
+        profile = machine.drive.profile  # type: ignore[union-attr]
+        assert isinstance(profile, Reduction)
+        longest = max(longest, corners(profile)[-1][0])
+    if longest >= study.duration:
+        raise QuestionError(
+            f"the run-up takes up to {longest:.4g} s, and runs end after {study.duration:.4g} s; give a longer "
+            "duration, so that the balls have time at the last speed",
+            ("duration",),
+        )
+
+
+def _with_run_up(machine: Machine, run_up: RunUp) -> tuple[Machine, dict[str, str]]:
+    """A machine that is run up in this way; names under 'vary' with their paths.
+
+    Raises
+    ------
+    MachineError
+        If there can be no such run-up.
+    """
+    shape = {name: value for key, name in OF_PROFILE.items() if (value := getattr(run_up, key)) is not None}
+    profile = {"kind": "reduction", "peak": run_up.speed, "reduced": run_up.speed, **shape}
+    machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
+    paths = {key: f"drive.profile.{name}" for key, name in OF_PROFILE.items()}
+    paths["speed"] = "drive.profile.end & drive.profile.peak"
+    return machine, paths
+
+
+def _with_sudden(machine: Machine, sudden_unbalance: SuddenUnbalance) -> tuple[Machine, Sudden]:
+    """A machine that runs at one speed with one unbalance more, and when that appears.
+
+    Raises
+    ------
+    MachineError
+        If there can be no such unbalance.
+    """
+    profile = {"kind": "constant", "speed": sudden_unbalance.speed}
+    machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
+    added = {name: value for name in OF_UNBALANCE if (value := getattr(sudden_unbalance, name)) is not None}
+    machine = with_value_at(machine, "unbalances", (*machine.unbalances, added))
+    return machine, Sudden(
+        f"unbalances[{len(machine.unbalances)}]", float(sudden_unbalance.before), float(sudden_unbalance.after)
+    )
 
 
 @contextmanager

@@ -616,23 +616,6 @@ class Sudden:
         return with_value_at(machine, f"{self.place}.schedule", NONE_YET)
 
 
-def with_sudden(machine: Machine, sudden_unbalance: SuddenUnbalance) -> tuple[Machine, Sudden]:
-    """A machine that runs at one speed with one unbalance more, and when that appears.
-
-    Raises
-    ------
-    MachineError
-        If there can be no such unbalance.
-    """
-    profile = {"kind": "constant", "speed": sudden_unbalance.speed}
-    machine = with_value_at(machine, "drive", {"kind": "speed", "profile": profile})
-    added = {name: value for name in OF_UNBALANCE if (value := getattr(sudden_unbalance, name)) is not None}
-    machine = with_value_at(machine, "unbalances", (*machine.unbalances, added))
-    return machine, Sudden(
-        f"unbalances[{len(machine.unbalances)}]", float(sudden_unbalance.before), float(sudden_unbalance.after)
-    )
-
-
 def after_jump(
     members: Members, before: Groups, sudden: Sudden, plan: IntegrationPlan, workers: int | None, progress: Any
 ) -> tuple[list[Ran], dict[int, str], np.ndarray, float, bool]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 from collections.abc import Callable
 from dataclasses import asdict
@@ -12,15 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from fastapi import Request, Response
-from fastapi.responses import FileResponse, PlainTextResponse
-from nicegui import app, events, run, ui
+from nicegui import events, run, ui
 from nicegui.element import Element
 
-from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker, say_refused, user_of
-from autobalancer.app.store.fits import WAYS, FitEntry, Free, Question, Trials, fit, fit_file, fit_picture, fits
+from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker, say_refused
+from autobalancer.app.store.fits import WAYS, FitEntry, Free, Question, Trials, fit, fit_file, fits
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.kept_runs import Archive, user_folder
+from autobalancer.app.store.kept_runs import Archive
 from autobalancer.app.store.measured_files import (
     LARGEST,
     QUANTITIES,
@@ -35,9 +32,9 @@ from autobalancer.app.store.pictures import svg_of
 from autobalancer.app.store.signal_pictures import (
     LOOKS,
     Asked,
+    Drawn,
     beside,
     drive_of,
-    looked,
     order_table,
     picture,
     turning,
@@ -50,7 +47,9 @@ from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.path import label_of_path
 from autobalancer.measurement.comparison.pairs import is_orders
+from autobalancer.plots.measured.fits import identification
 from autobalancer.results.signals import Signals
+from autobalancer.results.store import load_run
 
 # What is done with one measurement: looks, runs beside it, fits.
 
@@ -344,7 +343,13 @@ class Fit:
                 self.picture.set_content(job.result if job.state == "done" else wrong)
 
         about = "measured, before and after the fit"
-        self.work.start("picture of a fit", lambda _job: svg_of(fit_picture(self.shelf, name, fit_name), about), then)
+        self.work.start("picture of a fit", lambda _job: svg_of(_fit_picture(self.shelf, name, fit_name), about), then)
+
+
+def _fit_picture(shelf: Measurements, name: str, fit_name: str) -> Callable[[], Any]:
+    """Measured and fitted, before and after."""
+    data = load_run(fit_file(shelf, name, fit_name, "fit.nc"))
+    return lambda: identification(data)
 
 
 def _told(job: Job) -> str:
@@ -451,7 +456,7 @@ class Looks:
 
     def _look(self, key: str, data: xr.Dataset) -> None:
         asked = Asked(**vars(self.asked))
-        self._ask(LOOKS[key][0], lambda: looked(data, key, asked))
+        self._ask(LOOKS[key][0], lambda: _looked(data, key, asked))
 
     def _ask(self, title: str, make: Any) -> None:
         name = self.name
@@ -472,6 +477,17 @@ class Looks:
             self.words.set_content((f'<pre class="said">{escape(words)}</pre>' if words else "") + notes)
 
         self.work.start(f"look {name}", work, then)
+
+
+def _looked(data: xr.Dataset, name: str, asked: Asked) -> Drawn:
+    """One of the pictures.
+
+    Raises
+    ------
+    QuestionError
+        If the signals do not suffice, in the words of the function that is asked.
+    """
+    return LOOKS[name][1](data, asked)
 
 
 def _tracked(data: xr.Dataset) -> Any:
@@ -709,42 +725,3 @@ class Columns:
 def _named(element: Any, what: str, column: Column) -> None:
     """Its name for those who do not see it, and for tests."""
     marked(element, at=f"{what} of {column.column}", label=f"{what} of {column.column}")
-
-
-# Measured files, their waveforms and the fits to them as answers of the server.
-
-
-def serve_measured(root: Path) -> None:
-    """Answer with the measurements of whoever asks."""
-
-    def shelf_of(request: Request) -> Measurements:
-        return Measurements(user_folder(root, user_of(request)))
-
-    @app.get("/measured/{name}/wave.bin")
-    async def waves(request: Request, name: str) -> Response:
-        from autobalancer.app.store.signal_pictures import wave_block
-
-        shelf = shelf_of(request)
-        try:
-            found = await asyncio.to_thread(lambda: wave_block(shelf.data(name)))
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
-        return Response(found, media_type="application/octet-stream")
-
-    @app.get("/measured/{name}/file")
-    async def file(request: Request, name: str) -> Response:
-        try:
-            path = shelf_of(request).path(name)
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
-        return FileResponse(path, media_type="application/octet-stream", filename=path.name)
-
-    @app.get("/measured/{name}/fit/{fit}/{kind}")
-    async def fitted(request: Request, name: str, fit: str, kind: str) -> Response:
-        from autobalancer.app.store.fits import FILES_OF, fit_file
-
-        try:
-            path = fit_file(shelf_of(request), name, fit, kind)
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
-        return FileResponse(path, media_type=FILES_OF[kind], filename=f"{fit}-{kind}")

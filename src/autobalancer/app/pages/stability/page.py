@@ -24,7 +24,6 @@ from autobalancer.app.store.analyses import (
     LatestAnswers,
     defaults,
     known_of,
-    report_file,
     said,
     why_not_at_all,
 )
@@ -34,6 +33,7 @@ from autobalancer.app.text.form_fields import alike, machine_with, text_with
 from autobalancer.assembly.quantities import value_of
 from autobalancer.errors import AutobalancerError, unwarned
 from autobalancer.machine import Machine
+from autobalancer.progress import Progress
 
 # One analysis on the page: its form, the line of its job, its picture, and what it says.
 
@@ -398,7 +398,7 @@ class StabilityPage:
         path = self.bench.home / "reports" / f"report.{form}"
 
         def work(job: Job) -> str:
-            report_file(machine, path, job.progress)
+            _report_file(machine, path, job.progress)
             return form
 
         self.report.start(f"{REPORT}{machine.name}", work, self._reported)
@@ -409,6 +409,14 @@ class StabilityPage:
         elif job.state == "done":
             self._offer()
             ui.download(self.bench.home / "reports" / f"report.{job.result}")
+
+
+def _report_file(machine: Any, path: Path, progress: Progress) -> Path:
+    """The report of a machine as ``.html`` or ``.pdf``."""
+    from autobalancer.reporting.report import report
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return report(machine, path, starts=40, progress=progress)
 
 
 # The stability map with the point that one moves: another speed, another oil, and what the machine would do there.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from html import escape
 from typing import Any
 
+import numpy as np
 from nicegui import run, ui
 
 from autobalancer.app.pages.elements import Bench, Work, hinted, marked
@@ -16,31 +17,35 @@ from autobalancer.app.store.studies import (
     DESIGN,
     DRIVES,
     FAN,
+    OVER,
     Kept,
     Known,
     Studies,
     chosen_text,
     columns_of,
-    default_quantity,
     design_drawn,
     design_of,
     drawn,
     how_far,
-    needs_quantity,
     offered,
     places,
     quantities_of,
     reasons_html,
+    result_of,
     time_text,
-    write_report,
 )
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.machine_file import load_race_machine
+from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
-from autobalancer.studies.design.designs import Designed
+from autobalancer.studies.design.designs import Designed, designed_machine
 from autobalancer.tables import Column, html_table
 
 EVERY = 2.0  # s, between two looks at what is finished
 FORMS = ("pdf", "html")
+
+
+STARTS = 40  # of the report on the page
 
 
 class Results:
@@ -151,7 +156,26 @@ class Results:
             elif job.state == "failed":
                 self.wrong.set_text(job.message)
 
-        self.work.start(f"report {name}", lambda job: write_report(self.shelf, name, place, form, job), then)
+        self.work.start(f"report {name}", lambda job: _write_report(self.shelf, name, place, form, job), then)
+
+
+def _write_report(shelf: Studies, name: str, place: int, form: str, job: Job) -> str:
+    """The report of a design, or of the machine of a study with the study; gives the name of its file.
+
+    Raises
+    ------
+    QuestionError
+        If it is not finished, or what a report needs is not installed.
+    """
+    found: Any = result_of(shelf, name)
+    if shelf.entry(name).kind == DESIGN:
+        machine, file = designed_machine(found, place), f"report_{place}.{form}"
+    elif isinstance(found, Studied):
+        machine, file = load_race_machine(shelf.file(name, "machine.toml")), f"report_0.{form}"
+    else:
+        raise QuestionError(f"study {name}: has no result of which a report is made")
+    report(machine, shelf.folder(name) / file, study=found, starts=STARTS, progress=job.progress)
+    return file
 
 
 def _links(entry: Kept) -> dict[str, Any]:
@@ -211,7 +235,7 @@ class StudyResult:
             self._draw("")
 
     def _offer(self, found: Studied, known: dict[str, str]) -> None:
-        self.quantity.set_options(known, value=default_quantity(found, known) or None)
+        self.quantity.set_options(known, value=_default_quantity(found, known) or None)
         texts = found.point_texts("rpm")
         self.points.set_options({k: text or "all" for k, text in enumerate(texts, start=1)}, value=1)
         self.points.set_visibility(False)
@@ -232,7 +256,7 @@ class StudyResult:
     def _again(self) -> None:
         """Another quantity or point."""
         self._tell()
-        if self.kind and (self.quantity.value or not needs_quantity(self.kind)):
+        if self.kind and (self.quantity.value or not _needs_quantity(self.kind)):
             self._draw(self.kind)
 
     def _draw(self, kind: str) -> None:
@@ -262,6 +286,18 @@ class StudyResult:
             self.saved.put(draw)
 
         self.work.start("picture of a study", work, then)
+
+
+def _default_quantity(found: Studied, known: dict[str, str]) -> str:
+    """What is shown first: what the study shows in its table, else the first quantity that is not the same in all members."""
+    asked = np.atleast_1d(found.attrs.get("show", [])).astype(str).tolist()
+    differs = [name for name in known if np.unique(found[name].values.astype(float)).size > 1]
+    return next((name for name in (*asked, *differs, *known) if name in known), "")
+
+
+def _needs_quantity(kind: str) -> bool:
+    """Whether a picture shows one quantity."""
+    return kind in (OVER, DRIVES)
 
 
 # What came out of a design, or is known so far: the ranked designs, their Pareto front, what was ruled out and why.
