@@ -6,6 +6,7 @@ import copy
 import re
 import sys
 import tomllib
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -178,9 +179,32 @@ def test_every_variable_that_is_explained_is_held_by_some_run(
     monkeypatch.delitem(sys.modules, "result_tables")
 
 
+ENTRIES = re.split(r"^(?=@)", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+NAME = r"[A-ZŠŽČ][\w'-]+"
+CITED = re.compile(rf"({NAME})(?: et al\.|(?:, {NAME})* and {NAME})?,? \(((?:18|19|20)\d\d)[,)]")
+
+
 def test_every_entry_of_the_bibliography_is_closed() -> None:
-    entries = re.split(r"^(?=@)", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8"), flags=re.MULTILINE)[
-        1:
-    ]
-    assert len(entries) > 50
-    assert [entry.splitlines()[0] for entry in entries if entry.count("{") != entry.count("}")] == []
+    assert len(ENTRIES) > 50
+    assert [entry.splitlines()[0] for entry in ENTRIES if entry.count("{") != entry.count("}")] == []
+
+
+def test_every_source_that_a_page_or_a_docstring_cites_is_in_the_bibliography() -> None:
+    keys = {entry[entry.index("{") + 1 : entry.index(",")] for entry in ENTRIES}
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        cited = re.findall(r"\{cite(?::\w+)?\}`([^`]+)`", page.read_text(encoding="utf-8"))
+        unknown = {key.strip() for text in cited for key in text.split(",")} - keys
+        assert not unknown, page.name
+    entries = [_plain(entry) for entry in ENTRIES]
+    for path in sorted((ROOT / "src" / "autobalancer").rglob("*.py")):
+        for cited in CITED.finditer(path.read_text(encoding="utf-8")):
+            name, year = _plain(cited[1]), cited[2]
+            there = any(re.search(rf"\b{re.escape(name)}\b", entry) and year in entry for entry in entries)
+            assert there, f"{path.name}: {cited[0]}"
+
+
+def _plain(text: str) -> str:
+    """Letters without the accents of BibTeX and of Unicode."""
+    text = re.sub(r"\\[\"'`^~=.]\{?\\?([A-Za-z])|\\[vuHc]\{([A-Za-z])|\\(l)\b", r"\1\2\3", text.replace("{\\ss}", "ss"))
+    text = unicodedata.normalize("NFKD", text.replace("ł", "l").replace("ß", "ss"))
+    return "".join(letter for letter in text if letter not in "{}" and not unicodedata.combining(letter))

@@ -33,7 +33,7 @@ def root(
 
     Notes
     -----
-    R. P. Brent, Algorithms for Minimization Without Derivatives (1973), chapter 4.
+    Brent (1973), Algorithms for Minimization without Derivatives, chapter 4.
     """
 
     def value(at: float) -> float:
@@ -87,7 +87,7 @@ def least(function: Callable[[float], float], low: float, high: float, *, xtol: 
 
     Notes
     -----
-    R. P. Brent, Algorithms for Minimization Without Derivatives (1973), chapter 5.
+    Brent (1973), Algorithms for Minimization without Derivatives, chapter 5.
     """
     a, b = float(low), float(high)
     x = second = third = a + GOLDEN * (b - a)

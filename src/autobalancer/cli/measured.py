@@ -516,7 +516,7 @@ def balls(
 ) -> Any:
     """Follow the balls of a race through a film, or read their angles from a photograph.
 
-    Example: autobalancer measure balls race.mp4 --setup race.toml --out race.nc
+    Example: autobalancer measure balls film.mp4 --setup film.toml --out film.nc
     """
     known = ab.measure.load_film_setup(setup)
     if film.suffix.lower() not in (".png", ".jpg", ".jpeg"):
@@ -547,7 +547,7 @@ def film(
 ) -> Reply:
     """Film a race of a run as a camera would see it: perspective, blur, light, noise, marks.
 
-    Example: autobalancer measure film stall.nc --out race.mp4 --tilt "30 deg" \\
+    Example: autobalancer measure film stall.nc --out film.mp4 --tilt "30 deg" \\
       --end "0.1 s" --size 480x360
     """
     (columns, rows), race = _size(size), options["race"]
@@ -605,7 +605,7 @@ def race_shape(
 ) -> Reply:
     """Roundness, eccentricity and waves of a race from its measured profile, for a machine file.
 
-    Example: autobalancer measure race-shape race_profile.csv --out race.toml --plot race.png
+    Example: autobalancer measure race-shape race_profile.csv --out waves.toml --plot waves.png
     """
     found = ab.measure.race_shape(file, center=center, **options)  # type: ignore[arg-type]
     return Reply(found, machine=found.machine_lines())
