@@ -46,6 +46,7 @@ from autobalancer.results.run_arrays import (
 from autobalancer.results.time_series import (
     NONE,
     Floats,
+    compiled,
     crests,
     greatest_at,
     greatest_known,
@@ -54,11 +55,10 @@ from autobalancer.results.time_series import (
     mean,
     means,
     of_a_run,
+    plain,
     release_rows,
     share_of,
     sizes,
-    time_at_resonance,
-    time_near_peak,
     values_at,
     vibration,
     wrapped,
@@ -151,12 +151,12 @@ MEASURES = (
     Measure(
         "time_near_peak",
         *("s", "", f"time with more than half of the greatest deflection at {HERE}"),
-        lambda r: time_near_peak(r.bins.width, r.bins.high),
+        lambda r: compiled().time_near_peak(plain(r.bins.width), plain(r.bins.high)),
     ),
     Measure(
         "time_at_resonance",
         *("s", "", "time with a rotor speed within 10 % of the lowest critical speed"),
-        lambda r: time_at_resonance(r.bins.end, r.bins.speed, r.critical_speed),
+        lambda r: compiled().time_at_resonance(plain(r.bins.end), plain(r.bins.speed), r.critical_speed),
     ),
     Measure(
         "residual_vibration", "m", "", f"vibration at the end of the run at {HERE}", lambda r: r.residual_vibration

@@ -18,9 +18,9 @@ from autobalancer.kernels.measures.columns_of_measures import LAST, OF_IMPACTS, 
 from autobalancer.results.time_series import (
     NONE,
     Complexes,
-    creeps,
+    compiled,
+    each_ball,
     end_of_run_up,
-    fastest,
     greatest_known,
     last_deflection,
     lifted_from,
@@ -30,9 +30,7 @@ from autobalancer.results.time_series import (
     plain,
     plane_sizes,
     release_rows,
-    settled_from,
     sizes,
-    stalled_times,
     standing_in,
     time_since,
     turns_of,
@@ -229,7 +227,10 @@ class Recorded:
     def creeps(self) -> bool:
         """Whether a ball that has not settled drifts at the end."""
         balls = self.balls
-        return balls is not None and creeps(balls.time, balls.angle, self.settled.at, self.since, self.end)
+        if balls is None:
+            return False
+        numbers = plain(balls.time), plain(balls.angle), plain(self.settled.at)
+        return bool(compiled().creeps(*numbers, self.since, self.end))
 
     @cached_property
     def released(self) -> Floats:
@@ -248,13 +249,15 @@ class Recorded:
         """How long each ball is stalled, s; asks for ``balls``."""
         assert self.balls is not None
         balls = self.balls
-        return stalled_times(balls.start, balls.time, balls.speed, balls.rate, self.critical_speed)
+        return each_ball(
+            compiled().stalled_times, balls.start, balls.time, balls.speed, balls.rate, self.critical_speed
+        )
 
     @cached_property
     def fastest(self) -> Floats:
         """Greatest speed of each ball in space, rad/s; asks for ``balls``."""
         assert self.balls is not None
-        return fastest(self.balls.speed, self.balls.rate)
+        return each_ball(compiled().fastest, self.balls.speed, self.balls.rate)
 
     @cached_property
     def _release_rows(self) -> Floats:
@@ -270,7 +273,7 @@ def settling(
     tolerance: float = SETTLED,
 ) -> Settled:
     """How long each ball takes to stay within ``tolerance`` (rad) of the angle to which it goes, and from where all count."""
-    at = settled_from(balls.time, balls.angle, balls.rate, balls.start, tolerance)
+    at = each_ball(compiled().settled_from, balls.time, balls.angle, balls.rate, balls.start, tolerance)
     after, cause = end_of_run_up(balls.time, balls.speed, balls.start), RUN_UP
     if settling_from == SETTLING_FROM[1]:
         rows = release_rows(balls.speed, balls.rate, critical_speed)

@@ -45,20 +45,12 @@ def plain(values: ArrayLike) -> Floats:
     return np.require(values, np.float64, ["C", "W"])
 
 
-def settled_from(time: Floats, angle: Floats, rate: Floats, start: float, tolerance: float) -> Floats:
-    """Time from which each ball stays within ``tolerance`` (rad) of the angle to which it goes; nan if it has not settled.
-
-    ``angle`` and ``rate`` are (time, ball), in the rotor; ``start`` (s) is where the record begins. A ball has settled that has
-    been within the tolerance of its last angle for a twentieth of the record, and whose way still to come is not longer.
-    """
-    result = np.empty(angle.shape[1])
-    compiled().settled_from(plain(time), plain(angle), plain(rate), start, tolerance, result)
+def each_ball(function: Callable[..., None], *values: Floats | float) -> Floats:
+    """What a compiled function of ``values`` writes for each ball; arrays of two dimensions are (time, ball)."""
+    numbers = [plain(value) if isinstance(value, np.ndarray) else value for value in values]
+    result = np.empty(next(value.shape[1] for value in numbers if np.ndim(value) == 2))
+    function(*numbers, result)
     return result
-
-
-def creeps(time: Floats, angle: Floats, settled: Floats, since: float, end: float) -> bool:
-    """Whether a ball that has not ``settled`` (nan) drifts in the last fifth of a run of ``end`` seconds, after ``since`` (s)."""
-    return bool(compiled().creeps(plain(time), plain(angle), plain(settled), since, end))
 
 
 def release_rows(rotor_speed: Floats, rate: Floats, critical_speed: float) -> Floats:
@@ -68,29 +60,13 @@ def release_rows(rotor_speed: Floats, rate: Floats, critical_speed: float) -> Fl
     the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
     released where it passes it for the last time, if it then comes nearer to the rotor speed.
     """
-    result = np.empty(rate.shape[1])
-    compiled().release_rows(plain(rotor_speed), plain(rate), critical_speed, result)
-    return result
+    return each_ball(compiled().release_rows, rotor_speed, rate, critical_speed)
 
 
 def values_at(rows: Floats, values: Floats) -> Floats:
     """Values at rows with a fraction; nan where the row is."""
     values = plain(values)
     return np.array([compiled().value_at(row, values) for row in rows], np.float64)
-
-
-def stalled_times(start: float, time: Floats, rotor_speed: Floats, rate: Floats, critical_speed: float) -> Floats:
-    """How long each ball is stalled, s, by the rule of :func:`release_rows`; ``start`` (s) is where the first step begins."""
-    result = np.empty(rate.shape[1])
-    compiled().stalled_times(start, plain(time), plain(rotor_speed), plain(rate), critical_speed, result)
-    return result
-
-
-def fastest(rotor_speed: Floats, rate: Floats) -> Floats:
-    """Greatest speed of each ball in space, rad/s."""
-    result = np.empty(rate.shape[1])
-    compiled().fastest(plain(rotor_speed), plain(rate), result)
-    return result
 
 
 def lifted_from(values: Floats, floor: Floats) -> Floats:
@@ -180,16 +156,6 @@ def greatest_at(values: Floats) -> int:
 def greatest_known(values: Floats) -> float:
     """The greatest that is a number; nan if there is none."""
     return float(compiled().greatest_known(plain(values)))
-
-
-def time_near_peak(width: Floats, high: Floats) -> float:
-    """Time (s) with a deflection above half of the greatest of the run; of bins with their ``width`` (s) and greatest (m)."""
-    return float(compiled().time_near_peak(plain(width), plain(high)))
-
-
-def time_at_resonance(time: Floats, rotor_speed: Floats, critical_speed: float) -> float:
-    """Time (s) with a rotor speed within a tenth of the critical speed; nan without one."""
-    return float(compiled().time_at_resonance(plain(time), plain(rotor_speed), critical_speed))
 
 
 # What of a motion in space stands still: its mean over whole turns of everything that whirls.
