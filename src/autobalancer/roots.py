@@ -42,6 +42,7 @@ def root(
             raise ValueError(f"the function has no value at {at!r}")
         return found
 
+    # both ends, which must have opposite signs
     before, x = float(low), float(high)
     f_before, f = value(before), value(x)
     if f_before == 0.0 or f == 0.0:
@@ -50,14 +51,17 @@ def root(
         raise ValueError(f"the function has one sign at {low!r} and {high!r}")
     other, f_other, last, step = before, f_before, x - before, x - before
     for _ in range(STEPS):
+        # keep the root between the best point x and another one of opposite sign
         if f_before != 0.0 and f != 0.0 and (f_before < 0.0) != (f < 0.0):
             other, f_other = before, f_before
             last = step = x - before
         if abs(f_other) < abs(f):
             before, x, other, f_before, f, f_other = x, other, x, f, f_other, f
+        # how near is near enough
         near, half = 0.5 * (xtol + rtol * abs(x)), 0.5 * (other - x)
         if f == 0.0 or abs(half) < near:
             break
+        # secant through two points, or inverse parabola through three, where they promise more than halving
         tried = math.inf
         if abs(last) > near and abs(f) < abs(f_before):
             if before == other:
@@ -65,6 +69,7 @@ def root(
             else:
                 slope, far = (f_before - f) / (before - x), (f_other - f) / (other - x)
                 tried = -f * (f_other * far - f_before * slope) / (far * slope * (f_other - f_before))
+        # accepted only inside and if steps shrink fast enough, else bisection
         good = 2.0 * abs(tried) < min(abs(last), 3.0 * abs(half) - near)
         last, step = (step, tried) if good else (half, half)
         before, f_before = x, f

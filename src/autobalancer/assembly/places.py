@@ -211,6 +211,7 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
 
 @remembered(8, by=lambda machine, bare, small: (*places_key(machine), *rotor_key(machine), bare, small and small.basis))
 def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _Seen:
+    # places at which the rotor is seen: planes of balancers, named stations, supports, each once
     basis = np.eye(bare.size) if small is None else small.basis
     planes, stations = planes_of(machine, bare), station_rows(machine, bare)
     result = grounds(machine, bare)
@@ -224,6 +225,7 @@ def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _See
         if not any(np.abs(row - other).max() <= SAME for other in rows.values()):
             rows[name if name not in rows else f"{kind} {name}"] = row
             kinds.append(kind)
+    # the rest position, and what rubber and hardening bearings do around it
     pull = float(machine.gravity) if machine.axis == "horizontal" else 0.0
     rest = sag(bare, pull)
     rubber = mounts(machine, bare)
@@ -543,6 +545,7 @@ def gauges_of(
     assembly: Assembly, places: Places, jumps: Sequence[float] = (), touches: Sequence[Touch] = (), *, centered: bool
 ) -> MeasureInputs:
     """The numbers of an assembled machine; ``centered`` says that nothing can deflect its rotor for good."""
+    # contacts whose impacts count, and single numbers that decide what is measured
     basis, model, balls = places.basis, places.model, assembly.balls
     meetings, rebounds = meetings_of(touches)
     scalars = np.zeros(SCALARS)

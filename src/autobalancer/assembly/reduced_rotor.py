@@ -161,6 +161,7 @@ def _sliding(sliding: LateralModel, mass: Matrix) -> LateralModel:
 
 def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False) -> Parts:
     """Build, reduce and place everything but the time; if ``held`` the mass of the balls belongs to the rotor."""
+    # the rotor on its supports; does the drive go beyond their tables?
     frame = _frame(machine)
     model = frame.model
     top = top_speed(machine)
@@ -171,10 +172,12 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         )
     loaded = with_ball_mass(machine, model)
     model = loaded if held else model
+    # critical speeds with the balls, and up to where the reduced rotor must hold
     critical = critical_speeds(loaded)
     still = critical or tuple(natural_frequencies(loaded).tolist())
     if top is None:
         top = min(2.0 * still[min(2, len(still) - 1)] if still else 1000.0, model.top_speed)
+    # a basis of few coordinates that carries the motion at all places
     loads = _loads(machine, model)
     reducer = _reducer(frame, model, max(top, 1.0), getattr(machine.rotor, "modes", None))
     reduction = reducer.carrying(sum(loads, np.zeros(model.pairs, np.complex128)))

@@ -97,6 +97,7 @@ def relative_mass(ball: Ball) -> float:
 
 def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     """All of a row that is not a place of further numbers."""
+    # stiffness of both walls and between balls, and damping by the restitution
     contact = race.resolved
     assert contact is not None
     whole, gap = relative_mass(ball), room(race, ball)
@@ -108,6 +109,7 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     ratio = damping_number(contact, float(left), contact.rebound) if left is not None else 0.0
     if race.contact is not None and race.contact.stiffness is not None and not hertz:
         ball_k = float(race.contact.stiffness)
+    # friction, adherence and the floor
     friction = race.friction
     hold = float(contact.adherence_stiffness)
     vertical = machine.axis == "vertical"

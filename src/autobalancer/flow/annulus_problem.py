@@ -451,6 +451,7 @@ class ShearFlow:
 
         ``error`` is that of the angular velocity over the greatest speed.
         """
+        # unknowns are the nodes that no wall holds; the fluid turned with the rotor before
         free, e = ~self.held, self.elements
         mass = e.mass[free]
         state = self.given.copy()
@@ -462,6 +463,7 @@ class ShearFlow:
         for first, last in pairwise(edges):
             piece = speed.piece(first)
 
+            # in axes of the rotor its acceleration is an inertial force
             def rate(time: float, values: Floats, piece: Any = piece) -> Floats:
                 if progress is not None:
                     progress(time, end)

@@ -309,6 +309,7 @@ class SpectralFlow:
         QuestionError
             If the grid does not resolve the flow.
         """
+        # the first step is short against the diffusion across the narrowest cell
         clock, first = self._clock, speed.at(0.0)[0]
         goal = tolerance * max(speed.fastest(end), 1e-300)
         self._begin(first, speed.before)
@@ -320,6 +321,7 @@ class SpectralFlow:
         track.note(0.0, first, speed.before - first)
         if 0.0 in stops:
             at_stop(0.0)
+        # from mark to mark: corners of the speed, and times at which the flow is asked for
         record, corners = np.empty((CHUNK, 3)), set(speed.corners(end))
         for mark in sorted({*(t for t in stops if 0.0 < t < end), *corners, end}):
             piece = speed.piece(float(clock[annulus_flow.TIME]))
@@ -387,6 +389,7 @@ class SpectralFlow:
         return inner if parity == 0 else self.grid.z.unfold(np.concatenate([edge, inner], axis=1), parity)[:, 1:-1]
 
     def _make_plan(self) -> annulus_flow.Plan:
+        # the walls inside, and what they contribute as a lift
         grid, annulus = self.grid, self.annulus
         r, even, odd = self._families
         parity = self._parities[0]
@@ -396,6 +399,7 @@ class SpectralFlow:
         lift = r.forward @ (r.walls @ sides + lid @ even.walls.T) @ even.forward.T
         c, d, p, s = (r.forward @ r.walls).T, (odd.forward @ odd.walls).T, r.ends, odd.ends
         right, left = _corners(c, d, p, s)
+        # weights that give the flow at the orbit of the balls
         at_r = grid.r.values_at(annulus.orbit_radius) / annulus.orbit_radius**2
         at_z = grid.z.values_at(0.5 * annulus.height)
         radius = grid.r.points[1:-1]

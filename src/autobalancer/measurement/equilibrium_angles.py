@@ -194,11 +194,13 @@ def evaluate_angles(
         raise QuestionError("equilibrium angle: no series to evaluate")
     if rolling is not None and not 0.0 <= rolling < 1.0:
         raise QuestionError(f"rolling: given {rolling:g}; a coefficient of rolling resistance is from 0 to below 1")
+    # all series together; where their Reynolds numbers overlap, rolling resistance can be told from drag
     parts = [(angle_series.race(given.race), angle_series.speeds, angle_series.angles) for angle_series in series]
     source = "given" if rolling is not None else "fitted" if overlaps(parts) else "machine"
     speeds, angles = (np.concatenate([part[i] for part in parts]) for i in (1, 2))
     reynolds = np.concatenate([race.reynolds(w) for race, w, _ in parts])
     items, stands, coefficients, deviations = [], [], [], []
+    # without and with the force by the pressure in the fluid
     for pressure in (0.0, given.pressure):
         turned = [(replace(race, pressure=pressure), w, s) for race, w, s in parts]
         value = given.rolling if rolling is None else rolling

@@ -84,6 +84,7 @@ def receptance_stability(
     """
     speeds = list_argument("speeds", speeds, "rad/s")
     unbalance = optional_argument("unbalance", unbalance, "kg*m")
+    # the fitted receptance, with the balls' mass if they were not on the rotor, and the arrangements of the balls
     model = pole_model(fit, 0.0 if balls_on_rotor else float(balls.mass.sum()))
     states = positions(balls, unbalance, angles)
     band = (fit.attrs["band_low"], fit.attrs["band_high"])
@@ -98,9 +99,11 @@ def receptance_stability(
         "frequency_low": ("lowest frequency needed", "rad/s"),
         "frequency_high": ("highest frequency needed", "rad/s"),
     }
+    # growth and margins at each speed
     dataset = xr.Dataset(coords={"speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})})
     for number, (name, (text, unit)) in enumerate(meanings.items()):
         dataset[name] = ("speed", [row[number] for row in rows], {"long_name": text, "units": unit})
+    # does the answer rest on what was measured?
     within = (dataset["frequency_low"] >= band[0]) & (dataset["frequency_high"] <= band[1])
     dataset["covered"] = within.assign_attrs(long_name="whether these were measured")
     doubts = [text for text in fit.attrs["warnings"].split("\n") if text]
@@ -336,6 +339,7 @@ def receptance_border(
         ``exact_border_deviation``, its standard deviation (nan without resamples); ``searched``; ``warnings``.
     """
     unbalance = optional_argument("unbalance", unbalance, "kg*m")
+    # ranges of speed in which the worst arrangement is stable; the border begins the last one
     added = 0.0 if balls_on_rotor else float(balls.mass.sum())
     model, states = pole_model(fit, added), positions(balls, unbalance, angles)
     low, high = _search_range(fit, model) if searched is None else ends_argument("searched", searched, "rad/s")
@@ -349,6 +353,7 @@ def receptance_border(
             "stable_to": ("range", [r[1] for r in ranges], {"long_name": "stable up to", "units": "rad/s"}),
         }
     )
+    # how far noise in the receptance moves it: fits of resampled residuals
     deviation = math.nan
     if resamples and math.isfinite(border):
         borders = []

@@ -58,6 +58,7 @@ def densities(
     -------
     Frequencies in Hz (F,), and densities (channel, T, F).
     """
+    # frames that overlap by half, a straight line taken from each, Hann's window
     last = max(0, size - length)
     starts = np.unique(np.linspace(0, last, min(MOST, 1 + -(-2 * last // length))).astype(int))
     window = np.hanning(length + 1)[:-1]
@@ -72,16 +73,19 @@ def densities(
         parts.append(np.abs(np.fft.rfft(piece, axis=1)[:, : frequency.size]) ** 2)
         within = left(frequency, start + length * np.array([0.25, 0.375, 0.5, 0.625, 0.75])).mean(axis=0)
         share[j] = np.convolve(np.pad(within, 1, mode="edge"), HANN, mode="valid")
+    # power over the share that was left in; what is nearly all taken out tells nothing
     power = np.stack(parts, axis=1) * (2.0 / (rate * float((window**2).sum())))
     share[:, :2] = 0.0  # a straight line was taken away
     shown = share > SHOWN
     power = np.log(np.maximum(power, 1e-300) / np.where(shown, share, 1.0))
+    # the level of a frame may follow the speed: it is taken out, so that frames can be compared
     usual = (power * shown).sum(axis=1) / np.maximum(shown.sum(axis=0), 1)
     level = ((power - usual[:, None]) * shown).sum(axis=2) / np.maximum(
         shown.sum(axis=1), 1
     )  # it may grow with the speed
     power -= level[:, :, None]
     share *= shown
+    # for each time the weighted median over the frames near it: single bursts do not count
     logarithms = np.log(np.maximum(frequency, 0.5 * frequency[1]))
     ranks, rows = np.argsort(power, axis=1), np.sort(power, axis=1)
     local = np.array([np.interp(times, starts + 0.5 * length, one) for one in level]) - math.log(math.log(2.0))

@@ -313,6 +313,7 @@ def rest_friction(machine: Machine | str | Path, angles: ArrayLike | str | Path,
     machine = balls_in_races(machine)
     w = argument("speed", speed, "rad/s")
     rests = _rests(angles)
+    # one ball, and rests that differ
     balls = resolve(machine)
     if len(balls) != 1:
         raise QuestionError(f"rest_friction: the machine has {len(balls)} balls; rests of exactly one are evaluated")
@@ -323,10 +324,12 @@ def rest_friction(machine: Machine | str | Path, angles: ArrayLike | str | Path,
         raise QuestionError(
             f"rest_friction: all {n} rests are at one angle; the friction is too small to be seen, or they are copies"
         )
+    # the width of the interval of rests from the range of n of them, and with it the adherence
     width, width_low, width_high = _widths(range_, n)
     rest_friction = [
         _adherence(width, gain, load, ball.moment, ball.orbit_radius) for width in (width, width_low, width_high)
     ]
+    # do the rests lie where they should, and spread evenly?
     middle = 0.5 * float(rests.max() + rests.min())
     spread = width / np.sqrt(2.0 * (n + 1.0) * (n + 2.0))
     ends = rest_ends(gain, load, ball.moment, ball.orbit_radius, rest_friction[0])

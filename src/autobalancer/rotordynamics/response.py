@@ -228,16 +228,19 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
     order five, whose steps are short for the time in which the run-up passes an undamped resonance, 1/sqrt(w'), and for the beats
     of a lightly damped one after it.
     """
+    # the speed as a smooth course, and steps that are short against how fast it changes
     course = make_interp_spline(time, speeds, k=3)
     growth, span = course.derivative(), float(time[-1] - time[0])
     steps = int(np.clip(np.ceil(span * np.sqrt(np.abs(growth(time)).max()) / STEP), FEWEST, MOST_STEPS))
     h, n = span / steps, model.pairs
     clock = time[0] + h * np.arange(steps + 1)
+    # the amplitude Q of q = Re(Q e^(i theta)) changes slowly, so steps need not follow the turns
     isotropic, force = model.isotropic, np.concatenate([load, -1j * load, np.zeros(model.size - 2 * n)])
     force = load if isotropic else force
     size = force.size
     mass = model.complex_matrices(0.0)[0] if isotropic else model.mass
 
+    # M (Q'' + 2 i w Q' + (i w' - w^2) Q) + (C + w G)(Q' + i w Q) + (K + w' G/2) Q = load, solved for Q' and Q''
     def of_speed(at: Floats) -> tuple[Complexes, Complexes]:
         """Matrix and constant part of the rate of (Q, Q') at times."""
         w, up = np.clip(course(at), 0.0, model.top_speed), growth(at)
@@ -263,11 +266,13 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
     def at_rest(w: float) -> Complexes:
         return _motion(model, np.array([w]), load)[0, :size]
 
+    # begin as in a steady state at this speed, which changes with it
     begin, slope = float(speeds[0]), 1e-4 * float(speeds[0])
     states = np.empty((steps + 1, 2 * size), np.complex128)
     states[0] = np.r_[
         at_rest(begin), growth(time[0]) * (at_rest(begin + slope) - at_rest(begin - slope)) / (2.0 * slope)
     ]
+    # Radau's method of three stages: the equations are linear, so many steps are worked out at once
     per = max(1, AT_ONCE // (6 * size) ** 2)
     for first in range(0, steps, per):
         here = clock[first : min(first + per, steps)]
@@ -281,12 +286,14 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
         moved = h * np.einsum("i,kiab->kab", RADAU[2], rates)
         for k, step in enumerate(moved, first):
             states[k + 1] = states[k] + step[:, :-1] @ states[k] + step[:, -1]
+    # between the steps by cubics through values and rates
     matrices, pushes = of_speed(clock)
     rates = np.einsum("kab,kb->ka", matrices, states) + pushes
     q, first_rate = (
         CubicHermiteSpline(clock, one[:, :size], two[:, :size])(time)
         for one, two in ((states, rates), (states[:, size:], rates[:, size:]))
     )
+    # velocity or acceleration of q itself, if that is asked for
     w, up = speeds[:, None], growth(time)[:, None]
     if rate == 1:
         q = first_rate + 1j * w * q
@@ -435,6 +442,7 @@ def response_peaks(
 
     soft = rubber_of(machine, model)
 
+    # the amplitude over a grid, each peak refined between its neighbors
     def height(speeds: Floats) -> Floats:
         return speeds**order * summed(whirl(*amplitudes(model, speeds, load, places, soft)))
 

@@ -119,6 +119,7 @@ def torsional_critical_speeds(
     """
     machine = balls_in_races(machine)
     model = torsion_of(machine)
+    # which harmonics of the speed excite the train
     causes: dict[float, list[str]] = {}
     for shake in shakes_of(machine, model):
         causes.setdefault(shake.order, []).append(shake.what)
@@ -127,6 +128,7 @@ def torsional_critical_speeds(
         raise QuestionError(
             f"torsional_critical_speeds: harmonics: given {harmonics!r}; give at least one, greater than zero"
         )
+    # undamped: each natural frequency over each harmonic
     rates, shapes = undamped_torsion(model)
     answer = sorted((rate / h, h, i) for h in lines for i, rate in enumerate(rates))
     result = xr.Dataset()
@@ -142,6 +144,7 @@ def torsional_critical_speeds(
         ),
     ):
         result[key] = ("critical", numbers, {"long_name": text, "units": unit})
+    # damped: where a line of harmonics meets a damped frequency
     damped = _crossings(machine, model, lines, max((w for w, _, _ in answer), default=0.0))
     for key, place, text, unit in (
         ("crossing_speed", 0, "speed at which a damped frequency is met", "rad/s"),

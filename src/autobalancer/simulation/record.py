@@ -29,6 +29,7 @@ def record_for(
     times, edges = np.zeros(0), np.zeros(0)
     turns, step, revolutions = np.zeros((0, n + 1)), 1.0, 0.0
     asked: set[str] = set()
+    # each kind of wish at most once
     for wish in wishes:
         kind = "samples" if isinstance(wish, (Samples, SampleTimes)) else type(wish).__name__
         if kind in asked:
@@ -47,6 +48,7 @@ def record_for(
                 revolutions = math.inf  # the end is not known beforehand: keep the ring turning all the time
         else:
             raise QuestionError(f"save: {wish!r} is not Samples, SampleTimes, Envelope or LastRevolutions")
+    # is there room? the envelope begins with the first state
     bins = max(edges.size - 1, 0)
     room = 8e-9 * (n + 1) * (times.size + bins + turns.shape[0])
     if room > LARGEST:
@@ -54,6 +56,7 @@ def record_for(
     low, high = np.full(bins, np.inf), np.full(bins, -np.inf)
     if bins:
         low[0] = high[0] = math.hypot(assembly.state[X], assembly.state[Y])
+    # quantities of the events, as compiled code finds them
     for event in events:
         if event.ball is not None and not 1 <= event.ball <= len(assembly.balls):
             raise QuestionError(f"event: given ball {event.ball}; the machine has balls 1 to {len(assembly.balls)}")

@@ -383,9 +383,11 @@ def step_dataset(
                 values[leg, number] = np.reshape(row[key], shape)
         return values
 
+    # numbers of all speeds that were reached, over direction and speed
     data: dict[str, Any] = {}
     for name, key in SOURCES.items():
         if "ball" in name:
+            # what the balls do: at rest in the rotor, swinging, or left behind
             if n:
                 data[name] = (("direction", "speed", "ball"), column(key, n))
         elif name == "greatest_deflection":
@@ -399,6 +401,7 @@ def step_dataset(
     for name in data:
         text, unit = LABELS[name]
         result[name].attrs.update(long_name=text, units=unit)
+    # how each speed ended, and the axes
     outcomes = np.full((len(legs), count), "not reached", dtype=object)
     for place, row in rows.items():
         outcomes[place] = row["outcome"]

@@ -227,6 +227,7 @@ def ball_film(
     setup: FilmSetup,
 ) -> BallFilm:
     """The dataset of :func:`~autobalancer.measurement.film.track.track_balls`."""
+    # what was followed, frame by frame, then impacts and events
     both = ("time", "ball")
     center = np.array([place.center for place in rotor])
     moved = bool(setup.rotor_marks) and len(setup.rotor_marks) > 1 and setup.camera == "rest"
@@ -261,6 +262,7 @@ def ball_film(
         known = np.where(np.isfinite(angle), center, np.nan)
         data["x"], data["y"] = ("time", known.real), ("time", known.imag)
     labeled(data)
+    # how far the result can be trusted
     margin = followed.margin[np.isfinite(followed.margin)]
     data.attrs.update(
         title="balls in a film",

@@ -108,6 +108,7 @@ def rotor_angle(
         raise QuestionError(f"pulses: given {pulses!r}; must be a whole number from 1")
     if edge not in ("rising", "falling"):
         raise QuestionError(f"edge: given {edge!r}; must be rising or falling")
+    # pulses, those that are missing or too many repaired, then a smooth angle through them
     t = signals["time"].values
     result = repaired(
         crossings(t, signals[name], threshold=threshold, hysteresis=hysteresis, falling=edge == "falling"),
@@ -119,6 +120,7 @@ def rotor_angle(
     time = inside["time"].values
     if time.size < 8:
         raise QuestionError("tacho: fewer than 8 samples between the first and the last pulse")
+    # the speed, which must not pass zero: pulses do not tell the direction
     turning = smooth.spline.derivative()
     speed = _over(time, turning)
     for _, part in pieces(speed):
@@ -128,6 +130,7 @@ def rotor_angle(
                 f"tacho: the speed is not above zero at {time[i]:.6g} s; use a piece in which the rotor turns"
             )
     remarks = [*odd_remarks(result), *_left_out(t, result.times)]
+    # where the angle is zero
     zero = 0.0
     if index:
         zero = _at_index(signals, index, smooth.spline, time)
@@ -136,6 +139,7 @@ def rotor_angle(
             f"tacho: none of its {pulses} pulses a turn is known to be the zero mark; phases are known up to multiples of "
             f"{360.0 / pulses:.4g} deg. Name a channel with one pulse a turn as index"
         )
+    # what is said of the pulses, and how the angle was found
     for text in remarks:
         warn(text, RangeWarning)
     attrs = {
@@ -434,12 +438,14 @@ def crossings(
     QuestionError
         If there are no pulses.
     """
+    # falling edges are rising ones of the other sign
     sign = -1.0 if falling else 1.0
     low, high = extremes(values)
     if low == high:
         raise QuestionError(f"tacho: the signal is constant, {low:.4g}; there are no pulses")
     least, most = sorted((sign * low, sign * high))
     middle, every = 0.5 * (least + most), -(-values.shape[0] // LOOKED_AT)
+    # threshold half way between foot and top of the pulses, of samples spread over the record
     some = sign * np.concatenate([part[-first % every :: every] for first, part in pieces(values)])
     foot = float(np.median(some[some < middle])) if (some < middle).any() else least
     top = float(np.quantile(some[some >= middle], 0.9)) if (some >= middle).any() else most
@@ -452,6 +458,8 @@ def crossings(
         -1,
         [],
     )  # of the last sample that was clearly above or below, and the last step through the level
+    # a crossing counts when the signal was clearly below before and is clearly above after; its instant is where the
+    # last step through the level is, on a straight line
     for first, part in pieces(values, 1):
         v = sign * part
         own = v if first + v.size == values.shape[0] else v[:-1]

@@ -179,6 +179,7 @@ def _fitted(
 def _by_filter(signals: xr.Dataset, requested: _Asked, bandwidth: float | str | None) -> Orders:
     signals, full = _slower(signals, requested), float(signals.attrs["sampling_rate"])
     rate = float(signals.attrs["sampling_rate"])
+    # bandwidth: as asked, else a tenth of the lowest order, and wider where the amplitude changes too fast for it
     lowest = extremes(signals["speed"])[0] * float(requested.orders.min()) / (2.0 * math.pi)
     width = max(1.0, 0.1 * lowest) if bandwidth is None else hertz_argument("bandwidth", bandwidth)
     if width > 0.2 * rate:
@@ -192,6 +193,7 @@ def _by_filter(signals: xr.Dataset, requested: _Asked, bandwidth: float | str | 
         away = frequency - requested.orders[:, None, None] * rotation[:, None]
         return np.array([share(away, width, rate) for share in (passed_by_filter, noise_in_bias)])
 
+    # until the bias is small against the amplitude
     for _ in range(WIDER):
         tracked = filtered_orders(angle, _values(signals, requested), requested.orders, width, rate)
         bent = bias_of(tracked.amplitude, width / rate)
@@ -201,9 +203,11 @@ def _by_filter(signals: xr.Dataset, requested: _Asked, bandwidth: float | str | 
         if flat < 0.5 * FLAT or width >= widest:
             break
         width = min(widest, width * float(np.clip((4.0 * flat / FLAT) ** 0.25, 1.2, 3.0)))
+    # at both ends the filter knows one side only
     sample = np.arange(angle.size)
     more = one_sided(np.minimum(sample, sample[::-1]) * width / rate)
     deviation, bias = deviation * more, bias * more**2
+    # no more points than anybody can look at
     every = max(1, -(-angle.size // MOST))
     thin = Tracked(tracked.amplitude[..., ::every], tracked.residual[..., ::every])
     slower = f", of the signals at {rate:.4g} Hz" * (rate < full)
@@ -225,6 +229,7 @@ def _slower(signals: xr.Dataset, requested: _Asked) -> xr.Dataset:
     What would be folded to these frequencies is a millionth (120 dB) of itself, and they are as they were to the same share.
     """
     size, rate = signals.sizes["time"], float(signals.attrs["sampling_rate"])
+    # the highest frequency that matters, and how many samples may become one
     highest = (
         (requested.orders[-1] + REACH / max(1.0, requested.revolutions))
         * extremes(signals["speed"])[1]
@@ -232,6 +237,7 @@ def _slower(signals: xr.Dataset, requested: _Asked) -> xr.Dataset:
     )
     every = int(0.2 * rate / highest)
     if size > LONG and every > 1:
+        # a low-pass filter that is even about each sample, so that no phase shifts
         taps, shape = kaiserord(FOLDED, 1.2 / every)
         half = every * -(-taps // (2 * every))
         weights = firwin(2 * half + 1, 1.0 / every, window=("kaiser", shape))
@@ -250,6 +256,7 @@ def _slower(signals: xr.Dataset, requested: _Asked) -> xr.Dataset:
         for name, values in zip(requested.channels, np.concatenate(rows, axis=1), strict=True):
             slow[name] = ("time", values, signals[name].attrs)
         signals = slow.assign_attrs(sampling_rate=rate / every)
+    # is there room for the band matrix?
     unknowns = 2 * requested.orders.size
     each = (
         8.0 * unknowns * (2 * (2 * unknowns + 1) + 4 * len(requested.channels))
@@ -277,9 +284,11 @@ def _sure(
     first, last = (int(k) for k in places(signals["rotor_angle"], centers[[0, -1]]))
     angle, speed = (signals[name][first : last + 1] for name in ("rotor_angle", "speed"))
 
+    # speed at any sample, in turns a second
     def turning(samples: Floats) -> Floats:
         return at_samples(speed, samples) / (2.0 * math.pi)
 
+    # the signals without the orders that were found
     def rest(begin: int, end: int) -> Floats:
         turned, left = angle[begin:end].values, _values(signals, requested, slice(first + begin, first + end))
         for n, order in enumerate(requested.orders):
@@ -289,6 +298,7 @@ def _sure(
                 left[c] -= (at * wave).real
         return left
 
+    # how much of the noise that way of estimating lets pass, at an order and over the frequency
     step = float(centers[-1] - centers[0]) / max(1, centers.size - 1) / (2.0 * math.pi)  # revolutions
 
     def left(frequency: Floats, samples: Floats) -> Floats:
@@ -296,6 +306,7 @@ def _sure(
         away = frequency / rotation[:, None] - requested.orders[:, None, None]
         return np.asarray((1.0 - (passes(frequency, rotation)[0] * np.sinc(step * away) ** 2).sum(axis=0)) ** 2)
 
+    # density of the rest over frequency and time, then what of it passes: the variance of the amplitudes
     times = np.unique(np.linspace(0, angle.size - 1, min(GRID, centers.size)).astype(int)).astype(np.float64)
     length = int(np.clip(2.0 * longest * rate, 16, max(16, angle.size // FRAMES)))
     highest = (requested.orders[-1] + REACH / max(1.0, requested.revolutions)) * extremes(speed)[1] / (2.0 * math.pi)
@@ -307,6 +318,7 @@ def _sure(
     every = passes(frequency, rotation) ** 2 * frequency[1]
     taken = every[0]
     variance = np.einsum("ntf,ctf->nct", taken, density)
+    # a line that stands out of it is no noise but another vibration: it is named
     smooth = np.minimum(density, LINE * median_filter(density, (1, 1, 9), mode="nearest"))
     size = np.abs(result.amplitude[..., np.searchsorted(centers, grid).clip(max=centers.size - 1)])
     lines = variance > np.maximum(DOUBT * np.einsum("ntf,ctf->nct", taken, smooth), (MATTERS * size) ** 2)

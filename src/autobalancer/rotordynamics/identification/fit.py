@@ -599,6 +599,7 @@ def _search(
             last[key] = result
         return last[key]
 
+    # slopes that are usable at the start scale the parameters
     first = jacobian(start)
     regular = np.isfinite(first).all() and np.abs(first).sum(axis=0).all()
     result = least_squares(
@@ -615,6 +616,7 @@ def _search(
         gtol=how.accuracy,
         max_nfev=300,
     )
+    # the answer, exactly on its bounds where it is as good as there
     point = np.asarray(result.x)
     for edge in (low, high):  # the search stays a hair inside its bounds
         point = np.where(np.abs(point - edge) <= 1e-9 * (1.0 + np.abs(point)), edge, point)
