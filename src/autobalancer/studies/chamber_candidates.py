@@ -18,8 +18,9 @@ from scipy.stats import beta, t
 
 from autobalancer.assembly.quantities import in_author_units
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.files.machine_file import machine_text, parse_machine
+from autobalancer.files.machine_file import machine_text, of_kind, parse_machine
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine_kinds import CHAMBERS
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.archive import Archive
@@ -68,16 +69,9 @@ def design_sensitivity(
     QuestionError
         For an unknown quantity, a share that is not between 0 and 1, or a place that no design has.
     """
-    if "place" not in designs or "machine" not in designs.attrs:
-        raise QuestionError("design_sensitivity: wants the answer of chamber.design")
-    there = designs["place"].values == place
-    if not there.any():
-        raise QuestionError(f"place: given {place}; the designs have 1 to {int(designs['place'].max())}")
-    candidate, size = candidate_of(designs.isel(design=int(there.argmax()))), float(designs["unbalance"].max())
+    one, machine = _placed(designs, place, "design_sensitivity")
+    candidate, size = candidate_of(one), float(designs["unbalance"].max())
     cases = [(AS_DESIGNED, candidate, size), *_cases(candidate, size, changes)]
-    machine = parse_machine(str(designs.attrs["machine"]))
-    assert isinstance(machine, ChamberMachine)
-    kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
     duration, last = float(designs.attrs["duration"]), float(designs.attrs["last"])
     seeds = [int(seed) for seed in designs["seed"].values]
 
@@ -86,12 +80,8 @@ def design_sensitivity(
         made = _machine(machine, changed, unbalance)
         names = [changed.run_name(unbalance, duration, last, seed) for seed in seeds]
         jobs += [Job(name, made, seed, {"unbalance": unbalance}) for name, seed in zip(names, seeds, strict=True)]
-    measured = measured_runs(jobs, Many(duration, last, kept, workers), progress)
-    messages = [
-        numbers_of(job.machine, row) if isinstance(job.machine, ChamberMachine) and row["outcome"] == "finished" else {}
-        for job, row in zip(jobs, measured, strict=True)
-    ]
-    rows = np.array(messages, object).reshape(len(cases), len(seeds))
+    judged = judged_runs(jobs, Many(duration, last, archive, workers), progress)
+    rows = np.array(judged, object).reshape(len(cases), len(seeds))
     dataset = xr.Dataset(coords={"change": [name for name, _, _ in cases], "seed": seeds})
     values = {name: np.array([[row.get(name, np.nan) for row in several] for several in rows]) for name in JUDGED}
     means = np.array([mean_interval(several) for several in values["vibration"]])
@@ -170,20 +160,24 @@ def designed_machine(designs: xr.Dataset, place: int = 1, *, unbalance: float | 
     QuestionError
         If no design has this place.
     """
-    if "place" not in designs or "machine" not in designs.attrs:
-        raise QuestionError("designed_machine: wants the answer of chamber.design")
-    there = designs["place"].values == place
-    if not there.any():
-        raise QuestionError(f"place: given {place}; the designs have 1 to {int(designs['place'].max())}")
-    one = designs.isel(design=int(there.argmax()))
-    machine = parse_machine(str(designs.attrs["machine"]))
-    assert isinstance(machine, ChamberMachine)
+    one, machine = _placed(designs, place, "designed_machine")
     candidate = candidate_of(one)
     size = float(designs["unbalance"].max()) if unbalance is None else unbalance
     made = in_author_units(machine_of(machine, candidate, size), machine)
     return made.model_copy(
         update={"name": f"{machine.name}, {candidate.label}", "description": _said(designs, one, candidate)}
     )
+
+
+def _placed(designs: xr.Dataset, place: int, name: str) -> tuple[xr.Dataset, ChamberMachine]:
+    """The design at a place, and the machine that the designs were made from."""
+    if "place" not in designs or "machine" not in designs.attrs:
+        raise QuestionError(f"{name}: wants the answer of chamber.design")
+    there = designs["place"].values == place
+    if not there.any():
+        raise QuestionError(f"place: given {place}; the designs have 1 to {int(designs['place'].max())}")
+    machine: ChamberMachine = of_kind(parse_machine(str(designs.attrs["machine"])), CHAMBERS, name)
+    return designs.isel(design=int(there.argmax())), machine
 
 
 def candidate_of(dataset: xr.Dataset) -> Candidate:
@@ -453,6 +447,18 @@ def numbers_of(machine: ChamberMachine, measures: Mapping[str, Any]) -> dict[str
     return {name: float(entry.of(known)) for name, entry in JUDGED.items()}
 
 
+def judged_runs(
+    jobs: Sequence[Job], how: Many, progress: Callable[[int, int], None] | None = None
+) -> list[dict[str, Any]]:
+    """What runs are judged by, with their outcome; nothing else of one that did not finish."""
+    result = []
+    for job, row in zip(jobs, measured_runs(jobs, how, progress), strict=True):
+        machine, ended = job.machine, row["outcome"] == "finished"
+        numbers = numbers_of(machine, row) if ended and not isinstance(machine, MachineError) else {}
+        result.append({"outcome": row["outcome"], **numbers})
+    return result
+
+
 def ruled_out(bounds: ChamberBounds, limits: Mapping[str, float]) -> list[str]:
     """Why no run of a machine with these bounds can be good; empty if nothing speaks against it."""
     reasons = []
@@ -505,11 +511,9 @@ def mean_interval(values: Sequence[float] | Floats) -> tuple[float, float, float
     """Mean, and the ends of its interval by Student's t; infinitely wide of one run. Values that are nan are left out."""
     known = np.asarray(values, np.float64)
     known = known[~np.isnan(known)]
-    if not known.size:
-        return math.nan, math.nan, math.nan
-    mean = float(known.mean())
     if known.size < 2:
-        return mean, -math.inf, math.inf
+        return (float(known[0]), -math.inf, math.inf) if known.size else (math.nan, math.nan, math.nan)
+    mean = float(known.mean())
     half = float(t.ppf(0.5 + 0.5 * SURE, known.size - 1) * known.std(ddof=1) / math.sqrt(known.size))
     return mean, mean - half, mean + half
 

@@ -26,15 +26,15 @@ from autobalancer.studies.chamber_candidates import (
     SURE,
     Candidate,
     fronts,
+    judged_runs,
     machine_of,
     mean_interval,
-    numbers_of,
     ruled_out,
     share_interval,
     worse_than_worst,
 )
 from autobalancer.studies.chamber_candidates import candidates as all_candidates
-from autobalancer.studies.chamber_study import Job, Many, measured_runs
+from autobalancer.studies.chamber_study import Job, Many
 from autobalancer.units import argument, optional_argument
 from autobalancer.units.quantity import list_argument, listed
 
@@ -120,8 +120,7 @@ def design(
     if machine.body.freedom == "fixed":
         raise QuestionError("machine: its body is fixed, so the balls do not feel the unbalance; free it")
     sizes = _unbalances(machine, unbalances)
-    kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
-    requested = Question(sizes, duration, short, last, fillings, finalists, kept, workers, progress)
+    requested = Question(sizes, duration, short, last, fillings, finalists, archive, workers, progress)
     told = _read_limits(limits)
     if "contact_pressure" in told and machine.contact.youngs_modulus is None:
         raise QuestionError("limits: contact_pressure: needs the material of the balls; give contact.youngs_modulus")
@@ -342,7 +341,7 @@ class Question:
     last: float
     fillings: int
     finalists: int
-    archive: Archive | None
+    archive: Archive | str | Path | None
     workers: int | None
     progress: Callable[[int, int], None] | None
 
@@ -443,11 +442,7 @@ def _run(
         Job(design.candidate.run_name(size, duration, last, seed), design.machines[size], seed, {"unbalance": size})
         for design, size, seed in jobs
     ]
-    rows = measured_runs(runs, Many(duration, last, requested.archive, requested.workers), told)
-    return [
-        {"outcome": row["outcome"], **(numbers_of(design.machines[size], row) if row["outcome"] == "finished" else {})}
-        for (design, size, _), row in zip(jobs, rows, strict=True)
-    ]
+    return judged_runs(runs, Many(duration, last, requested.archive, requested.workers), told)
 
 
 def _halved(alive: Sequence[Design], name: str, keep: int) -> list[Design]:

@@ -11,7 +11,7 @@ from threading import Event
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
+import pandas as pd  # type: ignore[import-untyped]
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -109,11 +109,10 @@ def amplitudes(
     own = machine.chambers[0]
     for friction in frictions:  # refused here, not noted as a gap
         variant(machine, balls=own.balls[0].count, friction=friction, layers="single" if own.depth is None else "deep")
-    kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
     cells = [Cell(*cell) for cell in product(layers, frictions, numbers, seeds) if cell[2] in each[cell[0]]]
 
     jobs = [_job(machine, cell) for cell in cells]
-    how = Many(duration, last, kept, workers, step, sample)
+    how = Many(duration, last, archive, workers, step, sample)
     result = gathered(cells, measured_runs(jobs, how, progress))
     title = f"Amplitudes of {machine.name} over balls and friction"
     about = {"machine": machine_text(machine), "machine_name": machine.name, "duration": duration}
@@ -403,7 +402,7 @@ class Many:
 
     duration: float
     last: float | None
-    archive: Archive | None
+    archive: Archive | str | Path | None
     workers: int | None
     step: float | None = None
     sample: float = 1e-3
@@ -417,7 +416,8 @@ def measured_runs(
     The answers do not depend on the number of threads. After Ctrl-C every run stops within a fraction of a second; an archive
     keeps what it computed. ``progress`` is called with (runs done, runs in all).
     """
-    stop = Event()
+    stop, archive = Event(), how.archive
+    kept = archive if isinstance(archive, Archive) or archive is None else Archive(archive)
 
     def watch(now: float, end: float) -> None:
         if stop.is_set():
@@ -428,9 +428,7 @@ def measured_runs(
             return {"outcome": f"does not fit: {job.machine}"}
         options = {"duration": how.duration, "step": how.step, "sample": how.sample, "seed": job.seed}
         try:
-            return measured_run(
-                how.archive, job.name, job.machine, job.parameters, last=how.last, progress=watch, **options
-            )
+            return measured_run(kept, job.name, job.machine, job.parameters, last=how.last, progress=watch, **options)
         except MachineError as reason:
             return {"outcome": f"does not fit: {reason}"}
 
