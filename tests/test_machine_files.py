@@ -399,7 +399,7 @@ MACHINES = part(
 
 
 @given(MACHINES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_any_machine_survives_being_written_and_read(data: dict[str, Any]) -> None:
     machine = Machine(**data)
     text = machine_text(machine)
