@@ -10,8 +10,6 @@ import pytest
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.simulation.chamber import simulate_chamber
 
-exudyn = pytest.importorskip("exudyn")
-
 RACE, MASS, STIFFNESS, FRICTION, SLOW, SPEED = 0.05, 0.02, 1e10, 0.3, 0.05, 30.0
 PLACES = ((0.0, 0.0, -0.035), (0.0, 0.022, -0.022))
 VELOCITIES = ((0.0, 2.0, -2.6), (0.0, 2.0, -2.0))
@@ -37,6 +35,7 @@ def ours() -> tuple[Any, float]:
 
 def theirs(radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Places and spins of the balls, (samples, balls, 3); in the plane of the race a hollow sphere is a race."""
+    exudyn = pytest.importorskip("exudyn")  # loading it takes a second: not where tests are only collected
     from exudyn import utilities as of
 
     system = exudyn.SystemContainer().AddSystem()

@@ -13,11 +13,10 @@ from tests.references.runs import states_at
 from autobalancer.assembly.system import assemble
 from autobalancer.machine import Machine
 
-hy = pytest.importorskip("heyoka")
-
 
 def equations(machine: Machine) -> list[Any]:
     """Explicit Euler-Lagrange equations, in the order of the package's state in axes at rest."""
+    hy = pytest.importorskip("heyoka")  # loading it takes half a second: not where tests are only collected
     p = lagrange.planar(machine)  # numbers only
     n = p.balls
     x, y, theta, *phi = q = hy.make_vars("x", "y", "theta", *(f"phi{i}" for i in range(n)))
@@ -91,6 +90,7 @@ def test_heyoka_moves_the_same_machine_in_the_same_way(name: str) -> None:
     case = CASES[name]
     times = np.linspace(0.0, 1.5, 151)
     start = assemble(case, rotating=False).state
+    hy = pytest.importorskip("heyoka")
     taylor = hy.taylor_adaptive(equations(case), start, tol=1e-16, compact_mode=True)
     theirs = motion(case, taylor.propagate_grid(times)[-1])
     ours = motion(case, states_at(case, times))
