@@ -419,3 +419,6 @@ readings = [{ amplitude = "1.8 mm/s", phase = "42 deg" }]
         path.write_text(text.replace(old, new))
         with pytest.raises(QuestionError, match=words):
             balance(path)
+    path.write_text("[[runs]\n")
+    with pytest.raises(QuestionError, match=r"^\S+job.toml: not valid TOML"):
+        balance(path)

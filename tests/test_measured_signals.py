@@ -360,6 +360,10 @@ def test_time_records_of_universal_files_are_read_in_ascii_and_binary(tmp_path: 
     assert found["acceleration_12_x'"].values == pytest.approx(-9.80665 * 2.0 * values, abs=2e-4)
     assert found["acceleration_12_x"].attrs["place"] == "12"
     assert float(found["time"][0]) == 0.5
+    if kind == "58":
+        (tmp_path / "r.uff").write_bytes(universal(kind, values).replace(b"1.00000e-01", b"1.00o00e-01", 1))
+        with pytest.raises(ResultError, match=r"function 1: '\S*1.00o00e-01\S*' is not a number"):
+            ab.measure.load_signals(tmp_path / "r.uff")
     (tmp_path / "r.uff").write_bytes(universal(kind, values).replace(b"       400 ", b"       402 ", 1))
     with pytest.raises(ResultError, match="400 numbers where 402" if kind == "58" else "ends before its 402 values"):
         ab.measure.load_signals(tmp_path / "r.uff")

@@ -148,6 +148,8 @@ def faults_of(source: str) -> Iterator[None]:
     try:
         yield
     except (QuestionError, UnitError) as error:
+        if source and str(error).startswith(f"{source}: "):  # the file itself cannot be read
+            raise
         several = "not possible as described" if len(error.problems) > 1 else ""
         raise QuestionError.of(source, error.problems, several) from None
 

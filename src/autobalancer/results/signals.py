@@ -506,7 +506,10 @@ def _written(block: bytes, count: int, each: int, single: bool, even: bool) -> N
     except ValueError:
         values = []
     if len(values) != count * each:
-        values = [float(part) for part in text.split()]
+        try:
+            values = [float(part) for part in text.split()]
+        except ValueError as reason:
+            raise ValueError(f"{str(reason).rpartition(': ')[2]} is not a number") from None
     if len(values) != count * each:
         raise ValueError(f"{len(values)} numbers where {count * each} are announced")
     return np.array(values, np.float64).reshape(count, each)
