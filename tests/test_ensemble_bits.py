@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.test_ensembles import TOLERANCE, alone, same
+from tests.test_ensembles import TOLERANCE, TWO_PLANES, alone, same
 from tests.test_places import SHAFT
 
 import autobalancer as ab
 from autobalancer.assembly.system import Model
-from autobalancer.kernels.system import BALLS
+from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.studies.ensemble.columns import columns_of
@@ -144,3 +144,17 @@ def test_members_with_other_meshes_are_no_smooth_functions_and_have_the_words_of
     asked = Members(shaft(), columns_of(shaft(), columns), None, 0, "member")
     groups, _ = asked.sorted(Plan(0.1, 1e-6, 20, 100), "refuse", interpolate=True)
     assert (groups.interpolated, sum(len(group.numbers) for group in groups.all)) == (0, 60)
+
+
+def test_members_at_other_speeds_lie_between_assembled_ones_too() -> None:
+    """A rigid rotor has the same modes at any speed, so what a speed changes is smooth."""
+    columns = {"drive.profile.speed": np.linspace(410.0, 415.0, 60)}
+    asked = Members(ab.load_machine(TWO_PLANES), columns_of(ab.load_machine(TWO_PLANES), columns), None, 0, "member")
+    groups, _ = asked.sorted(Plan(0.1, 1e-6, 20, 100), "refuse", interpolate=True)
+    (group,) = groups.all
+    assert (groups.interpolated, len(group.numbers)) == (59, 60)
+    start = group.layout.place("memory.state", SPEED)
+    words = group.words(range(60), places := group.places())
+    assert words[:, np.searchsorted(places, start)].view(float) == pytest.approx(
+        columns["drive.profile.speed"][group.numbers]
+    )

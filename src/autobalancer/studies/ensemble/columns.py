@@ -232,10 +232,10 @@ class Described:
         """Whether a machine differs in nothing else, as far as that is known without its numbers."""
         return self._differences(machine) is not None
 
-    def in_numbers(self, machine: Machine) -> bool:
-        """Whether the numbers of its rotor or its balls are others, or what a rotor knows of its drive."""
+    def is_costly(self, machine: Machine) -> bool:
+        """Whether the numbers of its rotor or balls are others, or what a rotor knows of its drive, or it has to be assembled."""
         different = self._differences(machine)
-        return different is not None and different.numbers
+        return different is None or different.numbers
 
     def changed(self, machine: Machine, layout: Layout, block: Integers) -> Changed | None:
         """The words of such a machine where they differ from a block of the assembled one; None if it has to be assembled."""

@@ -176,6 +176,12 @@ class Members:
                 return
             if names is None:
                 names = followed(self, number, plan)
+                if interpolate and len({class_of(self, one, names) for one in range(self.count)}) > FEWEST:
+                    names = [
+                        name
+                        for name, values in self.columns.parameters.items()
+                        if name in names or _are_numbers(values)
+                    ]
             key = class_of(self, number, names)
             if key not in classes:
                 classes[key] = Class(self, groups, names, interpolate=interpolate)
@@ -486,6 +492,10 @@ def _follows(described: Described, machine: Machine, name: str, value: Any) -> b
         return False
 
 
+def _are_numbers(values: Sequence[Any]) -> bool:
+    return all(isinstance(value, float | int) for value in values)
+
+
 def class_of(members: Members, number: int, names: list[str]) -> Any:
     """What members must have in common: the values of all parameters that are not followed."""
     row = members.row(number)
@@ -634,7 +644,7 @@ class Follower:
         """Whether the words of a member may be functions of its parameters, and take long to work out otherwise."""
         if self._described is None or self._assembly.model is Model.PLANAR:
             return False
-        return all(isinstance(value, float | int) for value in values) and self._described.in_numbers(machine)
+        return _are_numbers(values) and self._described.is_costly(machine)
 
     def start(self, machine: Machine, seed: int, starts: dict[str, float]) -> tuple[Words, Any] | None:
         """What a start alone makes of the words, and the order of the balls; nothing of the start of the assembled one.
