@@ -181,6 +181,12 @@ def test_beats_after_a_resonance_do_not_look_like_damping(rotor: ab.machine.Mach
     true = np.array([100e3, 30.0, 400e-6])
     assert (np.abs(found["value"].values - true) < 2.0 * found["uncertainty"].values).all()
     assert float(found["uncertainty"][1]) < (1.0 if method == "fit" else 4.0)
+    # chi square is that of the noise: what the window takes from the response, too, and errors of the angle count once
+    ratio = found.attrs["scatter_ratio"]
+    assert ratio == pytest.approx(1.0, abs=0.15) or method != "fit"
+    assert (
+        f"the deviations are {ratio:.2g} of the stated errors: these are too large" in str(found.attrs["notes"])
+    ) == (ratio < 0.8)
 
 
 def test_slow_errors_of_the_tacho_do_not_look_like_stiffness(rotor: ab.machine.Machine) -> None:

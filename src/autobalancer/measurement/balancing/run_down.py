@@ -148,7 +148,8 @@ def _errors(known: Orders, spread: Floats, given: bool) -> ReadingErrors:
         alike = spread.reshape(known.readings.shape)
         return ReadingErrors(replace(known, shared=np.zeros_like(known.shared), edge=0.0), alike, alike)
     along, across = (
-        np.sqrt(np.maximum(one**2 - known.shared**2, (OWN * one) ** 2)) for one in (known.deviations, known.across)
+        np.sqrt(np.maximum(one**2 - known.shared**2, (OWN * one) ** 2))
+        for one in (known.deviations, known.across_of_noise)
     )
     return ReadingErrors(known, along, np.fmax(along, across))
 
@@ -363,10 +364,16 @@ def _quantity(table: Table) -> str:
     raise ResultError(f"{table.place}: amplitude in {written!r}; must be a displacement, a velocity or an acceleration")
 
 
+# Of a bias the share by which readings still differ from a response through the same window: the window leaves out the image at
+# minus the frequency, which free vibrations have after a passage (noise-free run-ups, 1 to 4 squared decay rates a second).
+UNLIKE = 0.2
+
+
 def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biased: bool = True) -> Orders:
     """First orders of a dataset, of its file or of a table, as arrays; of tracked ones those whose noise is independent.
 
-    What the window or the filter probably takes away is part of the deviations, if what they are compared with is without it.
+    What the window or the filter probably takes away is part of the deviations, if what they are compared with is without it;
+    where that is followed along the speed and passed through the same window, only the share in which both differ.
 
     Raises
     ------
@@ -412,7 +419,7 @@ def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
         )
     spread = found["amplitude_deviation"].values if "amplitude_deviation" in found else np.full(amplitude.shape, np.nan)
     if biased and "bias" in found:
-        spread = np.hypot(spread, found["bias"].values)
+        spread = np.hypot(spread, (1.0 if passed is None else UNLIKE) * found["bias"].values)
     across = spread
     if "phase_deviation" in found:
         across = np.fmax(spread, amplitude * found["phase_deviation"].values)
@@ -493,6 +500,16 @@ class Orders:
     pulses: int = 1
     band: float = np.inf
 
+    @property
+    def timed(self) -> bool:
+        """Whether errors of the rotor angle are known one by one, as :class:`ReadingErrors` counts them."""
+        return bool(self.edge > 0.0 and np.isfinite(self.times).all())
+
+    @property
+    def across_of_noise(self) -> Floats:
+        """Those across without what errors of the rotor angle do, where they are counted by themselves."""
+        return self.deviations if self.timed else self.across
+
     def at(self, rows: NDArray[Any]) -> Orders:
         """Some of the speeds."""
         names = ["times", "speeds", "readings", "deviations", "across", *["passed"] * (self.passed is not None)]
@@ -548,7 +565,7 @@ class ReadingErrors:
         """
         known = self.known
         time, speed, edge, pulses, band = known.times, known.speeds, known.edge, known.pulses, known.band
-        if not (edge > 0.0 and np.isfinite(time).all()):
+        if not known.timed:
             return np.zeros((2 * known.readings.size, 0))
         passed = np.ptp(2.0 * np.pi / (pulses * speed)) / (
             np.sqrt(12.0) * edge

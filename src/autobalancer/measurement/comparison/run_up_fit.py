@@ -185,7 +185,7 @@ class MeasuredOrders:
         """Standard deviations along and across the complex amplitudes, (S, C), without those that readings share."""
         known = self.known
         along = np.sqrt(np.maximum(known.deviations**2 - known.shared**2, 0.0))
-        across = np.fmax(along, np.sqrt(np.maximum(known.across**2 - known.shared**2, 0.0)))
+        across = np.fmax(along, np.sqrt(np.maximum(known.across_of_noise**2 - known.shared**2, 0.0)))
         if self.error is not None:
             there = np.isfinite(along) & (along > 0.0)
             along, across = (np.where(there, one, self._error()) for one in (along, across))

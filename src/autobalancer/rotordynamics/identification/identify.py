@@ -253,6 +253,7 @@ def _response(measured: MeasuredResponse, trial: Trial, speeds: Floats) -> Float
 OUTLIER = 0.5  # weight below which a value counts as one
 MANY = ("run-up", "orders")  # kinds of rows that are samples of one measurement
 TOO_LARGE = 2.0  # ratio of the scatter to the stated errors above which a note says so
+TOO_SMALL, ENOUGH = 0.8, 50  # the same below which one does, where so many values are left to tell
 
 
 def dataset(
@@ -324,6 +325,10 @@ def dataset(
         notes.append(
             f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors; "
             f"the uncertainties above are enlarged {max(1.0, misfit):.1f} times"
+        )
+    if freedom >= ENOUGH and ratio < TOO_SMALL:
+        notes.append(
+            f"the deviations are {ratio:.2g} of the stated errors: these are too large, and so probably are the uncertainties"
         )
     if fit.starts > 1 and fit.agreeing == 1:
         notes.append(f"only one of {fit.starts} starts ended at the best fit; give more starts, or narrower bounds")
