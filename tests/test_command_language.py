@@ -46,7 +46,8 @@ RPM = np.pi / 30.0
 @pytest.fixture(autouse=True)
 def no_word_of_progress(monkeypatch: pytest.MonkeyPatch) -> None:
     """How far a command is after 20 s depends on the computer, and is no part of its answer."""
-    monkeypatch.setattr("autobalancer.cli.terminal.progress_bar.FIRST", float("inf"))
+    for wait in ("FIRST", "SOON"):
+        monkeypatch.setattr(f"autobalancer.cli.terminal.progress_bar.{wait}", float("inf"))
 
 
 def say(*words: str, code: int = 0, columns: int = 80) -> str:

@@ -20,11 +20,15 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.results.display_units import moment_text, significant
-from autobalancer.results.verdict import headline, verdict_lines, verdict_word
-from autobalancer.stability.summary import service_of, service_rows, summary_rows
+from autobalancer.results.verdict import headline, rpm_text, verdict_lines, verdict_word
+from autobalancer.stability.summary import Summary, service_of, service_rows, summary_rows
 from autobalancer.tables import rpm_and_si
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
+
+
+def driven(speed: float) -> dict[str, Any]:
+    return {"kind": "speed", "profile": {"kind": "ramp", "end": speed, "duration": 10.0}}
 
 
 def at_speed(name: str, speed: float) -> Machine:
@@ -252,6 +256,41 @@ def test_check_says_before_a_run_what_the_run_compares_with(name: str) -> None:
     assert "ISO 21940-11 G" in shown
     driven = ab.load_machine(MACHINES / "stall_and_release.toml").model_copy(update={"unbalances": ()})
     assert ab.check(driven).service is None
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        ("discoidal", {}, "yes, at 1200 rpm: the balanced state is stable from "),
+        (
+            "discoidal",
+            {"unbalance": "2000 g*mm"},
+            "only in part: the balls can balance 1023 g mm of 2000 g mm; take more",
+        ),
+        ("discoidal", {"drive": driven(40.0)}, "no, not at 382 rpm: below the critical speed"),
+        (
+            "stall_and_release",
+            {"drive.profile": {**SLOW, "end": 260.0}},
+            "no, not at 2483 rpm: the balanced state is stable",
+        ),
+        (
+            "stall_and_release",
+            {"drive.profile": {**SLOW, "end": 330.0}},
+            "not after a slow run-up: balls that stall are",
+        ),
+    ],
+)
+def test_check_answers_first_whether_the_balls_balance_the_machine(
+    name: str, changes: dict[str, Any], said: str
+) -> None:
+    machine = ab.example(name)
+    for path, value in changes.items():
+        machine = ab.with_parameter(machine, path, value)
+    found = ab.check(machine)
+    assert isinstance(found, Summary)
+    label, text = summary_rows(found, rpm_text)[0]
+    assert label == "balances"
+    assert said in text
 
 
 def test_check_and_verdict_name_the_same_unbalances_alike() -> None:

@@ -36,6 +36,7 @@ from autobalancer.catalog.resolve import (
 )
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
+from autobalancer.kernels.measures.columns_of_measures import LIMITS
 from autobalancer.kernels.measures.workspace import MeasureInputs
 from autobalancer.laws.capabilities import balance_grade, grade_name
 from autobalancer.machine import Machine
@@ -505,7 +506,9 @@ SpeedText = Callable[[float], str]
 
 def summary_rows(summary: Summary, said: SpeedText) -> list[Row]:
     """Everything that ``check`` shows of a machine with races."""
+    answer = answer_of(summary, said)
     return [
+        *([("balances", answer)] if answer else []),
         ("axis", summary.axis),
         ("mass", f"{summary.total_mass:.6g} kg with balls, {summary.rotor_mass:.6g} kg without"),
         *_critical_speeds(summary, said),
@@ -521,6 +524,58 @@ def summary_rows(summary: Summary, said: SpeedText) -> list[Row]:
         *_borders(summary, said),
         ("highest speed", FROM_A_RUN if summary.highest_speed is None else said(summary.highest_speed)),
     ]
+
+
+def answer_of(summary: Summary, said: SpeedText) -> str:
+    """Whether the balls balance the rotor at its highest speed, what decides it, and what to change; empty without balls."""
+    if not summary.races:
+        return ""
+    top, borders = summary.highest_speed, {border.name: border for border in summary.borders}
+    exact, release = borders.get("exact border"), borders.get("release speed")
+    needs = [(plane.capability, plane.required) for plane in summary.stations]
+    for have, need in needs or [(summary.capability, summary.unbalance)]:
+        if need - have > LIMITS[0] * need:  # a rotor with less is balanced by the rule of the verdict
+            return f"only in part: the balls can balance {moment_text(have)} of {moment_text(need)}; take more or heavier balls"
+    if exact is None or math.isnan(exact.speed):
+        why = summary.no_borders_because or (exact.note if exact is not None else "no exact border")
+        return f"not known before a run ({why}); autobalancer simulate tells"
+    stable = f"the balanced state is stable {exact.text(said) if math.isinf(exact.speed) else f'from {said(exact.speed)} on'}"
+    if top is None:
+        return f"if the drive gets there: {stable}; autobalancer simulate tells"
+    at = f"at {said(top)}"
+    lowest = (max if summary.rotor == "planar" else min)(summary.critical_speeds, default=0.0)
+    if top < lowest:
+        return f"no, not {at}: below the critical speed {said(lowest)} balls go to the heavy side; run above it"
+    thicker = (
+        f'a thicker fluid helps (autobalancer borders FILE --minimum-viscosity-at "{top * 30.0 / math.pi:.5g} rpm")'
+    )
+    if exact.best < top <= exact.speed:
+        always = "at none" if math.isinf(exact.speed) else f"from {said(exact.speed)} on"
+        return (
+            f"{at} at some positions of the balls: at the best ones from {said(exact.best)} on, at all of them {always}; "
+            f"autobalancer ensemble FILE --seeds 100 shows how often; {thicker}"
+        )
+    if top <= exact.speed:
+        return f"no, not {at}: {stable}; run faster, or {thicker}"
+    if release is not None and release.speed >= top:
+        when = "never" if math.isinf(release.speed) else f"at {said(release.speed)} only"
+        return f"{at} yes, but not after a slow run-up: balls that stall are released {when}; {thicker}, a faster run-up, too"
+    held = summary.friction.planes if summary.friction is not None else ()
+    if any(plane.holds for plane in held):
+        moved = any(plane.largest_whirl > plane.held_whirl for plane in held if plane.holds)
+        where = (
+            "where the passage of the critical speed left them; autobalancer simulate tells"
+            if moved
+            else "where they are"
+        )
+        word = "not known before a run" if moved else "no, not"
+        return f"{word} {at}: friction holds the balls {where}; less friction helps"
+    slow = (
+        "" if release is None or math.isnan(release.speed) else f", stalled balls are released at {said(release.speed)}"
+    )
+    left = ", ".join(moment_text(plane.residual_95) for plane in held if plane.held_whirl > 0.0)
+    kept = f"; friction leaves up to {left} in 95 % of the starts" if left else ""
+    return f"yes, {at}: {stable}{slow}{kept}"
 
 
 def friction_rows(held: HeldByFriction, said: SpeedText, *, brief: bool = False) -> list[Row]:

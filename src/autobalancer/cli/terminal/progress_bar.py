@@ -13,7 +13,7 @@ from rich.text import Text
 from autobalancer.tables import printable
 
 Update = Callable[..., None]
-LONGEST = 300.0  # s between two lines in a pipe
+SOON, LONGEST = 5.0, 300.0  # s until the first line in a pipe, and between two at most
 
 
 @contextmanager
@@ -37,16 +37,16 @@ def progress_bar(text: str, *columns: Any) -> Iterator[Update]:
 
 
 class _Words:
-    """Says now and then how far something has come: after 20 s, then each time after half as long again, 5 minutes at most."""
+    """Says now and then how far something has come: after 5 s, then each time after half as long again, 5 minutes at most."""
 
     def __init__(self, text: str, console: Any) -> None:
-        self.text, self.console, self.begin, self.next = text, console, time.monotonic(), FIRST
+        self.text, self.console, self.begin, self.next = text, console, time.monotonic(), SOON
 
     def __call__(self, done: float, total: float | None = None, **fields: Any) -> None:
         waited = time.monotonic() - self.begin
         if waited < self.next or not total:
             return
-        self.next = waited + min(max(0.5 * waited, FIRST), LONGEST)
+        self.next = waited + min(max(0.5 * waited, SOON), LONGEST)
         how_far = fields.get("now") or f"{done:g} of {total:g}"
         self.console.print(f"{self.text}: {how_far} after {waited:.0f} s", highlight=False)
 
