@@ -253,7 +253,11 @@ def _response(measured: MeasuredResponse, trial: Trial, speeds: Floats) -> Float
 OUTLIER = 0.5  # weight below which a value counts as one
 MANY = ("run-up", "orders")  # kinds of rows that are samples of one measurement
 TOO_LARGE = 2.0  # ratio of the scatter to the stated errors above which a note says so
-TOO_SMALL, ENOUGH = 0.8, 50  # the same below which one does, where so many values are left to tell
+TOO_SMALL, COMPUTED, ENOUGH = (
+    0.8,
+    0.01,
+    50,
+)  # the same below which one does, but of computed values; so many are needed to tell
 
 
 def dataset(
@@ -326,7 +330,7 @@ def dataset(
             f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors; "
             f"the uncertainties above are enlarged {max(1.0, misfit):.1f} times"
         )
-    if freedom >= ENOUGH and ratio < TOO_SMALL:
+    if freedom >= ENOUGH and COMPUTED < ratio < TOO_SMALL:
         notes.append(
             f"the deviations are {ratio:.2g} of the stated errors: these are too large, and so probably are the uncertainties"
         )
