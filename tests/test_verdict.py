@@ -270,12 +270,12 @@ def test_check_says_before_a_run_what_the_run_compares_with(name: str) -> None:
         ("discoidal", {"drive": driven(40.0)}, "no, not at 382 rpm: below the critical speed"),
         (
             "stall_and_release",
-            {"drive.profile": {**SLOW, "end": 260.0}},
+            {"drive": driven(260.0)},
             "no, not at 2483 rpm: the balanced state is stable",
         ),
         (
             "stall_and_release",
-            {"drive.profile": {**SLOW, "end": 330.0}},
+            {"drive": driven(330.0)},
             "not after a slow run-up: balls that stall are",
         ),
     ],

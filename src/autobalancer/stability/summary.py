@@ -540,8 +540,11 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
         why = summary.no_borders_because or (exact.note if exact is not None else "no exact border")
         return f"not known before a run ({why}); autobalancer simulate tells"
     stable = f"the balanced state is stable {exact.text(said) if math.isinf(exact.speed) else f'from {said(exact.speed)} on'}"
+    slow = (
+        "" if release is None or math.isnan(release.speed) else f", stalled balls are released at {said(release.speed)}"
+    )
     if top is None:
-        return f"if the drive gets there: {stable}; autobalancer simulate tells"
+        return f"if the drive gets there: {stable}{slow}; autobalancer simulate tells"
     at = f"at {said(top)}"
     lowest = (max if summary.rotor == "planar" else min)(summary.critical_speeds, default=0.0)
     if top < lowest:
@@ -570,9 +573,6 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
         )
         word = "not known before a run" if moved else "no, not"
         return f"{word} {at}: friction holds the balls {where}; less friction helps"
-    slow = (
-        "" if release is None or math.isnan(release.speed) else f", stalled balls are released at {said(release.speed)}"
-    )
     left = ", ".join(moment_text(plane.residual_95) for plane in held if plane.held_whirl > 0.0)
     kept = f"; friction leaves up to {left} in 95 % of the starts" if left else ""
     return f"yes, {at}: {stable}{slow}{kept}"
