@@ -12,6 +12,7 @@ from tests.test_places import SHAFT
 
 import autobalancer as ab
 from autobalancer.assembly.system import Model
+from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine
 from autobalancer.simulation.fluid_lag import prepare
@@ -149,7 +150,8 @@ def test_members_with_other_meshes_are_no_smooth_functions_and_have_the_words_of
 def test_members_at_other_speeds_lie_between_assembled_ones_too() -> None:
     """A rigid rotor has the same modes at any speed, so what a speed changes is smooth."""
     columns = {"drive.profile.speed": np.linspace(410.0, 415.0, 60)}
-    asked = Members(ab.load_machine(TWO_PLANES), columns_of(ab.load_machine(TWO_PLANES), columns), None, 0, "member")
+    machine = load_race_machine(TWO_PLANES)
+    asked = Members(machine, columns_of(machine, columns), None, 0, "member")
     groups, _ = asked.sorted(Plan(0.1, 1e-6, 20, 100), "refuse", interpolate=True)
     (group,) = groups.all
     assert (groups.interpolated, len(group.numbers)) == (59, 60)
