@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Literal
@@ -196,6 +195,7 @@ class RaceShape(Answer):
     """Waves of a measured race."""
 
     __slots__ = ()
+    known = frozenset({"radius", "eccentricity", "roundness", "scatter"})
     drawn_by = "race_shape"
     row_of = "order"
     needed: ClassVar[tuple[str, ...]] = ("amplitude", "crest")
@@ -226,10 +226,6 @@ class RaceShape(Answer):
         messages.append(("points scatter by", length_text(float(self.attrs["scatter"]))))
         return messages
 
-    def has_table(self) -> bool:
-        """The circle must be known, too."""
-        return super().has_table() and {"radius", "eccentricity", "roundness", "scatter"} <= set(self.attrs)
-
     def machine_lines(self) -> str:
         """Lines for a race of a machine file: waves that are clear of their uncertainty, and the eccentricity of the race."""
         lines = []
@@ -251,10 +247,6 @@ class RaceShape(Answer):
         if waves:
             lines += ["harmonics = [", *waves, "]"]
         return "\n".join(lines) + "\n"
-
-    def remarks(self) -> Sequence[str]:
-        """What to be careful about."""
-        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]
 
 
 # Friction between ball and race from where a ball came to rest in many run-ups.

@@ -16,7 +16,7 @@ from typing import Any
 
 import netCDF4
 import numpy as np
-import pandas as pd
+import pandas as pd  # type: ignore[import-untyped]
 import xarray as xr
 from numpy.typing import NDArray
 from xarray.backends import BackendArray

@@ -151,10 +151,6 @@ class Signals(Answer):
             entry.dims == ("time",) for entry in self.data_vars.values()
         )  # fmt: skip
 
-    def remarks(self) -> list[str]:
-        """What was found and mended when they were read."""
-        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]
-
 
 def _shown(entry: xr.DataArray, speed: str) -> tuple[str, list[float]]:
     low, high = extremes(entry)
@@ -233,10 +229,6 @@ class Orders(Answer):
         """The amplitude times e^(i phase), SI; (time,)."""
         one = self.sel(channel=channel, order=order)
         return np.asarray(one["amplitude"].values * np.exp(1j * one["phase"].values))
-
-    def remarks(self) -> list[str]:
-        """What was doubtful."""
-        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]
 
 
 # Spectra of measured signals show their lines with their names.

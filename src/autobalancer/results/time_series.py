@@ -48,7 +48,7 @@ def plain(values: ArrayLike) -> Floats:
 def each_ball(function: Callable[..., None], *values: Floats | float) -> Floats:
     """What a compiled function of ``values`` writes for each ball; arrays of two dimensions are (time, ball)."""
     numbers = [plain(value) if isinstance(value, np.ndarray) else value for value in values]
-    result = np.empty(next(value.shape[1] for value in numbers if np.ndim(value) == 2))
+    result = np.empty(next(np.shape(value)[1] for value in numbers if np.ndim(value) == 2))
     function(*numbers, result)
     return result
 

@@ -726,7 +726,3 @@ class Balancing(Answer):
                 )
             )
         return facts
-
-    def remarks(self) -> Sequence[str]:
-        """What to be careful about."""
-        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]

@@ -221,10 +221,6 @@ class FourRun(Answer):
             Column("misfit", values("misfit"), "", ".2g"),
         ]
 
-    def remarks(self) -> Sequence[str]:
-        """What to be careful about."""
-        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]
-
 
 # Runs without phase as circles in the plane of masses.
 #

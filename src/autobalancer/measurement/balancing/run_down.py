@@ -234,6 +234,7 @@ class PlaneUnbalances(Answer):
     """Unbalance vectors of several planes, from one run-down."""
 
     __slots__ = ()
+    known = frozenset({"left_over", "condition"})
     drawn_by = "run_down"
     row_of = "plane"
     needed: ClassVar[tuple[str, ...]] = ("unbalance", "unbalance_angle")
@@ -267,14 +268,6 @@ class PlaneUnbalances(Answer):
                 ("known worst", f"{', '.join(parts)}: +- {moment_text(float(worst['combination_deviation']))}")
             )
         return messages
-
-    def has_table(self) -> bool:
-        """Its numbers must be there, too."""
-        return super().has_table() and {"left_over", "condition"} <= set(self.attrs)
-
-    def remarks(self) -> Sequence[str]:
-        """What to be careful about."""
-        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]
 
 
 # Amplitude and phase over the speed: from a table, or from a dataset of orders.

@@ -34,6 +34,7 @@ class Answer(xr.Dataset):
     drawn_by: ClassVar[str] = ""  # which function of ab.plot shows it in a notebook
     row_of: ClassVar[str] = ""  # dimension of the rows
     needed: ClassVar[tuple[str, ...]] = ()  # variables of the table
+    known: ClassVar[frozenset[str]] = frozenset()  # attributes that it needs, too
     shown_in: ClassVar[str] = "rpm"  # unit of speeds or frequencies
     most: ClassVar[int] = 24  # rows in Python; of more the first and the last ones
 
@@ -58,12 +59,13 @@ class Answer(xr.Dataset):
         return []
 
     def remarks(self) -> Sequence[str]:
-        """Sentences at the end; first what the theory of the answer does not know of its machine, where it says so."""
-        return [
+        """Sentences at the end: what the theory of the answer does not know of its machine, and what to be careful about."""
+        ignored = [
             f"{who}ignores {self.attrs[name]}"
             for name, who in (("ignores", ""), ("stalled_ignores", "release and capture speed: "))
             if self.attrs.get(name)
         ]
+        return [*ignored, *(line for line in str(self.attrs.get("warnings", "")).split("\n") if line)]
 
     def in_si(self) -> xr.Dataset:
         """What a file of comma-separated values holds, in SI."""
@@ -80,7 +82,8 @@ class Answer(xr.Dataset):
 
     def has_table(self) -> bool:
         """Whether all that the table needs is there."""
-        return all(name in self and self[name].dims[:1] == (self.row_of,) for name in self.needed)
+        there = all(name in self and self[name].dims[:1] == (self.row_of,) for name in self.needed)
+        return there and self.known <= set(self.attrs)
 
     def _table(self) -> tuple[list[str], list[tuple[str, ...]]]:
         columns = self.columns()
@@ -204,10 +207,6 @@ class Labeled(Answer):
             if sum(2 + _width(column) for column in columns) > width and len(columns) > 1:
                 return columns[:-1]
         return columns
-
-    def remarks(self) -> Sequence[str]:
-        """What was left out, and what to be careful about."""
-        return [*super().remarks(), *(line for line in str(self.attrs.get("warnings", "")).split("\n") if line)]
 
     def _along(self) -> str:
         """The dimension that most variables have alone; of several the longest."""

@@ -373,8 +373,6 @@ class BallFilm(Answer):
                     f"standard deviation {np.nanmedian(deviation):.2g}° (median), at most {np.nanmax(deviation):.2g}°",
                 )
             )
-        if self.attrs.get("warnings"):
-            facts.append(("doubt", str(self.attrs["warnings"])))
         facts.append(("impacts", f"{self.sizes.get('impact', 0)} between balls"))
         for at, name in zip(self["event_time"].values[:6], self["event_name"].values[:6], strict=True):
             facts.append(("event", f"{name} at {at:.4g} s"))

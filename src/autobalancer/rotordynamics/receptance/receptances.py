@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, NamedTuple
@@ -32,6 +31,7 @@ class FittedReceptance(Answer):
     """Modes of a receptance that was measured."""
 
     __slots__ = ()
+    known = frozenset({"fit_error", "band_low", "band_high"})
     drawn_by = "receptance"
     row_of, shown_in = "mode", "Hz"
     needed: ClassVar[tuple[str, ...]] = ("mode_frequency", "mode_damping_ratio", "mode_mass")
@@ -53,14 +53,6 @@ class FittedReceptance(Answer):
         """How well it fits, and where."""
         low, high = (float(self.attrs[f"band_{end}"]) / (2.0 * np.pi) for end in ("low", "high"))
         return [("left over", share_text(float(self.attrs["fit_error"]))), ("band", f"{low:.4g} to {high:.4g} Hz")]
-
-    def has_table(self) -> bool:
-        """The band and the error of the fit must be known, too."""
-        return super().has_table() and {"fit_error", "band_low", "band_high"} <= set(self.attrs)
-
-    def remarks(self) -> Sequence[str]:
-        """What to be careful about."""
-        return [line for line in str(self.attrs.get("warnings", "")).split("\n") if line]
 
 
 # A receptance as a sum over poles.

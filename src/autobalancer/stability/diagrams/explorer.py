@@ -376,6 +376,7 @@ class Branches(Answer):
     """Branches of steady states and periodic motions along a parameter."""
 
     __slots__ = ()
+    known = frozenset({"branch_ends", "machine_name", "ignores"})
     drawn_by = "branches"
     row_of, needed = "point", ("parameter", "branch", "name", "kind", "verdict")
 
@@ -445,10 +446,6 @@ class Branches(Answer):
             Column("frequency", [row["frequency"] for row in rows], "rad/s"),
             Column("Lyapunov coefficient", [row["lyapunov_coefficient"] for row in rows]),
         ]
-
-    def has_table(self) -> bool:
-        """The ends of the branches must be known, too."""
-        return super().has_table() and {"branch_ends", "machine_name", "ignores"} <= set(self.attrs)
 
     def heading(self) -> str:
         """Whose they are, along what, and what is left out."""
