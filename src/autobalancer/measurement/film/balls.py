@@ -187,7 +187,6 @@ def _waves(angle: Floats) -> Floats:
 # Round things on a circle, looked for all around it: where a ring of their size separates light from dark.
 
 
-SEARCH_POINTS = 24  # of a ring
 AWAY = 1.6  # pixels inside and outside of the edge
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.setup import FilmSetup, Mark, places_of
@@ -75,16 +76,6 @@ def looking(position: ArrayLike, look_at: ArrayLike, roll: float = 0.0) -> Float
     down = np.cross(forward, right)
     c, s = np.cos(roll), np.sin(roll)
     return np.array([c * right + s * down, c * down - s * right, forward])
-
-
-def turned_by(vector: Floats) -> Floats:
-    """The matrix of a rotation by a vector (rad), by the formula of Rodrigues."""
-    angle = float(np.linalg.norm(vector))
-    if angle < 1e-12:
-        return np.eye(3)
-    x, y, z = vector / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross))
 
 
 # Outlines of round things in a picture: balls, and flat round marks.
@@ -173,16 +164,8 @@ class Found(NamedTuple):
 
 def sampled(picture: NDArray[np.uint8], pixels: Floats) -> NDArray[np.float32]:
     """Brightness between pixels, linear; outside of the picture that of its border, where no pixel is seen that of a corner."""
-    rows, columns = picture.shape
-    pixels = np.nan_to_num(pixels)
-    u = np.clip(pixels[..., 0], 0.0, columns - 1.001)
-    v = np.clip(pixels[..., 1], 0.0, rows - 1.001)
-    left, up = u.astype(np.int64), v.astype(np.int64)
-    across, down = (u - left).astype(np.float32), (v - up).astype(np.float32)
-    flat, at = picture.ravel(), up * columns + left
-    top = flat[at] * (1.0 - across) + flat[at + 1] * across
-    bottom = flat[at + columns] * (1.0 - across) + flat[at + columns + 1] * across
-    return np.asarray(top * (1.0 - down) + bottom * down, np.float32)
+    at = np.moveaxis(np.nan_to_num(pixels)[..., ::-1], -1, 0)
+    return np.asarray(ndimage.map_coordinates(picture, at, np.float32, order=1, mode="nearest"), np.float32)
 
 
 @cache
@@ -439,7 +422,7 @@ def _changed(view: View, change: Floats) -> View:
     k1, k2 = view.distortion
     more = (*change[7:], 0.0, 0.0)[:2]
     return View(
-        view.turn @ turned_by(change[:3]),
+        view.turn @ Rotation.from_rotvec(change[:3]).as_matrix(),
         view.position + change[3:6],
         view.focal_length * float(np.exp(np.clip(change[6], -3.0, 3.0))),
         view.middle,

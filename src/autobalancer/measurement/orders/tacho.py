@@ -389,7 +389,6 @@ def _lower_band(matrix: sparse.csr_array, width: int) -> Floats:
 Whole = NDArray[np.int64]
 HYSTERESIS = 0.3  # of the height of a pulse
 LOOKED_AT = LONG  # samples, evenly chosen, of which the height of the pulses is taken
-LEAST_CONTRAST = 6.0  # height of the pulses over the scatter at their feet
 NEIGHBORS = 4  # intervals on each side from which the length of one is foreseen
 EXTRA, MISSING = 0.6, 1.5  # pulses in an interval, as foreseen, below and above which it is not one
 MOST_ODD = 0.1  # share of odd intervals above which the number of pulses a turn is probably wrong
