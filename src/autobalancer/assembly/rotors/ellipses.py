@@ -137,24 +137,6 @@ def ellipses(
     return problem.answer(stiff)
 
 
-def attempted(soft: Softened, speeds: Floats, force: Complexes, *, over: float | Floats = 1.0) -> Ellipses:
-    """The same, sought once; nan at speeds where none is found.
-
-    Raises
-    ------
-    QuestionError
-        If an element has no periodic force.
-    """
-    problem = _Problem(soft, speeds, force, over)
-    u, converged = problem.solved(problem.linear(1.0))
-    left = np.flatnonzero(~converged)
-    if left.size:
-        u[left], converged[left] = problem.solved(problem.linear(0.0)[left], left)
-    u[~converged] = problem.linear(0.0)[~converged]
-    answer = problem.answer(u)
-    return replace(answer, motion=np.where(converged[:, None], answer.motion, np.nan))
-
-
 def _refuse(owner: str, speeds: Floats, what: str) -> None:
     raise QuestionError(
         f"{owner}: rubber: {what} at {speeds[0]:.5g} rad/s; simulate the machine there, or leave the speed out"

@@ -8,7 +8,6 @@ planes, rotors that tilt or bend, :mod:`autobalancer.stability.stall.borders`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -19,16 +18,7 @@ from numpy.typing import NDArray
 from autobalancer.assembly.drive_train import highest_prescribed
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
-from autobalancer.assembly.rotors.ellipses import (
-    FROM_CIRCLES,
-    TO_CIRCLES,
-    Elements,
-    Ellipses,
-    attempted,
-    ellipses,
-    seen,
-)
-from autobalancer.assembly.rotors.equivalent_stiffness import Softened, softened
+from autobalancer.assembly.rotors.equivalent_stiffness import Softened, Steady, softened
 from autobalancer.assembly.terms import weightless
 from autobalancer.errors import QuestionError
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, planar_receptance, stall_ranges
@@ -341,8 +331,8 @@ def _supports(st: Stations, loads: Loads, last: HangingRange, top: float) -> lis
 
 
 UNEVEN = (
-    "not computed on softening rubber for balls of several planes or kinds where x and y differ: their angles to each other, the "
-    "stiffness and the ellipse depend on each other; simulate a slow run-up, see the page on rubber"
+    "not computed on softening rubber where x and y differ: the whirl of stalled balls is an ellipse, whose torque pulsates; "
+    "simulate a slow run-up, or make supports and rubber alike along x and y, see the page on rubber"
 )
 NO_CAPTURE = "not computed for balls of several planes or kinds on softening rubber; simulate a slow run-down"
 FIRST = "of all together the balls of {0} part first, at {1:.4g} rad/s"
@@ -440,22 +430,14 @@ def _beyond(whole: Softening, last: HangingRange) -> list[str]:
 #
 # Balls of several planes or kinds: :mod:`autobalancer.stability.stall.borders`.
 #
-# Where x and y differ the rotor moves in an ellipse, of which the forward circle makes the mean torque of a turn, as
-# on linear supports. It is found at some hundred speeds and interpolated.
+# Where x and y differ the rotor would move in an ellipse; that is refused.
 
 
 ON_RUBBER = f"{HOW}, rubber as stiff as at the deflection that they make"
 BEYOND = "they move the rubber {0:.3g} mm, beyond its largest breakaway amplitude"
-TURN = ", mean torque of a turn, its pulsation left out"
 NONE_MET = "no resonance is met"
 MOVED = 1e-3  # relative change of a resonance of the rubber, from small to large motions
 FARTHEST = 3.0  # whirl over the highest of these resonances
-NEAR, ON_RUBBER_FINE, COARSE = (
-    0.5,
-    0.005,
-    0.03,
-)  # in the logarithm of the whirl speed: range around the resonances, steps in it and beyond
-BELOW, ABOVE = -0.75, 2.35  # the whole range
 PASSES = 2  # the second with the rotor as fast as the first says
 
 
@@ -488,7 +470,7 @@ def on_rubber(
     for _ in range(PASSES):
         still_time()
         try:
-            receptance = whirl_receptance(soft, row, total, over, resonances)
+            receptance = whirl_receptance(soft, row, total, over)
             folds = tuple(fold for fold in stall_ranges(ball, receptance, resonances) if not fold.release_whirl > limit)
         except QuestionError as refused:
             borders = (Border(RELEASE, math.nan, str(refused), False), Border(CAPTURE, math.nan, str(refused), False))
@@ -498,59 +480,36 @@ def on_rubber(
         over = folds[-1].release / folds[-1].release_whirl
     if folds and math.isinf(folds[-1].release):
         return never("no drag is enough at a resonance", capture)
-    how = ON_RUBBER + ("" if soft.sliding.isotropic else TURN) + _on_rubber_beyond(soft, row, total, folds, over)
+    how = ON_RUBBER + _on_rubber_beyond(soft, row, total, folds, over)
     # the last fold releases the balls; in a run-down they are caught again
     released = parted(ball, receptance, resonances, folds, group.count, how)
     if not capture:
         return (released,)
-    return released, caught(folds, released)
+    return released, _at_most(caught(folds, released), released.speed)
 
 
-def whirl_receptance(
-    soft: Softened, row: Floats, total: float, over: float = 1.0, resonances: Sequence[float] = (1.0,)
-) -> Receptance:
-    """Deflection over force at the place with this ``row`` under the load v^2 ``total`` (kg m) there, m/N over rad/s.
-
-    Where x and y differ that of the forward circle, between half the lowest and ten times the highest of the ``resonances``.
-    """
-    if _motion(soft, row, total, np.array([resonances[0]]), over)[0] is None:
-        return _in_ellipses(soft, row, total, over, resonances)
+def whirl_receptance(soft: Softened, row: Floats, total: float, over: float = 1.0) -> Receptance:
+    """Deflection over force at the place with this ``row`` under the load v^2 ``total`` (kg m) there, m/N over rad/s."""
 
     def receptance(whirl: Floats) -> Complexes:
         v = np.atleast_1d(np.asarray(whirl, dtype=float))
-        steady = soft.steady(v, np.outer(total * v**2, row).astype(np.complex128), "release speed", over=over)
-        return np.asarray(steady.motion @ row / (total * v**2))
+        return np.asarray(_circles(soft, row, total, v, over).motion @ row / (total * v**2))
 
     return receptance
 
 
-def _in_ellipses(soft: Softened, row: Floats, total: float, over: float, resonances: Sequence[float]) -> Receptance:
-    from scipy.interpolate import CubicSpline
+def _circles(soft: Softened, row: Floats, total: float, v: Floats, over: float) -> Steady:
+    """Motion and amplitudes of the rubber under that load.
 
-    low, high = math.log(min(resonances)), math.log(max(resonances))
-    near, far = np.arange(low - NEAR, high + NEAR, ON_RUBBER_FINE), np.arange(low + BELOW, high + ABOVE, COARSE)
-    log = np.concatenate([far[far < near[0] - 0.5 * COARSE], near, far[far > near[-1] + 0.5 * COARSE]])
-    v = np.exp(log)
-    motion, n = _ellipses(soft, row, total, v, over).motion, soft.sliding.pairs
-    spline = CubicSpline(log, 0.5 * (motion[:, :n] @ row + 1j * motion[:, n : 2 * n] @ row) / (total * v**2))
-
-    def receptance(whirl: Floats) -> Complexes:
-        return np.asarray(spline(np.log(np.atleast_1d(np.asarray(whirl, dtype=float)))), np.complex128)
-
-    return receptance
-
-
-def _ellipses(soft: Softened, row: Floats, total: float, v: Floats, over: float) -> Ellipses:
-    load = np.concatenate([row, -1j * row, np.zeros(soft.sliding.size - 2 * row.size)])
-    return ellipses(soft, v, np.outer(total * v**2, load), "release speed", over=over)
-
-
-def _motion(
-    soft: Softened, row: Floats, total: float, v: Floats, over: float
-) -> tuple[Complexes | None, Floats | None]:
-    """Motion in circles and amplitudes of the rubber; none in ellipses."""
+    Raises
+    ------
+    QuestionError
+        Where x and y differ.
+    """
     circles = soft.circles(v, np.outer(total * v**2, row).astype(np.complex128), over=over)
-    return (None, None) if circles is None else (circles.motion, circles.amplitude)
+    if circles is None:
+        raise QuestionError(UNEVEN)
+    return circles
 
 
 def _resonances(soft: Softened) -> list[float]:
@@ -571,8 +530,7 @@ def _on_rubber_beyond(soft: Softened, row: Floats, total: float, folds: tuple[St
     if not folds:
         return ""
     v = np.array([folds[-1].release_whirl])
-    size = _motion(soft, row, total, v, over)[1]
-    size = _ellipses(soft, row, total, v, over).amplitude if size is None else size
+    size = _circles(soft, row, total, v, over).amplitude
     sizes = [float(one) for one, law in zip(size[0], soft.laws, strict=True) if one > law.largest_amplitude]
     return f"; {BEYOND.format(1e3 * max(sizes))}" if sizes else ""
 
@@ -581,7 +539,7 @@ def _on_rubber_beyond(soft: Softened, row: Floats, total: float, folds: tuple[St
 # whirl.
 #
 # At given phases the balls load the rotor with a circle at v, so that its steady motion is known, with all stiffness
-# that suits it: a circle, or an ellipse where x and y differ. The balances and their slopes, by differences, are those
+# that suits it. The balances and their slopes, by differences, are those
 # of :mod:`autobalancer.stability.stall.states`. They are sought from those of linear rotors, as stiff as at several
 # amplitudes.
 #
@@ -652,14 +610,11 @@ class Softening(Balance):
         return None
 
     def stretches(self, states: States) -> Floats:
-        """Amplitude of each piece of rubber, the major semi-axis of an ellipse, (n, M) m."""
-        motion = self.motion(states)
-        if self.rotor.isotropic:
-            return np.abs(motion @ self.soft.rows.T)
-        return np.asarray(np.abs(seen(self.soft, motion)).sum(axis=-1))
+        """Amplitude of each piece of rubber, (n, M) m."""
+        return np.abs(self.motion(states) @ self.soft.rows.T)
 
     def motion(self, states: States) -> Complexes:
-        """Of the coordinates, (n, pairs) if they circle, (n, N) in ellipses; nan where none is found."""
+        """Of the coordinates, which circle, (n, pairs); nan where none is found."""
         v, rows = states.whirl, self.rotor.st.rows[self.loads.station]
         load = v[:, None] ** 2 * ((self.loads.count * self.loads.moment * np.exp(1j * states.phases)) @ rows)
         over = states.speed / v
@@ -668,24 +623,14 @@ class Softening(Balance):
         if not known.any():
             return result
         v, over, load = v[known], over[known], load[known]
-        if self.rotor.isotropic:
-            circles = self.soft.circles(v, load, over=over, attempted=True)
-            assert circles is not None
-            moved = circles.motion
-        else:
-            rest = np.zeros((v.size, self.soft.sliding.size - 2 * load.shape[1]))
-            moved = attempted(self.soft, v, np.hstack([load, -1j * load, rest]), over=over).motion
-        result[known] = moved
+        circles = self.soft.circles(v, load, over=over, attempted=True)
+        assert circles is not None
+        result[known] = circles.motion
         return result
 
     def deflections(self, states: States) -> Complexes:
         """q h of each group, (n, G), m."""
-        motion, rows = self.motion(states), self.rotor.st.rows[self.loads.station]
-        n = rows.shape[1]
-        if self.rotor.isotropic:
-            place = motion @ rows.T
-        else:
-            place = 0.5 * (motion[:, :n] @ rows.T + 1j * motion[:, n : 2 * n] @ rows.T)
+        place = self.motion(states) @ self.rotor.st.rows[self.loads.station].T
         return np.asarray((1.0 + 1j * self.rolling) * place * np.exp(-1j * states.phases))
 
     def misfit(self, states: States, modes: AllModes | None = None) -> tuple[Floats, Floats]:
@@ -701,13 +646,7 @@ class Softening(Balance):
 
     def softening(self, states: States) -> Floats:
         """Accelerations of the rotor by what the elements add, over the real and imaginary parts of its deflections."""
-        motion = self.motion(states)
-        force = self._of_circles(motion, states) if self.rotor.isotropic else self._of_ellipses(motion, states)
-        light = _real(self.rotor.lightness)
-        return np.asarray(-light @ force)
-
-    def _of_circles(self, motion: Complexes, states: States) -> Floats:
-        rows, share = self.soft.rows, self.soft.shares
+        motion, rows, share = self.motion(states), self.soft.rows, self.soft.shares
         stretch = motion @ rows.T
         size = np.abs(stretch)
         here, more = (self.soft.added(size * (1.0 + step), states.whirl) for step in (0.0, DIFFERENCE))
@@ -721,18 +660,7 @@ class Softening(Balance):
             slope = np.array([_real(np.array([[one]])) for one in here[:, m]])
             slope = slope + outward[:, :, None] * inward[:, None, :]
             result += share[m] * rows_of_one.T @ slope @ rows_of_one
-        return result
-
-    def _of_ellipses(self, motion: Complexes, states: States) -> Floats:
-        result = np.zeros((len(motion), *2 * (2 * motion.shape[1],)))
-        every = np.arange(len(motion))
-        for law, mount in zip(self.soft.laws, self.soft.mounts, strict=True):
-            circles = TO_CIRCLES @ mount.rows
-            slope = Elements.of(law, every.size).on(every, motion @ circles.T, states.whirl).slope
-            pair = [0, 2, 1, 3]  # real parts first
-            slope = slope[:, pair][:, :, pair]
-            result += _real(mount.rows.T @ FROM_CIRCLES) @ slope @ _real(circles)
-        return result
+        return np.asarray(-_real(self.rotor.lightness) @ result)
 
 
 def softening(soft: Softened, st: Stations, loads: Loads) -> Softening:
