@@ -52,7 +52,7 @@ from autobalancer.stability.basins import (
     why_unnamed,
 )
 from autobalancer.studies.ensemble.ensemble import ensemble
-from autobalancer.studies.ensemble.layout import PART, Bench, Found, Group, Integration, run_threads
+from autobalancer.studies.ensemble.layout import PART, Bench, Group, Integration, run_threads
 from autobalancer.studies.ensemble.members import with_starts
 from autobalancer.studies.random_starts import (
     ENDS,
@@ -290,7 +290,7 @@ class Runs:
         places = np.array([*self._places, *(own or {})], np.int64)
         first = np.broadcast_to(steps, times.shape)
         words = np.column_stack([states, states, times, first, *(own or {}).values()]).view(np.int64)
-        room = Found.room(len(states), self._group.balls, states.shape[1])
+        room = self._group.room(True, len(states))
         bench.run(self._group.fresh, places, words, STEPS, flags, room)
         return room.states, room.rows[:, STATUS] == FINISHED, times / np.maximum(room.counts[:, 0], 1)
 

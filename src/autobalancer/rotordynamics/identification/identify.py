@@ -281,12 +281,8 @@ def dataset(
     def words(entries: list[str]) -> np.ndarray:
         return np.array(entries, dtype=object)
 
-    result = xr.Dataset(
-        coords={
-            "parameter": ("parameter", names, {"long_name": "free parameter"}),
-            "other_parameter": ("other_parameter", names, {"long_name": "free parameter"}),
-        }
-    )
+    about = {"long_name": "free parameter"}
+    result = xr.Dataset(coords={name: (name, names, about) for name in ("parameter", "other_parameter")})
     data: dict[str, tuple[Any, Any, str]] = {
         "value": ("parameter", values, "identified value, SI"),
         "uncertainty": ("parameter", known.uncertainty, "standard uncertainty, SI"),

@@ -429,9 +429,9 @@ class Group:
         """A place for one thread."""
         return Bench(self.first, self.stepper, self.layout)
 
-    def room(self, keep_states: bool) -> Found:
-        """Room for what all members leave."""
-        members, states = len(self.numbers), self.first.memory.state.size
+    def room(self, keep_states: bool, count: int | None = None) -> Found:
+        """Room for what all members leave, or ``count`` of them."""
+        members, states = len(self.numbers) if count is None else count, self.first.memory.state.size
         return Found(
             np.full((members, WIDTH + self.balls), np.nan),
             np.full((members, states) if keep_states else (0, 0), np.nan),
