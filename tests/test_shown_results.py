@@ -32,7 +32,7 @@ def test_a_run_says_how_it_ended_whether_it_is_balanced_and_its_main_numbers(bal
     assert first == f"{DISCOIDAL.name}: run, reached 160 s"
     facts = {line[:20].strip(): line[20:].strip() for line in lines}
     peak, speed = (float(ab.peak_deflection(balanced)[name]) for name in ("deflection", "speed"))
-    assert facts["greatest deflection"] == f"{1e3 * peak:.3g} mm at {speed / RPM:.3g} rpm"
+    assert facts["greatest deflection"] == f"{1e3 * peak:.3g} mm at {speed / RPM:.3g} rpm, from the rest position"
     assert facts["verdict"].startswith(f"{ab.verdict(balanced).word}: ")
     assert facts["speed"].startswith("0 to 1200 rpm")
     assert facts["balls"] == "2 in 1 race"
