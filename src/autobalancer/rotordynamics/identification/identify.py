@@ -260,6 +260,20 @@ TOO_SMALL, COMPUTED, ENOUGH = (
 )  # the same below which one does, but of computed values; so many are needed to tell
 
 
+def _scatter(ratio: float, misfit: float, freedom: int) -> list[str]:
+    """That the deviations do not fit to the stated errors, being larger or smaller."""
+    if ratio > TOO_LARGE:
+        return [
+            f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors; "
+            f"the uncertainties above are enlarged {max(1.0, misfit):.1f} times"
+        ]
+    if freedom >= ENOUGH and COMPUTED < ratio < TOO_SMALL:
+        return [
+            f"the deviations are {ratio:.2g} of the stated errors: these are too large, and so probably are the uncertainties"
+        ]
+    return []
+
+
 def dataset(
     machine: Machine,
     fitted: Machine,
@@ -320,16 +334,7 @@ def dataset(
     misfit = float(np.sqrt((weight * deviation**2).sum() / freedom)) if freedom > 0 else 1.0
     result["uncertainty"] = result["uncertainty"] * max(1.0, misfit)
     result["uncertainty"].attrs["long_name"] = "standard uncertainty, SI"
-    notes = list(known.notes)
-    if ratio > TOO_LARGE:
-        notes.append(
-            f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors; "
-            f"the uncertainties above are enlarged {max(1.0, misfit):.1f} times"
-        )
-    if freedom >= ENOUGH and COMPUTED < ratio < TOO_SMALL:
-        notes.append(
-            f"the deviations are {ratio:.2g} of the stated errors: these are too large, and so probably are the uncertainties"
-        )
+    notes = [*known.notes, *_scatter(ratio, misfit, freedom)]
     if fit.starts > 1 and fit.agreeing == 1:
         notes.append(f"only one of {fit.starts} starts ended at the best fit; give more starts, or narrower bounds")
     if fit.outcome != "converged":
