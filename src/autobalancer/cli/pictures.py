@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 Pictures = dict[str, "Callable[[], Figure]"]
 
+WHERE_ASKED = ("impacts",)  # a cloud of thousands of dots, drawn only where it is asked for
 RACES = ("run-up", "race", "orbit", "impacts", "drive-train")
 CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
 STUDY = ("amplitudes", "means", "carried")
@@ -187,7 +188,7 @@ KINDS = (
 def plot(
     result: Annotated[Path, typer.Argument(help="Result file, folder of a run in an archive, or a machine file.")],
     out: Annotated[Path, "Folder, or one picture: .png, .svg or .pdf."] = Path("."),
-    kind: Annotated[str, f"{KINDS}; or all of them."] = "all",
+    kind: Annotated[str, f"{KINDS}; or all of them; by default all but impacts."] = "",
     format: Annotated[str, "png, svg or pdf, if --out is a folder."] = "png",
     deflection_unit: Annotated[str, "m, mm, um or nm; by default what suits."] = "",
     log: Annotated[
@@ -217,7 +218,7 @@ def plot(
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
-    if kind not in (*ALL, "all"):
+    if kind not in ("", *ALL, "all"):
         raise QuestionError(f"--kind: given {kind!r}{_meant(kind)}; must be one of {KINDS}; or all")
     if single:
         check_suffix("--out", out, PICTURE)
@@ -226,9 +227,10 @@ def plot(
     new = not folder.exists()
     wishes = Wishes(speed_sign(), deflection_unit or None, log, time, start, end, frame, place)
     draw = of_machine(result, wishes) if result.suffix == ".toml" else pictures_of(open_run(result), wishes)
-    if kind != "all" and kind not in draw:
+    if kind not in ("", "all", *draw):
         raise QuestionError(f"--kind: given {kind!r}; of {result} there are {', '.join(draw)}")
-    chosen = tuple(draw) if kind == "all" else (kind,)
+    usual = tuple(name for name in draw if name not in WHERE_ASKED)
+    chosen = {"": usual or tuple(draw), "all": tuple(draw)}.get(kind, (kind,))
     if single and len(chosen) > 1:
         raise QuestionError(f"--out {out}: a file is one picture; choose --kind {', '.join(draw)}, or give a folder")
     title = result.name if result.is_dir() else result.stem  # the name of a run may hold a point: deep-n3-mu0.5-s0

@@ -405,8 +405,7 @@ def _explain(axes: Axes, dataset: xr.Dataset) -> None:
     drawn = dataset["whirl"].values[:, 1:]  # a piece of a branch has the color of its end
     words = [word for word in WHIRL if (drawn == word).any()]
     handles = [Line2D([], [], color=WHIRL[word], lw=2.0, label=word) for word in words]
-    lines = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
-    axes.legend(handles=[*handles, *lines], loc="upper left", ncols=2, frameon=True, framealpha=0.85, edgecolor="none")
+    legend(axes, handles)
 
 
 # Mode shapes along the axis.

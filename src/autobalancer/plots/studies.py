@@ -329,10 +329,14 @@ def _legend(figure: Figure, ran: xr.Dataset) -> None:
     marks = [Line2D([], [], ls="", marker="o", color=COLORS[level], ms=8, label=SAYS[level]) for level in there]
     if int(((ran["front"].values == 0) & (ran["meets"].values == ran["meets"].values.max(initial=-1.0))).sum()) > 1:
         marks.append(Line2D([], [], color=INK, lw=0.9, label="none is better in both"))
-    marks += [
-        Line2D([], [], color=CRITICAL, lw=0.9, ls="--", label="limit"),
-        Line2D([], [], color=INK, lw=1.0, marker="|", ms=0, label="bars: from the median"),
-    ]
+    limited = set(json.loads(ran.attrs["limits"])) & {str(name) for name in ran.attrs["objectives"]}
+    marks += [Line2D([], [], color=CRITICAL, lw=0.9, ls="--", label="limit")] * bool(limited)
+    bar = COLORS[there[0]] if there else INK
+    marks.append(
+        Line2D(
+            [0.0, 1.0], [0.0, 0.0], color=bar, lw=1.0, marker="o", markevery=[1], ms=5, label="bars: from the median"
+        )
+    )
     figure.legend(handles=marks, ncols=len(marks), loc="outside lower left", frameon=False)
 
 

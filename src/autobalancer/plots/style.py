@@ -22,6 +22,7 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox, IdentityTransform
 from numpy.typing import NDArray
@@ -171,9 +172,11 @@ def ball_label(number: int, count: int) -> str:
     return f"{count} balls" if number == 0 else "_"
 
 
-def legend(axes: Axes) -> None:
-    """A legend above the panel, where it hides nothing, in as few rows as fit; none if there is nothing to explain."""
-    handles, labels = axes.get_legend_handles_labels()
+def legend(axes: Axes, extra: Sequence[Artist] = ()) -> None:
+    """A legend above the panel, where it hides nothing, in as few rows as fit; ``extra`` keys first; none if there is nothing."""
+    handles, _ = axes.get_legend_handles_labels()
+    handles = [*extra, *handles]
+    labels = [str(handle.get_label()) for handle in handles]
     if not handles:
         return
     figure = axes.get_figure(root=True)
@@ -183,7 +186,7 @@ def legend(axes: Axes) -> None:
     columns = len(labels)
     while columns > 1 and legend_width(labels, columns) > room:
         columns = min(columns - 1, -(-len(labels) // (-(-len(labels) // (columns - 1)))))
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
+    axes.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], absent: Sequence[str]) -> None:
@@ -247,7 +250,7 @@ def save_picture(figure: Figure, path: str | Path, *, dpi: float = 150.0) -> Pat
 
 
 Floats = NDArray[np.float64]
-BEHIND = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8}
+HALO = [withStroke(linewidth=2.6, foreground="white", alpha=0.85)]  # of letters, so that a curve below them stays seen
 SIDES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))  # of a point, the best one first
 FAR = (5.0, 14.0, 26.0, 40.0)  # points from the thing to its label
 NEEDS_LINE = 10.0  # points; a label farther away is joined to its thing
@@ -283,7 +286,7 @@ class Labels(Artist):
         self, text: str, x: float, y: float, *, edge: bool, color: str, size: float, back: float | None = None
     ) -> None:
         """One more label."""
-        drawn = Text(0.0, 0.0, text, color=color, fontsize=size, bbox=dict(BEHIND), va="bottom", ha="left")
+        drawn = Text(0.0, 0.0, text, color=color, fontsize=size, path_effects=HALO, va="bottom", ha="left")
         as_written(drawn)
         drawn.set_figure(self.panel.figure)
         drawn.set_transform(IdentityTransform())

@@ -121,7 +121,9 @@ def _orders(above: Axes, beside: Axes, part: xr.Dataset, unit: AxisUnit, label: 
         for key, width, alpha, name_of in (("before", 3.0, 0.3, "_"), ("after", 1.0, 1.0, channel)):
             line = wrapped(speed, np.unwrap(one[key].values)) if what == "phase" else (speed, scale * one[key].values)
             axes.plot(*line, color=color, lw=width, alpha=alpha, label=name_of)
+    above.plot([], [], ".", ms=4, color=INK, label="measured")
     above.plot([], [], color=INK, lw=3.0, alpha=0.3, label="before the fit")
+    above.plot([], [], color=INK, lw=1.0, label="after the fit")
     shown = common.sign if len(signs) == 1 else "each over its greatest"
     above.set(xlabel=f"speed ({unit.sign})", ylabel=f"amplitude ({shown})", title=label, ylim=(0.0, None))
     beside.set(ylim=(-190.0, 190.0), yticks=[-180, -90, 0, 90, 180])
@@ -178,7 +180,7 @@ def _correlation(axes: Axes, fit: xr.Dataset) -> None:
     axes.set_yticks(ticks, [f"{name}  {k + 1}" for k, name in enumerate(names)], fontsize=7.5)
     for i in ticks:
         for j in ticks:
-            text = "" if np.isnan(values[i, j]) else f"{values[i, j]:.2f}"
+            text = "" if np.isnan(values[i, j]) else f"{round(float(values[i, j]), 2) + 0.0:.2f}"  # no "-0.00"
             axes.annotate(
                 text, (j, i), ha="center", va="center", fontsize=7.5, color="white" if abs(values[i, j]) > 0.6 else INK
             )
@@ -518,8 +520,7 @@ def nyquist(loop: Given, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figu
         verdict = "stable" if attrs["growth_rate"] < 0.0 else "unstable"
         speed = f"{attrs['speed'] * unit.factor:.4g} {unit.sign}"
         heading(figure, f"Balls spread evenly, {speed}: {verdict}{_margins(attrs)}")
-        handles, labels = axes.get_legend_handles_labels()
-        axes.legend(handles, labels, loc="lower left", frameon=True)
+        legend(axes)
     return figure
 
 

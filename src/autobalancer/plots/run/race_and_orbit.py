@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.run.history import Planes, balancer_name, ball_looks, places, planes_of, static_part
-from autobalancer.plots.style import ALL_BALLS, FORCE, INK, RACE, UNBALANCE, heading, legend_width, look, picture
+from autobalancer.plots.style import ALL_BALLS, FORCE, HALO, INK, RACE, UNBALANCE, heading, legend_width, look, picture
 from autobalancer.results.display_units import (
     AxisUnit,
     couple_text,
@@ -587,7 +587,7 @@ def _draw(axes: Axes, path: OrbitPath, unit: AxisUnit, span: float, *, in_space:
         x, y = (f"{value:g}".replace("-", "−") for value in rounded)
         axes.text(
             0.02, 0.98, f"static position x = {x} µm, y = {y} µm", transform=axes.transAxes, va="top", fontsize=8.5,
-            bbox={"fc": "white", "ec": "none", "alpha": 0.8, "pad": 0.8},
+            path_effects=HALO,
         )  # fmt: skip
 
 

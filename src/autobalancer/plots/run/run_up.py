@@ -559,7 +559,7 @@ def comparison(found: Given) -> Figure:
             axes.set_xlabel("time (s)")
             axes.tick_params(labelbottom=True)
         for axes in panels[::COLUMNS]:
-            axes.set_ylabel("deflection")
+            axes.set_ylabel("deflection, static\npart included")
         if len(names) > 1:
             legend(panels[1])
         heading(figure, str(found.attrs["title"]))

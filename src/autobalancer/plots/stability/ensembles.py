@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.plots.style import (
     BALLS,
-    BEHIND,
     CRITICAL,
+    HALO,
     INK,
     heading,
     legend,
@@ -304,7 +304,7 @@ def _distribution(axes: Axes, dataset: xr.Dataset, quantity: str) -> None:
             (-6.0, 4.0) if right else (8.0, -14.0),  # off the curve
             textcoords="offset points",
             ha="right" if right else "left",
-            bbox=BEHIND,
+            path_effects=HALO,
         )
     axes.set_xlim(0.0, 1.05 * farthest * factor)
     axes.set_ylim(0.0, 118.0)
