@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -347,10 +346,10 @@ def archive(
 
 
 MAIN = ["state", "balls", "friction", "layers", "vertical_amplitude", "vertical_peak", "settling_time", "share_carried"]
-SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("deg", 180.0 / math.pi)}
 
 
 def _columns(table: xr.Dataset, asked: list[str] | None) -> list[Column]:
+    from autobalancer.results.display_units import measure_unit
     from autobalancer.tables import Column
 
     known = [str(key) for key in table.data_vars]
@@ -359,9 +358,8 @@ def _columns(table: xr.Dataset, asked: list[str] | None) -> list[Column]:
         raise QuestionError(f"--show: given {unknown[0]!r}; the runs have {', '.join(sorted(known))}")
     columns = [Column("run", [str(name) for name in table["run"].values])]
     for name in (name for name in asked or MAIN if name in known):
-        unit, factor = SHOWN.get(
-            str(table[name].attrs.get("units", "")), (str(table[name].attrs.get("units", "")), 1.0)
-        )
+        unit = str(table[name].attrs.get("units", ""))
+        unit, factor = measure_unit(unit) if unit != "1" else ("", 1.0)
         values: list[Any] = [value if isinstance(value, str) else float(value) * factor for value in table[name].values]
-        columns.append(Column(name.replace("_", " "), values, "" if unit == "1" else unit, ".4g"))
+        columns.append(Column(name.replace("_", " "), values, unit, ".4g"))
     return columns

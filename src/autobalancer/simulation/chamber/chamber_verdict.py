@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import parse_machine
+from autobalancer.files.machine_file import of_kind, parse_machine
 from autobalancer.laws.capabilities import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine_kinds import CHAMBERS
@@ -72,8 +72,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     described = unbalance_of(run)
     if described is None:
         raise QuestionError("verdict: the run does not say of which machine it is; give one of simulate")
-    machine = parse_machine(str(run.attrs["machine"]))
-    assert isinstance(machine, ChamberMachine)
+    machine: ChamberMachine = of_kind(parse_machine(str(run.attrs["machine"])), CHAMBERS, "verdict")
     last = optional_argument("last", last, "s")
     try:
         steady = window(run, last)
