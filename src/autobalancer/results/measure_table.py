@@ -122,7 +122,14 @@ class InSweep(NamedTuple):
 
 
 def needed(measure: Measure) -> tuple[str, ...]:
-    """What a run must have recorded for a measure."""
+    """What a run must have recorded for a measure; of one that is made of others, for these."""
+    if measure.made_of:
+        return tuple(
+            n
+            for m in MEASURES
+            if (m.of_all and m.of_all.name) in measure.made_of or m.name in measure.made_of
+            for n in needed(m)
+        )
     return NEEDS[measure.along], *([measure.needs] if measure.needs else [])
 
 
@@ -404,7 +411,6 @@ def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
 def swept(table: Sequence[Measure]) -> tuple[InSweep, ...]:
     """What a sweep keeps of the measures of a table: those that are computed there."""
     one = (m.of_all or OfAll(m.text, m.of) for m in table)
-    needs = {(m.of_all and m.of_all.name) or m.name: needed(m) for m in table}
     result = (
         InSweep(
             o.name or m.name,
@@ -412,7 +418,7 @@ def swept(table: Sequence[Measure]) -> tuple[InSweep, ...]:
             o.text,
             o.per_ball,
             o.of,
-            tuple(need for name in m.made_of for need in needs[name]) or ((o.needs,) if o.needs else needed(m)),
+            (o.needs,) if o.needs else needed(m),
             m.made_of,
         )
         for m, o in zip(table, one, strict=True)

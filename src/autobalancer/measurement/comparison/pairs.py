@@ -306,7 +306,7 @@ def _rows(pairs: list[Pair], recorded: Callable[[list[Floats], bool], Recorded],
         draws.append(recorded([pair.simulated + part for pair, part in zip(pairs, noise, strict=True)], False))
     rows = []
     for measure in MEASURES:
-        if set(needed(measure)) != {known} or measure.name in OF_REST:
+        if measure.made_of or set(needed(measure)) != {known} or measure.name in OF_REST:
             continue
         seen = np.array([np.atleast_1d(measure.of(draw)) for draw in draws], np.float64)
         values = np.atleast_1d(measure.of(true))
