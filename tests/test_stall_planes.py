@@ -222,26 +222,29 @@ def test_of_three_planes_the_one_falls_back_that_a_slow_run_down_names() -> None
         assert (lag[2] < 0.03 * found.speed) == stays
 
 
-def test_of_three_planes_it_may_depend_on_how_they_stand_to_each_other_whether_one_falls_back(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [(140.0, "from other angles only at 140 rad/s"), (None, "from other angles not at once"), (164.0, "")],
+)
+def test_of_three_planes_the_highest_fall_counts_and_what_depends_on_their_angles_is_told(
+    monkeypatch: pytest.MonkeyPatch, other: float | None, words: str
 ) -> None:
+    """Run-downs are given, as whether balls fall in such a one may hang on the last digit: two of forty drawn machines do."""
+    falls = {angle: other and capture.Fall(other, 120.0, frozenset({2})) for angle in capture.OTHER}
+    falls[capture.OTHER[-1]] = capture.Fall(165.0, 149.0, frozenset({2}))
+    monkeypatch.setattr(capture.SlowRuns, "_fall", lambda self, begin, near, lowest, angle: falls[angle])
     numbers = (
-        (27736.64, 32953.82),
-        (19.17506, 57.09184),
-        (-0.1199997, -0.07779896, -0.03236784),
-        0.01036629,
-        7.785558e-05,
+        (27795.54, 38761.59),
+        (24.32479, 48.45948),
+        (-0.07033784, -0.005448052, 0.1094634),
+        0.01279579,
+        1.558316e-4,
     )
     found = border(of_three(*numbers), "capture speed")
-    assert found.speed == pytest.approx(155.0, abs=0.3)
-    assert "it depends on how the planes stand to each other before: from other angles not at once" in found.note
-    answers = []
-    for angle in capture.OTHER[::2]:  # what a single slow run-down says
-        monkeypatch.setattr(capture, "OTHER", (angle,))
-        answers.append(border(of_three(*numbers), "capture speed"))
-    assert max(answer.speed for answer in answers) == found.speed
-    assert min(answer.speed for answer in answers) < 0.9 * found.speed
-    assert not any("how the planes stand" in answer.note for answer in answers)
+    assert found.speed == 165.0
+    assert "balls in line of plane 3 alone fall back to the resonance of 149 rad/s" in found.note
+    assert words in found.note
+    assert ("it depends on how the planes stand to each other before" in found.note) == bool(words)
 
 
 def test_planes_that_lost_synchronism_may_fall_back_together_far_above_where_one_falls_alone() -> None:
