@@ -247,16 +247,27 @@ def test_a_piece_that_is_left_to_numba_gives_the_same_bits(
     } == {name: name == piece for name in ("struct", "lazy", "cache", "callbacks")}
 
 
-def test_all_pieces_can_be_left_to_numba_at_once() -> None:
+def test_a_numba_that_was_not_tried_does_all_its_own_way_and_the_user_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     script = """
+import numba, warnings
+numba.__version__ = VERSION
 from numba.core import event
-from autobalancer.kernels.compiler.flags import NUMBERS
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    from autobalancer.kernels.compiler.flags import NUMBERS
 from autobalancer.kernels.trigonometry import sine_cosine
-print("pipeline_class" in NUMBERS, len(event._registered["numba:compile"]), sine_cosine(0.5)[0].hex())
+own, announced = "pipeline_class" in NUMBERS, len(event._registered["numba:compile"])
+print(own, announced, sine_cosine(0.5)[0].hex(), *{str(one.message).partition(",")[0] for one in caught})
 """
-    ours, stock = (fresh_process(script, AUTOBALANCER_STOCK_NUMBA=pieces).split() for pieces in ("", "all"))
-    assert (ours[:2], stock[:2]) == (["True", "1"], ["False", "0"])
-    assert ours[2] == stock[2]
+    ours, untried = (
+        fresh_process(script.replace("VERSION", repr(version))).split(maxsplit=3)
+        for version in (numba.__version__, "9.9.1")
+    )
+    assert (ours[:2], untried[:2]) == (["True", "1"], ["False", "0"])
+    assert ours[2].strip() == untried[2]
+    assert untried[3].strip() == "Numba 9.9.1 is not among the versions tried"
+    monkeypatch.setenv(cache.SWITCH, "all")
+    assert cache.stock("struct")
 
 
 def kept(folder: Path) -> list[str]:

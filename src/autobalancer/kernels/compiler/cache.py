@@ -58,16 +58,33 @@ NOT_COMPILED = {"compiler/cache.py", "compiler/announce.py"}  # kernels import t
 _IMPORT = re.compile(r"^\s*from (autobalancer\.kernels[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
-SWITCH = "AUTOBALANCER_STOCK_NUMBA"  # names pieces that are done as Numba does them, "all" of them
+SWITCH = "AUTOBALANCER_STOCK_NUMBA"  # names pieces that are done as Numba does them, "all" or "none" of them
+TRIED = ("0.68",)  # versions of Numba with which all pieces of ours are tried
 
 
 def stock(piece: str) -> bool:
-    """Whether Numba's own way is taken in place of a piece of ours.
+    """Whether Numba's own way is taken in place of a piece of ours: as the switch says, else with a Numba that is not tried.
 
     Pieces are ``announce``, ``cache``, ``callbacks``, ``inlining``, ``lazy`` and ``struct``. Results are the same, to the last
     bit; only time is lost. So a new version of Numba whose inside is another one can be used, and tests compare both.
     """
-    return not {piece, "all"}.isdisjoint(os.environ.get(SWITCH, "").split(","))
+    named = os.environ.get(SWITCH)
+    return _is_untried() if named is None else not {piece, "all"}.isdisjoint(named.split(","))
+
+
+def _is_untried() -> bool:
+    return ".".join(numba.__version__.split(".")[:2]) not in TRIED
+
+
+def _about_numba() -> str:
+    """What the user of a version that is not tried should know; empty for others."""
+    if SWITCH in os.environ or not _is_untried():
+        return ""
+    return (
+        f"Numba {numba.__version__} is not among the versions tried, {', '.join(TRIED)}: it compiles all equations in its own "
+        f"way, anew in each process, which takes minutes; results are the same. Install numba {TRIED[-1]}, or set {SWITCH}=none "
+        "to use this one as those"
+    )
 
 
 PATIENCE = 120.0  # s; who has a kernel for longer will not bring it
@@ -117,6 +134,11 @@ def _compiled_at_once(kernel: Any, declared: list[Any]) -> Any:
 
 def prepare_cache() -> tuple[bool, str]:
     """Whether kernels can be kept, and what the user should know about it."""
+    kept, place_note = _cache_as_found()
+    return kept, "; ".join(filter(None, (_about_numba(), place_note)))
+
+
+def _cache_as_found() -> tuple[bool, str]:
     place = cache_place()
     if place is None and shipped() is not None:
         return True, ""
