@@ -165,14 +165,13 @@ def _iterate(time, step, nodes, parameters, unknowns, m, a) -> tuple[bool, int]:
 
 
 @njit(**INLINE)
-def _write_pieces(time, step, reach, components, changing, rhs, switch, addresses):  # type: ignore[no-untyped-def]
+def _write_pieces(time, step, reach, components, changing, rhs, switch, addresses, r, m, a):  # type: ignore[no-untyped-def]
     """Write out a step where somebody looks into it; returns whether an event ended the run, the fraction taken, the time.
 
     A step is a few polynomials of lower degree, its pieces. ``changing``: a contact may change in it, and ends it there.
     """
     parameters, inner, memory, kept, pair = addresses
-    asked, a, r, m = as_void(pair), deref(inner), deref(kept), deref(memory)
-    n, cut, event = m.state.size, 1.0, False
+    asked, n, cut, event = as_void(pair), m.state.size, 1.0, False
     pieces, piece = pieces_needed(step, a), 0
     length = step / pieces
     m.clock[TAKEN] = length
@@ -301,7 +300,9 @@ def advance_long(
         event, cut, components = False, 1.0, wanted(time, reach, end, r, m)
         if components >= 0 or until == SWITCHES:
             addresses = parameters, inner, memory, kept, pair
-            event, cut, reach = _write_pieces(time, step, reach, components, until == SWITCHES, rhs, switch, addresses)
+            event, cut, reach = _write_pieces(
+                time, step, reach, components, until == SWITCHES, rhs, switch, addresses, r, m, a
+            )
         m.clock[TIME] = reach
         if event:
             m.counts[FRESH] = 0
