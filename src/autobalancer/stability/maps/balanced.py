@@ -209,6 +209,7 @@ class EqualBalls:
     plane: Plane
     place: float = 0.0
     route: str = "polynomial"
+    spread: float | None = None  # |S2| if it is given, else what balances
 
     @cached_property
     def balancer(self) -> PlanarBalancer:
@@ -226,6 +227,8 @@ class EqualBalls:
 
     def spreads(self, speeds: Floats) -> Floats:
         """|S2| at each speed; nan where the balls are too weak."""
+        if self.spread is not None:
+            return np.full(speeds.size, self.spread)
         shares = self.shares(speeds)
         possible = shares <= self.balancer.count * (1.0 + 1e-12)
         return np.where(possible, self._spread(np.minimum(shares, self.balancer.count)), np.nan)
@@ -257,11 +260,6 @@ class EqualBallsAtRest(EqualBalls):
     """The same on orthotropic supports, races on the axis: only |S2| counts, its direction is an instant of the turn."""
 
     route: str = "multipliers of a rotor at rest"
-    spread: float | None = None  # |S2| if it is given, else what balances
-
-    def spreads(self, speeds: Floats) -> Floats:
-        """|S2| at each speed; nan where the balls are too weak."""
-        return super().spreads(speeds) if self.spread is None else np.full(speeds.size, self.spread)
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s."""

@@ -33,11 +33,9 @@ from autobalancer.stability.maps.balanced import (
     EqualBalls,
     EqualBallsAtRest,
     ForcedBalls,
-    PlanarBalancer,
     alike,
     balanced_states,
     equal_at_one_station,
-    growth_rates,
     members_of,
     planar_balancer_of,
     worst_case_border,
@@ -138,8 +136,7 @@ def worst_case(p: Plane) -> Border:
     if math.isinf(speed):
         return Border(name, speed, "of balls at right angles (|S2| = 0)")
     for share in SPREADS[1:]:
-        fixed = _FixedSpread(balancer, share * balancer.count)
-        other, _ = border_of(fixed, p)
+        other, _ = border_of(EqualBalls(p, spread=share * balancer.count), p)
         if other > speed * (1.0 + 1e-9):
             speed, spread = other, share
     where = (
@@ -176,18 +173,6 @@ def _worst_spread(members: Sequence[Balanced], p: Described) -> Border:
     return Border(
         "exact border, worst case", speed, "; ".join(filter(None, (where, note if math.isinf(speed) else "")))
     )
-
-
-class _FixedSpread:
-    """Equal balls with a given |S2|."""
-
-    route = "polynomial"
-
-    def __init__(self, balancer: PlanarBalancer, spread: float) -> None:
-        self.balancer, self.spread = balancer, spread
-
-    def rates(self, speeds: Floats) -> Floats:
-        return growth_rates(self.balancer, speeds, self.spread)[0]
 
 
 def _rank(found: tuple[float, str]) -> float:

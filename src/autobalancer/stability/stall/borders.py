@@ -229,7 +229,7 @@ def joint_borders(
         release = Border(RELEASE, math.nan, "; ".join([PASS, *notes]))
         return release, *([Border(CAPTURE, math.nan, PASS)] if capture else [])
     # the last of these ends releases the balls
-    met = _followed(runs, loads, met)
+    met = _followed(runs, met)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
         first = f"at {furthest_speed(rotor, top):.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
@@ -245,7 +245,7 @@ def joint_borders(
     return tuple(result)
 
 
-def _followed(runs: SlowRuns | None, loads: Loads, met: list[HangingRange]) -> list[HangingRange]:
+def _followed(runs: SlowRuns | None, met: list[HangingRange]) -> list[HangingRange]:
     """Ranges near the highest end to where the last ball leaves in a slow run, if that is elsewhere."""
     if runs is None:
         return met
