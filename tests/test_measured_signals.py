@@ -614,3 +614,20 @@ def test_a_matlab_file_whose_lengths_do_not_fit_is_refused_before_it_is_read_bey
         ResultError, match=r"damaged\.mat: cannot be read: the numbers of a variable are cut short or damaged"
     ):
         ab.measure.load_signals(tmp_path / "damaged.mat")
+
+
+def test_one_column_of_a_long_table_takes_no_room_for_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The column of time is asked for as a whole, which must not bring all columns into memory."""
+    import tracemalloc
+
+    from autobalancer.measurement.signals import formats
+
+    monkeypatch.setattr(formats, "BLOCK", 1000)
+    rows = np.arange(600_000.0).reshape(-1, 6)
+    columns = formats._kept(Path("long.csv"), [rows])
+    tracemalloc.start()
+    column = np.asarray(columns[1])
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.array_equal(column, rows[:, 1])
+    assert peak < 1.5 * column.nbytes

@@ -572,9 +572,13 @@ def _kept(path: Path, pieces: Iterable[NDArray[Any]]) -> list[Samples]:
     row = np.dtype((piece.dtype, piece.shape[1:]))
 
     def column(k: int, first: int, end: int) -> Floats:
+        column = np.empty(max(end - first, 0))
         with reading:
             file.seek(first * row.itemsize)
-            return np.frombuffer(file.read((end - first) * row.itemsize), row)[:, k].astype(np.float64)
+            for begin in range(0, column.size, BLOCK):  # rows are wider than what is asked of them
+                part = column[begin : begin + BLOCK]
+                part[:] = np.frombuffer(file.read(part.size * row.itemsize), row)[:, k]
+        return column
 
     return [Samples(count, partial(column, k)) for k in range(piece.shape[1])]
 
