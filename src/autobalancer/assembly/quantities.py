@@ -112,9 +112,10 @@ def with_parameter(machine: EitherMachine, name: str, value: Any) -> EitherMachi
     """
     if machine_kind(machine) is not RACES:  # whose parts have plain names, too
         return with_value_at(machine, name, value)
+    races = cast(Machine, machine)
     if name in QUANTITIES or len(parts_of(name)) > 1:
-        return cast(EitherMachine, with_quantity(machine, name, value))
-    if meant := _near_quantity(machine, name):
+        return cast(EitherMachine, with_quantity(races, name, value))
+    if meant := _near_quantity(races, name):
         raise QuestionError(f"parameter {name!r}: no such name; there are {', '.join(QUANTITIES)}, and paths{meant}")
     return with_value_at(machine, name, value)
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -525,4 +525,4 @@ def _plain(machine: Machine | ChamberMachine) -> Machine:
             "autobalancer chamber amplitudes FILE --balls 20 --single none --friction 0.5 --duration '20 s' --seeds 50, with "
             "your numbers; in Python ab.chamber.amplitudes(..., seeds=range(50)). For one: autobalancer simulate FILE --seed 7"
         )
-    return machine
+    return cast(Machine, machine)
