@@ -596,7 +596,7 @@ def test_a_machine_that_comes_back_is_neither_drawn_nor_checked_again(monkeypatc
         (one.model_copy(update={"name": "other"}), "picture 2"),
         (one.model_copy(), "picture 1"),
     ):
-        assert describe._said(describe._drawing, machine) == picture
+        assert describe._answer_or_fault(describe._drawing, machine) == picture
 
 
 def test_threads_of_the_server_load_no_package_for_the_first_time(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import autobalancer as ab
 from autobalancer.app.store.fits import Free, Question, fit, fit_file, fits
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.measured_files import TIME, Measurements, plain_name, samples
-from autobalancer.app.store.signal_pictures import BINS, WHOLE, Asked, drive_of, order_table, wave_block
+from autobalancer.app.store.signal_pictures import BINS, WHOLE, PictureOptions, drive_of, order_table, wave_block
 from autobalancer.app.text.form_fields import numbers_of, with_numbers
 from autobalancer.errors import AutobalancerError, QuestionError
 
@@ -122,7 +122,7 @@ def test_the_measured_turning_becomes_the_drive() -> None:
     time = np.linspace(0.3, 4.3, 4001)
     turned = 0.4 + 20.0 * time + 6.0 * time**2
     signals = ab.measure.signals(time, {"angle": ab.measure.Channel(turned, "angle")})
-    profile, begin = drive_of(signals, Asked())
+    profile, begin = drive_of(signals, PictureOptions())
     knots = [float(text.split()[0]) for text in profile["time"]]
     speeds = [float(text.split()[0]) for text in profile["speed"]]
     speed = np.interp(time, knots, speeds)
@@ -139,7 +139,7 @@ def test_a_fit_finds_the_stiffness_and_puts_it_into_the_text(tmp_path: Path) -> 
     question = Question(
         [Free("rotor.stiffness", "50 kN/m", "200 kN/m"), Free("unbalances[1].moment", "1 g*mm", "1 kg*mm")]
     )
-    found = fit(shelf, name, ROTOR, question, Asked(), job)
+    found = fit(shelf, name, ROTOR, question, PictureOptions(), job)
     (entry,) = fits(Measurements(tmp_path), name).entries()  # after a restart
     row = next(row for row in entry.rows if row["path"] == "rotor.stiffness")
     assert row["low"] <= STIFFNESS * (1.0 + 1e-5)
@@ -166,7 +166,7 @@ def test_a_cancelled_fit_keeps_its_best_machine(tmp_path: Path) -> None:
     shelf = Measurements(tmp_path)
     name = shelf.add("orders.csv", order_rows())
     question = Question([Free("rotor.stiffness", "50 kN/m", "200 kN/m")])
-    fit(shelf, name, ROTOR, question, Asked(), Ending(1, "ada", "fit", 60.0))
+    fit(shelf, name, ROTOR, question, PictureOptions(), Ending(1, "ada", "fit", 60.0))
     (entry,) = fits(shelf, name).entries()
     assert not entry.finished
     assert "cancelled after 5 trials" in entry.notes[0]

@@ -14,9 +14,17 @@ from matplotlib.figure import Figure
 
 import autobalancer as ab
 from autobalancer.app.store import pictures as map_point
-from autobalancer.app.store.analyses import ANALYSES, Known, LatestAnswers, defaults, known_of, said, why_not_at_all
+from autobalancer.app.store.analyses import (
+    ANALYSES,
+    Known,
+    LatestAnswers,
+    answer_text,
+    defaults,
+    known_of,
+    no_analysis_reason,
+)
 from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.pictures import DrawnMap, drawn_map, seen_exactly, seen_on
+from autobalancer.app.store.pictures import MapPicture, exact_statement, map_picture, statement_from_map
 from autobalancer.app.text.form_fields import alike, machine_with, text_with
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.examples import example_text, rig_text
@@ -53,7 +61,7 @@ def found(machine: Any) -> Any:
 
 
 @pytest.fixture(scope="module")
-def drawn(found: Any) -> tuple[DrawnMap, Figure]:
+def drawn(found: Any) -> tuple[MapPicture, Figure]:
     figures: list[Figure] = []
     keep = map_point.draw_map
 
@@ -63,7 +71,7 @@ def drawn(found: Any) -> tuple[DrawnMap, Figure]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(map_point, "draw_map", seen)
-        return drawn_map(found, "a map"), figures[0]
+        return map_picture(found, "a map"), figures[0]
 
 
 # the text ----------------------------------------------------------------------------------------------------------------
@@ -112,7 +120,7 @@ def test_a_held_speed_changes_as_a_whole_and_a_torque_has_none() -> None:
 # the point ---------------------------------------------------------------------------------------------------------------
 
 
-def test_a_place_of_the_picture_is_where_matplotlib_draws_its_values(drawn: tuple[DrawnMap, Figure]) -> None:
+def test_a_place_of_the_picture_is_where_matplotlib_draws_its_values(drawn: tuple[MapPicture, Figure]) -> None:
     picture, figure = drawn
     for speed, viscosity in ((500.0, 6.0), (1250.0, 70.0)):
         shares = picture.shares({"speed": speed * RPM, "viscosity": 1e-6 * viscosity})
@@ -124,7 +132,7 @@ def test_a_place_of_the_picture_is_where_matplotlib_draws_its_values(drawn: tupl
     assert picture.shares({"speed": 1400.0 * RPM, "viscosity": 2e-5}) is None
 
 
-def test_a_place_has_values_with_few_digits_and_comes_back(drawn: tuple[DrawnMap, Figure]) -> None:
+def test_a_place_has_values_with_few_digits_and_comes_back(drawn: tuple[MapPicture, Figure]) -> None:
     values = drawn[0].values(0.31, 0.77)
     assert float(f"{values['speed'] / RPM:.4g}") == pytest.approx(values["speed"] / RPM, rel=1e-12)
     assert drawn[0].shares(values) == pytest.approx((0.31, 0.77), abs=1e-3)
@@ -133,8 +141,8 @@ def test_a_place_has_values_with_few_digits_and_comes_back(drawn: tuple[DrawnMap
 
 def test_the_point_of_the_map_says_what_the_full_equations_say(machine: Any, found: Any) -> None:
     at = {"speed": float(found["speed"][4]), "viscosity": float(found["viscosity"][2])}
-    exact = seen_exactly(machine, at, borders=False)
-    assert seen_on(found, at).rate == pytest.approx(exact.rate, rel=1e-9)
+    exact = exact_statement(machine, at, borders=False)
+    assert statement_from_map(found, at).rate == pytest.approx(exact.rate, rel=1e-9)
     same = machine_with(machine, {"viscosity": at["viscosity"]})
     wanted = ab.stability.eigenvalues(same, [at["speed"]])["growth_rate"]
     assert exact.rate == pytest.approx(float(wanted[0]), rel=1e-6)
@@ -142,9 +150,9 @@ def test_the_point_of_the_map_says_what_the_full_equations_say(machine: Any, fou
 
 def test_the_verdict_changes_at_the_exact_border(machine: Any) -> None:
     oil = 12e-6
-    border = seen_exactly(machine, {"speed": 100.0, "viscosity": oil}, borders=True).borders["exact border"]
+    border = exact_statement(machine, {"speed": 100.0, "viscosity": oil}, borders=True).borders["exact border"]
     below, above = (
-        seen_exactly(machine, {"speed": share * border, "viscosity": oil}, borders=True) for share in (0.999, 1.001)
+        exact_statement(machine, {"speed": share * border, "viscosity": oil}, borders=True) for share in (0.999, 1.001)
     )
     assert (below.verdict, above.verdict) == ("unstable", "stable")
     assert above.words().startswith("stable: a small disturbance dies away")
@@ -153,12 +161,12 @@ def test_the_verdict_changes_at_the_exact_border(machine: Any) -> None:
 
 
 def test_outside_of_the_map_nothing_is_claimed(found: Any) -> None:
-    assert seen_on(found, {"speed": 1.0, "viscosity": 2e-5}).words() == "outside of the map"
+    assert statement_from_map(found, {"speed": 1.0, "viscosity": 2e-5}).words() == "outside of the map"
     hole = found.copy(deep=True)
     hole["growth_rate"][4, 2] = np.nan
     there = {"speed": float(found["speed"][4]), "viscosity": float(found["viscosity"][2])}
-    assert seen_on(hole, there).verdict == "no balanced state"
-    assert math.isfinite(seen_on(hole, there | {"speed": float(found["speed"][5])}).rate)
+    assert statement_from_map(hole, there).verdict == "no balanced state"
+    assert math.isfinite(statement_from_map(hole, there | {"speed": float(found["speed"][5])}).rate)
 
 
 # the forms ---------------------------------------------------------------------------------------------------------------
@@ -196,7 +204,7 @@ def test_what_is_not_for_a_machine_is_said_before_it_is_asked(sample: str, refus
 
 
 def test_a_deep_chamber_and_a_rotor_without_balls_are_told_so() -> None:
-    assert "deep chamber" in why_not_at_all(ab.example("deep_chamber"))
+    assert "deep chamber" in no_analysis_reason(ab.example("deep_chamber"))
     bare = tomllib.loads(DISCOIDAL)
     del bare["balancers"]
     about = known_of(Machine(**bare))
@@ -252,7 +260,7 @@ def test_the_words_of_a_response_are_its_peak() -> None:
     speeds = np.linspace(95.0, 105.0, 101)
     sizes = abs(moment * speeds**2 / (stiffness - mass * speeds**2 + 1j * damping * speeds))
     found = ab.rotor.response(made, speeds)
-    told = re.fullmatch(r"rotor: greatest (\S+) µm at (\S+) rpm .*", said(found)[0])
+    told = re.fullmatch(r"rotor: greatest (\S+) µm at (\S+) rpm .*", answer_text(found)[0])
     assert told is not None
     assert float(told[1]) == pytest.approx(1e6 * sizes.max(), rel=2e-3)  # three digits
     assert float(told[2]) == pytest.approx(speeds[sizes.argmax()] / RPM, rel=1e-4)
@@ -275,7 +283,7 @@ def test_an_answer_is_kept_and_drawn_again(machine: Any, known: Known, name: str
     assert about is not None
     assert (about.given, about.machine) == (given, machine)
     assert isinstance(analysis.draw(answer), Figure)
-    assert list(said(answer)), "a picture has words, too"
+    assert list(answer_text(answer)), "a picture has words, too"
 
 
 @pytest.mark.slow

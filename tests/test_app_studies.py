@@ -13,27 +13,27 @@ from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.studies import (
     DESIGN,
     STUDY,
-    Kept,
     Known,
     Studies,
-    Told,
+    StudyEntry,
+    StudyProgress,
     chosen_text,
     columns_of,
-    design_drawn,
+    design_figure,
     design_of,
     done_of,
-    drawn,
-    how_far,
     offered,
     places,
+    progress_text,
     quantities_of,
     reasons_html,
     run_design,
     run_study,
     sample_text,
+    study_figure,
 )
 from autobalancer.app.text.form_fields import offered as numbers
-from autobalancer.app.text.form_fields import rows_of, with_entry, with_kind, with_row
+from autobalancer.app.text.form_fields import varied_rows, with_entry, with_kind, with_row
 from autobalancer.app.text.problems import MOST, about, read_design_text, read_study_text
 from autobalancer.errors import QuestionError
 from autobalancer.files.examples import example_text, rig_text, rigs
@@ -58,7 +58,7 @@ def test_every_sample_is_a_study_on_the_page(name: str) -> None:
     text = sample_text(name)
     found = read_study_text(text, PAGE)
     assert found.study is not None, found.message
-    assert {row.name.split(".")[-1] for row in rows_of(text)} == {
+    assert {row.name.split(".")[-1] for row in varied_rows(text)} == {
         one.split(".")[-1] for one in (*found.study.written["vary"],)
     }
 
@@ -103,23 +103,23 @@ def test_a_study_on_the_page_reads_no_file_of_the_server(text: str) -> None:
 def test_the_form_writes_what_the_reader_of_studies_reads() -> None:
     machine: Any = ab.example("stall_and_release")
     text = with_row('machine = "machine.toml"  # of the page\n', numbers(PAGE, machine)["rotor.damping"])
-    (row,) = rows_of(text)
+    (row,) = varied_rows(text)
     assert row.entries == {"standard_deviation": "10 %"}
     text = with_kind(text, row, "uniform", numbers(PAGE, machine)["rotor.damping"])
-    text = with_entry(text, rows_of(text)[0], "high", "130 N*s/m")
+    text = with_entry(text, varied_rows(text)[0], "high", "130 N*s/m")
     study = read_study_text(text, PAGE).study
     assert study is not None
     found = study.scatter["rotor.damping"]
     assert isinstance(found, Uniform)
     assert (found.low, found.high) == (pytest.approx(0.9 * machine.rotor.damping), 130.0)
-    text = with_kind(text, rows_of(text)[0], "values", None)
-    text = with_entry(text, rows_of(text)[0], "values", "20, 30, 40 N*s/m")
+    text = with_kind(text, varied_rows(text)[0], "values", None)
+    text = with_entry(text, varied_rows(text)[0], "values", "20, 30, 40 N*s/m")
     study = read_study_text(text, PAGE).study
     assert study is not None
     assert study.grid["rotor.damping"] == ["20 N*s/m", "30 N*s/m", "40 N*s/m"]
-    assert rows_of(text)[0].entries["values"] == "20, 30, 40 N*s/m"
+    assert varied_rows(text)[0].entries["values"] == "20, 30, 40 N*s/m"
     assert about(study) == "3000 members: 1000 draws at each of 3 points"
-    text = with_kind(text, rows_of(text)[0], "log-normal", None)
+    text = with_kind(text, varied_rows(text)[0], "log-normal", None)
     study = read_study_text(text, PAGE).study
     assert isinstance(study.scatter["rotor.damping"] if study else None, LogNormal)
     assert "# of the page" in text
@@ -140,7 +140,7 @@ class Ending(Job):
 def kept(shelf: Studies, text: str = STUDIED) -> str:
     study = read_study_text(text, PAGE).study
     assert study is not None
-    entry = Kept("", STUDY, "a study", study.machine.name, "machine.toml", "", study.count)
+    entry = StudyEntry("", STUDY, "a study", study.machine.name, "machine.toml", "", study.count)
     return shelf.add(entry, text, PAGE)
 
 
@@ -176,7 +176,7 @@ def test_a_cancelled_study_is_known_so_far_and_goes_on_with_the_same_bits(tmp_pa
     assert {"peak_deflection", "stalled"} <= set(quantities_of(whole))
     for kind in ("over", "drives"):
         assert kind in offered(whole)
-        words = drawn(shelf, name, whole, kind, "peak_deflection", 1, job)[1]
+        words = study_figure(shelf, name, whole, kind, "peak_deflection", 1, job)[1]
         assert "peak deflection" in words
         assert "mass" in words if kind == "drives" else "drag" in words
     shelf.delete(again)
@@ -205,7 +205,7 @@ def test_no_name_of_a_study_or_file_leaves_its_folder(tmp_path: Path) -> None:
 
 
 def test_the_time_to_go_is_that_of_the_members_left() -> None:
-    told = Told()
+    told = StudyProgress()
     told.told(100, 400)  # there already when it began
     told.begun -= 10.0
     told.told(150, 400)
@@ -264,7 +264,7 @@ class Stopping(Job):
 def test_a_cancelled_design_is_known_so_far_and_goes_on_with_the_same_numbers(tmp_path: Path) -> None:
     shelf, found = Studies(tmp_path), read_design_text(DESIGNED, PAGE)
     assert found.spec is not None
-    entry = Kept("", DESIGN, "a design", found.spec.machine.name, found.of.file, "")
+    entry = StudyEntry("", DESIGN, "a design", found.spec.machine.name, found.of.file, "")
     name, job = shelf.add(entry, DESIGNED, found.of.text), Stopping(1, "ada", "", 60.0)
     with pytest.raises(KeyboardInterrupt):
         run_design(shelf, name, job)
@@ -272,7 +272,7 @@ def test_a_cancelled_design_is_known_so_far_and_goes_on_with_the_same_numbers(tm
     assert part is not None
     assert len(places(part)) == 1
     assert not Studies(tmp_path).entry(name).finished
-    assert how_far(shelf, shelf.entry(name)) == "14 of 28 runs"
+    assert progress_text(shelf, shelf.entry(name)) == "14 of 28 runs"
     left = design_of(Studies(tmp_path), name, None)  # by a server that was killed
     assert left is not None
     assert places(left) == places(part)
@@ -287,7 +287,7 @@ def test_a_cancelled_design_is_known_so_far_and_goes_on_with_the_same_numbers(tm
     assert part["peak_deflection"].values[first] == whole["peak_deflection"].values[first]
     machine = ab.parse_machine(chosen_text(whole, 1))
     assert machine.balancers[0].races[0].balls[0].count == 2
-    assert "silicone oil" in design_drawn(whole)[1]
+    assert "silicone oil" in design_figure(whole)[1]
     with pytest.raises(QuestionError):
         chosen_text(whole, 3)
 

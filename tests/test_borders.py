@@ -28,7 +28,7 @@ from autobalancer.stability.maps.balanced import (
 )
 from autobalancer.stability.maps.exact import border_of, borders_of
 from autobalancer.stability.states.ball_positions import spread_range
-from autobalancer.stability.states.linearized import eigensystem, kept
+from autobalancer.stability.states.linearized import deciding_eigenvalues, eigensystem
 from autobalancer.stability.summary import summary
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -200,7 +200,7 @@ def test_an_eccentric_race_has_the_growth_rates_of_its_eigenvalues_where_the_bal
         assert bool(states) == bool(np.isfinite(one))
         for state in states[:1]:
             values, _ = eigensystem(*matrices(p, float(speed), state))
-            rate = float(kept(values, count - 2).real.max())
+            rate = float(deciding_eigenvalues(values, count - 2).real.max())
             assert min(one, other) - 1e-6 <= rate <= max(one, other) + 1e-6
     assert np.isnan(low[0])
     assert np.isfinite(low[-3:]).all()
@@ -219,7 +219,7 @@ def test_the_eigenvalues_of_more_balls_depend_on_their_positions_through_s2_only
         p = plane(machine)
         state = Equilibrium("balanced", angles, 0j, count - 2, 0)
         values, _ = eigensystem(*matrices(p, 80.0, state))
-        rate = float(kept(values, count - 2).real.max())
+        rate = float(deciding_eigenvalues(values, count - 2).real.max())
         assert growth_rate(EqualBalls(p).balancer, 80.0, float(spread)) == pytest.approx(rate, abs=1e-9 * 60.0)
 
 

@@ -234,7 +234,7 @@ def test_a_piece_that_is_left_to_numba_gives_the_same_bits(
     pipeline = {} if piece == "inlining" else {"pipeline_class": KernelCompiler}
     kernel = cache.njit(numba.void(types, numba.float64[::1]), cache=True, _nrt=False, **pipeline)(twice)
     found = np.zeros(1)
-    cache.compile_together([(kernel, None)])  # as a run does before it begins
+    cache.compile_in_parallel([(kernel, None)])  # as a run does before it begins
     kernel(machine, found)
     assert found[0] == -0.2 + bent.py_func(2.5, 4)
     square = cache.njit(numba.float64(numba.float64), cache=True)(doubled.py_func)

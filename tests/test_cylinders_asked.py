@@ -20,7 +20,7 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import save_machine
 from autobalancer.laws.capabilities import chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.plots.chamber.view import Camera, seen_cylinders
+from autobalancer.plots.chamber.view import Camera, cylinder_outlines
 from autobalancer.results.archive import Archive
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.bounds import fill
@@ -152,12 +152,12 @@ def test_runs_of_balls_have_nothing_of_cylinders() -> None:
 
 def test_a_cylinder_seen_from_the_side_is_a_rectangle_and_from_the_end_a_circle() -> None:
     places, radius, length = np.array([[0.3, 0.4]]), np.array([0.01]), np.array([0.03])
-    side = seen_cylinders(Camera(90.0, 0.0).axes(), places, radius, length)[0] - places
+    side = cylinder_outlines(Camera(90.0, 0.0).axes(), places, radius, length)[0] - places
     assert np.ptp(side, axis=0) == pytest.approx([0.03, 0.02], rel=1e-6)
     x, y = side.T
     area = 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
     assert area == pytest.approx(0.03 * 0.02, rel=1e-6)
-    whole, end = seen_cylinders(Camera(0.0, 0.0).axes(), places, radius, length) - places
+    whole, end = cylinder_outlines(Camera(0.0, 0.0).axes(), places, radius, length) - places
     assert np.hypot(*whole.T) == pytest.approx(np.full(len(whole), 0.01), rel=1e-12)
     assert end == pytest.approx(whole, abs=1e-15)
 

@@ -28,7 +28,7 @@ from autobalancer.files.samples import sample_names
 from autobalancer.machine import Balls, Friction, Machine, PlanarRotor, Unbalance
 from autobalancer.machine.chamber import ChamberUnbalance
 from autobalancer.machine.schema import Kind, file_schema, keys
-from autobalancer.units import Given, from_si, to_si
+from autobalancer.units import WrittenFloat, from_si, to_si
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted(
@@ -76,7 +76,7 @@ def test_quantities_become_si_numbers_and_remember_how_they_were_written() -> No
     machine = parse_machine(tomli_w.dumps(DISCOIDAL))
     assert machine.rotor.stiffness == 44654.0
     assert machine.rotor.mass == 12.27
-    assert isinstance(machine.rotor.mass, Given)
+    assert isinstance(machine.rotor.mass, WrittenFloat)
     assert machine.rotor.mass.text == "12.27 kg"
     ball = machine.balancers[0].races[0].balls[0]
     assert ball.diameter == 0.0123
@@ -123,7 +123,7 @@ def test_conversion_leaves_no_rounding_dust() -> None:
 def test_a_plain_number_is_already_si() -> None:
     machine = parse_machine(tomli_w.dumps(changed(("rotor", "mass"), 12)))
     assert machine.rotor.mass == 12.0
-    assert not isinstance(machine.rotor.mass, Given)
+    assert not isinstance(machine.rotor.mass, WrittenFloat)
 
 
 def test_a_single_entry_counts_as_a_list_of_one() -> None:

@@ -29,7 +29,7 @@ from autobalancer.stability.maps.balanced import (
     planar_eigenvalues,
     scaled_growth_rates,
 )
-from autobalancer.stability.states.linearized import eigensystem, kept
+from autobalancer.stability.states.linearized import deciding_eigenvalues, eigensystem
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 DISCOIDAL = MACHINES / "discoidal.toml"
@@ -66,7 +66,7 @@ def test_the_compiled_growth_rate_is_that_of_the_linearized_equations(seed: int)
     for speed in speeds:
         state = next(s for s in equilibria_of(p, float(speed)) if s.name == "balanced")
         values, _ = eigensystem(*matrices(p, float(speed), state))
-        expected.append(float(kept(values, state.freedom).real.max()))
+        expected.append(float(deciding_eigenvalues(values, state.freedom).real.max()))
         spreads.append(abs(np.exp(2j * state.angles).sum()))
     rates, _ = growth_rates(balancer, speeds, np.array(spreads))
     assert np.abs(rates - expected).max() < 1e-9 * critical

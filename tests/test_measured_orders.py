@@ -18,7 +18,7 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Channel, MeasuredOrders, Sensor, Tacho, load_orders, record
-from autobalancer.measurement.balancing.run_down import given_orders
+from autobalancer.measurement.balancing.run_down import first_orders
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.tracking import fitted_orders
 from autobalancer.rotordynamics.identification.fit import Trial
@@ -384,7 +384,7 @@ def test_what_orders_lack_is_said(rotor: ab.machine.Machine, run: xr.Dataset, tr
     with pytest.raises(QuestionError, match="orders have their speed already"):
         ab.compare(run, tracked, tacho="tacho")
     with pytest.raises(QuestionError, match=r"no amplitude and phase at 668.45 rpm"):
-        given_orders(orders.assign(amplitude=orders["amplitude"].where(orders["speed"] > 75.0)), "orders")
+        first_orders(orders.assign(amplitude=orders["amplitude"].where(orders["speed"] > 75.0)), "orders")
 
 
 def test_a_measurement_file_names_orders_signals_and_films(

@@ -624,7 +624,7 @@ def test_one_column_of_a_long_table_takes_no_room_for_the_others(monkeypatch: py
 
     monkeypatch.setattr(formats, "BLOCK", 1000)
     rows = np.arange(600_000.0).reshape(-1, 6)
-    columns = formats._kept(Path("long.csv"), [rows])
+    columns = formats._stored_columns(Path("long.csv"), [rows])
     tracemalloc.start()
     column = np.asarray(columns[1])
     peak = tracemalloc.get_traced_memory()[1]

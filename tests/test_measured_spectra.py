@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.spectra.spectrum import found_lines
+from autobalancer.measurement.spectra.spectrum import detect_lines
 
 RATE = 1000.0
 TIME = np.arange(12000) / RATE
@@ -91,7 +91,7 @@ def test_the_lowest_frequencies_of_noise_have_no_more_lines_than_the_others() ->
     for _ in range(800):
         x = random.standard_normal(400)
         seen = np.abs(np.fft.rfft((x - x.mean()) * weights))
-        at = found_lines(frequency, seen, weights).frequency
+        at = detect_lines(frequency, seen, weights).frequency
         low, all_lines = low + int((at < 20.0).sum()), all_lines + at.size
     assert low <= 3 + 3 * all_lines // 10  # a tenth of all is expected
 

@@ -37,7 +37,7 @@ from autobalancer.rotordynamics.receptance.receptances import load_receptance
 from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.host.stations import Plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, growth_rate, worst_case_border
-from autobalancer.stability.states.linearized import eigensystem, kept
+from autobalancer.stability.states.linearized import deciding_eigenvalues, eigensystem
 
 FREQUENCY = 2.0 * math.pi * np.linspace(2.0, 40.0, 381)
 ROTOR = (12.27, 68.37, 44654.0)  # kg, N s/m, N/m: Spannan (2021), table 6.4
@@ -89,7 +89,7 @@ def test_the_loop_of_a_planar_rotor_has_the_eigenvalues_of_its_full_equations(co
     plane = Plane(10.0, (1e5, 1e5), (60.0, 60.0), 0j, *arrays)
     freedom = max(count - 2, 0)
     values, _ = eigensystem(*matrices(plane, speed, Equilibrium("balanced", angles, 0j, freedom, 0)))
-    expected = kept(values, freedom)
+    expected = deciding_eigenvalues(values, freedom)
     with_balls = loop_eigenvalues(planar_model(10.0, 60.0, 1e5), balls, angles, speed)
     same_values(with_balls, expected, 1e-11)
     added = float(balls.mass.sum())

@@ -212,7 +212,7 @@ def gather(kernels: Path, folder: Path, stamps: set[str]) -> int:
             hashes[name] = hashlib.sha256(content).hexdigest()
             (folder / name).write_bytes(content)
     processor = cpu_target.target_context.codegen().magic_tuple()
-    told = {"processor": processor, "made with": cache.made_with(), "sha256": hashes}
+    told = {"processor": processor, "made with": cache.compiler_versions(), "sha256": hashes}
     (folder / cache.LIST).write_text(json.dumps(told, indent=0), encoding="utf-8")
     return len(hashes)
 

@@ -9,7 +9,7 @@ from autobalancer.errors import QuestionError
 SHARE = 0.5  # of the free memory that one question may take
 
 
-def refuse_what_does_not_fit(question: str, count: float, what: str, each: float, cure: str) -> None:
+def refuse_beyond_memory(question: str, count: float, what: str, each: float, cure: str) -> None:
     """Refuse more of something than the memory holds.
 
     Parameters

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from autobalancer.public_names import ABOUT, DRAWN, MODULES, NAMES
+from autobalancer.public_names import ABOUT, FIGURES, MODULES, NAMES
 
 PACKAGE = "autobalancer"
 
@@ -37,8 +37,8 @@ def public(space: str, names: dict[str, Any]) -> tuple[Callable[[str], Any], Cal
 
 def function_of(command: str) -> str:
     """The public function of a command, without ``ab.``: its last word, wherever it lives; empty if there is none."""
-    if command in DRAWN:
-        return DRAWN[command]
+    if command in FIGURES:
+        return FIGURES[command]
     *group, last = command.replace("-", "_").split()
     spaces = [*group, *(space for space in ("", *ABOUT) if space not in group and space != "plot")]
     return next((f"{space}.{last}".lstrip(".") for space in spaces if last in NAMES.get(space, ())), "")

@@ -1,6 +1,6 @@
 """Progress of long functions in Python: a bar on a terminal, a line in a notebook, nothing in a pipe or a script's log.
 
-And questions with a limit: their loops ask :func:`still_time`.
+And questions with a limit: their loops ask :func:`check_deadline`.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def question(name: str, seconds: float, say: Callable[[str], None] | None = None
         _END.reset(end)
 
 
-def still_time() -> None:
+def check_deadline() -> None:
     """Asked in loops that may take long.
 
     Raises

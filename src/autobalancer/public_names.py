@@ -312,7 +312,7 @@ ABOUT = {
     "laws": "Closed formulas on plain numbers, each with its source.",
 }
 MODULES = {"": {"machine": "machine", "errors": "errors", "units": "units"}, "plot": {"style": "plots.style"}}
-DRAWN = {
+FIGURES = {
     "plot": "plot",
     "measure run-down": "measure.unbalance_from_run_down",
     "chamber archive": "chamber.Archive",

@@ -58,7 +58,7 @@ def write_safely(path: str | Path, write: Callable[[Path], Any]) -> Path:
         If the place is a folder or a device, or cannot be written, or the disk is full. What was there before is kept.
     """
     path = as_path(path)
-    with _told(path):
+    with _system_errors(path):
         place = _place(path)
         place.parent.mkdir(parents=True, exist_ok=True)
         unfinished = _beside(place)
@@ -69,7 +69,7 @@ def write_safely(path: str | Path, write: Callable[[Path], Any]) -> Path:
                 os.chmod(unfinished, stat.S_IMODE(place.stat().st_mode))
             os.replace(unfinished, place)
         except (OSError, RuntimeError) as reason:
-            raise ResultError(f"{path}: {_why(reason, place)}") from None
+            raise ResultError(f"{path}: {_reason_text(reason, place)}") from None
         finally:
             if unfinished.exists():
                 _failed.append(place)
@@ -91,7 +91,7 @@ def ready_to_write(*paths: str | Path | None) -> None:
         As :func:`write_safely` would later.
     """
     for path in (as_path(path) for path in paths if path is not None):
-        with _told(path):
+        with _system_errors(path):
             place = _place(path)
             folder = next(folder for folder in place.parents if folder.exists())
             trial = _beside(folder / place.name)
@@ -167,15 +167,15 @@ def _to_disk(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _system_errors(path: Path) -> Iterator[None]:
     """Whatever the system or the netCDF library (RuntimeError) says becomes one sentence."""
     try:
         yield
     except (OSError, RuntimeError) as reason:
-        raise ResultError(f"{path}: {_why(reason, path)}") from None
+        raise ResultError(f"{path}: {_reason_text(reason, path)}") from None
 
 
-def _why(reason: OSError | RuntimeError, path: Path) -> str:
+def _reason_text(reason: OSError | RuntimeError, path: Path) -> str:
     given = reason.errno if isinstance(reason, OSError) else None
     if given in NO_ROOM or (given is None and _full(path.parent)):
         return "the disk is full"

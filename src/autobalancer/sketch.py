@@ -105,12 +105,14 @@ def _unbalances(given: Machine) -> list[Vector]:
         if one.is_couple:
             continue
         value = one.vector * unbalance_factor(one, 0.0)
-        where = "" if isinstance(given.rotor, PlanarRotor) or one.station is None else f" at {_named(one.station)}"
+        where = (
+            "" if isinstance(given.rotor, PlanarRotor) or one.station is None else f" at {_station_label(one.station)}"
+        )
         found.append(Vector(value, f"unbalance{where} {moment_text(abs(value))}", UNBALANCE))
     return found
 
 
-def _named(station: float | str) -> str:
+def _station_label(station: float | str) -> str:
     return station if isinstance(station, str) else f"{1e3 * float(station):.4g} mm"
 
 

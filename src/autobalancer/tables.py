@@ -38,7 +38,7 @@ class Column:
 
     def cells(self) -> list[str]:
         """The values as they are shown; what is not known is a dash."""
-        cells = [_shown(value, self.form, self.unit) for value in self.values]
+        cells = [_cell(value, self.form, self.unit) for value in self.values]
         if not self.once:
             return cells
         return ["" if k and cell == cells[k - 1] else cell for k, cell in enumerate(cells)]
@@ -62,7 +62,7 @@ def whole_degrees(angle: float) -> str:
     return rounded(math.degrees(angle) % 360.0, ".0f", "deg")
 
 
-def _shown(value: Any, form: str, unit: str) -> str:
+def _cell(value: Any, form: str, unit: str) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool) or not hasattr(value, "__float__"):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autobalancer.errors import QuestionError
-from autobalancer.stability.averaged import Given, averaged_plane
+from autobalancer.stability.averaged import MachineArgument, averaged_plane
 from autobalancer.stability.host.stations import Floats
 
 
@@ -27,7 +27,7 @@ class TwoBallState:
     chi: complex  # chi_c + i chi_s, sum of both directions; a state exists for |chi| <= 2, (4.67)
 
 
-def chi_of_two_balls(machine: Given, speed: float, unbalance: complex | float | None = None) -> TwoBallState:
+def chi_of_two_balls(machine: MachineArgument, speed: float, unbalance: complex | float | None = None) -> TwoBallState:
     """Amplitudes (4.52)-(4.60) and chi of (4.61), (4.62), whether or not the balls can reach it; else angles are nan."""
     p = averaged_plane(machine, unbalance)
     if p.moment.size != 2 or np.ptp(p.moment) > 0.0 or np.ptp(np.abs(p.offset)) > 0.0 or p.offset[0] != p.offset[1]:
@@ -62,7 +62,9 @@ def chi_of_two_balls(machine: Given, speed: float, unbalance: complex | float | 
     )
 
 
-def two_ball_state(machine: Given, speed: float, unbalance: complex | float | None = None) -> TwoBallState | None:
+def two_ball_state(
+    machine: MachineArgument, speed: float, unbalance: complex | float | None = None
+) -> TwoBallState | None:
     """The steady state with the balls apart, or none if (4.67) fails: then the balls cannot carry what they should."""
     state = chi_of_two_balls(machine, speed, unbalance)
     return None if math.isnan(float(state.angles[0])) else state

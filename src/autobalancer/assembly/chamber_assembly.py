@@ -356,16 +356,16 @@ def rebound_tables(machine: ChamberMachine) -> tuple[Floats, Integers]:
     )
     for i, (number, one) in enumerate(groups):
         viscosity = float(machine.chambers[number].viscosity or 0.0)
-        first[i, -1] = tables.first(*requested, _least(contact, one.ball_mass, one.radius, viscosity))
+        first[i, -1] = tables.first(*requested, _least_rebound_speed(contact, one.ball_mass, one.radius, viscosity))
         for j, (other_number, two) in enumerate(groups):
             if other_number == number:
                 mass = 1.0 / (1.0 / one.ball_mass + 1.0 / two.ball_mass)
                 radius = 1.0 / (1.0 / one.radius + 1.0 / two.radius)
-                first[i, j] = tables.first(*requested, _least(contact, mass, radius, viscosity))
+                first[i, j] = tables.first(*requested, _least_rebound_speed(contact, mass, radius, viscosity))
     return tables.numbers, first
 
 
-def _least(contact: ChamberContact, mass: float, radius: float, viscosity: float) -> float:
+def _least_rebound_speed(contact: ChamberContact, mass: float, radius: float, viscosity: float) -> float:
     """The speed below which a fluid leaves no rebound, m/s; reduced mass (kg) and radius (m)."""
     if contact.rebound is None or contact.rebound.critical_stokes is None:
         return 0.0

@@ -291,7 +291,9 @@ def force_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, *, tri
     numbers: list[float] = []
     for path, force, members in forces_in(machine, balls):
         its_balls = tuple(balls[i] for i in members)
-        made = compiled_force(force, path, its_balls, float(places[members[0]].gravity)) if tried else made_of(force)
+        made = (
+            compiled_force(force, path, its_balls, float(places[members[0]].gravity)) if tried else compile_force(force)
+        )
         fields = {"address": made.force.address, "energy": made.energy.address if made.energy else 0}
         fields["first"] = len(numbers)
         numbers += force.numbers().values() or (0.0,)
@@ -344,14 +346,14 @@ RETURNS = {  # what each method must do, for one ball and for two
 }
 
 
-class Made(NamedTuple):
+class CompiledForce(NamedTuple):
     """The compiled functions of a force."""
 
     force: CompiledFunction
     energy: CompiledFunction | None
 
 
-class Where(NamedTuple):
+class TrialPlace(NamedTuple):
     """Where a force is tried: places and velocities of one ball or two, m and m/s, and the speed of the rotor, rad/s."""
 
     places: tuple[complex, ...]
@@ -371,7 +373,7 @@ class Where(NamedTuple):
         )
 
 
-def compiled_force(force: Force, path: str, balls: tuple[Ball, ...], gravity: float) -> Made:
+def compiled_force(force: Force, path: str, balls: tuple[Ball, ...], gravity: float) -> CompiledForce:
     """The compiled functions of a force at this ``path`` that acts on these balls of one race.
 
     Raises
@@ -387,13 +389,13 @@ def compiled_force(force: Force, path: str, balls: tuple[Ball, ...], gravity: fl
 
 
 @lru_cache(maxsize=256)
-def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: float) -> Made:
-    made = made_of(force)
+def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: float) -> CompiledForce:
+    made = compile_force(force)
     own = numbers_row(force.numbers())
     fixed = {"mass": mass, "radius": radius, "orbit": orbit, "gravity": gravity}
     balls = [PLACE.row(**fixed) for _ in range(2 if force.pairs else 1)]
 
-    def rows(where: Where) -> list[Any]:
+    def rows(where: TrialPlace) -> list[Any]:
         angle = [cmath.phase(place) for place in where.places]
         ahead = math.fmod(angle[-1] - angle[0] + 4.0 * math.pi, 2.0 * math.pi)
         for row, place, velocity, side in zip(balls, where.places, where.velocities, (-ahead, ahead), strict=False):
@@ -401,7 +403,7 @@ def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: floa
             row["ahead"], row["speed"] = side, where.speed
         return balls
 
-    def tries() -> list[tuple[Where, list[float]]]:
+    def tries() -> list[tuple[TrialPlace, list[float]]]:
         wheres = _wheres(force, orbit)
         return [(where, [float(part) for part in made.force.function(*rows(where), own)]) for where in wheres]
 
@@ -420,12 +422,14 @@ def _tried(force: Force, orbit: float, mass: float, radius: float, gravity: floa
     return made
 
 
-def made_of(force: Force) -> Made:
+def compile_force(force: Force) -> CompiledForce:
     """The compiled functions of a force, untried."""
-    return Made(_made(force, "force"), _made(force, "energy") if force.conservative() else None)
+    return CompiledForce(
+        _compiled_method(force, "force"), _compiled_method(force, "energy") if force.conservative() else None
+    )
 
 
-def _made(force: Force, method: str) -> CompiledFunction:
+def _compiled_method(force: Force, method: str) -> CompiledFunction:
     function, pair = getattr(type(force), method, None), bool(force.pairs)
     if function is None:
         raise MachineError(f"has no '{method}'; it is a static method that must {RETURNS[method][pair]}")
@@ -437,7 +441,7 @@ def _made(force: Force, method: str) -> CompiledFunction:
         raise MachineError(f"does not compile: in {method!r}, {said}; it must {RETURNS[method][pair]}") from None
 
 
-def _wheres(force: Force, orbit: float) -> Iterator[Where]:
+def _wheres(force: Force, orbit: float) -> Iterator[TrialPlace]:
     """A few dozen ordinary places: around the race on its wall and inside, at rest and in motion, at several speeds."""
     for number in range(ANGLES):
         away = cmath.rect(orbit * RADII[number % 2], 0.1 + number * 2.0 * math.pi / ANGLES)
@@ -446,12 +450,14 @@ def _wheres(force: Force, orbit: float) -> Iterator[Where]:
                 moving = away * complex(0.05, 1.0) * rate
                 if force.pairs:
                     ahead = cmath.rect(orbit, cmath.phase(away) + 0.5 + 0.7 * number)
-                    yield Where((away, ahead), (moving, -0.5j * rate * ahead), speed)
+                    yield TrialPlace((away, ahead), (moving, -0.5j * rate * ahead), speed)
                 else:
-                    yield Where((away,), (moving,), speed)
+                    yield TrialPlace((away,), (moving,), speed)
 
 
-def _refuse_false_energy(energy: Callable[[Where], float], tried: list[tuple[Where, list[float]]], step: float) -> None:
+def _refuse_false_energy(
+    energy: Callable[[TrialPlace], float], tried: list[tuple[TrialPlace, list[float]]], step: float
+) -> None:
     """Refuse an energy whose negative gradient is not the force; at a bend of the energy, that of either side will do."""
     greatest = max((abs(part) for _, parts in tried for part in parts), default=0.0)
     for where, parts in tried:

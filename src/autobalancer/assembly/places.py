@@ -161,7 +161,7 @@ class Places:
     center_loads: Complexes  # (pairs,) the same over the coordinates of the model along x
 
 
-class _Seen(NamedTuple):
+class _RotorPlaces(NamedTuple):
     """What of the places depends on the rotor and the coordinates of a run only; see :class:`Places`."""
 
     planes: Planes
@@ -184,7 +184,7 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
     bare = spring_model(machine)
     model = with_ball_mass(machine, lateral_model(machine))
     basis = assembly.reduction.basis if assembly.reduction is not None else np.eye(model.size)
-    seen = _seen(machine, bare, assembly.reduction)
+    seen = _rotor_places(machine, bare, assembly.reduction)
     planes = seen.planes
     centers = sum(
         (
@@ -205,12 +205,12 @@ def places_of(machine: Machine, assembly: Assembly) -> Places:
         capability=np.array([capability_of(balls) for balls in of_plane], np.float64),
         centers=basis.T @ circular(model, centers),
         center_loads=centers,
-        **{name: getattr(seen, name) for name in _Seen._fields[1:]},
+        **{name: getattr(seen, name) for name in _RotorPlaces._fields[1:]},
     )
 
 
 @remembered(8, by=lambda machine, bare, small: (*places_key(machine), *rotor_key(machine), bare, small and small.basis))
-def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _Seen:
+def _rotor_places(machine: Machine, bare: LateralModel, small: Reduction | None) -> _RotorPlaces:
     # places at which the rotor is seen: planes of balancers, named stations, supports, each once
     basis = np.eye(bare.size) if small is None else small.basis
     planes, stations = planes_of(machine, bare), station_rows(machine, bare)
@@ -235,7 +235,7 @@ def _seen(machine: Machine, bare: LateralModel, small: Reduction | None) -> _See
         shape = (len(result), bare.speeds.size, 2, basis.shape[1])
         return np.array([matrix @ basis for matrix in matrices]).reshape(shape).swapaxes(0, 1)
 
-    return _Seen(
+    return _RotorPlaces(
         planes=planes,
         names=tuple(rows),
         kinds=tuple(kinds),
@@ -308,7 +308,7 @@ def table_shares(speeds: Floats, speed: Floats) -> list[Floats]:
 # for those of races that are not centered.
 
 
-def assemble_held(machine: Machine, rotating: bool | None = None) -> Assembly:
+def assemble_locked(machine: Machine, rotating: bool | None = None) -> Assembly:
     """A machine with its balls held, ready to integrate.
 
     Raises
@@ -395,7 +395,7 @@ def without_balancing(
     from autobalancer.kernels.measures import observables
 
     vibration, force = np.zeros(len(places.names)), np.zeros(len(places.supports))
-    observables.with_balls_held(assembly.system, gauges, time, speed, desk_for(gauges, 0), vibration, force)
+    observables.observe_locked_balls(assembly.system, gauges, time, speed, desk_for(gauges, 0), vibration, force)
     return vibration, force
 
 

@@ -19,10 +19,10 @@ from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.machine import Balls, Fluid, Friction, Machine, PlanarRotor, PrescribedSpeed, Race, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part, Quantity, quantity_of
-from autobalancer.machine.path import QUANTITIES, did_you_mean, entry_at, named_unit, parts_of, unit_at, with_entry
+from autobalancer.machine.path import QUANTITIES, did_you_mean, entry_at, parts_of, si_unit_of, unit_at, with_entry
 from autobalancer.machine.rotors.planar import DAMPERS, SPRINGS
 from autobalancer.machine_kinds import RACES, machine_kind
-from autobalancer.units import Given, shortened, to_si
+from autobalancer.units import WrittenFloat, shortened, to_si
 from autobalancer.units.quantity import range_values
 
 
@@ -216,7 +216,7 @@ def parameter_unit(machine: Machine, name: str) -> str:
         units = [parameter_unit(machine, part) for part in (first, *others)]  # refuses names that are none
         return units[0]
     if name == "speed" or name in QUANTITIES:
-        return named_unit(name)
+        return si_unit_of(name)
     if "." not in name:
         known = ", ".join(("speed", *QUANTITIES))
         raise QuestionError(
@@ -453,7 +453,7 @@ def with_author_springs(machine: Machine, author: Machine) -> Machine:
     if before.critical_speed is not None:
         keys |= {"stiffness": None, "critical_speed": _one_or_pair(speeds)}
     width = before.half_power_bandwidth
-    if width is not None and _alike(ratios):
+    if width is not None and _all_equal(ratios):
         keys |= {"damping": None, "half_power_bandwidth": 2.0 * ratios[0]}
     elif width is not None or before.damping_ratio is not None:
         keys |= {"damping": None, "damping_ratio": _one_or_pair(ratios)}
@@ -462,15 +462,15 @@ def with_author_springs(machine: Machine, author: Machine) -> Machine:
     )
 
 
-def _alike(values: list[float]) -> bool:
+def _all_equal(values: list[float]) -> bool:
     return math.isclose(values[0], values[1], rel_tol=1e-12)
 
 
 def _one_or_pair(values: list[float]) -> float | tuple[float, ...]:
-    return values[0] if _alike(values) else tuple(values)
+    return values[0] if _all_equal(values) else tuple(values)
 
 
-def _written(part: Part) -> Iterator[tuple[Quantity, Given]]:
+def _written(part: Part) -> Iterator[tuple[Quantity, WrittenFloat]]:
     """All quantities of a part that were written with a unit."""
     for key in part.model_fields_set:
         quantity, stack = quantity_of(type(part), key), [getattr(part, key)]
@@ -480,11 +480,11 @@ def _written(part: Part) -> Iterator[tuple[Quantity, Given]]:
                 stack += reversed(value)
             elif isinstance(value, Part):
                 yield from _written(value)
-            elif isinstance(value, Given) and quantity is not None:
+            elif isinstance(value, WrittenFloat) and quantity is not None:
                 yield quantity, value
 
 
-def unit_of(value: Given) -> str:
+def unit_of(value: WrittenFloat) -> str:
     """The unit in which a quantity was written."""
     match = WRITTEN.match(value.text)
     return match[1] if match else ""
@@ -509,9 +509,9 @@ def _entry(value: Any, author: Any, quantity: Quantity | None, units: dict[str, 
         before = author if alike else (author[0] if isinstance(author, tuple) and author else author,) * len(value)
         new = tuple(_entry(one, other, quantity, units) for one, other in zip(value, before, strict=True))
         return value if all(one is other for one, other in zip(new, value, strict=True)) else new
-    if quantity is None or isinstance(value, Given) or not isinstance(value, float):
+    if quantity is None or isinstance(value, WrittenFloat) or not isinstance(value, float):
         return value
-    if isinstance(author, Given):
+    if isinstance(author, WrittenFloat):
         return _with_unit(value, unit_of(author), quantity.unit)
     if isinstance(author, float) or not quantity.unit:
         return value  # as the author has it, in SI
@@ -523,6 +523,6 @@ def _with_unit(value: float, written: str, unit: str) -> float:
     try:
         zero, one = (to_si(f"{number} {written}", unit) for number in (0, 1))
         text = f"{(value - zero) / (one - zero):.{DIGITS}g} {written}"
-        return Given(text, float(to_si(text, unit)))
+        return WrittenFloat(text, float(to_si(text, unit)))
     except (UnitError, ArithmeticError):
         return value

@@ -71,7 +71,7 @@ MEASURED = (
     "a measured receptance stands for the rotor; capability does not ask it, and for torsion it is one stiff piece"
 )
 MOVING = "acts on balls that move"
-NOTHING = (None, 0, False, "", ())  # values of a key without a default that have no effect
+NEUTRAL = (None, 0, False, "", ())  # values of a key without a default that have no effect
 ANY_PLACE = "the answer holds for a speed or a start that the caller chooses"
 
 
@@ -341,7 +341,7 @@ def _terms_of(machine: Machine) -> tuple[tuple[Term, ...], tuple[str, ...]]:
     """The terms that a machine has, and the paths of keys away from their neutral value that belong to none."""
     there: set[str] = set()
     undeclared: list[str] = []
-    for part, key, path in _said(machine, ()):
+    for part, key, path in _set_keys(machine, ()):
         terms = declared_for(type(part), key)
         there.update(term.name for term in terms)
         if not terms:
@@ -350,7 +350,7 @@ def _terms_of(machine: Machine) -> tuple[tuple[Term, ...], tuple[str, ...]]:
     return result, tuple(undeclared)
 
 
-def _said(part: Part, path: tuple[str | int, ...]) -> Iterator[tuple[Part, str, tuple[str | int, ...]]]:
+def _set_keys(part: Part, path: tuple[str | int, ...]) -> Iterator[tuple[Part, str, tuple[str | int, ...]]]:
     """Every key of a part and of those in it that is not at its neutral value: its default, or nothing where it has none."""
     for key, about in type(part).model_fields.items():
         value, here = getattr(part, key), (*path, key)
@@ -358,7 +358,7 @@ def _said(part: Part, path: tuple[str | int, ...]) -> Iterator[tuple[Part, str, 
         if isinstance(value, tuple):
             inner = [((*here, number), one) for number, one in enumerate(value) if isinstance(one, Part)]
         for at, one in inner:
-            yield from _said(one, at)
-        neutral = NOTHING if about.is_required() else (about.get_default(call_default_factory=True),)
+            yield from _set_keys(one, at)
+        neutral = NEUTRAL if about.is_required() else (about.get_default(call_default_factory=True),)
         if not inner and key not in TAGS and value not in neutral:
             yield part, key, here

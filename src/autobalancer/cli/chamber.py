@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.command import MACHINE, Also, Files, Reply, as_plain, command, said_when_stopped
+from autobalancer.cli.terminal.command import MACHINE, Files, FurtherFiles, Reply, as_plain, command, on_interrupt
 from autobalancer.cli.terminal.options import In, Listed, Seed
 from autobalancer.cli.terminal.sheet import speed_text
 from autobalancer.errors import QuestionError
-from autobalancer.units.quantity import whole
+from autobalancer.units.quantity import whole_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,9 +29,9 @@ app = typer.Typer(
 Chambers = Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")]
 Step = Annotated[float | None, In("s"), 'Of the integration, such as "1e-6 s"; by default from the contact time.']
 Last = Annotated[float | None, In("s"), "Time at the end that is the steady state; by default a tenth."]
-Kept = Annotated[Path | None, "Folder that keeps all runs; what was stopped goes on."]
+ArchiveFolder = Annotated[Path | None, "Folder that keeps all runs; what was stopped goes on."]
 Workers = Annotated[int | None, "Threads; by default one for each core."]
-GOES_ON = "the archive keeps what was computed, and the same command goes on"
+RESUME_TEXT = "the archive keeps what was computed, and the same command goes on"
 LOST = "nothing is kept without --archive"
 PICTURES = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")  # of one run
 
@@ -44,7 +44,7 @@ def amplitudes(
     friction: Annotated[Any, Listed(""), 'Coefficients, such as "0.3,0.5,0.7".'],
     duration: Annotated[float, In("s"), 'Of each run, such as "20 s".'],
     single: Annotated[str, "Numbers of balls in the single layer; by default the same, none for none."] = "",
-    archive: Kept = None,
+    archive: ArchiveFolder = None,
     step: Step = None,
     last: Last = None,
     seeds: Annotated[int, typer.Option(min=1, help="Fillings for each point; pictures show mean and range.")] = 1,
@@ -62,8 +62,8 @@ def amplitudes(
     from autobalancer.results.store import result_csv
     from autobalancer.studies.chamber_study import OPTIMAL, optimal_means
 
-    deep = [] if balls == "none" else whole("--balls", balls)
-    other = [] if single == "none" else whole("--single", single) if single else deep
+    deep = [] if balls == "none" else whole_numbers("--balls", balls)
+    other = [] if single == "none" else whole_numbers("--single", single) if single else deep
     if not deep and not other:
         raise QuestionError("--balls, --single: given none for both; give numbers of balls for one of them")
     counts = {layer: numbers for layer, numbers in (("deep", deep), ("single", other)) if numbers}
@@ -74,7 +74,7 @@ def amplitudes(
                 f"--means: means are over {low} to {high} balls ({layer}), and none of {numbers} is among them"
             )
     of_means, of_shares = (Files(plot=path) for path in (means, carried))
-    with said_when_stopped(GOES_ON if archive is not None else LOST):
+    with on_interrupt(RESUME_TEXT if archive is not None else LOST):
         found = ab.chamber.amplitudes(
             machine,
             counts,
@@ -88,10 +88,10 @@ def amplitudes(
             workers=workers,
             **options,
         )
-    _say_what_failed(found)
+    _print_failed_points(found)
     pictures = (
-        Also(of_means, draw=lambda: ab.plot.chamber_optimal_means(optimal_means(found))),
-        Also(of_shares, draw=lambda: ab.plot.chamber_carried(found)),
+        FurtherFiles(of_means, draw=lambda: ab.plot.chamber_optimal_means(optimal_means(found))),
+        FurtherFiles(of_shares, draw=lambda: ab.plot.chamber_carried(found)),
     )
     return Reply(found, columns=[], facts=(), heading="", notes=(), csv=result_csv(found), also=pictures)
 
@@ -125,7 +125,7 @@ def reactions(
     update, name = options["progress"], name or machine.stem
     ready_to_write(*(out / f"{name}_{kind}.png" for kind in PICTURES))
     body = pakula_body(height) if height else None
-    with said_when_stopped(GOES_ON):
+    with on_interrupt(RESUME_TEXT):
         run = ab.chamber.archived_run(
             ab.chamber.Archive(archive),
             name,
@@ -182,7 +182,7 @@ def step_size(
     return Reply(found, columns=columns, facts=())
 
 
-def _say_what_failed(found: Any) -> None:
+def _print_failed_points(found: Any) -> None:
     """The points without a result, with the reason; an error where no point has one."""
     from autobalancer.studies.chamber_study import NOT_ASKED
 
@@ -224,7 +224,7 @@ def design(
         list[str] | None,
         'Also run the best design with a quantity changed, such as "unbalance=0.2". May be repeated.',
     ] = None,
-    archive: Kept = None,
+    archive: ArchiveFolder = None,
     workers: Workers = None,
     best: Annotated[Path | None, "Machine file of the best design, .toml."] = None,
     **options: Any,
@@ -255,7 +255,7 @@ def design(
     changes = {name: quantity("--around", text, "") for name, text in pairs}
     refuse_changes(changes)
     how: dict[str, Any] = {"archive": archive, "workers": workers, **options}
-    with said_when_stopped(GOES_ON if archive is not None else LOST):
+    with on_interrupt(RESUME_TEXT if archive is not None else LOST):
         found = ab.chamber.design(
             machine,
             {name: text for name, text in candidates.items() if text},
@@ -270,7 +270,7 @@ def design(
         )
         changed = ab.chamber.design_sensitivity(found, changes, **how) if changes else None
     numbers = as_plain(found)
-    also = Also(made, found, machine=ab.chamber.designed_machine(found) if best is not None else None)
+    also = FurtherFiles(made, found, machine=ab.chamber.designed_machine(found) if best is not None else None)
     if changed is None:
         return Reply(found, numbers, also=[also])
     around_best = [(changed.heading(), changed.columns())]

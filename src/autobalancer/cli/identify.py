@@ -63,11 +63,11 @@ def identify(
 
 
 def _free(text: str, machine: Machine) -> FreeParameter:
-    from autobalancer.cli.terminal.options import named, unit_of
+    from autobalancer.cli.terminal.options import named_range, unit_of
     from autobalancer.rotordynamics.identification.fit import FreeParameter
     from autobalancer.units.quantity import ends
 
-    path, span = named("--free", text, "from:to")
+    path, span = named_range("--free", text, "from:to")
     return FreeParameter(path, *ends("--free", span, unit_of("--free", path, machine)))
 
 

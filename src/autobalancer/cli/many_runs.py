@@ -10,13 +10,13 @@ import typer
 import autobalancer as ab
 from autobalancer.cli.terminal.command import (
     MACHINE,
-    Also,
     Files,
+    FurtherFiles,
     Reply,
     as_plain,
     command,
     file_to_read,
-    said_when_stopped,
+    on_interrupt,
 )
 from autobalancer.cli.terminal.options import In, MachineFile, Seed
 from autobalancer.cli.terminal.sheet import speed_sign
@@ -89,13 +89,13 @@ def ensemble(
 
 def _column(machine: Any, text: str) -> tuple[str, list[Any]]:
     """The name and the values of an option, read with the unit of the name."""
-    from autobalancer.cli.terminal.options import named
+    from autobalancer.cli.terminal.options import named_range
     from autobalancer.studies.ensemble.columns import SEED, unit_of_column
-    from autobalancer.units.quantity import listed, whole
+    from autobalancer.units.quantity import listed, whole_numbers
 
-    name, values = named("--column", text)
+    name, values = named_range("--column", text)
     if name == SEED:
-        return name, list(whole("--column", values))
+        return name, list(whole_numbers("--column", values))
     return name, [float(value) for value in listed("--column", values, unit_of_column(machine, name))]
 
 
@@ -154,7 +154,7 @@ def basin(
     found = ab.basin(machine, speed, axes or None, **options)
     shares = {str(name): float(found["share"].sel(end=name)) for name in found["end"].values}
     runs, overlapping = int(found["state"].size), int(found.attrs.get("overlapping", 0))
-    left = _left(found)
+    left = _end_values(found)
     drawn = {"seed": seed, "worst_start": _worst(found)} if random else {"overlapping_starts": overlapping}
     late = [word for word in (NO_VERDICT, NOT_SETTLED) if shares.get(word)]
     changing = f"runs with the end {' or '.join(map(repr, late))} still change; give a longer --hold" if late else ""
@@ -174,7 +174,7 @@ def basin(
         lines=lines,
         code=code,
         notes=[text for text in (changing, *left["remarks"], ignored) if text],
-        also=[Also(again, found, machine=worst_start(found) if worst is not None else None)],
+        also=[FurtherFiles(again, found, machine=worst_start(found) if worst is not None else None)],
     )
 
 
@@ -200,7 +200,7 @@ def _worst_line(found: Any) -> str:
     return f"worst start: number {worst['number']} of {count}, with {WORST[worst['by']]} {length_text(worst['value'])}"
 
 
-def _left(found: Any) -> dict[str, Any]:
+def _end_values(found: Any) -> dict[str, Any]:
     """What the ends leave, SI."""
 
     def plain(name: str) -> Any:
@@ -227,11 +227,11 @@ def _left(found: Any) -> dict[str, Any]:
 
 
 def _axis(option: str, text: str) -> tuple[str, list[float]]:
-    from autobalancer.cli.terminal.options import named
+    from autobalancer.cli.terminal.options import named_range
     from autobalancer.stability.basins import unit_of_axis
     from autobalancer.units.quantity import range_values
 
-    name, span = named(option, text)
+    name, span = named_range(option, text)
     return name, [float(value) for value in range_values(option, span, unit_of_axis(name))]
 
 
@@ -299,7 +299,7 @@ Folder = Annotated[Path | None, "Where finished parts are kept; by default the n
 # ``autobalancer study``: what varies and how it scatters, from a file, run until enough is known.
 
 
-ALSO = ("balanced", "balanced_before", "steps", "drawn_again")  # are drawn, too, where a study has them
+FURTHER_COLUMNS = ("balanced", "balanced_before", "steps", "drawn_again")  # are drawn, too, where a study has them
 
 
 @command("study", take="scheduler workers", draw="", out=".nc", unit="speed", bar="members")
@@ -358,7 +358,7 @@ def _refuse_before(file: Path, sensitivity: str, drawn: str) -> None:
 
     asked = read_study(file)
     for option, name in (("sensitivity", sensitivity), ("quantity", drawn)):
-        if name and name not in ALSO:
+        if name and name not in FURTHER_COLUMNS:
             try:
                 quantity_kind(name, asked.results)
             except QuestionError as reason:
@@ -396,10 +396,12 @@ def design(
     file_to_read(file)
     made = [Files(Path(f"{file.stem}_{place}.toml"), allowed=MACHINE) for place in range(1, machines + 1)]
     parts = folder if folder is not None else Path(f"{file.stem}_parts")
-    with said_when_stopped(f"finished runs are kept in {parts}, and the same command goes on", parts):
+    with on_interrupt(f"finished runs are kept in {parts}, and the same command goes on", parts):
         found = ab.design(file, folder=parts, **options)
     written = made[: found.best().sizes["design"]]
-    also = [Also(each, machine=ab.designed_machine(found, place)) for place, each in enumerate(written, start=1)]
+    also = [
+        FurtherFiles(each, machine=ab.designed_machine(found, place)) for place, each in enumerate(written, start=1)
+    ]
     return Reply(found, as_plain(found.in_si()), lines=found.remarks(), notes=(), also=also)
 
 

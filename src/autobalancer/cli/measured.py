@@ -289,10 +289,10 @@ def rubber_signals(
     Example: autobalancer measure rubber-signals rubber_signals.csv --out rubber.toml --plot rubber.png
     """
     found = ab.measure.rubber(ab.measure.rubber_signals(records, frequency=frequency), **options)
-    return rubber_found(found)
+    return rubber_reply(found)
 
 
-def rubber_found(found: RubberFit) -> Reply:
+def rubber_reply(found: RubberFit) -> Reply:
     """Fitted rubber as a reply: its elements and how they meet the points, written as lines of a machine file."""
     points, fitted, law = found.points, found.fitted, found.law
     names = ("name", "frequency", "amplitude", "stiffness", "loss", "fitted_stiffness", "fitted_loss")
@@ -334,7 +334,7 @@ def rubber(
 
     Example: autobalancer rubber rubber_loops.csv --out rubber.toml
     """
-    return rubber_found(ab.measure.rubber(tables, relaxation_times=relaxation_time or [], **options))
+    return rubber_reply(ab.measure.rubber(tables, relaxation_times=relaxation_time or [], **options))
 
 
 # ``autobalancer measure balance``, ``four-run``, ``run-down``: unbalance and corrections from readings.

@@ -69,7 +69,7 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
     if {"layers", "friction", "balls"} <= set(result.dims):
         return _of_study(result, wishes)
     if isinstance(result, Studied) and "verdict" in result:
-        return _of_many(result, wishes)
+        return _study_pictures(result, wishes)
     if draw := _own_picture(result):
         _refuse(wishes, "of this result", "log", "frame", "place", "time", "start", "end", "deflection_unit")
         return {"picture": lambda: draw(result)}
@@ -147,7 +147,7 @@ def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:
     }
 
 
-def _of_many(study: Studied, wishes: Wishes) -> Pictures:
+def _study_pictures(study: Studied, wishes: Wishes) -> Pictures:
     """The pictures of a study of runs."""
     _refuse(wishes, "of a study", "log", "frame", "place", "time", "start", "end", "deflection_unit")
     unit = wishes.speed_unit

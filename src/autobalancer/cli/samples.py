@@ -75,7 +75,7 @@ def _print(sample: Path, as_json: bool) -> None:
 
 
 def _list(as_json: bool) -> None:
-    from autobalancer.cli.terminal.sheet import say
+    from autobalancer.cli.terminal.sheet import print_sentences
     from autobalancer.files.samples import KINDS, sample_names
 
     found = {kind: {name: _about(name) for name in sample_names(kind)} for kind in KINDS}
@@ -92,7 +92,7 @@ def _list(as_json: bool) -> None:
         typer.secho(kind, bold=True, underline=True)
         for name, (title, text) in listed.items():
             typer.secho(name, bold=True)
-            say(_first_sentence(text) or title, indent="  ", first="  ")
+            print_sentences(_first_sentence(text) or title, indent="  ", first="  ")
     typer.echo("Get one: autobalancer example NAME; all of them: autobalancer example --all")
 
 
@@ -195,14 +195,14 @@ def app(
     from autobalancer.app.serve import FOLDER, serve
     from autobalancer.cli.terminal.command import print_json
     from autobalancer.cli.terminal.group import stop_code
-    from autobalancer.cli.terminal.sheet import say
+    from autobalancer.cli.terminal.sheet import print_sentences
 
     def announce(address: str, home: Path) -> None:
         if as_json:
             print_json({"address": address, "folder": str(home)})
         else:
-            say(f"the bench is at {address}")
-            say(f"runs are kept in {home}; Ctrl-C ends the server")
+            print_sentences(f"the bench is at {address}")
+            print_sentences(f"runs are kept in {home}; Ctrl-C ends the server")
 
     browser, code = not no_browser, 0
     try:

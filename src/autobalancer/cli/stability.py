@@ -161,11 +161,11 @@ def _minimum(key: str, machine: Any, speed: float, unbalance: float | None, name
 
 
 def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> BorderCurve:
-    from autobalancer.cli.terminal.options import named, parameter_values
+    from autobalancer.cli.terminal.options import named_range, parameter_values
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.stability.maps.curve import border_curve
 
-    name, span = named("--over", over)
+    name, span = named_range("--over", over)
     values = parameter_values("--over", over, machine)[1] if span else _usual(name)
     with progress_bar(name) as update:
         return border_curve(machine, name, values, only=names, up_to=top, progress=update)
@@ -247,12 +247,12 @@ def branches(
     Example: autobalancer branches discoidal.toml \\
       --over "speed=40 rad/s:110 rad/s" --state all --plot branches.png
     """
-    from autobalancer.cli.terminal.options import named, unit_of
+    from autobalancer.cli.terminal.options import named_range, unit_of
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.units.quantity import ends
 
     described, update = load_race_machine(machine), options.pop("progress")
-    parameter, span = named("--over", over, "from:to")
+    parameter, span = named_range("--over", over, "from:to")
     start, end = ends("--over", span, unit_of("--over", parameter, described))
     found = ab.stability.branches(
         described,

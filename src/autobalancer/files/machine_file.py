@@ -180,14 +180,14 @@ def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, 
             place = ("balancers", b, "races", r, "roundness")
             given = race.get("roundness")
             if isinstance(given, dict) and "file" in given:
-                with _named(source, place):
+                with _problem_at(source, place):
                     _alone(given, ("deviations", "angle"))
                     path = folder / str(given.pop("file"))
                     angle, deviation = _columns(path, (("angle", "rad"), ("deviation", "m")))
                     given |= _even(angle, deviation, path)
     for i, entry in enumerate(_tables(data.get("excitations"))):
         if "file" in entry:
-            with _named(source, ("excitations", i)):
+            with _problem_at(source, ("excitations", i)):
                 if entry.get("kind") not in RECORDS:
                     known = ", ".join(map(repr, RECORDS))
                     raise MachineFileError(f"only the kinds {known} can be read from a file", ("file",))
@@ -201,7 +201,7 @@ def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, 
 
 
 @contextlib.contextmanager
-def _named(source: str, path: KeyPath) -> Iterator[None]:
+def _problem_at(source: str, path: KeyPath) -> Iterator[None]:
     """Problems of an entry at a path of a file."""
     try:
         yield

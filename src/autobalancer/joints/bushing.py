@@ -18,8 +18,8 @@ from autobalancer.machine.rotors.joint import (
     PointJoint,
     Spot,
     SpringStiffness,
-    one_of,
-    only_one_rubber,
+    exclude_beside_rubber,
+    exclude_constants,
 )
 from autobalancer.machine.rotors.support import Rubber, SpeedTable, TiltDamping, TiltStiffness, values_at
 
@@ -60,9 +60,9 @@ class Bushing(PointJoint):
     def _one_way(self) -> Bushing:
         for name in ("shear", "axial"):
             constants = tuple((f"{name}_{what}", getattr(self, f"{name}_{what}")) for what in ("stiffness", "damping"))
-            one_of(getattr(self, f"{name}_table"), f"{name}_table", constants)
+            exclude_constants(getattr(self, f"{name}_table"), f"{name}_table", constants)
             table = (f"{name}_table", getattr(self, f"{name}_table"))
-            only_one_rubber(getattr(self, f"{name}_rubber"), f"{name}_rubber", (*constants, table))
+            exclude_beside_rubber(getattr(self, f"{name}_rubber"), f"{name}_rubber", (*constants, table))
         springs = (self.shear_stiffness, self.shear_table, self.axial_stiffness, self.axial_table)
         if not any((*springs, self.shear_rubber, self.axial_rubber)):
             raise ValueError(

@@ -24,8 +24,8 @@ from autobalancer.machine.rotors.joint import (
     PointJoint,
     Spot,
     SpringStiffness,
-    one_of,
-    only_one_rubber,
+    exclude_beside_rubber,
+    exclude_constants,
     unfit_at,
 )
 from autobalancer.machine.rotors.support import (
@@ -67,12 +67,12 @@ class Spring(PointJoint):
 
     @model_validator(mode="after")
     def _one_way(self) -> Spring:
-        one_of(self.table, "table", (("stiffness", self.stiffness), ("damping", self.damping)), pairs=True)
+        exclude_constants(self.table, "table", (("stiffness", self.stiffness), ("damping", self.damping)), pairs=True)
         along = (("axial_stiffness", self.axial_stiffness), ("axial_damping", self.axial_damping))
-        one_of(self.axial_table, "axial_table", along)
+        exclude_constants(self.axial_table, "axial_table", along)
         across = (("stiffness", self.stiffness), ("damping", self.damping), ("table", self.table))
-        only_one_rubber(self.rubber, "rubber", across)
-        only_one_rubber(self.axial_rubber, "axial_rubber", (*along, ("axial_table", self.axial_table)))
+        exclude_beside_rubber(self.rubber, "rubber", across)
+        exclude_beside_rubber(self.axial_rubber, "axial_rubber", (*along, ("axial_table", self.axial_table)))
         springs = (
             self.stiffness, self.table, self.rubber, self.axial_stiffness, self.axial_table, self.axial_rubber,
             self.hardening,

@@ -238,13 +238,13 @@ def sampled_drag_law(
             f"drag law {name!r}: given a range from {linear_to:g} to {holds_to:g}; must increase from above 0"
         )
     re = np.geomspace(linear_to, holds_to, math.ceil(PER_DECADE * math.log10(holds_to / linear_to)) + 1)
-    cd = np.array([_one(coefficient, one, name) for one in re.tolist()])
+    cd = np.array([_checked_value(coefficient, one, name) for one in re.tolist()])
     _refuse_falling(f"drag law {name!r}", re, re * cd, "correct the law, or limit it by linear_to and holds_to")
     points = tuple(re.tolist()), tuple(cd.tolist())
     return SampledLaw(name, source, float(re[0] * cd[0]), linear_to, holds_to, holds_to, *points)
 
 
-def _one(coefficient: Callable[[float], float], reynolds: float, name: str) -> float:
+def _checked_value(coefficient: Callable[[float], float], reynolds: float, name: str) -> float:
     try:
         value = float(coefficient(reynolds))
     except Exception as reason:  # whatever a law of somebody else may raise

@@ -12,9 +12,9 @@ from pydantic import PlainValidator
 from pydantic.fields import FieldInfo
 
 from autobalancer.errors import spell
-from autobalancer.machine.part import Family, Part, Quantity, Range, quantity_of, said_of, symbol_of
+from autobalancer.machine.part import Family, Part, Quantity, Range, key_note, quantity_of, symbol_of
 from autobalancer.machine.plugins import OneOf
-from autobalancer.units import Given, from_si
+from autobalancer.units import WrittenFloat, from_si
 
 SCALARS = (PlainValidator, Quantity)  # what reads a single entry
 TAGS = ("kind", "law", "distribution")  # keys whose value says which class it is
@@ -114,7 +114,7 @@ def _tables(path: str, parts: tuple[type[Part], ...], seen: set[type[Part]], man
 def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
-    if words := said_of(field, "default"):
+    if words := key_note(field, "default"):
         return words
     value = field.get_default(call_default_factory=True)
     if value is None or value in ((), "", {}):
@@ -130,7 +130,7 @@ def _default(field: FieldInfo) -> str:
 
 def _value(field: FieldInfo) -> str:
     """Unit and bound, or the words allowed, or that a table goes there."""
-    if words := said_of(field, "value"):
+    if words := key_note(field, "value"):
         return words
     metadata = any(isinstance(extra, SCALARS) for extra in field.metadata)
     leaves = list(_leaves(_hint(field)))
@@ -278,7 +278,7 @@ def _entries(value: Any, path: Place) -> list[tuple[Place, Any]]:
 
 
 def _outside(value: Any, low: float, high: float) -> bool:
-    if not isinstance(value, (int, float)) or isinstance(value, (bool, Given)):
+    if not isinstance(value, (int, float)) or isinstance(value, (bool, WrittenFloat)):
         return False
     return value != 0.0 and not low <= abs(value) <= high
 

@@ -178,10 +178,10 @@ def quantity_of(part: type[Part], name: str) -> Quantity | None:
 
 def symbol_of(part: type[Part], name: str) -> str:
     """Symbol of a key in formulas (LaTeX); empty if it has none."""
-    return said_of(part.model_fields[name], "symbol")
+    return key_note(part.model_fields[name], "symbol")
 
 
-def said_of(field: FieldInfo, what: str) -> str:
+def key_note(field: FieldInfo, what: str) -> str:
     """What :func:`key` was given beside meaning and default; empty if it was not."""
     extra = field.json_schema_extra
     return str(extra.get(what, "")) if isinstance(extra, dict) else ""

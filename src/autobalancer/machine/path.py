@@ -183,7 +183,7 @@ def _paths(owner: Any, start: str) -> Iterator[str]:
 # key.
 
 
-TOGETHER = "&"  # joins quantities and paths that change in proportion
+JOINT_MARK = "&"  # joins quantities and paths that change in proportion
 
 
 class PlainName(NamedTuple):
@@ -217,7 +217,7 @@ QUANTITIES = {
 
 def parts_of(name: str) -> list[str]:
     """The quantities and paths that change together under one name."""
-    return [part.strip() for part in name.split(TOGETHER)]
+    return [part.strip() for part in name.split(JOINT_MARK)]
 
 
 def text_of(name: str) -> str:
@@ -230,7 +230,7 @@ def text_of(name: str) -> str:
     return "rotor speed" if name == "speed" else label_of_path(name)
 
 
-def named_unit(name: str) -> str:
+def si_unit_of(name: str) -> str:
     """SI unit of a quantity or path, of several the first; empty for a plain number and where no machine has such an entry."""
     name, *_ = parts_of(name)
     if name in QUANTITIES:
@@ -240,7 +240,7 @@ def named_unit(name: str) -> str:
 
 def axis_attributes(name: str) -> dict[str, str]:
     """Attributes of a coordinate along which a parameter changes: ``long_name``, ``units`` and, if it has one, ``symbol``."""
-    axis_attributes = {"long_name": text_of(name), "units": named_unit(name).replace("*", " ")}
+    axis_attributes = {"long_name": text_of(name), "units": si_unit_of(name).replace("*", " ")}
     known = QUANTITIES.get(name)
     symbol = "" if len(parts_of(name)) > 1 else symbol_of(known.part, known.key) if known else symbol_at(name)
     return {**axis_attributes, "symbol": symbol} if symbol else axis_attributes

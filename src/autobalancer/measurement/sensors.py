@@ -487,7 +487,7 @@ def places_of(run: xr.Dataset) -> list[str]:
     return [str(n) for dimension in ("station", "plane") if f"{dimension}_x" in run for n in run[dimension].values]
 
 
-def place_seen(run: xr.Dataset, sensor: Sensor) -> str:
+def place_of_sensor(run: xr.Dataset, sensor: Sensor) -> str:
     """The place of the run that a sensor sees: its own, without one the reference station; empty where there is one only."""
     if sensor.place or sensor.quantity == "force" or len(places_of(run)) < 2:
         return sensor.place

@@ -36,7 +36,7 @@ from autobalancer.plots.style import (
     wrapped,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, significant, speed_axis
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 
 # The unbalance response: amplitude and phase over the speed (Bode), and in the complex plane (polar, Nyquist).
 
@@ -45,7 +45,7 @@ STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
 
 
 def response(
-    found: Given,
+    found: RunArgument,
     *,
     speed_unit: str = "rpm",
     deflection_unit: str | None = None,
@@ -214,7 +214,7 @@ WHIRL = {"forward": BALLS[0], "backward": BALLS[1], "mixed": BALLS[3], "straight
 THINNEST, THICKEST, WIDTH_OF_ALL = 1.0, 6.0, 0.2  # a damping ratio of 0.2 has the thickest line
 
 
-def campbell(found: Given, *, speed_unit: str = "rpm", frequency_unit: str = "Hz") -> Figure:
+def campbell(found: RunArgument, *, speed_unit: str = "rpm", frequency_unit: str = "Hz") -> Figure:
     """Draw natural frequencies over the speed: color is the direction of whirl, width the damping ratio.
 
     Dashed are the lines of the harmonics; the intersections with them, the critical speeds, are circled and named.
@@ -270,7 +270,7 @@ BESIDE, APART = 5.0, 26.0  # points from the end to its label, and where labels 
 
 def _end_labels(axes: Axes, x: float, ends: Sequence[End], top: float) -> None:
     """Write names to the right of the ends at ``x`` on an axis from 0 to ``top``; thin lines lead to those that were moved."""
-    groups = together(sorted(ends), SAME * top)
+    groups = grouped_ends(sorted(ends), SAME * top)
     heights = np.array([np.mean([end.height for end in group]) for group in groups])
     texts = [in_lines(joint_name(group)) for group in groups]
     lines = np.array([text.count("\n") + 1 for text in texts])
@@ -293,7 +293,7 @@ def _end_labels(axes: Axes, x: float, ends: Sequence[End], top: float) -> None:
         )  # fmt: skip
 
 
-def together(ends: Sequence[End], near: float) -> list[list[End]]:
+def grouped_ends(ends: Sequence[End], near: float) -> list[list[End]]:
     """Ascending ends in groups of those that are ``near`` to the one before."""
     groups: list[list[End]] = []
     for end in ends:
@@ -411,7 +411,7 @@ def _explain(axes: Axes, dataset: xr.Dataset) -> None:
 # Mode shapes along the axis.
 
 
-def modes(found: Given, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure:
+def modes(found: RunArgument, *, frequency_unit: str = "Hz", modes: int = 6) -> Figure:
     """Draw the lowest mode shapes: deflection along x and y over the axis, at the instant of greatest deflection.
 
     Shaded is the greatest deflection in the course of a whirl, dots are the stations. Above each shape stand its name,
@@ -493,7 +493,7 @@ def _shape(axes: Axes, mode: xr.Dataset) -> None:
 STRINGS = 12  # lines from end to end through points of one instant
 
 
-def whirl_orbits(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def whirl_orbits(found: RunArgument, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits at all stations to one scale, with their direction and the point at rotor angle zero.
 
     Parameters
@@ -544,7 +544,7 @@ def whirl_orbits(found: Given, *, deflection_unit: str | None = None, speed_unit
     return figure
 
 
-def whirl_along_axis(found: Given, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def whirl_along_axis(found: RunArgument, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits along the axis in space: the surface on which the axis runs, and the axis at rotor angle zero.
 
     Parameters
@@ -629,7 +629,7 @@ def _arrow(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
 
 
 def liquid_response(
-    found: Given, *, balls: tuple[ArrayLike, ArrayLike] | None = None, speed_unit: str = "rpm"
+    found: RunArgument, *, balls: tuple[ArrayLike, ArrayLike] | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Draw the steady deflection over the speed: rotor alone, with frozen liquid, with liquid.
 
@@ -683,7 +683,7 @@ def _is_liquid_response(dataset: xr.Dataset) -> bool:
 # The torsional response of a drive train over the speed.
 
 
-def torsional_response(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def torsional_response(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Draw torque and twist of every link over the speed, each harmonic with a line style of its own.
 
     Parameters
@@ -735,7 +735,7 @@ def _is_torsional_response(dataset: xr.Dataset) -> bool:
 # Picture of the planar oscillators of a rotor: receptances, and how far they hold.
 
 
-def equivalent_planar(data: Given, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
+def equivalent_planar(data: RunArgument, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
     """Receptance of rotor and oscillators over the speed, and the deviation with the tolerance.
 
     Parameters

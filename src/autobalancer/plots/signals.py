@@ -30,7 +30,7 @@ from autobalancer.plots.style import (
     time_runs,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis, vibration_axis
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.results.signals import Orders, Spectrum
 
 # Pictures of spectra, and of maps of the amplitude over the speed.
@@ -41,7 +41,9 @@ PALEST = 1e-3  # of the greatest amplitude of a map, at the lower end of its col
 NAMED = 6  # lines with a number, the strongest
 
 
-def spectrum(found: Given, *, log: bool = True, highest: float | None = None, frequency_unit: str = "Hz") -> Figure:
+def spectrum(
+    found: RunArgument, *, log: bool = True, highest: float | None = None, frequency_unit: str = "Hz"
+) -> Figure:
     """Draw amplitudes over the frequency, each unit in its panel; lines of its first channel have a number and are in the legend.
 
     Parameters
@@ -104,7 +106,11 @@ def _one_unit(axes: Axes, spectrum: Spectrum, names: list[str], before: int, uni
 
 
 def order_map(
-    found: Given, *, orders: tuple[float, ...] = (1.0, 2.0, 3.0), speed_unit: str = "rpm", frequency_unit: str = "Hz"
+    found: RunArgument,
+    *,
+    orders: tuple[float, ...] = (1.0, 2.0, 3.0),
+    speed_unit: str = "rpm",
+    frequency_unit: str = "Hz",
 ) -> Figure:
     """Draw the amplitude over the speed and over order or frequency, with lines of orders.
 
@@ -195,7 +201,7 @@ LINES = ("-", (0, (5, 2)), (0, (1.5, 1.5)), "-.")  # of the orders
 
 
 def orders(
-    found: Given,
+    found: RunArgument,
     *,
     over: str = "speed",
     channels: list[str] | str | None = None,
@@ -288,7 +294,7 @@ def _names(orders: Orders, channels: list[str] | str | None) -> list[str]:
 # Pictures of a decay with its fit, and of measured orbits.
 
 
-def damping(found: Given) -> Figure:
+def damping(found: RunArgument) -> Figure:
     """Draw a measured decay, its fit with its envelope, and what the fit leaves.
 
     Parameters
@@ -342,7 +348,7 @@ def _modes(dataset: xr.Dataset) -> list[str]:
 DECAY_SEEN = 0.04  # of the size of an orbit; smaller ellipses have no arrow
 
 
-def measured_orbit(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def measured_orbit(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Draw an orbit as measured, and what each order does of it.
 
     A ring is the place at angle zero of the rotor, an arrow the way in which it is gone around.

@@ -33,7 +33,7 @@ from autobalancer.plots.style import (
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.results.verdict import wilson_interval
 
 # A study over its grid: a share with its interval, a quantity with its scatter, or both over two parameters as a map.
@@ -45,7 +45,7 @@ SHARES = ("balanced", "stalled", "balanced_before")
 MOST_TICKS = 12
 
 
-def study(found: Given, quantity: str = "balanced", *, speed_unit: str = "rpm") -> Figure:
+def study(found: RunArgument, quantity: str = "balanced", *, speed_unit: str = "rpm") -> Figure:
     """A quantity of a study over the parameters of its grid.
 
     One parameter: the share of members for which it is true, with its 95 % interval, or the median of a number with bands of
@@ -216,7 +216,7 @@ MARK = 11.0  # points, of a mark with a number
 NAMED = 3  # designs whose name stands below
 
 
-def design(designs: Given, *, title: str | None = None) -> Figure:
+def design(designs: RunArgument, *, title: str | None = None) -> Figure:
     """What ruled candidates out, and the two objectives of those that ran, with their places and the Pareto front.
 
     A point is the value that the wanted share of the runs stays below, the bars reach from the median to it. The line joins the
@@ -275,7 +275,7 @@ def _front(panel: Axes, dataset: xr.Dataset, ran: xr.Dataset) -> None:
         if name in limits:
             draw = panel.axvline if axis == "x" else panel.axhline
             draw(factor * limits[name], color=CRITICAL, lw=0.9, ls="--")
-    high = [_shown(ran, name) for name in names]
+    high = [_display_values(ran, name) for name in names]
     known = np.isfinite(high[0]) & np.isfinite(high[1])
     meets, front = ran["meets"].values.astype(int), ran["front"].values
     best = known & (front == 0) & (meets == meets.max(initial=-1))
@@ -317,10 +317,10 @@ def _numbers(panel: Axes, ran: xr.Dataset, places: Any, known: Any) -> None:
 
 def _middle(ran: xr.Dataset, name: str, row: Any, else_: float) -> float:
     """The median of a design, where the objective is a number of its runs."""
-    return float(_shown(ran, f"{name}_median")[row]) if f"{name}_median" in ran else else_
+    return float(_display_values(ran, f"{name}_median")[row]) if f"{name}_median" in ran else else_
 
 
-def _shown(ran: xr.Dataset, name: str) -> Any:
+def _display_values(ran: xr.Dataset, name: str) -> Any:
     return ran[name].values * UNITS[ran[name].attrs["units"]][1]
 
 
@@ -350,7 +350,7 @@ BARS = {
 }
 
 
-def sensitivity(found: Given, *, point: int = 1) -> Figure:
+def sensitivity(found: RunArgument, *, point: int = 1) -> Figure:
     """How much each input adds to the scatter of a quantity, the strongest on top, with 95 % intervals.
 
     Parameters
@@ -406,7 +406,9 @@ def _bars(axes: Axes, argument: Any, name: str, number: int, count: int) -> None
 SHALLOW = 1e-5  # of the greatest deflection, below which nobody looks
 
 
-def envelopes(found: Given, *, speed_unit: str = "rpm", deflection_unit: str | None = None, log: bool = True) -> Figure:
+def envelopes(
+    found: RunArgument, *, speed_unit: str = "rpm", deflection_unit: str | None = None, log: bool = True
+) -> Figure:
     """The deflection of many runs as a fan: bands of 50 % and 90 % of them, the median, the greatest; the rotor speed above.
 
     Parameters
@@ -455,7 +457,7 @@ MOST_PANELS, COLUMNS = 12, 4
 RING, SPREAD = 1.0, 0.12  # radius of the dots, and how far they are moved aside so that all are seen
 
 
-def rest_positions(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def rest_positions(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Ball angles at the end of the members of a study, counted from the unbalance, which is at the right.
 
     Dots are moved inwards and outwards at random, so that those at one angle are seen side by side; radius means nothing else.

@@ -24,9 +24,9 @@ from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.laws.capabilities import grade_argument
 from autobalancer.laws.impacts import STEEL, greatest_pressure
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.path import dimension_of, named_unit, text_of
+from autobalancer.machine.path import dimension_of, si_unit_of, text_of
 from autobalancer.measurement.comparison.run_up_fit import load_measured
-from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.memory import refuse_beyond_memory
 from autobalancer.plots.measured.fits import receptance as receptance_picture
 from autobalancer.plots.studies import UNITS
 from autobalancer.plots.studies import design as design_picture
@@ -165,8 +165,8 @@ def report(
         )
     name = str(machine) if isinstance(machine, (str, Path)) else "machine.toml"
     described = balls_in_races(machine)
-    refuse_what_does_not_fit("report", starts, "starts", bytes_of_a_member(described, False), "; ask for fewer")
-    wanted = _Wanted(
+    refuse_beyond_memory("report", starts, "starts", bytes_of_a_member(described, False), "; ask for fewer")
+    wanted = _ReportOptions(
         name=Path(name).name,
         grade=None if grade is None else grade_argument(grade),
         study=_study(study, described),
@@ -186,7 +186,7 @@ def report(
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class _ReportOptions:
     """What a report is asked for; files as they are named in commands."""
 
     name: str
@@ -199,7 +199,7 @@ class _Wanted:
     seed: int
 
 
-def _pages(machine: Machine, wanted: _Wanted, progress: Callable[[int, int], None] | None) -> list[Section]:
+def _pages(machine: Machine, wanted: _ReportOptions, progress: Callable[[int, int], None] | None) -> list[Section]:
     file, seed, starts = wanted.name, wanted.seed, wanted.starts
     total = 12 + 3 * bool(starts) + 2 * (wanted.study is not None) + (wanted.measured is not None)
     done: list[Section] = []
@@ -724,7 +724,7 @@ def change_page(machine: Machine, file: str, starts: int, seed: int) -> Section:
         requested.append(f'autobalancer borders {file} --over "{_span(name, value)}"')
         if starts:
             values = ",".join(f"{end:.6g}" for end in _ends(value))
-            requested.append(f'autobalancer ensemble {file} --column "{name}={values} {named_unit(name)}" {again}')
+            requested.append(f'autobalancer ensemble {file} --column "{name}={values} {si_unit_of(name)}" {again}')
     if not rows:
         page.blocks.append(Paragraph("Not stated: no number of the machine can be changed by itself."))
         return page
@@ -758,7 +758,7 @@ def _ends(value: float) -> tuple[float, float]:
 
 def _span(name: str, value: float) -> str:
     low, high = _ends(value)
-    return f"{name}={low:.6g}:{high:.6g} {named_unit(name)}:3"
+    return f"{name}={low:.6g}:{high:.6g} {si_unit_of(name)}:3"
 
 
 def _runs(machine: Machine, name: str, value: float, starts: int, seed: int, middle: float) -> list[str]:

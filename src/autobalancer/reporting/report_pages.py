@@ -602,7 +602,7 @@ def study_pages(studied: Studied, file: str) -> list[Section]:
     """A study with its pictures, and which scatter drives it."""
     command = f"autobalancer study {quote(str(studied.attrs.get('study_file', 'study.toml')))} --out {quote(file)}"
     page = Section(f"Study {studied.attrs.get('study_name', '')}".strip(), replay=command)
-    page.blocks.append(facts(_asked(studied)))
+    page.blocks.append(facts(_option_rows(studied)))
     page.blocks.append(columns_table(studied.columns("rpm")))
     page.blocks += [Paragraph(text) for text in studied.remarks()]
     pages = [page]
@@ -633,7 +633,7 @@ def _add(blocks: list[Block], made: Any) -> bool:
     return True
 
 
-def _asked(studied: Studied) -> list[tuple[str, str]]:
+def _option_rows(studied: Studied) -> list[tuple[str, str]]:
     import json
 
     requested = json.loads(studied.attrs["study"])

@@ -27,7 +27,7 @@ from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.answers.kinds import as_kind
 from autobalancer.results.chamber_measures import catalog_unit
-from autobalancer.results.folder_store import has_note, locked, plain, read_note, refuse_another, write_note
+from autobalancer.results.folder_store import has_note, locked, plain, read_note, refuse_other_question, write_note
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import NETCDF, save_run
 from autobalancer.safe_file import endless_heap, write_safely, write_text_safely
@@ -124,7 +124,9 @@ class Archive:
                     write_text_safely(path / "machine.toml", machine)
                     write_note(path, RunNote("running", told, requested, made["source"], made["created"]))
         run = RunFolder(path, self.write)
-        refuse_another(path, "run", {"machine": run.machine, **run.note.question}, {"machine": machine, **requested})
+        refuse_other_question(
+            path, "run", {"machine": run.machine, **run.note.question}, {"machine": machine, **requested}
+        )
         return run
 
     def names(self) -> list[str]:
@@ -472,7 +474,7 @@ def open_parts(files: Sequence[Path], read: Sequence[str] = ()) -> xr.Dataset:
         elif name in at_once:
             variables[name] = xr.Variable(variable.dims, np.concatenate([p[name] for p in pieces]), variable.attrs)
         elif "time" in variable.dims:
-            lazy = indexing.LazilyIndexedArray(_Parts(files, name, starts, variable.shape[1:], variable.dtype))
+            lazy = indexing.LazilyIndexedArray(_SplitVariable(files, name, starts, variable.shape[1:], variable.dtype))
             variables[name] = xr.Variable(variable.dims, lazy, variable.attrs)
         else:
             variables[name] = variable
@@ -515,7 +517,7 @@ def _refuse_other_run(stored: netCDF4.Dataset, first: xr.Dataset) -> None:
             raise ValueError(f"its {name} is not that of the first part; is it of another run?")
 
 
-class _Parts(BackendArray):
+class _SplitVariable(BackendArray):
     """One variable, its first axis time, in many files."""
 
     def __init__(

@@ -97,15 +97,15 @@ class Motion:
             cubic(time, self.time, self.rotor_angle, self.speed),
             cubic(time, self.time, self.deflection_in_rotor, slope),
             cubic(time, self.time, self.ball_angle, self.ball_slip),
-            _each(time, self.time, self.ball_inside),
+            _interpolated(time, self.time, self.ball_inside),
             np.interp(time, self.time, self.unbalance_in_rotor),
             cubic(time, self.time, planes, np.gradient(planes, self.time, axis=0)),
-            _each(time, self.time, self.plane_unbalance_in_rotor),
+            _interpolated(time, self.time, self.plane_unbalance_in_rotor),
             np.interp(time, self.time, self.couple_in_rotor),
         )
 
 
-def _each(at: Floats, time: Floats, values: NDArray[Any]) -> NDArray[Any]:
+def _interpolated(at: Floats, time: Floats, values: NDArray[Any]) -> NDArray[Any]:
     """Each column of the values, linear in between."""
     columns = [np.interp(at, time, column) for column in values.T]
     return np.column_stack(columns) if columns else np.zeros((at.size, 0))

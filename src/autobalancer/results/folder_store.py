@@ -99,7 +99,7 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, (bool, int, float, str)) or value is None else str(value)
 
 
-def refuse_another(path: Path, kind: str, there: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+def refuse_other_question(path: Path, kind: str, there: Mapping[str, Any], now: Mapping[str, Any]) -> None:
     """Refuse a folder that holds the answer to another question.
 
     Raises
@@ -143,7 +143,7 @@ def locked(folder: Path, kind: str) -> Iterator[None]:
     except OSError as reason:
         raise ResultError(f"{path}: cannot be written: {reason.strerror}") from None
     with file:
-        taken = _taken(file.fileno())
+        taken = _is_locked(file.fileno())
         file.seek(0)
         owner = file.read(200).strip()
         if taken:
@@ -169,7 +169,7 @@ def locked(folder: Path, kind: str) -> Iterator[None]:
                 file.truncate(0)
 
 
-def _taken(file: int) -> bool | None:
+def _is_locked(file: int) -> bool | None:
     """Whether another process has the lock; None if the system knows none for this place."""
     try:
         _system_lock(file)
@@ -190,7 +190,7 @@ Span = tuple[int, int]  # by which a part is known
 
 
 @dataclass
-class Asked:
+class Note:
     """The note of such a folder: what was asked."""
 
     kind: str
@@ -226,16 +226,16 @@ class Store:
             raise ResultError(f"{self.folder}: is no folder that can be read: {reason.strerror}") from None
         if other:
             raise QuestionError(f"{self.folder}: has other files in it and no {kind}; give a new or empty folder")
-        now = Asked(kind, FORM, json.loads(json.dumps(question)))
+        now = Note(kind, FORM, json.loads(json.dumps(question)))
         self._begun, self._new = not has_note(self.folder), not self.folder.exists()
         if self._begun:
             write_note(self.folder, now)
-        there = read_note(self.folder, Asked, "give another folder")
+        there = read_note(self.folder, Note, "give another folder")
         if (there.kind, there.form) != (kind, FORM):
             raise QuestionError(
                 f"{self.folder}: holds no {kind}, or one of another version of autobalancer; give another folder, or delete it"
             )
-        refuse_another(self.folder, kind, there.question, now.question)
+        refuse_other_question(self.folder, kind, there.question, now.question)
         self._lock = locked(self.folder, kind)
         self._lock.__enter__()
 
@@ -320,14 +320,14 @@ def checksum(name: str, arrays: Arrays) -> np.ndarray:
 # Folders with notes of one kind, beside each other.
 
 
-class Named(Protocol):
+class NamedNote(Protocol):
     """A note that has the name of its folder."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
     name: str
 
 
-E = TypeVar("E", bound=Named)
+E = TypeVar("E", bound=NamedNote)
 NAME = re.compile(r"\d{8}-\d{6}-[0-9a-f]{6}")  # checked, so that no path leaves the folder of its user
 
 

@@ -16,7 +16,7 @@ from autobalancer.results.folder_store import has_note
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
 
-Given = xr.Dataset | str | Path
+RunArgument = xr.Dataset | str | Path
 TIMES = ("time", "envelope_time", "turn_time")
 PICTURES = {
     RACES.words: "plot.run_up, race, orbit, impacts and drive_train",
@@ -24,7 +24,7 @@ PICTURES = {
 }
 
 
-def given_race_run(argument: Given, text: str) -> xr.Dataset:
+def load_race_run(argument: RunArgument, text: str) -> xr.Dataset:
     """The run of balls in races, opened if ``argument`` is a path; ``text`` is the public name of the function.
 
     Raises
@@ -37,8 +37,8 @@ def given_race_run(argument: Given, text: str) -> xr.Dataset:
     return _of_kind(_run(argument, text), text, RACES)
 
 
-def given_chamber_run(argument: Given, text: str) -> xr.Dataset:
-    """The run of deep chambers, opened if ``argument`` is a path; raises as :func:`given_race_run`."""
+def load_chamber_run(argument: RunArgument, text: str) -> xr.Dataset:
+    """The run of deep chambers, opened if ``argument`` is a path; raises as :func:`load_race_run`."""
     return _of_kind(_run(argument, text), text, CHAMBERS)
 
 
@@ -51,7 +51,7 @@ def _of_kind(run: xr.Dataset, text: str, kind: Kind) -> xr.Dataset:
     return run
 
 
-def result(argument: Given, text: str, of: str, holds: Callable[[xr.Dataset], bool]) -> xr.Dataset:
+def result(argument: RunArgument, text: str, of: str, holds: Callable[[xr.Dataset], bool]) -> xr.Dataset:
     """A result of the function with the public name ``of``, opened if ``argument`` is a path.
 
     Parameters
@@ -85,14 +85,14 @@ def refusal(thing: object, text: str, wanted: str) -> QuestionError:
     return QuestionError(f"{text}: given {what}; it draws {wanted}")
 
 
-def _run(argument: Given, text: str) -> xr.Dataset:
+def _run(argument: RunArgument, text: str) -> xr.Dataset:
     run = _opened(argument, text, f"a run, as in ab.{text}(ab.simulate(machine))")
     if not _is_run(run):
         raise QuestionError(f"{text}: given a result that is no run; it draws a run of simulate, or one from load_run")
     return run
 
 
-def _opened(argument: Given, text: str, wanted: str) -> xr.Dataset:
+def _opened(argument: RunArgument, text: str, wanted: str) -> xr.Dataset:
     if isinstance(argument, str | Path):
         return open_run(argument)
     thing = cast("object", argument)

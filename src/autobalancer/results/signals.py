@@ -100,7 +100,7 @@ def places(values: Any, wanted: Floats) -> NDArray[np.int64]:
     return np.asarray(sum(np.searchsorted(part, wanted) for _, part in pieces(values)), np.int64)
 
 
-def together(starts: NDArray[np.int64], ends: NDArray[np.int64]) -> Iterator[slice]:
+def merged_windows(starts: NDArray[np.int64], ends: NDArray[np.int64]) -> Iterator[slice]:
     """Neighboring windows that overlap or touch and have at most a block of samples in all."""
     first = 0
     for k in range(1, starts.size + 1):

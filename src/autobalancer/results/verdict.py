@@ -683,7 +683,7 @@ def headline(verdict: Verdict, speed_text: Callable[[float], str] = rpm_text) ->
     if verdict.word in WORDS[:4]:
         beside = f"; {verdict.because}" if verdict.because else ""
         return worded(f"{verdict.word}{stalled}{_transient(verdict)}: {vibration}{beside}", verdict.bodies)
-    still = _still(verdict) if verdict.word == NOT_SETTLED and not stalled else ""
+    still = _remaining_change(verdict) if verdict.word == NOT_SETTLED and not stalled else ""
     return worded(f"{verdict.word}{stalled}: {still or verdict.because}{_transient(verdict)}", verdict.bodies)
 
 
@@ -737,7 +737,7 @@ def worse_by(ratio: float) -> str:
     return f"{share_text(ratio - 1.0)} worse" if ratio < 2.0 else f"{significant(ratio)} times as much"
 
 
-def _still(verdict: Verdict) -> str:
+def _remaining_change(verdict: Verdict) -> str:
     """What still changes at the end of a run, where it goes, and how long a run shows it."""
     ahead = verdict.forecast
     if ahead is None:

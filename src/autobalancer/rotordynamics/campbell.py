@@ -207,7 +207,7 @@ def _refined(
 
 
 GRID = 600  # intervals in which the roots of tables are sought
-Found = list[Critical]
+CriticalList = list[Critical]
 
 
 def critical_speeds(
@@ -266,7 +266,7 @@ def critical_speeds(
     return _dataset(machine, model, result, balls, damped)
 
 
-def _dataset(machine: Machine, model: LateralModel, found: Found, balls: bool, damped: bool) -> CriticalSpeeds:
+def _dataset(machine: Machine, model: LateralModel, found: CriticalList, balls: bool, damped: bool) -> CriticalSpeeds:
     axis = along_axis(machine, model)
     vectors = np.array([vector for *_, vector in found]).reshape(len(found), model.size)
     vectors = vectors / np.sqrt(np.einsum("ij,jk,ik->i", vectors.conj(), model.mass, vectors).real)[:, None]
@@ -287,11 +287,11 @@ def _dataset(machine: Machine, model: LateralModel, found: Found, balls: bool, d
     return CriticalSpeeds.of(result)
 
 
-def _by_branches(model: LateralModel, limit: float, harmonics: Sequence[float], damped: bool) -> Found:
+def _by_branches(model: LateralModel, limit: float, harmonics: Sequence[float], damped: bool) -> CriticalList:
     motions = cache(lambda speed: free_motions(model, speed, damped=damped))
     grid = np.linspace(0.0, limit, 201)
     branches = tracked(motions, grid, model.mass, model.size)
-    result: Found = []
+    result: CriticalList = []
     for speed, h, branch in intersections(model, branches, grid, harmonics, motions):
         near = int(np.argmin(np.abs(grid - speed)))
         result.append(Critical(speed, h, branches.vector[branch, near]))

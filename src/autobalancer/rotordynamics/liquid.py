@@ -165,7 +165,7 @@ def _shares_of_mass(rings: tuple[Ring, ...]) -> tuple[float, float]:
 
 def _labelled(machine: Machine, omega: Floats, balance: _Balance) -> LiquidResponse:
     moments = np.array([balance.moment(r) for r in balance.looked])
-    rows = [_at(balance, float(w), moments) for w in omega]
+    rows = [_state_at(balance, float(w), moments) for w in omega]
     least, greatest, phase, moment = (np.array([row[i] for row in rows]) for i in range(4))
     alone = _linear(balance, omega, balance.mass)
     growth = growth_rate(balance.rings, balance.mass, balance.stiffness, omega)
@@ -189,7 +189,7 @@ def _labelled(machine: Machine, omega: Floats, balance: _Balance) -> LiquidRespo
     return LiquidResponse.of(dataset)
 
 
-def _at(balance: _Balance, speed: float, moments: Floats) -> tuple[float, float, float, float, str]:
+def _state_at(balance: _Balance, speed: float, moments: Floats) -> tuple[float, float, float, float, str]:
     """Least and greatest deflection, phase, moment about the rotor's center, and the wall."""
     nothing = math.nan
     if speed < balance.slowest:

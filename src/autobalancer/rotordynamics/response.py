@@ -62,7 +62,7 @@ def response(
     machine: Machine | str | Path,
     speeds: Sequence[float | str] | Floats,
     stations: Sequence[str | float] | str | float | None = None,
-    unbalance: Given | str = None,
+    unbalance: UnbalanceArgument | str = None,
     *,
     balls: bool = False,
     ball_angles: Sequence[float | str] | None = None,
@@ -146,7 +146,7 @@ def response(
     if smooth:
         omega = smooth_speeds(omega, lambda between: np.hstack(amplitudes(model, between, load, places, soft)))
     steady = None if soft is None else steadily(soft, omega, load.load, owner)
-    x, y = amplitudes(model, omega, load, places, soft) if steady is None else seen_at(steady, model, places)
+    x, y = amplitudes(model, omega, load, places, soft) if steady is None else motion_at(steady, model, places)
     rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
     response = _labeled(machine, omega, places, (x * rate, y * rate), load, quantity, balls, ball_angles)
     if soft is not None and steady is not None:
@@ -179,7 +179,7 @@ def amplitudes(
 ) -> tuple[Complexes, Complexes]:
     """Complex amplitudes of the displacement along x and y, each (S, places)."""
     if soft is not None:
-        return seen_at(steadily(soft, speeds, load.load, "response", twice=False), model, places)
+        return motion_at(steadily(soft, speeds, load.load, "response", twice=False), model, places)
     n = model.pairs
     size = n if model.isotropic else model.size
     x, y = np.empty((2, speeds.size, places.deflection.shape[0]), np.complex128)
@@ -191,7 +191,7 @@ def amplitudes(
     return x, y
 
 
-def seen_at(steady: Ellipses, model: LateralModel, places: Places) -> tuple[Complexes, Complexes]:
+def motion_at(steady: Ellipses, model: LateralModel, places: Places) -> tuple[Complexes, Complexes]:
     """The same of a motion on softening rubber."""
     n = model.pairs
     return steady.motion[:, :n] @ places.deflection.T, steady.motion[:, n : 2 * n] @ places.deflection.T
@@ -390,7 +390,7 @@ def response_peaks(
     lowest: float | str,
     highest: float | str,
     stations: Sequence[str | float] | str | float | None = None,
-    unbalance: Given | str = None,
+    unbalance: UnbalanceArgument | str = None,
     *,
     balls: bool = False,
     measure: Measure = "mean_of_greatest",
@@ -472,7 +472,7 @@ def whirl_orbits(
     machine: Machine | str | Path,
     speed: float | str,
     stations: Sequence[str | float] | str | float | None = None,
-    unbalance: Given | str = None,
+    unbalance: UnbalanceArgument | str = None,
     *,
     balls: bool = False,
     ball_angles: Sequence[float | str] | None = None,
@@ -543,7 +543,7 @@ def whirl_orbits(
 # What unbalances a rotor in a question: the machine's own unbalance or another, and balls at rest in it.
 
 
-Given = complex | float | Unbalance | Sequence[Unbalance] | None
+UnbalanceArgument = complex | float | Unbalance | Sequence[Unbalance] | None
 
 
 @dataclass(frozen=True)
@@ -557,7 +557,7 @@ class Load:
 def load_of(
     machine: Machine,
     model: LateralModel,
-    unbalance: Given,
+    unbalance: UnbalanceArgument,
     ball_angles: Sequence[float] | None,
     owner: str,
 ) -> Load:

@@ -300,11 +300,13 @@ def torsional_response(
     for i, w in enumerate(omega):
         damping = damping_at(machine, model, float(w))
         for j, h in enumerate(orders):
-            angle[i, j], twist[i, j], torque[i, j] = _at(model, damping, by_order[h], h * float(w))
+            angle[i, j], twist[i, j], torque[i, j] = _response_at(model, damping, by_order[h], h * float(w))
     return _dataset(machine, model, omega, by_order, (angle, twist, torque))
 
 
-def _at(model: Torsion, damping: Floats, shakes: list[Shake], rate: float) -> tuple[Complexes, Complexes, Complexes]:
+def _response_at(
+    model: Torsion, damping: Floats, shakes: list[Shake], rate: float
+) -> tuple[Complexes, Complexes, Complexes]:
     """Angles, twists and torques at a frequency, rad/s."""
     dynamic = model.stiffness + 1j * rate * damping - rate**2 * np.diag(model.inertia)
     own = model.own[:, 0] + 1j * rate * model.own[:, 1]

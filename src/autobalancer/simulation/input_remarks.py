@@ -11,7 +11,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.machine import Machine, PrescribedSpeed
 from autobalancer.machine.drive import Hill
 from autobalancer.machine.keys import USUAL, bare_numbers
-from autobalancer.units import Given
+from autobalancer.units import WrittenFloat
 
 REACHED = 0.95  # of the last speed of an S-shaped run-up, which never ends: a run that comes so far is long enough
 SMALLEST_SHIFT = 2e-7  # m: balls that move the center of mass by less balance nothing that can be measured
@@ -28,7 +28,7 @@ def _too_heavy(machine: Machine) -> tuple[str, ...]:
     able = sum(ball.moment for ball in resolve(machine))
     if (
         not isinstance(mass, float)
-        or isinstance(mass, Given)
+        or isinstance(mass, WrittenFloat)
         or mass > USUAL["kg"][1]
         or not 0.0 < able < SMALLEST_SHIFT * mass
     ):

@@ -14,7 +14,7 @@ import xarray as xr
 
 from autobalancer.assembly.drive_train import unbalance_jumps
 from autobalancer.assembly.guided_balls import forces_in
-from autobalancer.assembly.places import MOST, Touch, assemble_held, meetings_of, places_of, with_touches
+from autobalancer.assembly.places import MOST, Touch, assemble_locked, meetings_of, places_of, with_touches
 from autobalancer.assembly.reduced_rotor import top_speed
 from autobalancer.assembly.resolved import friction_at_fault
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble, equal_groups
@@ -128,7 +128,7 @@ def simulate_races(
 
     def assembled() -> tuple[Assembly, Noted]:
         if hold_balls:
-            return assemble_held(machine, rotating), Noted(())
+            return assemble_locked(machine, rotating), Noted(())
         free = assemble(machine, seed=seed, rotating=rotating, lags=known.lags, mass_spread=mass_spread)
         noting, touches = with_touches(machine, free)
         return noting, Noted(touches)

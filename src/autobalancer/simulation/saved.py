@@ -61,7 +61,7 @@ def run_dataset(
     gauges, count = gauges_of(assembly, places, centered=True), int(state.counts[NEXT_SAMPLE])
     if record.sample_times.size:
         coordinates["time"] = record.sample_times[:count]
-        seen = seen_at(np.column_stack([record.sample_times[:count], record.samples[:count]]), assembly, gauges)
+        seen = observables_at(np.column_stack([record.sample_times[:count], record.samples[:count]]), assembly, gauges)
         data |= _states(record.samples[:count], seen, assembly)
         data |= _at_stations("", "time", record.samples[:count], assembly)
         data |= over_time(seen, places)
@@ -87,7 +87,7 @@ def run_dataset(
         data["turn_speed"] = ("turn", turns[:, 1 + SPEED])
         data["turn_x"], data["turn_y"] = ("turn", z.real), ("turn", z.imag)
         data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
-        data |= over_turns(seen_at(turns, assembly, gauges), places)
+        data |= over_turns(observables_at(turns, assembly, gauges), places)
         data["turn_ball_angle_in_rotor"] = (("turn", "ball"), ball_motion(turns[:, 1:], assembly)[0])
     if events:
         log = record.event_states[: int(state.counts[EVENTS_SEEN])]
@@ -253,7 +253,7 @@ def over_turns(seen: Observables, places: Places) -> dict[str, Any]:
     return values
 
 
-def seen_at(states: Matrix, assembly: Assembly, gauges: MeasureInputs) -> Observables:
+def observables_at(states: Matrix, assembly: Assembly, gauges: MeasureInputs) -> Observables:
     """What states say of places, planes and supports; the time stands first in each row."""
     from autobalancer.kernels.measures.observables import observe
 

@@ -14,7 +14,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.kernels.balls.contact_nodes import contacts_in_steps
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
-from autobalancer.kernels.compiler.cache import Work, compile_together
+from autobalancer.kernels.compiler.cache import Work, compile_in_parallel
 from autobalancer.kernels.compiler.callbacks import callback
 from autobalancer.kernels.compiler.simd import NODES
 from autobalancer.kernels.host.linear_nodes import room
@@ -114,19 +114,19 @@ class Stepper(NamedTuple):
 
     def make_ready(self) -> None:
         """Load or compile the kernels of a run, those of its result too."""
-        from autobalancer.kernels.measures.observables import observe, with_balls_held
+        from autobalancer.kernels.measures.observables import observe, observe_locked_balls
 
         rates, switch = self.moving
         works: list[Work] = [(switch, switch_type.signature), (rates, rhs_type.signature)]
         if self.long is None:
-            works += [(with_balls_held, None), (observe, None), (advance, None)]
+            works += [(observe_locked_balls, None), (observe, None), (advance, None)]
         else:
             from autobalancer.kernels.integrators.collocation import nodes_type, watch_type
             from autobalancer.kernels.integrators.collocation_stepper import integrate
 
             works += [(self.long.nodes, nodes_type.signature), (self.long.watch, watch_type.signature)]
-            works += [(with_balls_held, None), (observe, None), (integrate, None)]
-        compile_together(works, then=OF_RESULTS)
+            works += [(observe_locked_balls, None), (observe, None), (integrate, None)]
+        compile_in_parallel(works, then=OF_RESULTS)
 
     def advance(self, system: System, record: Record, budget: int) -> int:
         """Take up to ``budget`` accepted steps; returns how that ended, see kernels/integrators/runge_kutta.py."""

@@ -18,7 +18,7 @@ from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border, ignoring
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane, Stations, plane
-from autobalancer.stability.states.linearized import kept
+from autobalancer.stability.states.linearized import deciding_eigenvalues
 from autobalancer.stability.states.rest_states import StationState
 from autobalancer.units import unbalance_argument
 
@@ -38,17 +38,17 @@ from autobalancer.units import unbalance_argument
 # They are linearized as those of one station of any rotor, :mod:`autobalancer.stability.averaged`.
 
 
-Given = Plane | Machine | str | Path
+MachineArgument = Plane | Machine | str | Path
 
 
-def averaged_plane(machine: Given, unbalance: complex | float | str | None = None) -> Plane:
+def averaged_plane(machine: MachineArgument, unbalance: complex | float | str | None = None) -> Plane:
     """The numbers of a machine (or the path of its file) that this theory needs, with another unbalance if given."""
     unbalance = unbalance_argument(unbalance)
     _, p = _machine_and_plane(machine)
     return p if unbalance is None else replace(p, unbalance=complex(unbalance))
 
 
-def _machine_and_plane(machine: Given) -> tuple[Machine | None, Plane]:
+def _machine_and_plane(machine: MachineArgument) -> tuple[Machine | None, Plane]:
     """What was given, if it is more than a plane, and its plane."""
     if isinstance(machine, Plane):
         return None, machine
@@ -75,7 +75,7 @@ def _machine_and_plane(machine: Given) -> tuple[Machine | None, Plane]:
 WORST = "averaged border, worst case"
 
 
-def damping_share(machine: Given, unbalance: complex | float | None = None) -> float:
+def damping_share(machine: MachineArgument, unbalance: complex | float | None = None) -> float:
     """w_c^2 g / (2 b), S N/2 for N equal balls: the averaged balanced state is stable at high speed if it is below 1.
 
     Raises
@@ -88,7 +88,7 @@ def damping_share(machine: Given, unbalance: complex | float | None = None) -> f
     return float(p.stiffness[0] / p.mass * (p.moment**2 / p.drag).sum() / (2.0 * p.damping[0]))
 
 
-def explicit_averaged_border(machine: Given) -> Border:
+def explicit_averaged_border(machine: MachineArgument) -> Border:
     """Averaged border in closed form, worst case over the unbalance of ``machine``, for any balls in races on the axis.
 
     On isotropic supports (4.74) and (A.7); on orthotropic ones the highest root of a polynomial of degree five in W^2, above
@@ -146,7 +146,7 @@ def _orthotropic(p: Plane) -> Border:
     return Border(WORST, last[0], "; ".join(notes))
 
 
-def minimum_drag(machine: Given, speed: float = math.inf) -> float:
+def minimum_drag(machine: MachineArgument, speed: float = math.inf) -> float:
     """Drag beta that every ball needs to be stable at ``speed`` by the averaged equations, N m s, whatever the unbalance.
 
     (4.74) solved for beta, and what takes its place on orthotropic supports. At infinite speed this is (4.75): N/2 times
@@ -396,7 +396,7 @@ def eigenvalues_at(st: Stations, speeds: Floats, angles: Matrix, centers: Comple
 
 def averaged_station_growth(st: Stations, speed: float, state: StationState) -> float:
     """Greatest real part that counts, 1/s: of a balanced state without the zeros of balls that may be moved for nothing."""
-    return float(kept(averaged_station_eigenvalues(st, speed, state), _neutral(st, state)).real.max())
+    return float(deciding_eigenvalues(averaged_station_eigenvalues(st, speed, state), _neutral(st, state)).real.max())
 
 
 def averaged_station_growths(st: Stations, speeds: Floats, state: StationState) -> Floats:
@@ -469,7 +469,7 @@ def _parts(columns: Complexes) -> Matrix:
 Window = tuple[float, float]
 
 
-def speed_windows(machine: Given, *, damped: bool = False) -> list[Window]:
+def speed_windows(machine: MachineArgument, *, damped: bool = False) -> list[Window]:
     """Speed ranges (low, high) in rad/s, ascending, in which the averaged torque moves balls to the light side.
 
     Parameters

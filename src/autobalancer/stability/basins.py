@@ -27,7 +27,7 @@ from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, System, X, Y
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import Constant, PrescribedSpeed, Ramp
-from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.memory import refuse_beyond_memory
 from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word, wilson_interval
@@ -225,7 +225,7 @@ def starts_of(
         raise QuestionError("basin: each axis needs a list of finite numbers")
     shape = tuple(v.size for v in values) if axes else (random,)
     count = math.prod(shape)
-    refuse_what_does_not_fit("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
+    refuse_beyond_memory("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
     # at rest in the middle, or, on a ramp, before it has begun
     first = question.assembly.state.copy()
     first[[X, Y, VX, VY, THETA]] = 0.0
@@ -355,7 +355,7 @@ def end_state(question: Question, end: Floats) -> End:
     # at rest: every plane is named by where its balls and its center are
     center = centers(question, end)
     own_names = tuple(_at_rest(question, end[BALLS : BALLS + n], center, st.station == p) for p in planes)
-    return End(_together(own_names), own_names)
+    return End(_all_planes(own_names), own_names)
 
 
 def centers(question: Question, end: Floats) -> Complexes:
@@ -394,7 +394,7 @@ def _at_rest(question: Question, angles: Floats, center: Complexes, here: np.nda
     return "coincident" if len(set(np.sign(along.real[~true]))) <= 1 else "in line"
 
 
-def _together(planes: tuple[str, ...]) -> str:
+def _all_planes(planes: tuple[str, ...]) -> str:
     """The name of all planes, whose balls rest."""
     if "held by friction" in planes:
         return "held by friction"
@@ -507,7 +507,7 @@ def residuals(
     st, speed = question.st, question.speed
     # what the balls of each plane make up, and what they should
     each = moments_of(st, angles)
-    wanted = _wanted(st, speed)
+    wanted = _needed_moments(st, speed)
     left_at = np.abs(each - wanted)
     left, whole = left_at.sum(axis=-1), float(np.abs(wanted).sum())
     resting = np.isin(states, [STATES.index(name) for name in AT_REST])
@@ -561,7 +561,7 @@ def moments_of(st: Stations, angles: Floats) -> Complexes:
     return moments
 
 
-def _wanted(st: Stations, speed: float) -> Complexes:
+def _needed_moments(st: Stations, speed: float) -> Complexes:
     """What the balls of each plane have to add up to, (P,) kg m; nan at a critical speed of an undamped rotor."""
     if st.model.pairs == 1:
         return -st.fixed_load

@@ -19,7 +19,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.laws.stall import held_whirl, largest_held_residual, rest_ends
 from autobalancer.machine import Machine, Unbalance
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.random_numbers import generator
 from autobalancer.results.display_units import length_text, moment_text
 from autobalancer.stability.host.stations import Complexes, Floats, Stations, is_planar, stations, without_forces
@@ -301,7 +301,7 @@ def stopped(races: Races, starts: Floats) -> tuple[Complexes, NDArray[np.bool_]]
     decay = 1.0 + step * np.maximum(races.decay, SLOWEST * frequency)
     whirl = np.zeros((angle.shape[0], races.whirl.size), np.complex128)
     for _ in range(STEPS):
-        still_time()
+        check_deadline()
         # the rotor follows at once: its whirl from where all balls are now
         along = np.exp(1j * angle)
         whirl = races.whirl + (races.moment * along) @ belongs @ races.host.T

@@ -514,12 +514,12 @@ def summary_rows(summary: Summary, said: SpeedText) -> list[Row]:
         *_critical_speeds(summary, said),
         *([("rubber", "\n".join(summary.rubber))] if summary.rubber else []),
         *_unbalance(summary, said),
-        *(_rows_race(race, summary) for race in summary.races),
+        *(_race_rows(race, summary) for race in summary.races),
         *([("rings of liquid", "\n".join(summary.liquid_rings))] if summary.liquid_rings else []),
         *_together(summary),
         *_planes(summary, said),
         *(friction_rows(summary.friction, said) if summary.friction is not None else ()),
-        *(_rows_settled(summary.friction_settled, said) if summary.friction_settled is not None else ()),
+        *(_settled_rows(summary.friction_settled, said) if summary.friction_settled is not None else ()),
         *_eccentricity(summary),
         *_borders(summary, said),
         ("highest speed", FROM_A_RUN if summary.highest_speed is None else said(summary.highest_speed)),
@@ -580,7 +580,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
 
 def friction_rows(held: HeldByFriction, said: SpeedText, *, brief: bool = False) -> list[Row]:
     """What friction holds: rows for each plane with balls, only the first of them if ``brief``, or that there is none."""
-    rows = _rows_of("friction", held, [plane.rows[: 1 if brief else None] for plane in held.planes], said)
+    rows = _plane_rows("friction", held, [plane.rows[: 1 if brief else None] for plane in held.planes], said)
     return [*rows, ("friction", held.note)] if held.note else rows
 
 
@@ -627,7 +627,7 @@ def _unbalance(summary: Summary, said: SpeedText) -> Iterator[Row]:
         yield from service_rows(summary.service, said)
 
 
-def _rows_race(race: RaceSummary, summary: Summary) -> Row:
+def _race_rows(race: RaceSummary, summary: Summary) -> Row:
     enough = _enough(race.capability, summary) if len(summary.races) == 1 else ""
     enough += f"; {race.ignores}" if race.ignores else ""
     return (
@@ -663,13 +663,13 @@ def _planes(summary: Summary, said: SpeedText) -> Iterator[Row]:
         )
 
 
-def _rows_settled(held: HeldByFriction, said: SpeedText) -> list[Row]:
+def _settled_rows(held: HeldByFriction, said: SpeedText) -> list[Row]:
     """The same of balls that settle at a lower speed."""
-    rows = _rows_of("  settled", held, [plane.settled_rows for plane in held.planes], said)
+    rows = _plane_rows("  settled", held, [plane.settled_rows for plane in held.planes], said)
     return rows or [("  settled", held.note)]
 
 
-def _rows_of(title: str, held: HeldByFriction, planes: list[tuple[Row, ...]], said: SpeedText) -> list[Row]:
+def _plane_rows(title: str, held: HeldByFriction, planes: list[tuple[Row, ...]], said: SpeedText) -> list[Row]:
     rows: list[Row] = []
     for plane, (first, *others) in zip(held.planes, planes, strict=True):
         name = f"{title}, {plane.name}" if len(planes) > 1 else title

@@ -128,7 +128,7 @@ def gridded_starts(
         ramp = speed / float(rate) if rate else 0.0
         steady = with_value_at(driven_to(machine, speed, ramp, drawn=False), "run", {"duration": ramp + hold})
         columns = {name: values[own].tolist() for name, values in grids.items()} or _as_it_is(machine, seed)
-        told = partial(_told, progress, done, rates.size)
+        told = partial(_report_progress, progress, done, rates.size)
         parts.append(
             ensemble(
                 steady, columns, seed=seed, tolerance=tolerance, impossible="record", workers=workers, progress=told
@@ -167,7 +167,7 @@ def _as_it_is(machine: Machine, seed: int) -> dict[str, list[float]]:
     return {"seed": [seed]} if first is None else {"ball_angle[1]": [float(first)]}
 
 
-def _told(progress: Callable[[int, int], None] | None, before: int, total: int, done: int, _: int) -> None:
+def _report_progress(progress: Callable[[int, int], None] | None, before: int, total: int, done: int, _: int) -> None:
     if progress is not None:
         progress(before + done, total)
 
@@ -222,7 +222,7 @@ LEAST, MOST = 8, 512  # starts that a thread takes from look to look at once
 STEPS = 100_000_000  # of one run between two looks
 
 
-def named_ends(
+def classify_ends(
     machine: Machine,
     speed: float,
     axes: Mapping[str, Sequence[float]],
@@ -506,7 +506,9 @@ def basin(
     options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
     why = why_unnamed(machine)
     if not why and (chosen or acceleration is None):
-        return Ends.of(named_ends(machine, speed, chosen, random=random, workers=workers, progress=progress, **options))
+        return Ends.of(
+            classify_ends(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
+        )
     if chosen:
         return Ends.of(gridded_starts(machine, speed, chosen, workers=workers, progress=progress, **options))
     return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))

@@ -26,8 +26,8 @@ from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.archive import Archive
 from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber.bounds import ChamberBounds, pressure_between_balls
-from autobalancer.studies.chamber_study import Job, Many, measured_runs
-from autobalancer.units.quantity import is_range, list_argument, listed, whole
+from autobalancer.studies.chamber_study import Job, RunSettings, measured_runs
+from autobalancer.units.quantity import is_range, list_argument, listed, whole_numbers
 
 CHANGED = ("unbalance", "friction", "ball_friction", "diameter", "density", "viscosity")
 AS_DESIGNED = "as designed"
@@ -80,7 +80,7 @@ def design_sensitivity(
         made = _machine(machine, changed, unbalance)
         names = [changed.run_name(unbalance, duration, last, seed) for seed in seeds]
         jobs += [Job(name, made, seed, {"unbalance": unbalance}) for name, seed in zip(names, seeds, strict=True)]
-    judged = judged_runs(jobs, Many(duration, last, archive, workers), progress)
+    judged = judged_runs(jobs, RunSettings(duration, last, archive, workers), progress)
     rows = np.array(judged, object).reshape(len(cases), len(seeds))
     dataset = xr.Dataset(coords={"change": [name for name, _, _ in cases], "seed": seeds})
     values = {name: np.array([[row.get(name, np.nan) for row in several] for several in rows]) for name in JUDGED}
@@ -165,7 +165,7 @@ def designed_machine(designs: xr.Dataset, place: int = 1, *, unbalance: float | 
     size = float(designs["unbalance"].max()) if unbalance is None else unbalance
     made = in_author_units(machine_of(machine, candidate, size), machine)
     return made.model_copy(
-        update={"name": f"{machine.name}, {candidate.label}", "description": _said(designs, one, candidate)}
+        update={"name": f"{machine.name}, {candidate.label}", "description": _description(designs, one, candidate)}
     )
 
 
@@ -185,7 +185,7 @@ def candidate_of(dataset: xr.Dataset) -> Candidate:
     return Candidate(int(dataset["balls"]), *(float(dataset[name]) for name in NUMBERS))
 
 
-def _said(designs: xr.Dataset, dataset: xr.Dataset, candidate: Candidate) -> str:
+def _description(designs: xr.Dataset, dataset: xr.Dataset, candidate: Candidate) -> str:
     limits = json.loads(designs.attrs["limits"])
     requested = ", ".join(f"{name} {value:g}" for name, value in limits.items()) or "none"
     sizes = ", ".join(f"{size:g}" for size in designs["unbalance"].values)
@@ -351,7 +351,7 @@ def _read(shelf: Mapping[str, Any]) -> dict[str, list[float]]:
         if name not in UNITS:
             raise QuestionError(f"candidates: given {name!r}; must be one of {', '.join(UNITS)}")
         if name == "balls":
-            given = whole("balls", given) if isinstance(given, str) and not is_range(given) else given
+            given = whole_numbers("balls", given) if isinstance(given, str) and not is_range(given) else given
             read = [float(value) for value in list_argument("balls", given, "")]
             if any(value != round(value) or value < 1.0 for value in read):
                 raise QuestionError(f"balls: given {given!r}; must be whole numbers from 1 on")
@@ -448,7 +448,7 @@ def numbers_of(machine: ChamberMachine, measures: Mapping[str, Any]) -> dict[str
 
 
 def judged_runs(
-    jobs: Sequence[Job], how: Many, progress: Callable[[int, int], None] | None = None
+    jobs: Sequence[Job], how: RunSettings, progress: Callable[[int, int], None] | None = None
 ) -> list[dict[str, Any]]:
     """What runs are judged by, with their outcome; nothing else of one that did not finish."""
     result = []

@@ -34,7 +34,7 @@ from autobalancer.studies.chamber_candidates import (
     worse_than_worst,
 )
 from autobalancer.studies.chamber_candidates import candidates as all_candidates
-from autobalancer.studies.chamber_study import Job, Many
+from autobalancer.studies.chamber_study import Job, RunSettings
 from autobalancer.units import argument, optional_argument
 from autobalancer.units.quantity import list_argument, listed
 
@@ -442,7 +442,7 @@ def _run(
         Job(design.candidate.run_name(size, duration, last, seed), design.machines[size], seed, {"unbalance": size})
         for design, size, seed in jobs
     ]
-    return judged_runs(runs, Many(duration, last, requested.archive, requested.workers), told)
+    return judged_runs(runs, RunSettings(duration, last, requested.archive, requested.workers), told)
 
 
 def _halved(alive: Sequence[Design], name: str, keep: int) -> list[Design]:

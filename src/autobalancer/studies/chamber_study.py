@@ -30,7 +30,7 @@ from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.chamber_run import default_step
 from autobalancer.studies.variations import in_threads
 from autobalancer.units import argument, list_argument, optional_argument
-from autobalancer.units.quantity import listed, whole
+from autobalancer.units.quantity import listed, whole_numbers
 
 MOST_RUNS = 100_000  # of one study
 
@@ -89,7 +89,7 @@ def amplitudes(
     MachineError
         For a friction that is not possible.
     """
-    counts = whole("counts", counts) if isinstance(counts, str) else counts
+    counts = whole_numbers("counts", counts) if isinstance(counts, str) else counts
     frictions = listed("frictions", frictions, "") if isinstance(frictions, str) else frictions
     machine, duration = balls_in_chambers(machine), argument("duration", duration, "s")
     step = optional_argument("step", step, "s")
@@ -112,7 +112,7 @@ def amplitudes(
     cells = [Cell(*cell) for cell in product(layers, frictions, numbers, seeds) if cell[2] in each[cell[0]]]
 
     jobs = [_job(machine, cell) for cell in cells]
-    how = Many(duration, last, archive, workers, step, sample)
+    how = RunSettings(duration, last, archive, workers, step, sample)
     result = gathered(cells, measured_runs(jobs, how, progress))
     title = f"Amplitudes of {machine.name} over balls and friction"
     about = {"machine": machine_text(machine), "machine_name": machine.name, "duration": duration}
@@ -397,7 +397,7 @@ class Job(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Many:
+class RunSettings:
     """How all runs of a study are made: s, where they are kept, and on how many threads; ``None`` for one each core."""
 
     duration: float
@@ -409,7 +409,7 @@ class Many:
 
 
 def measured_runs(
-    jobs: Sequence[Job], how: Many, progress: Callable[[int, int], None] | None = None
+    jobs: Sequence[Job], how: RunSettings, progress: Callable[[int, int], None] | None = None
 ) -> list[dict[str, Any]]:
     """Outcome and measures of each run by name, as :func:`measured_run` has them; ``does not fit`` with the reason as outcome.
 

@@ -32,12 +32,12 @@ from autobalancer.studies.variations import in_threads
 from autobalancer.units import list_argument, optional_argument
 
 AnyMachine = Machine | ChamberMachine
-Given = AnyMachine | str | Path
+MachineArgument = AnyMachine | str | Path
 
 
 @shows_progress
 def compare(
-    machines: Mapping[str, Given] | Sequence[Given],
+    machines: Mapping[str, MachineArgument] | Sequence[MachineArgument],
     *,
     at: Sequence[float | str] | float | str = (),
     duration: float | str | None = None,
@@ -85,7 +85,7 @@ def compare(
     UnitError
         If a speed or the duration is no such quantity.
     """
-    named = _named(machines)
+    named = _named_machines(machines)
     duration = optional_argument("duration", duration, "s")
     speeds = list_argument("at", at, "rad/s")
     if not np.isfinite(speeds).all():
@@ -105,12 +105,12 @@ def compare(
     return _dataset(named, rows, speeds)
 
 
-def _read(argument: Given) -> AnyMachine:
+def _read(argument: MachineArgument) -> AnyMachine:
     machine = any_machine(argument)
     return balls_in_races(machine) if isinstance(machine, Machine) else machine
 
 
-def _named(machines: Mapping[str, Given] | Sequence[Given]) -> dict[str, AnyMachine]:
+def _named_machines(machines: Mapping[str, MachineArgument] | Sequence[MachineArgument]) -> dict[str, AnyMachine]:
     if isinstance(machines, Mapping):
         named = {str(name): _read(machine) for name, machine in machines.items()}
     else:

@@ -40,7 +40,7 @@ from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.ensemble.layout import Plan, run_groups
 from autobalancer.studies.ensemble.members import Members, without_start_angles
-from autobalancer.studies.variations import coordinate, listed, named
+from autobalancer.studies.variations import coordinate, listed, named_measures
 
 FAILED = "failed"
 ENDS = (*WORDS, FAILED)
@@ -304,7 +304,7 @@ def sweep(
     for one in ran:
         for number, row, steps in zip(one.group.numbers, one.found.rows, one.found.counts[:, 0], strict=True):
             if steps:  # Ctrl-C came before the others
-                rows[number] = named(row, end, int(steps), settling_from)
+                rows[number] = named_measures(row, end, int(steps), settling_from)
     about = {"duration": end, "tolerance": tolerance, "bins": bins, "seed": seed, "settling_from": settling_from}
     dataset = _dataset(machine, variations, grid, shape, rows, about)
     return Swept.of(dataset.assign_coords(seed=drawn) if drawn is not None else dataset)

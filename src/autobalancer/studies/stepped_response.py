@@ -19,7 +19,7 @@ from typing import Any, Literal, Unpack
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.places import assemble_held
+from autobalancer.assembly.places import assemble_locked
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import MASS_SPREAD, Assembly
 from autobalancer.errors import QuestionError
@@ -36,7 +36,7 @@ from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
 from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.run import SteppedResponse
-from autobalancer.results.folder_store import Store, refuse_another
+from autobalancer.results.folder_store import Store, refuse_other_question
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import as_path
@@ -149,7 +149,7 @@ def stepped_response(
     assembly = prepare(at_constant_speed(machine, float(chosen[-1])), None, seed=seed, mass_spread=mass_spread)
     groups = free_groups(machine)
     names, _, weights = averaged_stations(assembly, stations)
-    held = assemble_held(at_constant_speed(machine, float(chosen[-1]))) if without_balls and assembly.balls else None
+    held = assemble_locked(at_constant_speed(machine, float(chosen[-1]))) if without_balls and assembly.balls else None
     legs = ["up", "down"] if direction == "both" else [direction]
     question = {
         "machine": machine_text(machine), "speeds": chosen.tolist(), "dwell": dwell, "window": window,
@@ -246,7 +246,7 @@ def _finished(path: Path, question: dict[str, Any]) -> SteppedResponse | None:
     requested = json.loads(known.attrs.get("question", "null"))
     if not isinstance(requested, dict):
         raise QuestionError(f"store: {path} is not a stepped response; give another file")
-    refuse_another(path, "stepped response", requested, json.loads(json.dumps(question)))
+    refuse_other_question(path, "stepped response", requested, json.loads(json.dumps(question)))
     return SteppedResponse.of(known)
 
 

@@ -159,7 +159,7 @@ def sweep_row(
         desk.hits[:], desk.noted[0] = (impacts.time, impacts.speed, impacts.lost, impacts.impulse), hits
     row = np.empty(WIDTH + len(assembly.balls))
     measure_row(assembly.system, record, memory, gauges, desk, status, row)
-    return named(completed(row, assembly, places, gauges), end, int(memory.counts[ACCEPTED]))
+    return named_measures(completed(row, assembly, places, gauges), end, int(memory.counts[ACCEPTED]))
 
 
 def gauges_for(assembly: Assembly, places: Places, end: float, touches: tuple[Touch, ...] = ()) -> MeasureInputs:
@@ -177,7 +177,7 @@ def completed(row: Floats, assembly: Assembly, places: Places, gauges: MeasureIn
     return row
 
 
-def named(row: Floats, end: float, steps: int, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
+def named_measures(row: Floats, end: float, steps: int, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
     """The numbers of a row by name, with ``outcome`` and ``verdict`` in words; the run was to reach ``end`` (s)."""
     ended = outcome(int(row[STATUS]), row[END], end, interrupted=False, steps=steps).name
     return {"outcome": ended, "verdict": WORDS[int(row[VERDICT])], **in_row(row, settling_from)}

@@ -1,12 +1,12 @@
 """The door for quantities: ``"4.4 g"``, ``"1200 rpm"``, ``"20 mm^2/s"`` to SI and back, and ranges of them.
 
 Inside the package every number is SI: a plain float. At the door a quantity may be a number (already SI) or a
-string with a unit. :class:`Given` is the float that remembers how it was written, so that a machine that is read
+string with a unit. :class:`WrittenFloat` is the float that remembers how it was written, so that a machine that is read
 and saved again keeps its author's units.
 """
 
 from autobalancer.units.quantity import (
-    Given,
+    WrittenFloat,
     argument,
     column_factor,
     ends_argument,
@@ -24,7 +24,7 @@ from autobalancer.units.quantity import (
 )
 
 __all__ = [
-    "Given",
+    "WrittenFloat",
     "argument",
     "column_factor",
     "ends_argument",

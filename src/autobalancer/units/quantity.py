@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from autobalancer.errors import QuestionError, UnitError
-from autobalancer.units.trade import SUFFIXES, added, confused, factor, lacks_turns, meant, without_suffix
+from autobalancer.units.trade import SUFFIXES, added, confused, factor, lacks_turns, similar_unit, without_suffix
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +22,7 @@ _GROUPS = re.compile(r"\s*([+-]?\d+(?:[.,'\u2019_]\d+|[ \xa0\u2009\u202f]\d{3}(?
 _SECOND = re.compile(r"(?:^|\s)[+-]?(?!1/)\d")  # a number within the unit: a range, or two quantities
 
 
-class Given(float):
+class WrittenFloat(float):
     """A float in SI that remembers how it was written.
 
     ``Given("4.4 g", 0.0044)`` equals ``0.0044`` in every calculation; ``.text`` is ``"4.4 g"``.
@@ -30,7 +30,7 @@ class Given(float):
 
     text: str
 
-    def __new__(cls, text: str, value: float) -> Given:
+    def __new__(cls, text: str, value: float) -> WrittenFloat:
         self = super().__new__(cls, value)
         self.text = text
         return self
@@ -38,7 +38,7 @@ class Given(float):
     def __getnewargs__(self) -> tuple[str, float]:  # type: ignore[override]
         return self.text, float(self)
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Given:
+    def __deepcopy__(self, memo: dict[int, Any]) -> WrittenFloat:
         return self
 
 
@@ -64,14 +64,14 @@ def to_si(value: float | int | str, unit: str) -> float:
     Returns
     -------
     float
-        The value in ``unit``; a :class:`Given` if it was a string.
+        The value in ``unit``; a :class:`WrittenFloat` if it was a string.
 
     Raises
     ------
     UnitError
         If it is not a finite number, has no unit, or has one of another dimension.
     """
-    if isinstance(value, Given):
+    if isinstance(value, WrittenFloat):
         return read_text(value.text, unit)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         allowed = f"in {unit} or a string with a unit, such as {sample(unit)}" if unit else 'such as 0.02 or "2 %"'
@@ -85,7 +85,7 @@ def to_si(value: float | int | str, unit: str) -> float:
 
 
 @lru_cache(maxsize=4096)
-def read_text(value: str, unit: str, amplitude: bool = False) -> Given:
+def read_text(value: str, unit: str, amplitude: bool = False) -> WrittenFloat:
     """A text as a quantity in the SI ``unit``, as :func:`to_si`.
 
     Of the ``amplitude`` of a sinusoid a value from peak to peak or an rms value becomes its peak; elsewhere both are refused.
@@ -116,7 +116,7 @@ def read_text(value: str, unit: str, amplitude: bool = False) -> Given:
     si = float(f"{number * scale * peaks + zero:.15g}")  # no 1.9999999999999998e-05 from the conversion
     if not math.isfinite(si):
         raise UnitError(f"given {value!r}, which is not a finite number")
-    return Given(value, si)
+    return WrittenFloat(value, si)
 
 
 def conversion(written: str, unit: str, value: str = "") -> tuple[float, float]:
@@ -134,7 +134,7 @@ def conversion(written: str, unit: str, value: str = "") -> tuple[float, float]:
     if lacks_turns(written, unit) and unit in _TURNING:
         raise UnitError(f"given {value!r}; turns or radians a second? Write {_TURNING[unit]}")
     kind, samples = (f"quantity in {unit}", sample(unit)) if unit else ("number without a unit", '0.02 or "2 %"')
-    near = meant(written, unit)
+    near = similar_unit(written, unit)
     hint = f"did you mean {near}?" if near else confused(written, unit)
     raise UnitError("; ".join(filter(None, (f"given {value!r}, but a {kind} is wanted here, such as {samples}", hint))))
 
@@ -219,7 +219,7 @@ def sample(unit: str) -> str:
     return f'"{_SAMPLES[unit]}"' if unit in _SAMPLES else f'"1 {unit}"'
 
 
-def option_to_si(text: str, unit: str) -> Given:
+def option_to_si(text: str, unit: str) -> WrittenFloat:
     """Read a quantity from the command line, where a number needs its unit; only zero is the same in all of them.
 
     Raises
@@ -230,7 +230,7 @@ def option_to_si(text: str, unit: str) -> Given:
     match = NUMBER.match(text)
     if unit and match is not None and not match[2].strip():
         if float(match[1]) == 0.0 and unit != "K":
-            return Given(text.strip(), 0.0)
+            return WrittenFloat(text.strip(), 0.0)
         raise UnitError(f"given {shortened(text)} without a unit; write it with one, such as {samples_of(unit)}")
     return read_text(text, unit)
 
@@ -368,7 +368,7 @@ def listed(name: str, text: str, unit: str) -> list[float]:
     return [written(name, part, unit) for part in (*parts, last)]
 
 
-def whole(name: str, text: str) -> list[int]:
+def whole_numbers(name: str, text: str) -> list[int]:
     """``"3,5,8"``: whole numbers from 1 on."""
     quantity = listed(name, text, "")
     if any(value != round(value) or value < 1 for value in quantity):

@@ -107,7 +107,7 @@ CASES = {  # a capital or small letter too many, and yet clear
     "Min": "min", "Mil": "mil", "MIL": "mil", "Mils": "mil", "Rad": "rad", "RAD": "rad", "Deg": "deg", "DEG": "deg",
     "KRPM": "krpm", "kRPM": "krpm",
 }  # fmt: skip
-ASKED = {
+AMBIGUOUS = {
     "grad": "'grad' is a degree to some and a gon to others; write deg or gon",
     "gr": "'gr' is a gram to some and a grain to others; write g, or mg",
     "C": "'C' is a coulomb; a temperature is written degC",
@@ -198,7 +198,7 @@ def lacks_turns(written: str, unit: str) -> bool:
     )
 
 
-def meant(written: str, unit: str) -> str:
+def similar_unit(written: str, unit: str) -> str:
     """A unit that is written nearly alike and has the dimension of ``unit``; empty if there is none."""
     alike = [one for one in (*table(), *JOINED) if one.casefold() == written.casefold()]
     per_angle = (f"{written}/rad",) if "/rad" in unit else ()
@@ -394,13 +394,13 @@ def _plain(written: str) -> str:
 def _word(name: str, written: str) -> Meaning:
     known = table()
     result = known.get(CASES.get(name, name))
-    if result is None and name not in ASKED:
+    if result is None and name not in AMBIGUOUS:
         result = _full_name(name)
     if result is not None:
         return result
     whole = "" if name == written else f" in {written!r}"
-    if name in ASKED:
-        raise UnitError(f"{ASKED[name]}{whole}")
+    if name in AMBIGUOUS:
+        raise UnitError(f"{AMBIGUOUS[name]}{whole}")
     every = [*known, *JOINED]
     near = [one for one in every if one.casefold() == name.casefold()] or get_close_matches(name, every, 2, 0.6)
     raise UnitError(f"{name!r}{whole} is not a unit" + (f"; did you mean {' or '.join(near)}?" if near else ""))

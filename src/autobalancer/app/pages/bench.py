@@ -302,7 +302,7 @@ class Tabs(ui.tabs):
 # Archive: find runs, tag them, load them again, compare up to three, delete.
 
 
-SHOWN = 60  # runs of a list
+ROWS_SHOWN = 60  # runs of a list
 COLORS = ("#0072B2", "#D55E00", "#009E73")
 MOST = 3  # runs side by side
 
@@ -333,7 +333,7 @@ class ArchivePage:
         self.chosen = [name for name in self.chosen if name in there]
         self.count.set_text(f"{len(found)} run{'s' * (len(found) != 1)}")
         self.none.set_visibility(not found)
-        self._follow(found[:SHOWN])
+        self._follow(found[:ROWS_SHOWN])
         self._compare()
 
     def _follow(self, found: list[Entry]) -> None:
@@ -494,7 +494,7 @@ def _table(entries: list[Entry], texts: list[str]) -> str:
     lengths = "".join(f"<td class='number'>{entry.seconds:.6g} s</td>" for entry in entries)
     rows.append(f"<tr><td>length of the run</td>{lengths}</tr>")
     for name, meaning in meanings.items():
-        texts_of = [shown(*entry.measures[name][:2]) if name in entry.measures else "–" for entry in entries]
+        texts_of = [measure_text(*entry.measures[name][:2]) if name in entry.measures else "–" for entry in entries]
         cells = "".join(f"<td class='number'>{escape(text)}</td>" for text in texts_of)
         rows.append(f"<tr><td>{escape(meaning)}</td>{cells}</tr>")
     changed: dict[str, list[str]] = {}
@@ -615,7 +615,7 @@ class RunPage:
             return
         self.bar.value = job.share
         self.bar.props(add="indeterminate" if not job.share else "", remove="indeterminate" if job.share else "")
-        self.word.set_text(_told(job))
+        self.word.set_text(_progress_text(job))
         if job.result and job.result != self.drawn:
             self.drawn = job.result
             self.view.show(job.result)
@@ -663,7 +663,7 @@ class RunPage:
                 film.props('flat dense no-caps data-at="film.gif"')
         self.more.clear()
         with self.more:
-            rows = "".join(_rows(entry.measures))
+            rows = "".join(_measure_rows(entry.measures))
             ui.html(f"<h2>Measures</h2><table class='facts'>{rows}</table>", sanitize=False).props('data-at="measures"')
 
     def _film(self, name: str) -> None:
@@ -698,7 +698,7 @@ def _decimal(duration: str | None) -> str:
     return written(number, unit, "s") if number else unit
 
 
-def _told(job: Job) -> str:
+def _progress_text(job: Job) -> str:
     """How far a run is."""
     if job.state == "waiting":
         return "waits for its turn"
@@ -709,19 +709,19 @@ def _told(job: Job) -> str:
     return f"{100.0 * job.share:.0f} %"
 
 
-def _rows(measures: dict[str, Any]) -> Iterator[str]:
+def _measure_rows(measures: dict[str, Any]) -> Iterator[str]:
     """A row for each measure; numbers of several balls, places or planes stand in one, each after its name."""
     for _, keys in groupby(measures, lambda key: str(key).partition("[")[0]):
         cells, meaning = [], ""
         for key in keys:
             value, unit, meaning = measures[key]
             which = key.partition("[")[2].removesuffix("]")
-            cells.append(f"<span class='which'>{escape(which)}</span> <span>{escape(shown(value, unit))}</span>")
+            cells.append(f"<span class='which'>{escape(which)}</span> <span>{escape(measure_text(value, unit))}</span>")
             meaning = meaning.removesuffix(f": {which}") if which else meaning
         yield f"<tr><td>{escape(meaning)}</td><td class='number'>{'<br>'.join(cells)}</td></tr>"
 
 
-def shown(value: float, unit: str) -> str:
+def measure_text(value: float, unit: str) -> str:
     """A measure as a person reads it."""
     if unit == "rad/s":
         return f"{value * 9.549296585513721:.5g} rpm"

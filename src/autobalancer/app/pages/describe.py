@@ -96,7 +96,7 @@ def _sources(bench: Bench) -> None:
 ROOM = 100  # entries of lists that have fields: each takes the server a while, with every edit
 
 
-ASKED: dict[
+ALTERNATIVES: dict[
     str, tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
 ] = {  # keys to fill in, unless one of the others is given
     "PlanarRotor": (
@@ -242,7 +242,7 @@ class Form:
                 ui.label(f"{len(entries) - number} more: they stand in the text").classes("quiet")
                 break
             self.room -= 1
-            with self._box(inner, f"{_one(field.name)} {number + 1}", field.meaning, inner):
+            with self._box(inner, f"{_singular(field.name)} {number + 1}", field.meaning, inner):
                 self._kind_and_fields(field, inner, entry if isinstance(entry, dict) else {})
 
         def more() -> None:
@@ -253,7 +253,7 @@ class Form:
 
         if path not in self.shown and not entries:
             self.shown[path] = ui.label("").classes("wrong")
-        ui.button(f"add {_one(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
+        ui.button(f"add {_singular(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
 
     def _kind_and_fields(self, field: Field, path: EntryPath, data: dict[str, Any]) -> None:
         part = _chosen(field.parts, data)
@@ -444,7 +444,7 @@ def _chosen(parts: tuple[type[Part], ...], data: Any) -> type[Part] | None:
 
 def _asked_of(part: type[Part], data: dict[str, Any]) -> set[str]:
     """Optional keys of a part that a form asks for: one of several ways to say what has to be said, and none is taken yet."""
-    groups = ASKED.get(part.__name__, ())
+    groups = ALTERNATIVES.get(part.__name__, ())
     return {key for keys, others in groups if not {*keys, *others} & set(data) for key in keys}
 
 
@@ -475,7 +475,7 @@ def _names(parts: tuple[type[Part], ...], word: str) -> set[str]:
     return {name for part in parts if word_of(part) == word for name in part.model_fields} - {"kind", "law"}
 
 
-def _one(name: str) -> str:
+def _singular(name: str) -> str:
     """One of several: ``race`` of ``races``, ``balls`` stays, as a group of balls is one entry."""
     if name == "balls":
         return "group of balls"
@@ -487,7 +487,7 @@ def _one(name: str) -> str:
 
 POOL = ThreadPoolExecutor(1, thread_name_prefix="check")
 PENCIL = ThreadPoolExecutor(1, thread_name_prefix="drawing")
-WANTED = "The facts come when there is enough to know. Still wanted, or not possible yet:"
+INCOMPLETE_TEXT = "The facts come when there is enough to know. Still wanted, or not possible yet:"
 NEUTRAL = """<svg role="img" aria-label="a rotor on its springs, with balls in a race, not to scale" class="begun"
  viewBox="0 0 320 130">
 <path d="M20 60H180M75 20H125V100H75ZM40 60v30m-8 0h16M160 60v30m-8 0h16" />
@@ -542,20 +542,20 @@ class Check:
                 self.drawing.classes(add="old")
                 self.facts.set_content(f'<div class="wrong">{message}</div>')
                 return
-            self.facts.set_content(f'<div class="quiet">{WANTED}</div><div class="quiet told">{message}</div>')
+            self.facts.set_content(f'<div class="quiet">{INCOMPLETE_TEXT}</div><div class="quiet told">{message}</div>')
             begun = drawable(self.bench.text)
             if begun is None:
                 self.pencil.number += 1
                 self.drawing.set_content(NEUTRAL)
                 self.drawing.classes(remove="old")
             else:
-                self.pencil.start(partial(_said, _drawing, begun), partial(self._later, self.drawing))
+                self.pencil.start(partial(_answer_or_fault, _drawing, begun), partial(self._later, self.drawing))
             return
         self.busy.set_visibility(True)
         for shown in (self.drawing, self.facts):
             shown.classes(add="old")  # until the new one is there
-        self.pencil.start(partial(_said, _drawing, machine), partial(self._later, self.drawing))
-        self.latest.start(partial(_said, _facts, machine), partial(self._later, self.facts))
+        self.pencil.start(partial(_answer_or_fault, _drawing, machine), partial(self._later, self.drawing))
+        self.latest.start(partial(_answer_or_fault, _facts, machine), partial(self._later, self.facts))
 
     def _later(self, target: Any, content: str) -> None:
         """Called in another thread."""
@@ -574,7 +574,7 @@ class Check:
                 self.busy.set_visibility(False)
 
 
-def _said(ask: Callable[[Any], str], machine: Any) -> str:
+def _answer_or_fault(ask: Callable[[Any], str], machine: Any) -> str:
     """An answer, or what is wrong."""
     try:
         with unwarned():  # the facts have them as notes

@@ -177,7 +177,7 @@ class Typed:
 
 PAUSE = 0.4  # s
 LIGHT: Literal["githubLight"] = "githubLight"
-NAMED = """(() => {
+LABEL_EDITORS = """(() => {
   document.querySelectorAll(".cm-content:not([aria-label])").forEach((one) =>
     one.setAttribute("aria-label", one.closest("[aria-label]")?.getAttribute("aria-label") || "text"));
   return document.body.classList.contains("body--dark");
@@ -213,7 +213,7 @@ def toml_editor(of: Typed, dark: Any) -> Any:
     async def as_browser() -> None:
         """Until somebody chooses, the page is as the browser is set."""
         with contextlib.suppress(TimeoutError):  # the page was closed
-            shaded = await ui.run_javascript(NAMED)
+            shaded = await ui.run_javascript(LABEL_EDITORS)
             if dark.value is None:
                 shade(shaded)
 

@@ -22,7 +22,7 @@ from autobalancer.assembly.quantities import parameter_range, parameter_unit, va
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.machine.path import QUANTITIES, named_unit, text_of
+from autobalancer.machine.path import QUANTITIES, si_unit_of, text_of
 from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.progress import Progress
 from autobalancer.results.display_units import length_text
@@ -37,13 +37,13 @@ from autobalancer.units.quantity import ends, range_values
 
 RPM = 30.0 / math.pi
 UNITS = {"m^2/s": (1e6, "mm^2/s"), "kg": (1e3, "g"), "m": (1e3, "mm"), "kg*m": (1e6, "g*mm")}  # in which people write
-LEFT_OUT = ("count", "temperature")  # whole numbers, and what has no zero
+EXCLUDED_QUANTITIES = ("count", "temperature")  # whole numbers, and what has no zero
 DEEP = "is for balls in races; here they move freely in a deep chamber, which the pages Run and Archive are for"
 GRAVITY = (
     "is for machines without gravity across the axis; with it balls never rest in the rotor. Run it, or take the basin"
 )
 NO_BALLS = "asks what balls do, and this machine has none"
-NOTHING = "needs a viscosity, a drag or another quantity that all races share, and this machine has none"
+NOT_COMMON = "needs a viscosity, a drag or another quantity that all races share, and this machine has none"
 LIQUID = "does not know liquid with a free surface; take the liquid rings out of the machine"
 
 
@@ -67,7 +67,7 @@ class Known:
             return NO_BALLS
         if steady and self.machine.axis == "horizontal" and self.machine.gravity > 0.0:
             return GRAVITY
-        return NOTHING if varied and not self.quantities else ""
+        return NOT_COMMON if varied and not self.quantities else ""
 
 
 def known_of(machine: Machine) -> Known:
@@ -97,19 +97,19 @@ def varied(machine: Machine) -> dict[str, tuple[float, str]]:
     """The quantities with one value above zero in this machine; viscosity and drag first."""
     found = {}
     for name in QUANTITIES:
-        if name in LEFT_OUT or (name == "unbalance" and not isinstance(machine.rotor, PlanarRotor)):
+        if name in EXCLUDED_QUANTITIES or (name == "unbalance" and not isinstance(machine.rotor, PlanarRotor)):
             continue
         try:
             value = value_of(machine, name)
         except (AutobalancerError, AttributeError):
             continue
         if value > 0.0:
-            scale, unit = UNITS.get(named_unit(name), (1.0, named_unit(name)))
+            scale, unit = UNITS.get(si_unit_of(name), (1.0, si_unit_of(name)))
             found[name] = (scale * value, unit)
     return found
 
 
-def why_not_at_all(machine: object) -> str:
+def no_analysis_reason(machine: object) -> str:
     """Why no analysis is for what is described; empty for a machine with balls in races."""
     if machine_kind(machine) is CHAMBERS:
         return DEEP
@@ -126,7 +126,7 @@ def why_not_at_all(machine: object) -> str:
 # equations is imported when it is asked for, so that the page opens at once.
 
 
-Given = Mapping[str, str]
+Fields = Mapping[str, str]
 MOST_POINTS, MOST_STARTS, MOST_SPEEDS, MOST_STEPS, MOST_MODES = 40_000, 5000, 5000, 1000, 40  # of one question here
 NEAR = 2.0  # times the highest speed: modes above it say little about the machine
 
@@ -144,15 +144,15 @@ def _some(name: str, text: str, unit: str, most: int = MOST_SPEEDS) -> Any:
     return found
 
 
-def _optional(name: str, given: Given, unit: str) -> float | None:
+def _optional(name: str, given: Fields, unit: str) -> float | None:
     return argument(name, given[name], unit) if given.get(name, "").strip() else None
 
 
-def _over(machine: Machine, given: Given) -> Any:
+def _over(machine: Machine, given: Fields) -> Any:
     return parameter_range(machine, given["over"], given["values"], "values")
 
 
-def read_map(machine: Machine, given: Given) -> dict[str, Any]:
+def read_map(machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds and values of the other quantity, not too many together."""
     speeds, values = _some("speed", given["speed"], "rad/s"), _over(machine, given)
     if speeds.size * values.size > MOST_POINTS:
@@ -165,7 +165,7 @@ def read_map(machine: Machine, given: Given) -> dict[str, Any]:
     return {"axes": {"speed": speeds, given["over"]: values}, "borders": 31}
 
 
-def read_borders(machine: Machine, given: Given) -> dict[str, Any]:
+def read_borders(machine: Machine, given: Fields) -> dict[str, Any]:
     """A quantity and its values."""
     values = _over(machine, given)
     if len(values) > MOST_SPEEDS:
@@ -173,7 +173,7 @@ def read_borders(machine: Machine, given: Given) -> dict[str, Any]:
     return {"parameter": given["over"], "values": values}
 
 
-def read_campbell(_machine: Machine, given: Given) -> dict[str, Any]:
+def read_campbell(_machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds, and how many modes; none where those near the speeds are meant."""
     few = given["modes"].strip()
     return {
@@ -196,12 +196,12 @@ def _modes_near(machine: Machine, speeds: Any) -> int:
     return max(2, *(int(np.sum(frequencies < NEAR * top)) for frequencies in ends))
 
 
-def read_response(_machine: Machine, given: Given) -> dict[str, Any]:
+def read_response(_machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds, and which quantity."""
     return {"speeds": _some("speeds", given["speeds"], "rad/s"), "quantity": given["quantity"], "smooth": True}
 
 
-def read_stepped(machine: Machine, given: Given) -> dict[str, Any]:
+def read_stepped(machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds, times at each, and the way."""
     return {
         "speeds": _some("speeds", given["speeds"], "rad/s", MOST_STEPS),
@@ -212,21 +212,21 @@ def read_stepped(machine: Machine, given: Given) -> dict[str, Any]:
     }
 
 
-def read_branches(machine: Machine, given: Given) -> dict[str, Any]:
+def read_branches(machine: Machine, given: Fields) -> dict[str, Any]:
     """A quantity with its range, and where to begin."""
     first, last = ends("range", given["range"], parameter_unit(machine, given["over"]))
     speed = None if given["over"] == "speed" else _optional("speed", given, "rad/s")
     return {"parameter": given["over"], "start": first, "end": last, "speed": speed, "from_state": given["from_state"]}
 
 
-def branches_told(machine: Machine, progress: Progress, **asked: Any) -> Any:
+def branches_with_progress(machine: Machine, progress: Progress, **asked: Any) -> Any:
     """Branches; the share of the work is the number of the branch and its place in the range."""
     return ab.stability.branches(
         machine, **asked, progress=lambda number, share: progress(number + min(share, 0.99), 1.0)
     )
 
 
-def read_basin(machine: Machine, given: Given) -> dict[str, Any]:
+def read_basin(machine: Machine, given: Fields) -> dict[str, Any]:
     """A speed, and the starts."""
     asked: dict[str, Any] = {
         "speed": argument("speed", given["speed"], "rad/s"),
@@ -250,7 +250,7 @@ class Entry:
 
     label: str
     help: str
-    default: Callable[[Known, Given], str]
+    default: Callable[[Known, Fields], str]
     choices: Callable[[Known], Mapping[str, str]] | None = None
     wide: bool = False
 
@@ -262,7 +262,7 @@ class Analysis:
     title: str
     about: str
     entries: Mapping[str, Entry]
-    read: Callable[[Machine, Given], dict[str, Any]]
+    read: Callable[[Machine, Fields], dict[str, Any]]
     function: str | Callable[..., Any]  # what is asked: the name of a public function, or what asks it
     drawn_by: str  # which function of ``autobalancer.plot`` shows the answer
     balls: bool = True  # whether it asks what balls do
@@ -305,10 +305,10 @@ def _quantities(known: Known) -> dict[str, str]:
     return {name: text_of(name) for name in known.quantities}
 
 
-def _around(count: int, sides: float) -> Callable[[Known, Given], str]:
+def _around(count: int, sides: float) -> Callable[[Known, Fields], str]:
     """A range about the value that the machine has."""
 
-    def span(known: Known, given: Given) -> str:
+    def span(known: Known, given: Fields) -> str:
         if given.get("over") not in known.quantities:
             return ""
         value, unit = known.quantities[given["over"]]
@@ -317,7 +317,7 @@ def _around(count: int, sides: float) -> Callable[[Known, Given], str]:
     return span
 
 
-def _span_of_branches(known: Known, given: Given) -> str:
+def _span_of_branches(known: Known, given: Fields) -> str:
     if given.get("over") == "speed":
         return f"{known.low:.4g}:{known.high:.4g} rpm" if known.high == known.high else ""
     if given.get("over") not in known.quantities:
@@ -326,12 +326,12 @@ def _span_of_branches(known: Known, given: Given) -> str:
     return f"{value:.4g}:{3.0 * value:.4g} {unit}".strip()
 
 
-def _operating(known: Known, _given: Given) -> str:
+def _operating(known: Known, _given: Fields) -> str:
     speed = known.speed if known.speed == known.speed else known.high
     return f"{speed:.5g} rpm" if speed == speed else ""
 
 
-def _is(text: str) -> Callable[[Known, Given], str]:
+def _is(text: str) -> Callable[[Known, Fields], str]:
     return lambda _known, _given: text
 
 
@@ -339,17 +339,17 @@ def _same(*words: str) -> Callable[[Known], Mapping[str, str]]:
     return lambda _known: {word: word for word in words}
 
 
-def _first(known: Known, _given: Given) -> str:
+def _first(known: Known, _given: Fields) -> str:
     return next(iter(known.quantities), "")
 
 
-def _wide(count: int) -> Callable[[Known, Given], str]:
+def _wide(count: int) -> Callable[[Known, Fields], str]:
     return lambda known, _: _span(known, count)
 
 
 def _fewer(
-    flat: int, other: int, span: Callable[[int], Callable[[Known, Given], str]]
-) -> Callable[[Known, Given], str]:
+    flat: int, other: int, span: Callable[[int], Callable[[Known, Fields], str]]
+) -> Callable[[Known, Fields], str]:
     """More values for a planar rotor, whose eigenvalues are compiled, than for others."""
     return lambda known, given: span(flat if isinstance(known.machine.rotor, PlanarRotor) else other)(known, given)
 
@@ -437,7 +437,7 @@ ANALYSES: dict[str, Analysis] = {
             "speed": Entry("rotor speed", "where the speed itself is not varied", _operating),
         },
         read_branches,
-        branches_told,
+        branches_with_progress,
         "branches",
         table=True,
         word=lambda share: f"branch {int(share)}, {share % 1.0:.0%} of the range",
@@ -461,7 +461,7 @@ ANALYSES: dict[str, Analysis] = {
 }
 
 
-def defaults(analysis: Analysis, known: Known, own: Given | None = None) -> dict[str, str]:
+def defaults(analysis: Analysis, known: Known, own: Fields | None = None) -> dict[str, str]:
     """The texts of a form, where it has none of its own."""
     found: dict[str, str] = {}
     for name, entry in analysis.entries.items():
@@ -471,7 +471,7 @@ def defaults(analysis: Analysis, known: Known, own: Given | None = None) -> dict
     return found
 
 
-def said(found: Any) -> Sequence[str]:
+def answer_text(found: Any) -> Sequence[str]:
     """What is said of an answer in words."""
     lines = [found.stable_text()] if hasattr(found, "stable_text") else []
     if hasattr(found, "branch_rows"):

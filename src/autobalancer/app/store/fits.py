@@ -13,7 +13,7 @@ from scipy.stats import norm
 
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.measured_files import Measurements
-from autobalancer.app.store.signal_pictures import Asked, tracked
+from autobalancer.app.store.signal_pictures import PictureOptions, tracked
 from autobalancer.assembly.quantities import in_author_units, parameter_of
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text, parse_machine
@@ -29,7 +29,7 @@ from autobalancer.rotordynamics.identification.identify import identify
 from autobalancer.safe_file import write_text_safely
 from autobalancer.units import argument
 
-WAYS = {
+METHODS = {
     "steady": "orders of a slow run-up, as the steady response of the rotor",
     "orders": "orders of a run-up; each trial is a run of the machine",
     "samples": "every sample; each trial is a run of the machine",
@@ -105,7 +105,7 @@ class Watched:
         return found
 
 
-def fit(shelf: Measurements, name: str, text: str, question: Question, asked: Asked, job: Job) -> str:
+def fit(shelf: Measurements, name: str, text: str, question: Question, asked: PictureOptions, job: Job) -> str:
     """Fit the machine of a text to a measurement; gives the name of the fit, also of one that was cancelled.
 
     Raises
@@ -129,13 +129,18 @@ def fit(shelf: Measurements, name: str, text: str, question: Question, asked: As
             raise
         return _keep_best(shelf, name, machine, question, trials)
     entry = _entry(
-        shelf, name, machine.name, question, _rows(found.data), [str(note) for note in found.data.attrs["notes"]]
+        shelf,
+        name,
+        machine.name,
+        question,
+        _parameter_rows(found.data),
+        [str(note) for note in found.data.attrs["notes"]],
     )
     entry.scatter = float(found.data.attrs["scatter_ratio"])
     plain = found.data.assign_attrs(notes="\n".join(entry.notes))
     plain["at_bound"] = plain["at_bound"].astype("int8")
     save_run(plain, fits(shelf, name).folder(entry.name) / "fit.nc")
-    return _kept(shelf, name, entry, machine_text(found.machine))
+    return _store_fit(shelf, name, entry, machine_text(found.machine))
 
 
 def fits(shelf: Measurements, name: str) -> Shelf[FitEntry]:
@@ -157,7 +162,7 @@ def fit_file(shelf: Measurements, name: str, fit_name: str, kind: str) -> Path:
     return path
 
 
-def _measured(data: xr.Dataset, question: Question, asked: Asked) -> Any:
+def _measured(data: xr.Dataset, question: Question, asked: PictureOptions) -> Any:
     if question.way == "samples":
         part = asked.piece(data) if isinstance(data, Signals) else data
         return MeasuredRunUp(_with_error(part, question.error))
@@ -183,7 +188,7 @@ def _with_error(data: xr.Dataset, error: str) -> xr.Dataset:
     return known
 
 
-def _rows(data: xr.Dataset) -> list[dict[str, Any]]:
+def _parameter_rows(data: xr.Dataset) -> list[dict[str, Any]]:
     """Of each parameter value, interval of 95 %, and where the fit began."""
     rows = []
     for k in range(data.sizes["parameter"]):
@@ -222,7 +227,7 @@ def _keep_best(shelf: Measurements, name: str, machine: Machine, question: Quest
     note = f"cancelled after {trials.count} trials; this is the best of them, and nothing is known of its uncertainty"
     entry = _entry(shelf, name, machine.name, question, rows, [note])
     entry.finished, entry.scatter = False, trials.best
-    return _kept(shelf, name, entry, machine_text(in_author_units(best, machine)))
+    return _store_fit(shelf, name, entry, machine_text(in_author_units(best, machine)))
 
 
 def _entry(
@@ -233,7 +238,7 @@ def _entry(
     return FitEntry(fits(shelf, name).new().name, machine, made, question.way, rows, notes)
 
 
-def _kept(shelf: Measurements, name: str, entry: FitEntry, machine: str) -> str:
+def _store_fit(shelf: Measurements, name: str, entry: FitEntry, machine: str) -> str:
     """Keep the machine of a fit and what is known of it; gives its name."""
     kept = fits(shelf, name)
     write_text_safely(kept.folder(entry.name) / "fitted.toml", machine)

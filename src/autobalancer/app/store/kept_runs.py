@@ -179,14 +179,14 @@ def _measured(run: xr.Dataset) -> dict[str, Any]:
         if found[name].ndim > 1 or found[name].dtype.kind != "f":
             continue
         about = found[name].attrs
-        for which, value in _each(found[name]):
+        for which, value in _named_values(found[name]):
             if math.isfinite(value):
                 meaning = f"{about.get('long_name', name)}{f': {which}' if which else ''}"
                 rows[f"{name}[{which}]" if which else str(name)] = [value, str(about.get("units", "")), meaning]
     return rows
 
 
-def _each(found: xr.DataArray) -> list[tuple[str, float]]:
+def _named_values(found: xr.DataArray) -> list[tuple[str, float]]:
     """Of which each number is; of many balls the ends alone."""
     values = [float(value) for value in found.values.ravel()]
     if len(values) == 1:

@@ -35,7 +35,7 @@ from autobalancer.safe_file import write_safely
 OUT, TIME = "", "time"
 QUANTITIES = {OUT: "leave out", TIME: TIME} | {name: name for name in UNITS}
 CLOCKS = re.compile(r"(time|zeit|temps|tiempo|stamp|\bt\b|\bsec)", re.IGNORECASE)
-WAY = re.compile(r"(?:^|[\s_.\-])([xyzXYZ])$|^[a-z]+([XYZ])$")
+DIRECTION_PATTERN = re.compile(r"(?:^|[\s_.\-])([xyzXYZ])$|^[a-z]+([XYZ])$")
 
 
 @dataclass
@@ -106,7 +106,7 @@ def _clock(raw: RawFile) -> str:
 
 def _guess(name: str, column: RawColumn) -> Column:
     quantity = column.quantity or quantity_of(name, column.unit)
-    way = WAY.search(name)
+    way = DIRECTION_PATTERN.search(name)
     direction = str(column.direction) or ((way[1] or way[2]).lower() if way else "")
     sure = quantity if quantity in UNITS else OUT
     return Column(name, name.replace(" ", "_"), sure, column.unit, column.place, direction if sure else "")
@@ -135,8 +135,8 @@ MOST, ROOM = 200, 2_000_000_000  # files of one user, and their bytes
 TABLES = (".csv", ".tsv", ".txt", ".dat")
 SUFFIXES = (*TABLES, ".uff", ".unv", ".mat", ".npz", ".wav", ".nc")
 LINES, WIDE = 12, 160  # of a preview
-HELD = 3  # files whose numbers are kept in memory
-_held: dict[tuple[str, str], xr.Dataset] = {}
+MOST_LOADED = 3  # files whose numbers are kept in memory
+_loaded: dict[tuple[str, str], xr.Dataset] = {}
 _lock = threading.Lock()
 
 
@@ -228,8 +228,8 @@ class Measurements(Shelf[Measured]):
         entry = self.entry(name)
         key = (name, json.dumps(asdict(entry.reading)))
         with _lock:
-            if key in _held:
-                return _held[key]
+            if key in _loaded:
+                return _loaded[key]
         path = self.path(name)
         with NETCDF:
             if entry.kind == "signals" and path.suffix.lower() != ".nc":
@@ -239,9 +239,9 @@ class Measurements(Shelf[Measured]):
             else:
                 found = load_measured(path)
         with _lock:
-            _held[key] = found
-            while len(_held) > HELD:
-                del _held[next(iter(_held))]
+            _loaded[key] = found
+            while len(_loaded) > MOST_LOADED:
+                del _loaded[next(iter(_loaded))]
         return found
 
     def preview(self, name: str) -> list[str]:

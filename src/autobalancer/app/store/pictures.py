@@ -44,7 +44,7 @@ def file_of(draw: Callable[[], Any], kind: str) -> bytes:
 
 
 STABLE, UNSTABLE, AT_BORDER, NO_STATE, OUTSIDE = "stable", "unstable", "at the border", "no balanced state", "outside"
-SAID = {
+VERDICT_TEXTS = {
     NO_STATE: "the balls cannot balance the rotor here",
     OUTSIDE: "outside of the map",
     AT_BORDER: "at the border of stability",
@@ -90,7 +90,7 @@ class Scale:
 
 
 @dataclass(frozen=True)
-class DrawnMap:
+class MapPicture:
     """The picture of a map, its size, and in this the left, top, width and height of what the axes enclose."""
 
     svg: str
@@ -114,7 +114,7 @@ class DrawnMap:
 
 
 @dataclass
-class Seen:
+class PointStatement:
     """What is known at a point."""
 
     verdict: str
@@ -124,8 +124,8 @@ class Seen:
 
     def words(self) -> str:
         """In a sentence."""
-        if self.verdict in SAID:
-            return SAID[self.verdict]
+        if self.verdict in VERDICT_TEXTS:
+            return VERDICT_TEXTS[self.verdict]
         how = "a small disturbance dies away" if self.verdict == STABLE else "a small disturbance grows"
         return f"{self.verdict}: {how} with {abs(self.rate):.3g} 1/s" + (
             "" if self.exact else ", between points of the map"
@@ -142,7 +142,7 @@ class Seen:
         ]
 
 
-def drawn_map(found: xr.Dataset, about: str) -> DrawnMap:
+def map_picture(found: xr.Dataset, about: str) -> MapPicture:
     """Draw a map over speed and another quantity, without the machine as a point, which the page marks itself."""
     bare = found.drop_dims("operating_point") if "operating_point" in found.dims else found
     figure: Any = draw_map(bare)
@@ -151,17 +151,17 @@ def drawn_map(found: xr.Dataset, about: str) -> DrawnMap:
     width, height = (72.0 * float(inches) for inches in figure.get_size_inches())
     area = (place.x0 * width, (1.0 - place.y1) * height, place.width * width, place.height * height)
     x, y = (_scale(found, str(dim)) for dim in found["growth_rate"].dims)
-    return DrawnMap(svg, (width, height), area, x, y)
+    return MapPicture(svg, (width, height), area, x, y)
 
 
-def seen_on(found: xr.Dataset, values: Mapping[str, float]) -> Seen:
+def statement_from_map(found: xr.Dataset, values: Mapping[str, float]) -> PointStatement:
     """What a map says at a point, straight between its own points."""
     names = list(found.attrs["parameters"])
     dims = [str(dim) for dim in found["growth_rate"].dims]
     axes = [found[dim].values for dim in dims]
     place = [values[name] for name in names]
     if not all(axis.min() <= one <= axis.max() for axis, one in zip(axes, place, strict=True)):
-        return Seen(OUTSIDE)
+        return PointStatement(OUTSIDE)
     rates = found["growth_rate"].values
     at = [float(np.interp(one, axis, np.arange(axis.size))) for axis, one in zip(axes, place, strict=True)]
     i, j = (min(int(one), axis.size - 2) for one, axis in zip(at, axes, strict=True))
@@ -169,10 +169,10 @@ def seen_on(found: xr.Dataset, values: Mapping[str, float]) -> Seen:
     weights = np.array([[(1 - a) * (1 - b), (1 - a) * b], [a * (1 - b), a * b]])
     corners = rates[i : i + 2, j : j + 2]
     rate = float(np.where(weights > 0.0, weights * corners, 0.0).sum())
-    return _seen(rate, values["speed"], _borders_on(found, dims[1], place[1]))
+    return _statement(rate, values["speed"], _borders_on(found, dims[1], place[1]))
 
 
-def seen_exactly(machine: Machine, values: Mapping[str, float], *, borders: bool) -> Seen:
+def exact_statement(machine: Machine, values: Mapping[str, float], *, borders: bool) -> PointStatement:
     """What the full equations say at a point: its growth rate, and its border speeds if they are wanted, which take longer.
 
     Raises
@@ -190,18 +190,18 @@ def seen_exactly(machine: Machine, values: Mapping[str, float], *, borders: bool
         other = {name: value for name, value in values.items() if name != "speed"}
         changed, p = with_values(machine, other)
         found = {border.name: border.speed for border in borders_of(changed, p) if not math.isnan(border.speed)}
-    seen = _seen(rate, values["speed"], found)
+    seen = _statement(rate, values["speed"], found)
     seen.exact = True
     return seen
 
 
-def _seen(rate: float, speed: float, borders: dict[str, float]) -> Seen:
+def _statement(rate: float, speed: float, borders: dict[str, float]) -> PointStatement:
     from autobalancer.stability.states.linearized import verdict
 
     if math.isnan(rate):
-        return Seen(NO_STATE, rate, borders)
+        return PointStatement(NO_STATE, rate, borders)
     word = verdict(rate, speed)
-    return Seen(AT_BORDER if word == "marginal" else word, rate, borders)
+    return PointStatement(AT_BORDER if word == "marginal" else word, rate, borders)
 
 
 def _borders_on(found: xr.Dataset, dim: str, value: float) -> dict[str, float]:

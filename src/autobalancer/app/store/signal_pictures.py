@@ -36,11 +36,11 @@ from autobalancer.simulation.run import simulate_races
 from autobalancer.units import argument, optional_argument
 
 TURNING = ("tacho", "angle")
-Drawn = tuple[Callable[[], Any], str]  # how the picture is drawn, and what is said in words
+FigureAndText = tuple[Callable[[], Any], str]  # how the picture is drawn, and what is said in words
 
 
 @dataclass
-class Asked:
+class PictureOptions:
     """What a person may say of a picture; empty for what the functions take by themselves."""
 
     channel: str = ""
@@ -92,7 +92,7 @@ class Asked:
         return Signals.of(signals.isel(time=inside))
 
 
-def tracked(signals: xr.Dataset, asked: Asked) -> xr.Dataset:
+def tracked(signals: xr.Dataset, asked: PictureOptions) -> xr.Dataset:
     """Amplitude and phase of the orders of all vibrations of one unit.
 
     Raises
@@ -103,16 +103,16 @@ def tracked(signals: xr.Dataset, asked: Asked) -> xr.Dataset:
     options: dict[str, Any] = {"slow_roll": asked.slow_roll.strip() or None}
     if asked.revolutions.strip():
         options["revolutions"] = _number("revolutions", asked.revolutions)
-    return orders(asked.turned(signals), asked.numbers(), channels=_alike(signals, asked.channel), **options)
+    return orders(asked.turned(signals), asked.numbers(), channels=_channels_of_unit(signals, asked.channel), **options)
 
 
-def _of_orders(data: xr.Dataset, asked: Asked) -> Drawn:
+def _of_orders(data: xr.Dataset, asked: PictureOptions) -> FigureAndText:
     found = tracked(asked.piece(data), asked)
     return lambda: orders_picture(found), found.told()
 
 
-def _of_map(over: str) -> Callable[[xr.Dataset, Asked], Drawn]:
-    def of(data: xr.Dataset, asked: Asked) -> Drawn:
+def _of_map(over: str) -> Callable[[xr.Dataset, PictureOptions], FigureAndText]:
+    def of(data: xr.Dataset, asked: PictureOptions) -> FigureAndText:
         options: dict[str, Any] = {"over": over}
         if asked.revolutions.strip():
             options["revolutions"] = _number("revolutions", asked.revolutions)
@@ -122,14 +122,14 @@ def _of_map(over: str) -> Callable[[xr.Dataset, Asked], Drawn]:
     return of
 
 
-def _of_spectrum(data: xr.Dataset, asked: Asked) -> Drawn:
+def _of_spectrum(data: xr.Dataset, asked: PictureOptions) -> FigureAndText:
     part = asked.piece(data)
     known = asked.turned(part) if turning(data) else part
-    found = spectrum(known, _alike(data, asked.channel))
+    found = spectrum(known, _channels_of_unit(data, asked.channel))
     return lambda: spectrum_picture(found), found.told()
 
 
-def _of_orbit(data: xr.Dataset, asked: Asked) -> Drawn:
+def _of_orbit(data: xr.Dataset, asked: PictureOptions) -> FigureAndText:
     options: dict[str, Any] = {"orders": asked.numbers()}
     if asked.revolutions.strip():
         options["revolutions"] = _number("revolutions", asked.revolutions)
@@ -137,12 +137,12 @@ def _of_orbit(data: xr.Dataset, asked: Asked) -> Drawn:
     return lambda: measured_orbit(found), found.told()
 
 
-def _of_decay(data: xr.Dataset, asked: Asked) -> Drawn:
+def _of_decay(data: xr.Dataset, asked: PictureOptions) -> FigureAndText:
     found = damping(data, asked.channel, start=asked.start.strip() or None, end=asked.end.strip() or None)
     return lambda: damping_picture(found), found.told()
 
 
-LOOKS: dict[str, tuple[str, Callable[[xr.Dataset, Asked], Drawn]]] = {
+LOOKS: dict[str, tuple[str, Callable[[xr.Dataset, PictureOptions], FigureAndText]]] = {
     "orders": ("Orders over the speed", _of_orders),
     "map": ("Order map", _of_map("order")),
     "frequencies": ("Frequency map", _of_map("frequency")),
@@ -186,7 +186,7 @@ def order_table(found: xr.Dataset) -> Callable[[], Any]:
     return lambda: orders_picture(known)
 
 
-def _alike(signals: xr.Dataset, channel: str) -> list[str] | None:
+def _channels_of_unit(signals: xr.Dataset, channel: str) -> list[str] | None:
     """The chosen channel, else all vibrations of the unit of the first."""
     if channel:
         return [channel]
@@ -206,7 +206,7 @@ MOST = 400_000  # samples of a run that is made again
 POINTS, SAMPLES = 60, 6000  # of a speed profile, and of the angle that it follows
 
 
-def beside(archive: Archive, run: str, measured: xr.Dataset, asked: Asked, job: Job) -> tuple[Overlay, str]:
+def beside(archive: Archive, run: str, measured: xr.Dataset, asked: PictureOptions, job: Job) -> tuple[Overlay, str]:
     """A measurement beside a run, and what was done for it.
 
     A run of the archive has about two thousand samples. Where these are too few, the same machine is run again, with more.
@@ -250,7 +250,7 @@ def picture(found: Overlay) -> Callable[[], Any]:
     return lambda: overlay_picture(found)
 
 
-def drive_of(measured: xr.Dataset, asked: Asked) -> tuple[dict[str, Any], str]:
+def drive_of(measured: xr.Dataset, asked: PictureOptions) -> tuple[dict[str, Any], str]:
     """The measured turning of the rotor: a speed profile of a machine file, and the angle of the rotor at time zero.
 
     The speeds at some times, straight in between, are those whose angle is nearest to the measured one.

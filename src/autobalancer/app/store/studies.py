@@ -44,11 +44,11 @@ from autobalancer.tables import Column
 STUDY, DESIGN = "study", "design"
 MOST, ROOM = 200, 4_000_000_000  # of one user, and their bytes
 RESULT, PARTS = "result.nc", "parts"
-MADE = re.compile(r"result\.nc|report_\d{1,4}\.(?:html|pdf)")  # files beside the texts
+RESULT_FILES = re.compile(r"result\.nc|report_\d{1,4}\.(?:html|pdf)")  # files beside the texts
 
 
 @dataclass
-class Kept:
+class StudyEntry:
     """What a list shows of a study or a design."""
 
     name: str
@@ -75,13 +75,13 @@ class Kept:
         return f"autobalancer {self.kind} {self.file}"
 
 
-class Studies(Shelf[Kept]):
+class Studies(Shelf[StudyEntry]):
     """All studies and designs below the folder of a user."""
 
     def __init__(self, home: Path) -> None:
-        super().__init__(home / "studies", Kept, "study")
+        super().__init__(home / "studies", StudyEntry, "study")
 
-    def add(self, entry: Kept, text: str, machine: str, more: dict[str, bytes] | None = None) -> str:
+    def add(self, entry: StudyEntry, text: str, machine: str, more: dict[str, bytes] | None = None) -> str:
         """Keep what is asked, with the text of its machine and other files that it names; gives its name.
 
         Raises
@@ -116,7 +116,7 @@ class Studies(Shelf[Kept]):
             If there is no such file.
         """
         entry = self.entry(name)
-        known = kind in (entry.file, "machine.toml", *entry.more) or MADE.fullmatch(kind)
+        known = kind in (entry.file, "machine.toml", *entry.more) or RESULT_FILES.fullmatch(kind)
         path = self.folder(name) / (entry.machine_file if kind == "machine.toml" else kind)
         if not known or not path.is_file():
             raise QuestionError(f"study {name}: has no {kind[:20]!r}")
@@ -145,7 +145,7 @@ FIRST = ("balanced", "stalled", "peak_deflection", "settling_time", "residual_un
 
 
 @dataclass
-class Told:
+class StudyProgress:
     """How far a study has come."""
 
     done: int = 0
@@ -192,7 +192,7 @@ def run_study(shelf: Studies, name: str, job: Job) -> str:
     QuestionError
         If it cannot be run.
     """
-    entry, told = shelf.entry(name), Told()
+    entry, told = shelf.entry(name), StudyProgress()
     job.result = told
 
     def progress(done: int, total: int) -> None:
@@ -209,7 +209,7 @@ def run_study(shelf: Studies, name: str, job: Job) -> str:
 class stopped_is_noted:
     """Keeps in the entry of a study or design how long it worked, and why it stopped."""
 
-    def __init__(self, shelf: Studies, entry: Kept, job: Job) -> None:
+    def __init__(self, shelf: Studies, entry: StudyEntry, job: Job) -> None:
         self.shelf, self.entry, self.job = shelf, entry, job
 
     def __enter__(self) -> None:
@@ -279,7 +279,7 @@ def done_of(shelf: Studies, name: str) -> int:
     return sum(last - first for one in (parts, *parts.glob(f"{RUNS}/*")) for first, last in part_files(one))
 
 
-def how_far(shelf: Studies, entry: Kept) -> str:
+def progress_text(shelf: Studies, entry: StudyEntry) -> str:
     """How much of one that does not run is finished; empty where that is not known."""
     word = "members" if entry.kind == STUDY else "runs"
     try:
@@ -315,7 +315,7 @@ SO_FAR = "so_far.nc"  # what was known when a candidate had run
 
 
 @dataclass
-class Searched(Told):
+class Searched(StudyProgress):
     """How far a design has come, and what is known so far."""
 
     found: Designed | None = None
@@ -379,9 +379,9 @@ def design_of(shelf: Studies, name: str, job: Job | None) -> Designed | None:
     return None
 
 
-def design_drawn(found: Designed) -> tuple[Callable[[], Any], str]:
+def design_figure(found: Designed) -> tuple[Callable[[], Any], str]:
     """The Pareto front, and its words."""
-    return lambda: design_picture(found), said(
+    return lambda: design_picture(found), table_text(
         f"{found.heading()}: the two objectives of each design", found.columns("rpm")
     )
 
@@ -420,7 +420,7 @@ WORDS = {OVER: "over the grid", RESTS: "rest positions", DRIVES: "what drives it
 FAN_RUNS = 60
 SAID = 12  # rows of a table that the words of a picture repeat
 
-Drawn = tuple[Callable[[], Any], str]  # draws a figure; says what it shows
+FigureAndText = tuple[Callable[[], Any], str]  # draws a figure; says what it shows
 
 
 def offered(found: Studied) -> dict[str, str]:
@@ -438,7 +438,9 @@ def offered(found: Studied) -> dict[str, str]:
     return known
 
 
-def drawn(shelf: Studies, name: str, found: Studied, kind: str, quantity: str, point: int, job: Job) -> Drawn:
+def study_figure(
+    shelf: Studies, name: str, found: Studied, kind: str, quantity: str, point: int, job: Job
+) -> FigureAndText:
     """A picture of a study, ready to be drawn.
 
     Raises
@@ -450,17 +452,17 @@ def drawn(shelf: Studies, name: str, found: Studied, kind: str, quantity: str, p
         return lambda: rest_positions(found), _rests(found)
     if kind == DRIVES:
         driven = sensitivity(found, quantity)
-        return lambda: sensitivity_picture(driven, point=point), said(driven.heading(), driven.columns())
+        return lambda: sensitivity_picture(driven, point=point), table_text(driven.heading(), driven.columns())
     if kind == FAN:
         asked = shelf.file(name, shelf.entry(name).file)
         fan = envelopes(asked, members=FAN_RUNS, point=point, progress=job.progress)
-        return lambda: envelopes_picture(fan), said(str(fan.attrs["title"]), _some(fan.columns("rpm")))
-    return lambda: study_picture(found, quantity), said(
+        return lambda: envelopes_picture(fan), table_text(str(fan.attrs["title"]), _some_rows(fan.columns("rpm")))
+    return lambda: study_picture(found, quantity), table_text(
         f"{found.heading()}: {quantity.replace('_', ' ')}", columns_of(found, quantity)
     )
 
 
-def said(title: str, columns: list[Column]) -> str:
+def table_text(title: str, columns: list[Column]) -> str:
     """A table in words."""
     cells = [[f"{column.head} {cell} {column.unit}".strip() for cell in column.cells()] for column in columns]
     rows = [", ".join(row) for row in zip(*cells, strict=True)]
@@ -468,7 +470,7 @@ def said(title: str, columns: list[Column]) -> str:
     return f"{title}. {'; '.join(rows[:SAID])}{more}"
 
 
-def _some(columns: list[Column]) -> list[Column]:
+def _some_rows(columns: list[Column]) -> list[Column]:
     """A few rows of a long table."""
     count = max((len(column.values) for column in columns), default=0)
     rows = np.unique(np.linspace(0, count - 1, min(count, SAID)).astype(int))

@@ -18,7 +18,7 @@ from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.machine import Machine, PrescribedSpeed
 from autobalancer.machine.keys import TAGS, keys_of, parts_at
 from autobalancer.machine.part import Part, quantity_of
-from autobalancer.machine.path import QUANTITIES, entry_at, label_of_path, named_unit, path_steps, text_of, unit_at
+from autobalancer.machine.path import QUANTITIES, entry_at, label_of_path, path_steps, si_unit_of, text_of, unit_at
 from autobalancer.studies.study.study_spec import KINDS
 from autobalancer.tables import in_plain_letters
 from autobalancer.units import from_si, to_si
@@ -132,7 +132,7 @@ def _field(part: type[Part], name: str, allowed: str, meaning: str) -> Field:
     parts = parts_at(part, name)
     if parts:
         return Field(kind="tables" if "list" in allowed.split(";")[0] else "table", parts=parts, **base)
-    ways = _ways(info.annotation)
+    ways = _alternatives(info.annotation)
     if quantity is not None and quantity.shape.startswith("one") and not _listed(info.annotation):
         units = (quantity.unit, *UNITS.get(quantity.unit, ()))
         return Field(kind="quantity", unit=quantity.unit, units=units, **base)
@@ -145,12 +145,12 @@ def _field(part: type[Part], name: str, allowed: str, meaning: str) -> Field:
     return Field(kind="other", **base)
 
 
-def _ways(annotation: Any) -> list[Any]:
+def _alternatives(annotation: Any) -> list[Any]:
     """What may stand in a place, without ``None`` and without what reads it."""
     if get_origin(annotation) is Annotated:
-        return _ways(get_args(annotation)[0])
+        return _alternatives(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):
-        return [way for entry in get_args(annotation) if entry is not NoneType for way in _ways(entry)]
+        return [way for entry in get_args(annotation) if entry is not NoneType for way in _alternatives(entry)]
     return [annotation]
 
 
@@ -411,7 +411,7 @@ class Row:
     entries: dict[str, str]  # as they are written
 
 
-def rows_of(text: str) -> list[Row]:
+def varied_rows(text: str) -> list[Row]:
     """All that varies, in the order of the text."""
     data = data_of(text) or {}
     vary = data.get("vary")
@@ -427,7 +427,7 @@ def offered(text: str, machine: Machine) -> dict[str, Number]:
         except AutobalancerError:
             continue
         if math.isfinite(value):
-            unit = named_unit(name)
+            unit = si_unit_of(name)
             usual = "degC" if unit == "K" else USUAL.get(unit, unit)
             number = f"{float(in_unit(f'{value:.12g}', unit, usual, unit)):.6g}"
             found[name] = Number(name, text_of(name), value, number, usual, True)
@@ -499,7 +499,7 @@ def as_list(given: str) -> Any:
     return [as_entry(f"{part} {unit}" if unit and PLAIN.fullmatch(part) else part) for part in parts]
 
 
-def shown(value: Any) -> str:
+def entry_text(value: Any) -> str:
     """An entry as a person writes it: of a list whose entries have one unit it stands at the end."""
     if value is None:
         return ""
@@ -534,11 +534,11 @@ def _tables(given: dict[str, Any]) -> bool:
 def _row(at: EntryPath, given: Any) -> Row:
     name = ".".join(map(str, at[1:]))
     if not isinstance(given, dict):
-        return Row(name, at, VALUES, _label(name), {VALUES: shown(given)})
+        return Row(name, at, VALUES, _label(name), {VALUES: entry_text(given)})
     if "distribution" not in given:
-        return Row(name, at, VALUES, _label(name), {VALUES: shown(given.get(VALUES))})
+        return Row(name, at, VALUES, _label(name), {VALUES: entry_text(given.get(VALUES))})
     kind = str(given["distribution"])
-    entries = {key: shown(value) for key, value in given.items() if key != "distribution"}
+    entries = {key: entry_text(value) for key, value in given.items() if key != "distribution"}
     return Row(name, at, kind if kind in KINDS else "", _label(name), entries)
 
 

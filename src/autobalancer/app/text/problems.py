@@ -127,7 +127,7 @@ MOST = 200_000  # members of a study on the page
 
 
 @dataclass(frozen=True)
-class MachineAsked:
+class NamedMachine:
     """The machine that a study or design names."""
 
     file: str = PAGE
@@ -140,7 +140,7 @@ class MachineAsked:
 class StudyReading:
     """A text that was read: the study, or what is wrong with it and the key where."""
 
-    of: MachineAsked
+    of: NamedMachine
     study: Study | None = None
     message: str = ""
     problems: dict[str, str] = field(default_factory=dict)  # by their keys
@@ -150,8 +150,8 @@ def read_study_text(text: str, page: str) -> StudyReading:
     """Read the text of a study; ``page`` is the text of the machine of the page. What is wrong is an answer, not an error."""
     data, wrong = tables_of(text)
     if data is None:
-        return StudyReading(MachineAsked(), None, wrong)
-    of = machine_asked(data, page)
+        return StudyReading(NamedMachine(), None, wrong)
+    of = named_machine(data, page)
     if of.machine is None:
         return StudyReading(of, None, of.message, {"machine": of.message})
     try:
@@ -176,7 +176,7 @@ def tables_of(text: str) -> tuple[dict[str, Any] | None, str]:
         return None, f"not valid TOML: {reason}"
 
 
-def machine_asked(data: dict[str, Any], page: str, *, rigs: bool = False) -> MachineAsked:
+def named_machine(data: dict[str, Any], page: str, *, rigs: bool = False) -> NamedMachine:
     """The machine of the page, or a sample of the package; no other file of the server is read.
 
     With ``rigs`` a published rig may be named without the ending of its file.
@@ -186,13 +186,13 @@ def machine_asked(data: dict[str, Any], page: str, *, rigs: bool = False) -> Mac
         reading = read(page)
         if not isinstance(reading.machine, Machine):
             why = reading.message or "its balls move in chambers, and this question is for balls in races"
-            return MachineAsked(message=f"the machine of the page Describe is not possible here: {why}")
-        return MachineAsked(PAGE, reading.machine, _alone(page, reading.machine))
+            return NamedMachine(message=f"the machine of the page Describe is not possible here: {why}")
+        return NamedMachine(PAGE, reading.machine, _self_contained(page, reading.machine))
     name = str(given).removesuffix(".toml")
     known = given != name and name in (*sample_names("machines"), *sample_names("rigs"))
     if not (known or (rigs and given in sample_names("rigs"))):
         said = f"given {str(given)[:60]!r}" if given is not None else "missing"
-        return MachineAsked(
+        return NamedMachine(
             message=f'machine: {said}; take machine = "{PAGE}" for the machine of the page Describe, or a sample, such as '
             'machine = "discoidal.toml"'
         )
@@ -201,12 +201,12 @@ def machine_asked(data: dict[str, Any], page: str, *, rigs: bool = False) -> Mac
     try:
         machine = parse_machine(text, path.name, folder=path.parent)
     except AutobalancerError as error:
-        return MachineAsked(message=str(error))
+        return NamedMachine(message=str(error))
     if not isinstance(machine, Machine):
-        return MachineAsked(
+        return NamedMachine(
             message=f"machine: {path.name} has balls in chambers, and this question is for balls in races"
         )
-    return MachineAsked(path.name, machine, _alone(text, machine))
+    return NamedMachine(path.name, machine, _self_contained(text, machine))
 
 
 def refuse_files(data: dict[str, Any]) -> None:
@@ -230,7 +230,7 @@ def about(study: Study) -> str:
     return f"{study.count} members: {draws}{where}{most}"
 
 
-def _alone(text: str, machine: Machine) -> str:
+def _self_contained(text: str, machine: Machine) -> str:
     """The text of a machine that needs no file beside it."""
     try:
         data = tomllib.loads(text)
@@ -242,7 +242,7 @@ def _alone(text: str, machine: Machine) -> str:
 # What is wrong with the text of a design's specification, key by key, in the words of its reader.
 
 
-ASKED_DESIGN_MOST = 2000  # runs of a candidate on the page
+DESIGN_CANDIDATES_MOST = 2000  # runs of a candidate on the page
 Find = Callable[[str], Path | None]  # a measured file of the user by its name
 
 
@@ -250,7 +250,7 @@ Find = Callable[[str], Path | None]  # a measured file of the user by its name
 class DesignReading:
     """A text that was read: the specification, or what is wrong with it and the key where."""
 
-    of: MachineAsked
+    of: NamedMachine
     spec: Spec | None = None
     message: str = ""
     problems: dict[str, str] = field(default_factory=dict)  # by their keys
@@ -264,10 +264,10 @@ def read_design_text(text: str, page: str, find: Find = lambda _name: None) -> D
     """
     data, wrong = tables_of(text)
     if data is None:
-        return DesignReading(MachineAsked(), None, wrong)
+        return DesignReading(NamedMachine(), None, wrong)
     rotor = data.get("rotor")
     alone = "machine" not in data and isinstance(rotor, dict)
-    of = MachineAsked(file="") if alone else machine_asked(data, page, rigs=True)
+    of = NamedMachine(file="") if alone else named_machine(data, page, rigs=True)
     if of.machine is None and not alone:
         return DesignReading(of, None, of.message, {"machine": of.message})
     measured = None
@@ -278,8 +278,8 @@ def read_design_text(text: str, page: str, find: Find = lambda _name: None) -> D
             measured = _measured(str(rotor["receptance"]), find)
             asked["rotor"] = {**rotor, "receptance": measured}
         spec = read_spec(asked)
-        if spec.search.members > ASKED_DESIGN_MOST:
-            most = f"given {spec.search.members}; on the page at most {ASKED_DESIGN_MOST} run"
+        if spec.search.members > DESIGN_CANDIDATES_MOST:
+            most = f"given {spec.search.members}; on the page at most {DESIGN_CANDIDATES_MOST} run"
             raise QuestionError(most, ("search", "members"))
     except AutobalancerError as error:
         return DesignReading(of, None, str(error).removeprefix("specification: "), by_key(error), measured)

@@ -91,13 +91,13 @@ def steadily(soft: Softened, speeds: Floats, load: Complexes, owner: str, *, twi
     if circling is None:
         return ellipses(soft, speeds, square * np.concatenate([load, -1j * load, rest]), owner, twice=twice)
     motion: Complexes = np.hstack([circling.motion, -1j * circling.motion, np.zeros((speeds.size, rest.size))])
-    circles = seen(soft, motion)
+    circles = rubber_motions(soft, motion)
     plain = plain_stiffness(soft, speeds)
     third = np.array([0.0 if motion == "circle" else np.nan for motion in soft.motions]) * np.ones((speeds.size, 1))
     return Ellipses(motion, circles, (circling.stiffness - plain)[..., None] * circles, plain, third)
 
 
-def seen(soft: Softened, motion: Complexes) -> Complexes:
+def rubber_motions(soft: Softened, motion: Complexes) -> Complexes:
     """(f, conj b) of each piece of rubber, (S, M, 2), of a motion (S, N)."""
     rows = np.concatenate([mount.rows for mount in soft.mounts])
     return np.asarray((motion @ rows.T).reshape(len(motion), -1, 2) @ TO_CIRCLES.T)
@@ -153,7 +153,7 @@ class _Problem:
         self.rotor, self.count = (over * speeds).tolist(), len(soft.mounts)
         dynamic = self.dynamic(1.0)
         self.across = self._between(dynamic)
-        self.free = seen(soft, np.asarray(np.linalg.solve(dynamic, force[..., None])[..., 0], np.complex128))
+        self.free = rubber_motions(soft, np.asarray(np.linalg.solve(dynamic, force[..., None])[..., 0], np.complex128))
 
     def dynamic(self, harmonic: float) -> Complexes:
         """D of the rotor whose elements all slide, at a harmonic of the speeds, (S, N, N)."""

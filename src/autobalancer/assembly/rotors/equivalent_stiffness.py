@@ -525,13 +525,13 @@ def _in_turn(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, amp
     result = amplitude.copy()
     kappa = np.stack([_elements(law, result[:, g], speeds) for g, law in enumerate(laws)], axis=1)
     for g, law in enumerate(laws):
-        h, s = _alone(g, across, free, kappa)
+        h, s = _group_alone(g, across, free, kappa)
         result[:, g] = _root(law, speeds, h, np.abs(s))
         kappa[:, g] = _elements(law, result[:, g], speeds)
     return result
 
 
-def _alone(g: int, across: Complexes, free: Complexes, kappa: Complexes) -> tuple[Complexes, Complexes]:
+def _group_alone(g: int, across: Complexes, free: Complexes, kappa: Complexes) -> tuple[Complexes, Complexes]:
     """H and s_0 of one group where the others are springs."""
     rest = [other for other in range(kappa.shape[1]) if other != g]
     held = np.eye(len(rest)) + across[:, rest][:, :, rest] * kappa[:, None, rest]

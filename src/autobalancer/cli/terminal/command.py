@@ -144,7 +144,7 @@ def file_to_read(path: Path) -> None:
         raise QuestionError(f"{path}: is a folder; give the path of a file")
 
 
-def one_form(as_json: bool, as_csv: bool) -> None:
+def refuse_two_forms(as_json: bool, as_csv: bool) -> None:
     """Refuse two forms of one answer.
 
     Raises
@@ -302,14 +302,14 @@ class Reply:
     csv: str | None = None  # in place of the first table
     draw: Callable[[], Figure] | None = None
     machine: AnyMachine | None = None  # what is written as .toml: a machine, or lines of its file
-    also: Sequence[Also] = ()
+    also: Sequence[FurtherFiles] = ()
     outcome: str = ""  # of a run or a study, which the exit code says
     exit: int = 0  # code of what was not all there
     stopped: str = ""  # what is said where it was interrupted
 
 
 @dataclass
-class Also:
+class FurtherFiles:
     """Further files of an answer, which were asked for by options of their own."""
 
     files: Files
@@ -406,7 +406,7 @@ class Asking:
         """Read the options, ask, and answer in the form that was asked for."""
         own, taken, blocks = self.options
         forms = {name: words.pop(name, None) for name in ("as_json", "as_csv")}
-        one_form(*(bool(form) for form in forms.values()))
+        refuse_two_forms(*(bool(form) for form in forms.values()))
         needed = next((one for one in own if one.annotation is not typer.Context), None)
         first = needed.name if needed is not None and needed.default is Parameter.empty else ""
         path, picture = (words.pop("out", None) if self.out is not None else None), words.pop("plot", None)
@@ -434,7 +434,7 @@ class Asking:
         reply = found if isinstance(found, Reply) else Reply(found)
         if self.draw and reply.draw is None:
             draw = self.draw
-            reply.draw = lambda: _drawn(draw, reply.answer, units)
+            reply.draw = lambda: _figure(draw, reply.answer, units)
         about = {first: _plain_word(words[first])} if first else {}
         answered(reply, files, units["frequency_unit"] or units["speed_unit"], about, **forms)
 
@@ -480,7 +480,7 @@ def _leave_with(outcome: str) -> None:
 
 def _show(reply: Reply, unit: str) -> None:
     """Heading, facts, tables, sentences and notes."""
-    from autobalancer.cli.terminal.sheet import note, print_facts, print_sheet, say
+    from autobalancer.cli.terminal.sheet import note, print_facts, print_sentences, print_sheet
 
     if reply.show is not None:
         reply.show()
@@ -497,13 +497,13 @@ def _show(reply: Reply, unit: str) -> None:
     for title, table in reply.more:
         print_sheet(table, title)
     for text in reply.lines:
-        say(text, indent="  ")
+        print_sentences(text, indent="  ")
     if reply.code:
         typer.echo(reply.code)
     for text in reply.notes if reply.notes is not None else _asked(answer, "remarks", ()):
         note(text)
     if reply.last:
-        say(reply.last)
+        print_sentences(reply.last)
 
 
 def _facts(reply: Reply) -> list[Column]:
@@ -546,7 +546,7 @@ def _columns(answer: Any, unit: str) -> Sequence[Column]:
     return found
 
 
-def _drawn(name: str, answer: Any, units: Mapping[str, str]) -> Figure:
+def _figure(name: str, answer: Any, units: Mapping[str, str]) -> Figure:
     import autobalancer as ab
 
     draw = getattr(ab.plot, name)
@@ -648,7 +648,7 @@ def _named_options(options: Mapping[str, Any]) -> Iterator[None]:
 
 
 @contextmanager
-def said_when_stopped(text: str, kept: Path = Path()) -> Iterator[None]:
+def on_interrupt(text: str, kept: Path = Path()) -> Iterator[None]:
     """Says what an interruption leaves, if something is ``kept``."""
     try:
         yield

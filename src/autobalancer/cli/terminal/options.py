@@ -151,7 +151,7 @@ def speed_range(option: str, text: str, count: int | None = None) -> np.ndarray:
     return speeds
 
 
-def named(option: str, text: str, form: str = FORM) -> tuple[str, str]:
+def named_range(option: str, text: str, form: str = FORM) -> tuple[str, str]:
     """``"viscosity=1 mm^2/s:100 mm^2/s:200"`` as name and range; the range is empty where only a name was given."""
     name, mark, span = text.partition("=")
     if not name.strip() or (mark and not span.strip()):
@@ -163,7 +163,7 @@ def parameter_values(option: str, text: str, machine: Any) -> tuple[str, np.ndar
     """``"viscosity=1 mm^2/s:100 mm^2/s:200"`` as name and values, SI; whole numbers for a count."""
     from autobalancer.assembly.quantities import parameter_range
 
-    name, span = named(option, text)
+    name, span = named_range(option, text)
     if not span:
         raise QuestionError(f"{option}: given {text!r}; write it as NAME={FORM}, such as {_sample(FORM)}")
     unit_of(option, name, machine)

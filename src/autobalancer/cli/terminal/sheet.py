@@ -87,15 +87,15 @@ def _blocks(columns: Sequence[Column], width: int) -> list[list[tuple[Column, in
     for column in columns[1:]:
         wanted = _width(column)
         least = max(_word(column), min(wanted, LEAST)) if column.wraps else wanted
-        room = width - _taken(blocks[-1])
+        room = width - _width_used(blocks[-1])
         if room < least:
             blocks.append([first])
-            room = width - _taken(blocks[-1])
+            room = width - _width_used(blocks[-1])
         blocks[-1].append((column, min(wanted, room)))
     return blocks
 
 
-def _taken(block: list[tuple[Column, int]]) -> int:
+def _width_used(block: list[tuple[Column, int]]) -> int:
     """Letters of a line that are taken, with the gap to the next column."""
     return 2 * EDGE + sum(width + GAP for _, width in block)
 
@@ -180,7 +180,7 @@ def in_speed_unit(text: str) -> str:
     return text if speed_sign() == "rad/s" else speeds_in(text, speed_axis(speed_sign()).factor, speed_sign())
 
 
-def say(text: str, indent: str = "", first: str = "") -> None:
+def print_sentences(text: str, indent: str = "", first: str = "") -> None:
     """Print sentences, broken between words where the screen ends, the further lines of each with an ``indent``."""
     import textwrap
 
@@ -197,4 +197,4 @@ def say(text: str, indent: str = "", first: str = "") -> None:
 
 def note(text: str) -> None:
     """Print a note that the reader must not miss."""
-    say(f"note: {text}", indent="  ")
+    print_sentences(f"note: {text}", indent="  ")

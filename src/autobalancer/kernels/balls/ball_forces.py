@@ -44,7 +44,7 @@ def _push_guided(y: Any, p: System, speed: float) -> None:
     put_guided(y, p, speed)
     for f in range(p.forces.shape[0]):
         force = p.forces[f]
-        fx, fy, its_x, its_y = _found(y, p, f)
+        fx, fy, its_x, its_y = _force_at(y, p, f)
         _add(p, force.ball, y, fx, fy)
         if force.other != NONE:
             _add(p, force.other, y, its_x, its_y)
@@ -88,7 +88,7 @@ def _push_resolved(y: Any, p: System, speed: float) -> None:
     put_resolved(y, p, speed)
     for f in range(p.forces.shape[0]):
         force = p.forces[f]
-        fx, fy, its_x, its_y = _found(y, p, f)
+        fx, fy, its_x, its_y = _force_at(y, p, f)
         p.free[force.ball].force_x += fx
         p.free[force.ball].force_y += fy
         if force.other != NONE:
@@ -97,7 +97,7 @@ def _push_resolved(y: Any, p: System, speed: float) -> None:
 
 
 @njit(**INLINE)
-def _found(y: Any, p: System, f: int) -> tuple[float, float, float, float]:
+def _force_at(y: Any, p: System, f: int) -> tuple[float, float, float, float]:
     """The force on its ball and on the other one, whose places are known."""
     force = p.forces[f]
     place = p.places[force.ball]

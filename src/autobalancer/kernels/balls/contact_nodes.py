@@ -73,7 +73,7 @@ def keep(its: Row, first: int, each: int, b: int, p: Any, a: Any) -> None:
 
 
 @njit(**MERGED)
-def left(first: int, count: int, b: int, p: Any, a: Any) -> Any:
+def push_left(first: int, count: int, b: int, p: Any, a: Any) -> Any:
     """Push of a row that is kept, less what the accelerations of rotor and station take from it."""
     kept, place = data(a.numbers), kept_at(b, p) + first * NODES
     at = accelerations_at(p) + p.work.inert.shape[1] * p.balls[b].station * NODES
@@ -184,7 +184,7 @@ def rest_at_nodes(k: int, p: Any, a: Any) -> Any:
     """What the contacts must add to ball k, negative: its row less its inertia times its acceleration."""
     weight = load(data(a.numbers), kept_at(k, p) + WEIGHT * NODES)
     acceleration = load(data(a.forces), 2 * a.modes * NODES)
-    return left(OWN, p.work.inert.shape[1], k, p, a) - weight * rate_of_rows(k, acceleration, p, a)
+    return push_left(OWN, p.work.inert.shape[1], k, p, a) - weight * rate_of_rows(k, acceleration, p, a)
 
 
 @njit(**MERGED)

@@ -30,7 +30,7 @@ from autobalancer.kernels.compiler.flags import INLINE
 from autobalancer.kernels.compiler.numba_struct import data
 from autobalancer.kernels.compiler.simd import full_like, root, where
 from autobalancer.kernels.host.linear import Motion
-from autobalancer.kernels.laws.contact_law import looked_up
+from autobalancer.kernels.laws.contact_law import table_value
 from autobalancer.kernels.system import BALLS, System
 
 
@@ -336,7 +336,7 @@ def touch(y: Any, p: System) -> None:
                 soft = pair.soft
                 if pair.rebound >= 0:
                     near = pair.pace * (rate - its)
-                    soft *= looked_up(data(p.rebounds), pair.rebound, pair.pace * pair.quick * deep, near)
+                    soft *= table_value(data(p.rebounds), pair.rebound, pair.pace * pair.quick * deep, near)
                 pressed = pair.hard * deep - soft * (its - rate)
                 if pressed > 0.0:
                     moving[i].contact -= pressed
@@ -359,5 +359,5 @@ def touch(y: Any, p: System) -> None:
                 soft = pair.wall_soft
                 if pair.wall_rebound >= 0:
                     held, near = pair.wall_pace * pair.wall_quick * deep, -pair.wall_pace * way * rate
-                    soft *= looked_up(data(p.rebounds), pair.wall_rebound, held, near)
+                    soft *= table_value(data(p.rebounds), pair.wall_rebound, held, near)
                 moving[i].contact += way * max(pair.wall_hard * deep - way * soft * rate, 0.0)

@@ -459,7 +459,7 @@ def settle(time, y, rates, system, size, width, limits):  # type: ignore[no-unty
     done += _stay(time, y, rates, system, size, count, still)
     # last the chattering: what would fly apart by less than can be seen is stopped and stays closed
     if _catch(y, p, count, still, limits.low):
-        done += _stand_still(time, y, rates, system, size, count)
+        done += _stop_openings(time, y, rates, system, size, count)
         done += _stay(time, y, rates, system, size, count, still)
     r.margin[LEAST] = FAR
     return done
@@ -649,7 +649,7 @@ def _catch(y: Any, p: System, count: int, still: float, low: float) -> bool:
 
 
 @njit(**APART)
-def _stand_still(time, y, rates, system, size, count):  # type: ignore[no-untyped-def]
+def _stop_openings(time, y, rates, system, size, count):  # type: ignore[no-untyped-def]
     """Stop the openings of the chosen contacts by impulses of either sign, which are tiny."""
     p = deref(system_at(system))
     r = p.rigid

@@ -14,7 +14,7 @@ from autobalancer.kernels.balls.contact_nodes import (
     contacts_until,
     keep,
     kept_at,
-    left,
+    push_left,
     rate_of_rows,
     rest_at_nodes,
     station_places,
@@ -319,8 +319,8 @@ def open_and_rolling(step: float, system: Any, amplitudes: Any) -> float:
         if ball.rolling > 0.0 or ball.adherence > 0.0:
             # normal force and what must hold the ball, from its rows and the accelerations at the nodes
             place = kept_at(b, p)
-            store(left(NORMAL, 2, b, p, a), work, 0)
-            store(left(OWN, 2, b, p, a), work, NODES)
+            store(push_left(NORMAL, 2, b, p, a), work, 0)
+            store(push_left(OWN, 2, b, p, a), work, NODES)
             if mode * start < 0.0 or (mode == 0.0 and start != 0.0):
                 until = 0.0
             # up to the first node where it neither rests nor rolls as it was taken to

@@ -19,7 +19,7 @@ from autobalancer.kernels.chamber.chamber_records import BLOCK
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import APART, MERGED
 from autobalancer.kernels.compiler.numba_struct import data
-from autobalancer.kernels.laws.contact_law import held_speed, looked_up
+from autobalancer.kernels.laws.contact_law import held_speed, table_value
 
 # mypy: disable-error-code="no-untyped-def"
 
@@ -383,7 +383,7 @@ def _look_up(rebounds, block, count):
         m = _meeting(block, i)
         o = overlap(m)
         held = held_speed(o.depth, m.stiffness, m.lightness, 1)
-        data(block.found)[i] = looked_up(data(rebounds), data(block.rebound)[i], held, o.approach)
+        data(block.found)[i] = table_value(data(rebounds), data(block.rebound)[i], held, o.approach)
 
 
 @njit(**APART)

@@ -226,7 +226,7 @@ class Shipped:
 
     def unfit(self) -> str:
         """Why nothing of it can be used here; empty if it can."""
-        here = made_with()
+        here = compiler_versions()
         if here != self._made_with:
             wrong = [name for name in self._made_with if here.get(name) != self._made_with[name]]
             ours, theirs = (", ".join(f"{name} {of.get(name)}" for name in wrong) for of in (here, self._made_with))
@@ -293,7 +293,7 @@ def shipped() -> Shipped | None:
     return found
 
 
-def made_with() -> dict[str, str]:
+def compiler_versions() -> dict[str, str]:
     """The versions that compiled kernels need."""
     return {"Python": str(sys.implementation.cache_tag), "Numba": numba.__version__, "llvmlite": llvmlite.__version__}
 
@@ -503,7 +503,7 @@ def wait_for_use(dispatcher: Any, declared: list[Any]) -> None:
 
 
 _of_thread = threading.local()  # whether it only loads
-_held: dict[Path, Any] = {}  # files that this process has locked
+_locks: dict[Path, Any] = {}  # files that this process has locked
 _helpers: list[Any] = []
 
 
@@ -520,7 +520,7 @@ def take(place: Path | None) -> bool:
     """Take a kernel that is not there, to compile it; whether another process had it, and may have compiled it."""
     if getattr(_of_thread, "loads", False):
         raise Missing
-    if fcntl is None or place is None or place in _held:
+    if fcntl is None or place is None or place in _locks:
         return False
     waited, until = False, time.monotonic() + PATIENCE
     with suppress(OSError):
@@ -533,7 +533,7 @@ def take(place: Path | None) -> bool:
                 waited = True
                 time.sleep(0.01)
                 continue
-            _held[place] = file
+            _locks[place] = file
             return waited
         file.close()
     return waited
@@ -541,15 +541,15 @@ def take(place: Path | None) -> bool:
 
 def give(place: Path | None) -> None:
     """Let others have a kernel."""
-    if place is not None and place in _held:
+    if place is not None and place in _locks:
         with suppress(OSError):
             place.unlink()
-        _held.pop(place).close()
+        _locks.pop(place).close()
 
 
-def _is_taken(place: Path | None) -> bool:
+def _is_locked(place: Path | None) -> bool:
     """Whether another process has it."""
-    if fcntl is None or place is None or place in _held:
+    if fcntl is None or place is None or place in _locks:
         return False
     try:
         with place.open("rb") as file:
@@ -561,7 +561,7 @@ def _is_taken(place: Path | None) -> bool:
     return False
 
 
-def compile_together(works: Iterable[Work], then: tuple[str, ...] = ()) -> None:
+def compile_in_parallel(works: Iterable[Work], then: tuple[str, ...] = ()) -> None:
     """Load kernels, and compile those that are not there, by as many processes as there are processors.
 
     The others go on with all kernels of the modules ``then`` while this process uses the first ones.
@@ -592,7 +592,7 @@ def _compile(works: list[Work]) -> None:
     """Those first that nobody else has."""
     later = []
     for kernel, types in works:
-        if _is_taken(kernel._cache.lock(types or kernel.declared[0])):
+        if _is_locked(kernel._cache.lock(types or kernel.declared[0])):
             later.append((kernel, types))
         else:
             kernel.compile(types)

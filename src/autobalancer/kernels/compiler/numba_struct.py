@@ -210,7 +210,7 @@ def _type_of(value: Any, context: Any) -> Struct:
 
 
 @unbox(Struct)
-def _given(kind: Any, value: Any, c: Any) -> Any:
+def _unbox(kind: Any, value: Any, c: Any) -> Any:
     number = c.pyapi.object_getattr_string(value, "address")
     address = c.pyapi.long_as_voidptr(number)
     c.pyapi.decref(number)
@@ -267,7 +267,7 @@ def _address(typing_context: Any, value: Any) -> Any:
     return types.CPointer(value)(value), generate
 
 
-def _behind(typing_context: Any, value: Any) -> Any:
+def _dereference(typing_context: Any, value: Any) -> Any:
     def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return load_part(context, builder, whole, copy(context, builder, whole, arguments[0]))
 
@@ -319,7 +319,7 @@ if getattr(config, "DISABLE_JIT", False):  # interpreted, to look for faults: ar
     data, row, address, deref, as_void = np.ravel, _element, _itself, _itself, _itself
 else:
     data, row, address = intrinsic(_data), intrinsic(_row), intrinsic(_address)
-    deref, as_void = intrinsic(_behind), intrinsic(_plain)
+    deref, as_void = intrinsic(_dereference), intrinsic(_plain)
 
 
 # The plain numbers of a tuple from an array: all arrays in it stay.

@@ -73,7 +73,13 @@ from autobalancer.kernels.integrators.integrator_state import (
     memory_type,
     switch_type,
 )
-from autobalancer.kernels.integrators.recording import Record, asked_for, record, record_type, wanted
+from autobalancer.kernels.integrators.recording import (
+    Record,
+    components_needed,
+    components_requested,
+    record,
+    record_type,
+)
 from autobalancer.kernels.integrators.runge_kutta import (
     EVENT,
     FINISHED,
@@ -180,7 +186,7 @@ def _write_pieces(time, step, reach, components, changing, rhs, switch, addresse
         if piece == pieces - 1:
             right = reach
         # the polynomials of this piece, of so many leading components as are asked for
-        leading = n if changing else asked_for(components, right, r, m)
+        leading = n if changing else components_requested(components, right, r, m)
         if pieces == 1:
             write_piece(data(a.values), length, leading, inner, memory)
         else:
@@ -297,7 +303,7 @@ def advance_long(
         a.tallies[LONG_STEPS] += 1
         m.counts[ACCEPTED] += 1
         taken += 1
-        event, cut, components = False, 1.0, wanted(time, reach, end, r, m)
+        event, cut, components = False, 1.0, components_needed(time, reach, end, r, m)
         if components >= 0 or until == SWITCHES:
             addresses = parameters, inner, memory, kept, pair
             event, cut, reach = _write_pieces(
@@ -342,7 +348,7 @@ def _trial_step(rhs, guess, parameters, pair):  # type: ignore[no-untyped-def]
         m.start[i] = m.state[i]
     rhs(m.clock[TIME], data(m.start), data(m.stages), parameters)
     m.clock[TAKEN] = guess
-    do_stages(1, t.main, rhs, parameters, pair)
+    do_stages(int64(1), t.main, rhs, parameters, pair)
     error = step_error(pair)
     if not error < math.inf:
         return 0.1 * guess

@@ -6,9 +6,9 @@ All of it is found on the dense output of a step, and none of it grows with the 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from numba import types
+from numba import int64, types
 
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import INLINE, MERGED, PART
@@ -67,7 +67,7 @@ record_type = struct_type(types.NamedTuple(
 
 
 @njit(**INLINE)
-def wanted(left: float, right: float, end: float, r: Record, m: Memory) -> int:
+def components_needed(left: float, right: float, end: float, r: Record, m: Memory) -> int:
     """How many leading components of the dense output this step needs as polynomials; -1 if nothing at all."""
     if r.event_kinds.size > 0:
         return m.state.size
@@ -83,7 +83,7 @@ def wanted(left: float, right: float, end: float, r: Record, m: Memory) -> int:
 
 
 @njit(**INLINE)
-def asked_for(components: int, right: float, r: Record, m: Memory) -> int:
+def components_requested(components: int, right: float, r: Record, m: Memory) -> int:
     """How many leading components :func:`record` asks for up to ``right``: all of them where it keeps a state."""
     bin_, sample = m.counts[NEXT_BIN], m.counts[NEXT_SAMPLE]
     alone = components == Y + 1 and not (bin_ < r.bin_low.size and r.bin_edges[bin_ + 1] <= right)
@@ -183,7 +183,7 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
 
 
 @njit(**MERGED)
-def _where_angles_are(targets, first, last, cut, m):  # type: ignore[no-untyped-def]
+def _angle_crossings(targets, first, last, cut, m):  # type: ignore[no-untyped-def]
     """Fractions of the step, up to ``cut``, at which the rotor has eight angles, by Newton; into the place of the angles."""
     dense, width, count = data(m.dense), m.dense.shape[1], m.dense.shape[0]
     begin, step, way = data(m.start)[THETA], m.clock[TAKEN], 1.0 if last > first else -1.0
@@ -231,12 +231,12 @@ def record_turns(left, cut, kept, pair):  # type: ignore[no-untyped-def]
         m.counts[NEXT_TURN] = 0
     # eight angles at once, in the vector registers
     while number * r.turn_step <= way * last:
-        count = 0
+        count: Any = int64(0)  # not the number 0 itself, for which what is called would be compiled once more
         for k in range(NODES):  # those behind the step stand for nothing
             if (number + k) * r.turn_step <= way * last:
                 count = k + 1
             places[k] = way * (number + count - 1) * r.turn_step
-        _where_angles_are(places, first, last, cut, m)
+        _angle_crossings(places, first, last, cut, m)
         states_at(places, count, m.counts[NEXT_TURN], left, r.turn_states, pair)
         m.counts[NEXT_TURN] += count
         number += count

@@ -39,7 +39,7 @@ from autobalancer.kernels.integrators.integrator_state import (
     memory_type,
     switch_type,
 )
-from autobalancer.kernels.integrators.recording import Record, record, record_type, wanted
+from autobalancer.kernels.integrators.recording import Record, components_needed, record, record_type
 from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.system import System, rhs_type, system_type
 
@@ -170,7 +170,7 @@ def advance(
         for i in range(n):
             m.start[i] = m.state[i]
         # the step, and its error in tolerances
-        do_stages(1, t.main, rhs, parameters, pair)
+        do_stages(int64(1), t.main, rhs, parameters, pair)
         error = step_error(pair)
         if not error <= 1.0:  # also when it is not a number
             shrink = 0.1 if not error < 1e8 else max(0.1, 0.9 * error ** (-1.0 / t.order))
@@ -182,7 +182,7 @@ def advance(
             m.state[i] = m.trial[i]
         # a switch may end the step inside; only a record or a switch needs the further stages of the dense output
         ended, limit = 2.0, 1.0
-        components = wanted(time, reach, end, r, m)
+        components = components_needed(time, reach, end, r, m)
         due = not held and switch(DUE, time, rhs, parameters, asked) != 0.0
         if components >= 0 or due:
             do_stages(t.main, t.total, rhs, parameters, pair)

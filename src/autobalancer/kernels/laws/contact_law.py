@@ -95,7 +95,7 @@ def restitution_at(laws: Any, first: int, speed: float) -> float:
 
 
 @njit(**INLINE)
-def looked_up(numbers: Any, first: int, held: float, approach: float) -> float:
+def table_value(numbers: Any, first: int, held: float, approach: float) -> float:
     """The number of the table that begins at ``first``, where the spring holds the speed ``held`` and the bodies approach."""
     level = (0.5 * math.log10(held * held + approach * approach + TINY) - LOWEST) * PER_DECADE
     level = min(max(level, 0.0), LEVELS - 1.000001)
@@ -122,4 +122,4 @@ def damping_at(
     """Damping of a contact ``depth`` deep, which grows at ``rate``; where it has a table, ``damping`` is that of ratio 1."""
     if first == NONE or depth <= 0.0:
         return damping
-    return damping * looked_up(data(numbers), first, held_speed(depth, stiffness, lightness, hertz), rate)
+    return damping * table_value(data(numbers), first, held_speed(depth, stiffness, lightness, hertz), rate)

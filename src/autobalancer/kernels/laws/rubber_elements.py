@@ -243,7 +243,7 @@ def _add(sums: Any, first: int, weight: float, out: Any, column: int) -> None:
 
 
 @njit(**APART)
-def _one(
+def _add_element(
     c: Any, sums: Any, forward: float, backward: float, element: Any, always: bool, start: Any, out: Any, column: int
 ) -> float:
     """Add the force of one element on an ellipse of two circles (m) at a column; returns by how much it misses its period."""
@@ -294,13 +294,13 @@ def forces_on_ellipses(
             answer[j] = 0.0
         for e in range(elements.shape[0]):
             start = starts[i, 2 * e : 2 * e + 2]
-            miss = _one(series, sums, forward, backward, elements[e], always, start, answer, FORCE)
+            miss = _add_element(series, sums, forward, backward, elements[e], always, start, answer, FORCE)
             answer[MISS] = max(answer[MISS], miss)
             if sloped and step > 0.0:
                 x, y = start[0], start[1]
-                _one(series, sums, forward + step, backward, elements[e], always, start, answer, OVER_FORWARD)
+                _add_element(series, sums, forward + step, backward, elements[e], always, start, answer, OVER_FORWARD)
                 start[0], start[1] = x, y
-                _one(series, sums, forward, backward + step, elements[e], always, start, answer, OVER_BACKWARD)
+                _add_element(series, sums, forward, backward + step, elements[e], always, start, answer, OVER_BACKWARD)
                 start[0], start[1] = x, y
         for column in (OVER_FORWARD, OVER_BACKWARD):
             for j in range(4):

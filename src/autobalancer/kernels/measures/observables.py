@@ -302,7 +302,7 @@ def _semi_major(x: complex, y: complex) -> float:
 
 
 @njit(void(system_type, inputs_type, types.float64, types.float64, workspace_type, vector_type, vector_type), **EXACT)
-def with_balls_held(
+def observe_locked_balls(
     p: System, g: MeasureInputs, time: float, speed: float, d: Workspace, vibration: Floats, force: Floats
 ) -> None:
     """Greatest vibration of each place (m) and greatest vibrating force on each support (N) at a steady speed.

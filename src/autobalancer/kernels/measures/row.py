@@ -64,7 +64,7 @@ from autobalancer.kernels.measures.columns_of_measures import (
     WIDTH,
     WITHOUT,
 )
-from autobalancer.kernels.measures.observables import ball_at, observe, turns_of, unbalance_at, with_balls_held
+from autobalancer.kernels.measures.observables import ball_at, observe, observe_locked_balls, turns_of, unbalance_at
 from autobalancer.kernels.measures.record_series import (
     changing,
     class_of,
@@ -227,7 +227,7 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
     row[LEFT] = left
     row[SHARE] = left / wanted if wanted > 0.0 else math.nan
     if g.scalars[HELD] == LINEAR and abs(m.state[SPEED]) < FASTEST:
-        with_balls_held(p, g, m.clock[TIME], m.state[SPEED], d, d.of_places[3], d.of_places[4])
+        observe_locked_balls(p, g, m.clock[TIME], m.state[SPEED], d, d.of_places[3], d.of_places[4])
         row[WITHOUT] = d.of_places[3, greatest_at(d.of_places[3, :places])]
 
 

@@ -112,7 +112,9 @@ class PointJoint(Joint):
         return tuple(Elements(motions, rubber, name) for motions, rubber, name in values if rubber is not None)
 
 
-def one_of(table: SpeedTable | None, name: str, constants: tuple[tuple[str, object], ...], pairs: bool = False) -> None:
+def exclude_constants(
+    table: SpeedTable | None, name: str, constants: tuple[tuple[str, object], ...], pairs: bool = False
+) -> None:
     """Refuse a table beside the constants it stands for, and pairs along x and y where there is one direction only."""
     if table is None:
         return
@@ -123,7 +125,7 @@ def one_of(table: SpeedTable | None, name: str, constants: tuple[tuple[str, obje
         raise ValueError(f"{name}: given a pair; this direction has one value at each speed")
 
 
-def only_one_rubber(rubber: Rubber | None, name: str, constants: tuple[tuple[str, object], ...]) -> None:
+def exclude_beside_rubber(rubber: Rubber | None, name: str, constants: tuple[tuple[str, object], ...]) -> None:
     """Refuse rubber beside what it stands for."""
     for other, value in constants:
         if rubber is not None and value:

@@ -9,7 +9,7 @@ from pydantic import model_validator
 from autobalancer.errors import MachineError, Problem, UnitError
 from autobalancer.machine.part import Damping, Inertia, Mass, Part, Quantity, Stiffness, key
 from autobalancer.machine.rotors.support import Hardening, Rubber
-from autobalancer.units import Given, to_si
+from autobalancer.units import WrittenFloat, to_si
 
 SPRINGS = ("stiffness", "critical_speed")
 DAMPERS = ("damping", "damping_ratio", "half_power_bandwidth")
@@ -20,7 +20,7 @@ class BandwidthQuantity(Quantity):
 
     def one(self, value: Any) -> Any:
         """The ratio, or the speed in rad/s."""
-        text = value.text if isinstance(value, Given) else value
+        text = value.text if isinstance(value, WrittenFloat) else value
         width = to_si(value, "rad/s" if isinstance(text, str) and _is_speed(text) else "")
         if not width >= 0.0:
             raise ValueError(f"given {value!r}; must not be negative")
@@ -142,7 +142,7 @@ class PlanarRotor(Part):
             return _pair(self.damping_ratio)
         width = self.half_power_bandwidth
         assert width is not None
-        if isinstance(width, Given) and _is_speed(width.text):
+        if isinstance(width, WrittenFloat) and _is_speed(width.text):
             return 0.5 * width / wx, 0.5 * width / wy
         return 0.5 * width, 0.5 * width
 

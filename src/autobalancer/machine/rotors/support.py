@@ -109,7 +109,7 @@ class RubberFriction(Part):
 
     @model_validator(mode="after")
     def _chain(self) -> RubberFriction:
-        _as_many(len(self.stiffness), len(self.breakaway_amplitude), "amplitudes")
+        _refuse_wrong_count(len(self.stiffness), len(self.breakaway_amplitude), "amplitudes")
         _rising("breakaway_amplitude", self.breakaway_amplitude)
         return self
 
@@ -122,7 +122,7 @@ class RubberRelaxation(Part):
 
     @model_validator(mode="after")
     def _chain(self) -> RubberRelaxation:
-        _as_many(len(self.stiffness), len(self.relaxation_time), "relaxation times")
+        _refuse_wrong_count(len(self.stiffness), len(self.relaxation_time), "relaxation times")
         _rising("relaxation_time", self.relaxation_time)
         return self
 
@@ -182,7 +182,7 @@ class Rubber(Part):
         )
 
 
-def _as_many(argument: int, wanted: int, of: str) -> None:
+def _refuse_wrong_count(argument: int, wanted: int, of: str) -> None:
     if argument != wanted:
         raise ValueError(f"stiffness: given {argument} values for {wanted} {of}; give one for each")
 

@@ -20,10 +20,10 @@ from autobalancer.measurement.balancing.runs import (
     Job,
     Phase,
     Reading,
-    given_runs,
+    balance_runs,
     job_of,
     joined,
-    one_of,
+    quantity_of_units,
 )
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import significant
@@ -296,7 +296,7 @@ def balance(
 
     Source: Goodman (1964); Vaughan, Static and Dynamic Balancing, Brüel & Kjær.
     """
-    listed, written = given_runs(runs)
+    listed, written = balance_runs(runs)
     phase = phase or written.get("phase", "lead")
     angles = angles or written.get("angles", "with rotation")
     share = optional_argument("deviation", written.get("deviation") if deviation is None else deviation, "")
@@ -332,7 +332,9 @@ def balance(
     masses = corrections(job.readings)
     covariance = mass_covariance(job, corrections)
     return dataset(
-        Found(job, balance, chosen, masses, covariance, scales, condition, goal, phase, angles, estimated, limits)
+        BalanceSolution(
+            job, balance, chosen, masses, covariance, scales, condition, goal, phase, angles, estimated, limits
+        )
     )
 
 
@@ -348,7 +350,7 @@ def _start(job: Job, known: Influence, readings: Complexes) -> tuple[Complexes, 
 def _earlier(influence: Balancing | xr.Dataset | str | Path) -> Job:
     """The runs of an earlier job as arrays: of its file, or of what was made of them."""
     if isinstance(influence, (str, Path)) and Path(influence).suffix.lower() != ".nc":
-        listed, written = given_runs(influence)
+        listed, written = balance_runs(influence)
         share = optional_argument("deviation", written.get("deviation"), "")
         return job_of(
             listed, written.get("phase", "lead"), written.get("angles", "with rotation"), share, phases=True,
@@ -413,7 +415,7 @@ def _limits(job: Job, chosen: list[int], largest: float | str | Mapping[str, flo
         value = given.get(name)
         if value is None:
             continue
-        number, unit = one_of("largest", value, MASSES)
+        number, unit = quantity_of_units("largest", value, MASSES)
         if isinstance(value, str) and unit != job.mass_unit:
             raise QuestionError(
                 f"largest: given {value!r}, but trial masses are in {job.mass_unit}; keep to one of both"
@@ -461,7 +463,7 @@ RULE = 0.3  # share (and about the angle in rad / 2) by which a trial mass shoul
 
 
 @dataclass(frozen=True)
-class Found:
+class BalanceSolution:
     """All of it; ``chosen`` are the planes that are corrected."""
 
     job: Job
@@ -478,7 +480,7 @@ class Found:
     limits: Floats
 
 
-def dataset(found: Found) -> Balancing:
+def dataset(found: BalanceSolution) -> Balancing:
     """The answer, with remarks on what to be careful about."""
     job, known = found.job, found.influence
     turn, count = (1.0 if found.phase == "lead" else -1.0), (1.0 if found.angles == "with rotation" else -1.0)
@@ -546,7 +548,7 @@ def _left_on(job: Job) -> bool:
     return bool(job.trim[-1] or on.any())
 
 
-def _coordinates(found: Found) -> dict[str, Any]:
+def _coordinates(found: BalanceSolution) -> dict[str, Any]:
     job = found.job
     planes = np.array(job.planes, dtype=object)
     return {
@@ -559,7 +561,7 @@ def _coordinates(found: Found) -> dict[str, Any]:
     }
 
 
-def _residual(found: Found, whole: Complexes) -> tuple[Complexes, Floats]:
+def _residual(found: BalanceSolution, whole: Complexes) -> tuple[Complexes, Floats]:
     """What should be left, and its deviation for these masses; after a trim run counted from that run."""
     job, known = found.job, found.influence
     trims = np.flatnonzero(job.trim)
@@ -571,13 +573,13 @@ def _residual(found: Found, whole: Complexes) -> tuple[Complexes, Floats]:
     return rows @ job.readings, row_deviation(job, rows[None])[0]
 
 
-def _deviations_from(found: Found) -> str:
+def _deviations_from(found: BalanceSolution) -> str:
     if found.estimated:
         return "scatter of the runs"
     return "readings" if np.isfinite(found.job.along).all() else ""
 
 
-def _remarks(found: Found, misfit: Floats, residual: Complexes, sure: Floats) -> list[str]:
+def _remarks(found: BalanceSolution, misfit: Floats, residual: Complexes, sure: Floats) -> list[str]:
     job, known, told = found.job, found.influence, []
     if not np.isfinite(sure).all():
         told.append("uncertainty is not known: give the readings deviations, or make one run more than needed")
@@ -613,7 +615,7 @@ def _remarks(found: Found, misfit: Floats, residual: Complexes, sure: Floats) ->
     return told
 
 
-def _weakest(found: Found) -> str:
+def _weakest(found: BalanceSolution) -> str:
     """The combination of masses that is seen least: ``1 of 'left' against 0.9 of 'right'``."""
     matrix = found.weights[:, None] * found.influence.coefficients[:, found.chosen]
     sizes = np.linalg.norm(matrix, axis=0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.balancing.balance import polar_deviations, shown_unit
-from autobalancer.measurement.balancing.runs import Angles, BalanceRun, Job, given_runs, job_of
+from autobalancer.measurement.balancing.runs import Angles, BalanceRun, Job, balance_runs, job_of
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.provenance import provenance
 from autobalancer.tables import Column, whole_degrees
@@ -65,7 +65,7 @@ def four_run(
 
     Source: Rodrigues et al. (2011), section 4, who name the method; circles as in Shreve, Balancing without phase.
     """
-    listed, written = given_runs(runs)
+    listed, written = balance_runs(runs)
     for name in {"runout", "influence"} & set(written):
         raise QuestionError(f"{OWNER}: {name}: given, but vectors need phases, which are not used here; leave it out")
     share = optional_argument("deviation", written.get("deviation", READING) if deviation is None else deviation, "")

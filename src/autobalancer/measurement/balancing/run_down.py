@@ -79,8 +79,8 @@ def unbalance_from_run_down(
     """
     machine = balls_in_races(machine)
     requested = _planes(machine, planes)
-    known = _used(given_orders(orders), lowest, highest)
-    rows = _rows(machine, known, requested)
+    known = _used(first_orders(orders), lowest, highest)
+    rows = _unit_responses(machine, known, requested)
     values, spread, given = _flat(known)
     weighted = rows / spread[:, None]
     size = np.linalg.norm(weighted, axis=0)
@@ -128,10 +128,10 @@ def _used(known: Orders, lowest: float, highest: float) -> Orders:
     return known.at(inside)
 
 
-def _rows(machine: Machine, known: Orders, planes: list[str | float | None]) -> Complexes:
+def _unit_responses(machine: Machine, known: Orders, planes: list[str | float | None]) -> Complexes:
     """What a unit unbalance in each plane does at each speed and channel, (S C, P)."""
     loads: list[Any] = [1.0 if plane is None else (Unbalance(moment=1.0, station=plane),) for plane in planes]
-    columns = [seen_by_channels(machine, known, load, OWNER, balls=True).ravel() for load in loads]
+    columns = [channel_response(machine, known, load, OWNER, balls=True).ravel() for load in loads]
     return np.stack(columns, axis=1)
 
 
@@ -362,7 +362,7 @@ def _quantity(table: Table) -> str:
 UNLIKE = 0.2
 
 
-def given_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biased: bool = True) -> Orders:
+def first_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biased: bool = True) -> Orders:
     """First orders of a dataset, of its file or of a table, as arrays; of tracked ones those whose noise is independent.
 
     What the window or the filter probably takes away is part of the deviations, if what they are compared with is without it;
@@ -605,7 +605,7 @@ def follows_speed(machine: Machine, known: Orders) -> bool:
     return known.course is not None and rubber_of(*rotor_of(machine, balls=False)) is None
 
 
-def seen_by_channels(machine: Machine, known: Orders, unbalance: Any, owner: str, **options: Any) -> Complexes:
+def channel_response(machine: Machine, known: Orders, unbalance: Any, owner: str, **options: Any) -> Complexes:
     """Complex amplitudes (S, C) of the response to an unbalance, followed along the course of the speed where that is known.
 
     Raises

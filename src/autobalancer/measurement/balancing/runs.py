@@ -51,7 +51,9 @@ def _sized(units: tuple[str, ...], amplitude: bool = False) -> PlainValidator:
 
     def read(argument: Any) -> Sized:
         try:
-            return argument if isinstance(argument, Sized) else Sized(*one_of("it", argument, units, amplitude))
+            return (
+                argument if isinstance(argument, Sized) else Sized(*quantity_of_units("it", argument, units, amplitude))
+            )
         except UnitError as reason:
             raise ValueError(str(reason).removeprefix("it: ")) from None
 
@@ -157,7 +159,9 @@ class BalanceJob(Question):
 document(BalanceJob)
 
 
-def one_of(name: str, value: float | str, units: Sequence[str], amplitude: bool = False) -> tuple[float, str]:
+def quantity_of_units(
+    name: str, value: float | str, units: Sequence[str], amplitude: bool = False
+) -> tuple[float, str]:
     """A quantity that may have one of several dimensions, in SI, and its unit; a number has the first.
 
     The suffix of an ``amplitude`` is understood.
@@ -200,10 +204,10 @@ def load_balance_runs(path: str | Path) -> tuple[BalanceRun, ...]:
     QuestionError
         If the file or an entry cannot be read; it names the run.
     """
-    return given_runs(path)[0]
+    return balance_runs(path)[0]
 
 
-def given_runs(runs: Sequence[BalanceRun] | str | Path) -> tuple[tuple[BalanceRun, ...], dict[str, Any]]:
+def balance_runs(runs: Sequence[BalanceRun] | str | Path) -> tuple[tuple[BalanceRun, ...], dict[str, Any]]:
     """Runs, and what else a file says of all of them."""
     if not isinstance(runs, (str, Path)):
         return tuple(runs), {}
@@ -531,7 +535,7 @@ def split_mass(
     QuestionError
         If holes and masses cannot make the wanted mass, or there are too many choices.
     """
-    wanted_size, unit = one_of("mass", mass, MASSES)
+    wanted_size, unit = quantity_of_units("mass", mass, MASSES)
     where = argument("angle", angle, "rad")
     if not wanted_size >= 0.0:
         raise QuestionError(f"split_mass: mass: given {mass!r}; must not be below zero")
@@ -559,7 +563,7 @@ def split_mass(
 
 
 def _of_kind(name: str, value: float | str, unit: str) -> float:
-    number, own = one_of(name, value, MASSES)
+    number, own = quantity_of_units(name, value, MASSES)
     if isinstance(value, str) and own != unit:
         raise QuestionError(f"split_mass: {name}: given {value!r}, but the wanted mass is in {unit}")
     if not number > 0.0:
@@ -702,7 +706,9 @@ def trial_mass(
     for name, value in (("radius", arm), ("speed", w)):
         if not value > 0.0:
             raise QuestionError(f"trial_mass: {name}: given {value:g}; must be above zero")
-    amplitude, unit = (None, "m") if reading is None else one_of("reading", reading, AMPLITUDES, amplitude=True)
+    amplitude, unit = (
+        (None, "m") if reading is None else quantity_of_units("reading", reading, AMPLITUDES, amplitude=True)
+    )
     remarks: list[str] = []
     gain = None if machine is None else _gain(machine, w, station, plane, direction, unit)
     if gain is not None and amplitude is not None:

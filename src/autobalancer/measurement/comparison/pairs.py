@@ -14,9 +14,9 @@ from scipy.optimize import linear_sum_assignment
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.measurement.balancing.run_down import UNITS, Orders, given_orders
+from autobalancer.measurement.balancing.run_down import UNITS, Orders, first_orders
 from autobalancer.measurement.orders.tracking import WINDOW, filtered_orders, fitted_orders
-from autobalancer.measurement.sensors import ORDER, Sensor, at_samples, motion, place_seen, places_of, sampled
+from autobalancer.measurement.sensors import ORDER, Sensor, at_samples, motion, place_of_sensor, places_of, sampled
 from autobalancer.random_numbers import generator
 from autobalancer.results.measure_table import MEASURES, needed
 from autobalancer.results.run_arrays import Balls, Bins, Recorded, bins_of, critical_speed_of
@@ -111,7 +111,7 @@ def size_doubt(name: str, unit: str, measured: float, simulated: float, what: st
 def place_doubt(run: xr.Dataset, sensors: list[Sensor], names: list[str]) -> str:
     """What is said where sensors have no place and the run has several; else empty."""
     open_ones = [
-        name for sensor, name in zip(sensors, names, strict=True) if not sensor.place and place_seen(run, sensor)
+        name for sensor, name in zip(sensors, names, strict=True) if not sensor.place and place_of_sensor(run, sensor)
     ]
     if not open_ones:
         return ""
@@ -131,7 +131,7 @@ def _of_channel(run: xr.Dataset, entry: xr.DataArray, value: Stated, dense: bool
     sensor = sensor_of(entry)
     between = dense or ORDER[sensor.quantity] > 0
     simulated = motion(run, sensor, value.time)(value.time) if between else at_samples(run, sensor, value.time)
-    return Pair(value, simulated, sensor.quantity != "force", place_seen(run, sensor))
+    return Pair(value, simulated, sensor.quantity != "force", place_of_sensor(run, sensor))
 
 
 def _of_balls(run: xr.Dataset, values: list[Stated]) -> list[Pair]:
@@ -347,7 +347,7 @@ DIFFERENT = 0.02  # relative difference of speeds at one time, above which a not
 DRAWS_OF_NOISE = 50  # of the noise
 
 
-class How(NamedTuple):
+class TrackingOptions(NamedTuple):
     """All orders that are tracked, and the revolutions of the window, or the bandwidth of the filter (Hz)."""
 
     orders: Floats
@@ -363,7 +363,7 @@ class Tracks(NamedTuple):
     angle: Floats
     seen: Floats
 
-    def whole(self, how: How) -> NDArray[np.bool_]:
+    def whole(self, how: TrackingOptions) -> NDArray[np.bool_]:
         """Samples about which there is a whole window."""
         half = np.pi * how.revolutions
         return np.asarray((self.angle >= self.angle[0] + half) & (self.angle <= self.angle[-1] - half))
@@ -382,9 +382,9 @@ def order_curves(run: xr.Dataset, measured: xr.Dataset, seed: int) -> tuple[xr.D
     QuestionError
         If no order is within the run, or a place is not in it.
     """
-    known = given_orders(measured, "compare", biased=False)
+    known = first_orders(measured, "compare", biased=False)
     names = [str(one) for one in measured["channel"].values] if "channel" in measured.coords else _names(known)
-    tracks, how = _tracks(run, known), _how(measured)
+    tracks, how = _tracks(run, known), _tracking_options(measured)
     times = known.times if np.isfinite(known.times).all() else _passages(tracks, known.speeds, how)
     simulated = _tracked(tracks, times, how)
     inside = np.isfinite(simulated).all(axis=1)
@@ -404,7 +404,7 @@ def order_curves(run: xr.Dataset, measured: xr.Dataset, seed: int) -> tuple[xr.D
     doubts = [size_doubt(n, u, a, b) for n, u, a, b in zip(names, units, sizes[::2], sizes[1::2], strict=True)]
     rows = [row for c in range(len(names)) for row in _peaks(known, simulated, passed, c, names[c], units[c], seed)]
     sensors = _sensors(known)
-    places = [place_seen(run, sensor) for sensor in sensors]
+    places = [place_of_sensor(run, sensor) for sensor in sensors]
     data = _arrays(known, names, units, times, simulated, passed).merge(measure_table(rows))
     data["place"] = "channel", np.array(places, dtype=object)
     if measured.sizes.get("order", 1) > 1:
@@ -422,7 +422,7 @@ def orders_of_a_run(machine: Machine, measured: xr.Dataset, known: Orders) -> ND
 
     They are tracked as the measured ones were; nan where the run does not come so far.
     """
-    how, last = _how(measured), int(known.times.argmax())
+    how, last = _tracking_options(measured), int(known.times.argmax())
     window = 2.0 * np.pi / known.speeds[last] * how.revolutions if how.revolutions else 2.0 / how.bandwidth
     duration = float(known.times[last] + 0.6 * window)
     count = int(np.ceil(duration * known.speeds.max() / (2.0 * np.pi) * PER_TURN)) + 1
@@ -436,13 +436,13 @@ def _names(known: Orders) -> list[str]:
     return [f"{way:.4g} deg at {place}" for place, way in zip(known.places, np.degrees(known.directions), strict=True)]
 
 
-def _how(measured: xr.Dataset) -> How:
+def _tracking_options(measured: xr.Dataset) -> TrackingOptions:
     """How orders were tracked; by default with the local fit."""
     about = measured.attrs
     every = np.atleast_1d(measured["order"].values) if "order" in measured.coords else np.ones(1)
     if "bandwidth" in about:
-        return How(every, 0.0, float(about["bandwidth"]))
-    return How(every, float(about.get("window_revolutions", WINDOW)), 0.0)
+        return TrackingOptions(every, 0.0, float(about["bandwidth"]))
+    return TrackingOptions(every, float(about.get("window_revolutions", WINDOW)), 0.0)
 
 
 def _tracks(run: xr.Dataset, known: Orders) -> Tracks:
@@ -462,7 +462,7 @@ def _sensors(known: Orders) -> list[Sensor]:
     ]
 
 
-def _passages(tracks: Tracks, speeds: Floats, how: How) -> Floats:
+def _passages(tracks: Tracks, speeds: Floats, how: TrackingOptions) -> Floats:
     """When the run has each speed for the last time with a whole window about it, s; nan where never."""
     rows = np.flatnonzero(tracks.whole(how))
     speed, passages = tracks.speed[rows], np.full(speeds.size, np.nan)
@@ -476,7 +476,7 @@ def _passages(tracks: Tracks, speeds: Floats, how: How) -> Floats:
     return passages
 
 
-def _tracked(tracks: Tracks, times: Floats, how: How) -> NDArray[np.complex128]:
+def _tracked(tracks: Tracks, times: Floats, how: TrackingOptions) -> NDArray[np.complex128]:
     """First orders of the run at these times, (time, channel); nan where there is no whole window."""
     tracked = np.full((times.size, len(tracks.seen)), np.nan, np.complex128)
     inside = tracks.time[tracks.whole(how)]

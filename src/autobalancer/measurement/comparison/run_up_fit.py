@@ -23,10 +23,10 @@ from autobalancer.measurement.balancing.run_down import (
     UNITS,
     Orders,
     ReadingErrors,
+    channel_response,
+    first_orders,
     follows_speed,
-    given_orders,
     load_orders,
-    seen_by_channels,
 )
 from autobalancer.measurement.comparison.pairs import OF_RUNS, MeasuredRunUp, is_film, orders_of_a_run, size_doubt
 from autobalancer.measurement.signals.load import load_signals
@@ -166,7 +166,7 @@ class MeasuredOrders:
     @cached_property
     def known(self) -> Orders:
         """As arrays."""
-        orders = given_orders(self.data, self.label, biased=self.steady)
+        orders = first_orders(self.data, self.label, biased=self.steady)
         low, high = (argument(name, getattr(self, name), "rad/s") for name in ("lowest", "highest"))
         inside = (orders.speeds >= low) & (orders.speeds <= high)
         if not inside.any():
@@ -227,7 +227,7 @@ class MeasuredOrders:
         """See :class:`~autobalancer.rotordynamics.identification.fit.Measurement`."""
         if self.steady:
             options: dict[str, Any] = {"balls": self.balls, "ball_angles": self.ball_angles}
-            values = _flat(seen_by_channels(trial.machine, self.known, None, self.label, **options))
+            values = _flat(channel_response(trial.machine, self.known, None, self.label, **options))
         else:
             values = _flat(orders_of_a_run(trial.machine, self.data, self.known))
         half = values.size // 2

@@ -35,7 +35,7 @@ MIRRORS = 0.05  # share of finds that fit no ball, from which on it is said
 CLOSER = 0.6  # of the contact angle: two finds so near each other are one ball
 
 
-class Seen(NamedTuple):
+class BallsInPicture(NamedTuple):
     """Balls of one picture, in the order of their angles."""
 
     place: Complexes  # m, of the centers in space
@@ -61,7 +61,7 @@ class BallSearch:
         score = self.circle.scores(picture, there - here)
         return peaks(-score if self.dark else score, 0.75 * self.setup.contact_angle, most)
 
-    def found(self, picture: Gray, angles: Floats, heights: Floats, center: complex, noise: float) -> Seen:
+    def found(self, picture: Gray, angles: Floats, heights: Floats, center: complex, noise: float) -> BallsInPicture:
         """The balls near these angles, by their edges; an edge behind or beside a ball that touches does not count."""
         place = center + self.setup.orbit_radius * np.exp(1j * angles)
         radius, height = 0.5 * self.setup.ball_diameter, self.setup.ball_height
@@ -91,7 +91,7 @@ class BallSearch:
         kept = np.flatnonzero((share >= LEAST) & (off < 0.4 * self.setup.ball_diameter))
         kept = kept[np.argsort(np.angle(place[kept] - center), kind="stable")]
         kept = _apart(kept, place, heights, center, CLOSER * self.setup.contact_angle)
-        return Seen(place[kept], deviation[kept], heights[kept])
+        return BallsInPicture(place[kept], deviation[kept], heights[kept])
 
     def _slope(self, place: Complexes, center: complex) -> Floats:
         """Pixels for each meter along the race."""
@@ -239,7 +239,7 @@ def peaks(score: Floats, apart: float, most: int) -> tuple[Floats, Floats]:
 FIRST = 12  # pictures from which the camera, the noise and the look of the balls are learned
 DARK, WHITE = 0.25, 254  # share of the usual brightness; brightness that is saturated
 SATURATED = 0.25  # share of the pixels of the race that may be saturated
-NOBODY = Seen(np.empty(0, np.complex128), np.empty(0), np.empty(0))
+NOBODY = BallsInPicture(np.empty(0, np.complex128), np.empty(0), np.empty(0))
 
 
 class Pictures(NamedTuple):
@@ -247,7 +247,7 @@ class Pictures(NamedTuple):
 
     calibration: Calibration
     rotor: list[RotorPlace]
-    seen: list[Seen]
+    seen: list[BallsInPicture]
     faults: list[str]  # of each picture, empty if there is none
     noise: float  # of a pixel, of 255
 
@@ -302,7 +302,7 @@ class Reader:
                 "differs from the race; check orbit radius, ball diameter, height and marks"
             )
 
-    def read(self, picture: Gray, count: int, known: RotorPlace | None) -> tuple[RotorPlace, Seen, str]:
+    def read(self, picture: Gray, count: int, known: RotorPlace | None) -> tuple[RotorPlace, BallsInPicture, str]:
         """Rotor and up to ``count`` balls of a picture, and what is wrong with it."""
         fault = self._fault(picture)
         self.before = picture

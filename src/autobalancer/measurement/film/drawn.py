@@ -18,7 +18,7 @@ from autobalancer.measurement.film.setup import Mark, places_of
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.random_numbers import generator
 from autobalancer.results.drawn import Motion, Races, races_of
-from autobalancer.results.run_argument import Given, given_race_run
+from autobalancer.results.run_argument import RunArgument, load_race_run
 from autobalancer.units import argument, field_arguments, optional_argument
 
 # A film of a simulated race as a camera would see it.
@@ -38,7 +38,7 @@ LIGHT = np.array([0.35, 0.45, 0.82]) / np.linalg.norm([0.35, 0.45, 0.82])
 STEPS = 4096  # of the table of brightness over the radius
 
 
-class Things(NamedTuple):
+class Scene(NamedTuple):
     """Where everything is at one instant, in the frame of the camera, m."""
 
     center: complex  # of the rotor
@@ -98,7 +98,7 @@ class Painter:
             self._ground = (center, self._table[low] * (1.0 - share) + self._table[low + 1] * share)
         return self._ground[1]
 
-    def add(self, picture: Singles, things: Things) -> None:
+    def add(self, picture: Singles, things: Scene) -> None:
         """Draw marks and balls into a picture of the ground."""
         for places, radius in (
             (things.frame_marks, self.sizes.frame_mark),
@@ -160,7 +160,7 @@ class Scenery(NamedTuple):
     rotor_marks: tuple[Mark, ...]
     frame_marks: tuple[Mark, ...]
 
-    def at(self, time: Floats, turning: bool) -> list[Things]:
+    def at(self, time: Floats, turning: bool) -> list[Scene]:
         """Where everything is at some times, seen by a camera at rest or by one that turns with the rotor."""
         moments, races = self.motion.at(time), self.races.of(self.balls)
         turn = np.exp(1j * moments.rotor_angle)
@@ -171,15 +171,15 @@ class Scenery(NamedTuple):
         if turning:
             light = [_turned(LIGHT, -angle) for angle in moments.rotor_angle]
             frame = (at_rest - moved[:, None]) / turn[:, None]
-            return [Things(0j, balls[k], on_rotor, frame[k], light[k]) for k in range(time.size)]
+            return [Scene(0j, balls[k], on_rotor, frame[k], light[k]) for k in range(time.size)]
         return [
-            Things(complex(moved[k]), moved[k] + turn[k] * balls[k], moved[k] + turn[k] * on_rotor, at_rest, LIGHT)
+            Scene(complex(moved[k]), moved[k] + turn[k] * balls[k], moved[k] + turn[k] * on_rotor, at_rest, LIGHT)
             for k in range(time.size)
         ]
 
 
 def scenery(
-    run: Given,
+    run: RunArgument,
     race: int = 1,
     rotor_marks: Sequence[Mark] | None = None,
     frame_marks: Sequence[Mark] | None = None,
@@ -192,7 +192,7 @@ def scenery(
     QuestionError
         If the run has no such race, or its balls have no diameter.
     """
-    scenery = given_race_run(run, "measure.render_film")
+    scenery = load_race_run(run, "measure.render_film")
     races = races_of(scenery)
     places = sorted(set(zip(races.balancer.tolist(), races.race.tolist(), strict=True)))
     if not 1 <= race <= len(places):
@@ -218,7 +218,7 @@ def scenery(
 
 @shows_progress
 def render_film(
-    run: Given,
+    run: RunArgument,
     path: str | Path | None = None,
     *,
     camera: Camera | None = None,

@@ -152,7 +152,7 @@ ALIKE, UNLIKE, GROWTH, ANYWHERE = 0.15, 0.4, 1.8, 0.42
 FAINT = 10.0  # least contrast of an edge that still counts by it, share of the clear ones
 
 
-class Found(NamedTuple):
+class OutlineShifts(NamedTuple):
     """Shifts of things from where they were looked for."""
 
     shift: Floats  # (things, 2) pixels
@@ -198,7 +198,7 @@ def located(
     noise: float,
     usable: NDArray[np.bool_],
     behind: Callable[[Floats], Floats] | None = None,
-) -> Found:
+) -> OutlineShifts:
     """Shift of each outline that fits best.
 
     Parameters
@@ -242,14 +242,14 @@ def located(
     radius = np.linalg.norm(outline.edge - outline.edge.mean(axis=1, keepdims=True), axis=-1).mean(axis=1)
     between = 2.0 * np.pi * radius / place.shape[1]
     floor = SHADED * np.maximum(1.0, LARGE / radius) if rises else np.full(radius.size, FLOOR)
-    located = _together(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
+    located = _fit_shifts(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
     if not rises:
         return located
     wide = np.where(located.misfit < UNLIKE, GROWTH * np.maximum(located.misfit - ALIKE, 0.0), ANYWHERE * radius)
     return located._replace(covariance=located.covariance + wide[:, None, None] ** 2 * np.eye(2))
 
 
-def _together(
+def _fit_shifts(
     outwards: Floats,
     place: Floats,
     weight: Floats,
@@ -257,7 +257,7 @@ def _together(
     usable: NDArray[np.bool_],
     floor: Floats,
     shared: Floats,
-) -> Found:
+) -> OutlineShifts:
     """Two shifts and a growth of each outline from its rays, with less weight for those that do not agree.
 
     ``floor`` (pixels) is added to the deviation of each, ``shared`` is the number of rays that see the same noise.
@@ -283,7 +283,7 @@ def _together(
     agree = ((np.abs(away) < 0.7) & (weight > 0.0)).sum(axis=-1) / counts
     level = (contrast * usable).sum(axis=-1) / counts
     misfit = _median(np.where(weight > 0.0, np.abs(away + answer[:, 2:]), SHIFTS[-1]), usable)
-    return Found(answer[:, :2], covariance, agree, level, misfit)
+    return OutlineShifts(answer[:, :2], covariance, agree, level, misfit)
 
 
 def _faintness(contrast: Floats, usable: NDArray[np.bool_]) -> Floats:

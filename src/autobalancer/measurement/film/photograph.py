@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.measurement.film.balls import Reader, Seen, mirror_warning
+from autobalancer.measurement.film.balls import BallsInPicture, Reader, mirror_warning
 from autobalancer.measurement.film.optics import Calibration, camera_of
 from autobalancer.measurement.film.setup import FilmSetup, labeled
 from autobalancer.results.answers.answer import Labeled
@@ -83,7 +83,7 @@ def photographed_angles(
     return Labeled.of(labeled(data))
 
 
-def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> Seen:
+def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> BallsInPicture:
     if pixels.shape != (setup.balls, 2) or not np.isfinite(pixels).all():
         raise QuestionError(f"clicked: given {pixels.shape}; give column and row of each of the {setup.balls} balls")
     places = camera.view.places(pixels, setup.ball_height)
@@ -104,7 +104,7 @@ def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> Seen:
     )
     along = 1j * (place - complex(*setup.race_center)) / np.abs(place - complex(*setup.race_center))
     slopes = [((one[:, 0] + 1j * one[:, 1] - place) / 0.5 * np.conj(along)).real for one in ahead]
-    return Seen(place, setup.pixel_deviation * np.hypot(*slopes), np.ones(len(place)))
+    return BallsInPicture(place, setup.pixel_deviation * np.hypot(*slopes), np.ones(len(place)))
 
 
 def _gray(argument: str | Path | ArrayLike) -> Gray:
@@ -277,10 +277,10 @@ def _open(path: Path) -> Any:
     _encoder(path)
     from imageio_ffmpeg import read_frames
 
-    return _told(path, read_frames(str(path), pix_fmt="gray", bpp=1))
+    return _ffmpeg_errors(path, read_frames(str(path), pix_fmt="gray", bpp=1))
 
 
-def _told(path: Path, reader: Any) -> Iterator[Any]:
+def _ffmpeg_errors(path: Path, reader: Any) -> Iterator[Any]:
     """What ffmpeg says of a file that it cannot read becomes one sentence."""
     try:
         with closing(reader):

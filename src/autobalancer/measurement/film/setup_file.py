@@ -9,7 +9,7 @@ from autobalancer.files.text_files import faults_of, read_toml
 from autobalancer.measurement.film.drawn import Camera, scenery
 from autobalancer.measurement.film.optics import in_space
 from autobalancer.measurement.film.setup import FilmSetup, Mark
-from autobalancer.results.run_argument import Given
+from autobalancer.results.run_argument import RunArgument
 from autobalancer.safe_file import as_path, write_text_safely
 
 
@@ -33,7 +33,7 @@ def load_film_setup(path: str | Path) -> FilmSetup:
 
 
 def film_camera(
-    run: Given,
+    run: RunArgument,
     *,
     tilt: float | str = 0.0,
     width: int = 1280,
@@ -68,7 +68,7 @@ def film_camera(
     return Camera.above(reach, tilt=tilt, width=width, height=height, distortion=distortion, turning=turning)
 
 
-def film_setup(run: Given, camera: Camera, *, race: int = 1) -> FilmSetup:
+def film_setup(run: RunArgument, camera: Camera, *, race: int = 1) -> FilmSetup:
     """The set-up of a film that ``render_film`` makes of a run with this camera and the usual marks.
 
     Parameters

@@ -11,7 +11,15 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.film.balls import FIRST, Pictures, Reader, RotorPlace, Seen, mirror_warning, read_all
+from autobalancer.measurement.film.balls import (
+    FIRST,
+    BallsInPicture,
+    Pictures,
+    Reader,
+    RotorPlace,
+    mirror_warning,
+    read_all,
+)
 from autobalancer.measurement.film.optics import in_space, sampled
 from autobalancer.measurement.film.photograph import Film, Gray, film_facts
 from autobalancer.measurement.film.setup import FilmSetup, labeled
@@ -162,7 +170,7 @@ def _judged(pictures: Pictures, setup: FilmSetup, when: Floats) -> list[str]:
             pictures.seen[k] = type(seen)(seen.place[good], seen.deviation[good], seen.height[good])
         if not faults[k] and good.sum() < setup.balls:
             faults[k] = f"{int(good.sum())} of {setup.balls} balls seen"
-    _refuse_many(faults, when)
+    _refuse_faults(faults, when)
     return faults
 
 
@@ -175,10 +183,10 @@ def _judge_lost(faults: list[str], followed: Followed, when: Floats) -> None:
                 f"{lost[k]} of {followed.angle.shape[1]} balls are too far from where they were expected; "
                 "is the frame rate right, or first_ball_speed needed?"
             )
-    _refuse_many(faults, when)
+    _refuse_faults(faults, when)
 
 
-def _refuse_many(faults: list[str], when: Floats) -> None:
+def _refuse_faults(faults: list[str], when: Floats) -> None:
     bad = [k for k, fault in enumerate(faults) if fault]
     if len(bad) > MOST_FAULTS * len(faults):
         k = bad[0]
@@ -385,7 +393,7 @@ def unwrapped_rotor(time: Floats, rotor: list[RotorPlace], first_speed: float) -
     return np.asarray(unwrapped_rotor)
 
 
-def angles_in_rotor(seen: Seen, place: RotorPlace, setup: FilmSetup) -> tuple[Floats, NDArray[np.intp]]:
+def angles_in_rotor(seen: BallsInPicture, place: RotorPlace, setup: FilmSetup) -> tuple[Floats, NDArray[np.intp]]:
     """Angles of the finds of one picture in the rotor, increasing, and their order."""
     turned = (seen.place - place.center) * np.exp(-1j * place.angle) - complex(*setup.race_center)
     angle = np.angle(turned)
@@ -396,7 +404,7 @@ def angles_in_rotor(seen: Seen, place: RotorPlace, setup: FilmSetup) -> tuple[Fl
 def follow(
     time: Floats,
     rotor: list[RotorPlace],
-    seen: list[Seen],
+    seen: list[BallsInPicture],
     deviation: list[Floats],
     setup: FilmSetup,
     first_rate: float,

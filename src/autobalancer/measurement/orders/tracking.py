@@ -18,10 +18,10 @@ from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.noise_density import densities, independent
 from autobalancer.measurement.orders.tacho import with_rotor_angle
 from autobalancer.measurement.signals.form import hertz_argument
-from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.results.provenance import provenance
-from autobalancer.results.signals import LONG, Orders, Signals, at_samples, extremes, places, together
+from autobalancer.results.signals import LONG, Orders, Signals, at_samples, extremes, merged_windows, places
 from autobalancer.units.quantity import ends_argument
 
 Floats = NDArray[np.float64]
@@ -104,7 +104,7 @@ def orders(
     if "rotor_angle" in signals and tacho:
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
     signals = with_rotor_angle(signals, **tacho)
-    requested = _Asked(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
+    requested = _Request(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
         dataset = _by_fit(signals, requested, progress if callable(progress) else silent)
     elif method == "vold-kalman":
@@ -115,14 +115,14 @@ def orders(
 
 
 @dataclass(frozen=True, eq=False)
-class _Asked:
+class _Request:
     orders: Floats
     channels: list[str]
     method: str
     revolutions: float
 
 
-def _by_fit(signals: xr.Dataset, requested: _Asked, progress: Progress) -> Orders:
+def _by_fit(signals: xr.Dataset, requested: _Request, progress: Progress) -> Orders:
     begin, end = (float(signals["rotor_angle"][k]) for k in (0, -1))
     half, turns = math.pi * requested.revolutions, (end - begin) / (2.0 * math.pi)
     least = 1.5 / min(1.0, float(requested.orders.min()))
@@ -156,13 +156,13 @@ def _by_fit(signals: xr.Dataset, requested: _Asked, progress: Progress) -> Order
 
 
 def _fitted(
-    signals: xr.Dataset, requested: _Asked, centers: Floats, progress: Progress
+    signals: xr.Dataset, requested: _Request, centers: Floats, progress: Progress
 ) -> tuple[Tracked, Tracked, Floats]:
     """Amplitudes in windows about angles, in windows half as large in area, and the instants there; a block at a time."""
     angle, time = signals["rotor_angle"], signals["time"].values
     half, items, middles = math.pi * requested.revolutions, [], []
     starts, ends = places(angle, centers + np.array([[-half], [half]]))
-    for group in together(starts, ends):
+    for group in merged_windows(starts, ends):
         part = slice(max(0, int(starts[group][0]) - 1), int(ends[group][-1]) + 1)
         turned, seen = angle[part].values, _values(signals, requested, part)
         widths = (requested.revolutions, requested.revolutions / math.sqrt(2.0))
@@ -176,7 +176,7 @@ def _fitted(
     return wide, narrow, np.concatenate(middles)
 
 
-def _by_filter(signals: xr.Dataset, requested: _Asked, bandwidth: float | str | None) -> Orders:
+def _by_filter(signals: xr.Dataset, requested: _Request, bandwidth: float | str | None) -> Orders:
     signals, full = _slower(signals, requested), float(signals.attrs["sampling_rate"])
     rate = float(signals.attrs["sampling_rate"])
     # bandwidth: as asked, else a tenth of the lowest order, and wider where the amplitude changes too fast for it
@@ -223,7 +223,7 @@ def _by_filter(signals: xr.Dataset, requested: _Asked, bandwidth: float | str | 
     )
 
 
-def _slower(signals: xr.Dataset, requested: _Asked) -> xr.Dataset:
+def _slower(signals: xr.Dataset, requested: _Request) -> xr.Dataset:
     """A long record at five times the highest frequency that its orders need, by a filter that is even about each sample.
 
     What would be folded to these frequencies is a millionth (120 dB) of itself, and they are as they were to the same share.
@@ -243,7 +243,7 @@ def _slower(signals: xr.Dataset, requested: _Asked) -> xr.Dataset:
         weights = firwin(2 * half + 1, 1.0 / every, window=("kaiser", shape))
         starts = np.arange(0, size - 2 * half, every)
         rows = []
-        for group in together(starts, starts + 2 * half + 1):
+        for group in merged_windows(starts, starts + 2 * half + 1):
             part = slice(int(starts[group][0]), int(starts[group][-1]) + 2 * half + 1)
             rows.append(
                 upfirdn(weights, _values(signals, requested, part), 1, every, axis=1)[:, 2 * half // every :][
@@ -262,13 +262,13 @@ def _slower(signals: xr.Dataset, requested: _Asked) -> xr.Dataset:
         8.0 * unknowns * (2 * (2 * unknowns + 1) + 4 * len(requested.channels))
     )  # of the band, twice, and of what it gives
     cure = "; take the fit, a piece of the record, or fewer orders"
-    refuse_what_does_not_fit("orders: vold-kalman", signals.sizes["time"], "samples", each, cure)
+    refuse_beyond_memory("orders: vold-kalman", signals.sizes["time"], "samples", each, cure)
     return signals
 
 
 def _sure(
     signals: xr.Dataset,
-    requested: _Asked,
+    requested: _Request,
     tracked: tuple[Floats, Tracked],
     passes: Callable[[Floats, Floats], Floats],
     longest: float,
@@ -346,7 +346,7 @@ def _sure(
     return deviations(variance), deviations(other), notes
 
 
-def _flattened(requested: _Asked, tracked: Tracked, bias: Floats, how: dict[str, Any]) -> list[str]:
+def _flattened(requested: _Request, tracked: Tracked, bias: Floats, how: dict[str, Any]) -> list[str]:
     """Notes on orders whose greatest amplitude the window or the filter makes much too small."""
     cure = "more bandwidth" if "bandwidth" in how else "fewer revolutions"
     share = bias.max(axis=2) / np.maximum(np.abs(tracked.amplitude).max(axis=(0, 2)), 1e-300)
@@ -358,7 +358,7 @@ def _flattened(requested: _Asked, tracked: Tracked, bias: Floats, how: dict[str,
     ]
 
 
-def _values(signals: xr.Dataset, requested: _Asked, part: slice = slice(None)) -> Floats:
+def _values(signals: xr.Dataset, requested: _Request, part: slice = slice(None)) -> Floats:
     return np.array([signals[name][part].values for name in requested.channels])
 
 
@@ -400,7 +400,7 @@ def vibrations(signals: xr.Dataset, values: str | Sequence[str] | None) -> list[
 
 def _dataset(
     signals: xr.Dataset,
-    requested: _Asked,
+    requested: _Request,
     at: Floats,
     tracked: Tracked,
     errors: tuple[Floats, Floats],

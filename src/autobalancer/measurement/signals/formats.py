@@ -211,7 +211,9 @@ def _table(path: Path) -> RawFile:
 
 def _columns(path: Path, tables: Iterable[Table], columns: list[int]) -> Iterator[tuple[int, Floats | Samples]]:
     """Columns of numbers of a table in pieces; those of a long record stay in a file."""
-    kept = _kept(path, (np.column_stack([table.values(k) for k in columns]) for table in tables if table.lines))
+    kept = _stored_columns(
+        path, (np.column_stack([table.values(k) for k in columns]) for table in tables if table.lines)
+    )
     for k, held in zip(columns, kept, strict=True) if columns else ():
         yield k, held if held.size > LONG else np.asarray(held)
 
@@ -423,7 +425,7 @@ def _numpy(path: Path) -> dict[str, tuple[ArrayLike, str]]:
                 with archive.open(entry) as file:
                     file.read(before)
                     parts = iter(partial(file.read, BLOCK * kind.itemsize), b"")
-                    arrays[name] = _kept(path, (np.frombuffer(part, kind)[:, None] for part in parts))[0], ""
+                    arrays[name] = _stored_columns(path, (np.frombuffer(part, kind)[:, None] for part in parts))[0], ""
                 continue
             with path.open("rb") as raw:  # what is not packed stands in the file as in memory
                 raw.seek(entry.header_offset + 26)
@@ -452,7 +454,7 @@ def _matlab(path: Path) -> dict[str, tuple[ArrayLike, str]]:
     for name, size in shapes.items():
         value = loadmat(path, variable_names=[name]).get(name)
         if size > LONG and isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and max(value.shape) == size:
-            value = _kept(path, [value.reshape(-1, 1)])[0]
+            value = _stored_columns(path, [value.reshape(-1, 1)])[0]
         if value is not None:
             arrays[name] = (value, "")
     return arrays
@@ -551,7 +553,7 @@ def _stored(
     return rows
 
 
-def _kept(path: Path, pieces: Iterable[NDArray[Any]]) -> list[Samples]:
+def _stored_columns(path: Path, pieces: Iterable[NDArray[Any]]) -> list[Samples]:
     """The columns of rows that come in pieces, in a file without a name that goes with them.
 
     Raises

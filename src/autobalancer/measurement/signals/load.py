@@ -27,7 +27,7 @@ from autobalancer.measurement.signals.form import (
     signals,
 )
 from autobalancer.measurement.signals.formats import RawColumn, RawFile, read_raw
-from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.memory import refuse_beyond_memory
 from autobalancer.results.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
@@ -226,7 +226,7 @@ def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float |
         t = exact
     else:
         grid = grid_of(t, wanted, raw.origin)
-        found = {name: _at(t, one, grid) for name, one in found.items()}
+        found = {name: _resampled(t, one, grid) for name, one in found.items()}
         remarks.append(f"resampled to {wanted:.6g} Hz from {t.size} samples")
         t = grid
     result = signals(t, found, origin=raw.origin)
@@ -235,7 +235,7 @@ def _signals(raw: RawFile, t: Floats, found: dict[str, Channel], wanted: float |
     return Signals.of(result.assign_attrs(warnings="\n".join(remarks)))
 
 
-def _at(t: Floats, channel: Channel, grid: Floats) -> Channel:
+def _resampled(t: Floats, channel: Channel, grid: Floats) -> Channel:
     held = channel.values if isinstance(channel.values, Samples) else np.asarray(channel.values, np.float64)
     values = resampled(t, held, grid)
     return Channel(values, channel.quantity, channel.place, channel.direction, uncertainty=channel.uncertainty)
@@ -334,7 +334,7 @@ def instants(raw: RawFile, rate: float | None) -> Floats:
             )
         size = next((column.values.size for column in raw.columns.values()), 0)
         start = 0.0 if raw.time is None or not np.isfinite(raw.time[:1]).all() else float(raw.time[0])
-        refuse_what_does_not_fit(raw.origin, size, "samples", SAMPLE, "; use fewer, or a piece of the record")
+        refuse_beyond_memory(raw.origin, size, "samples", SAMPLE, "; use fewer, or a piece of the record")
         t = np.arange(size, dtype=np.float64)  # in place: of a long record no more arrays than needed
         t /= known
         t += start
@@ -442,7 +442,7 @@ def grid_of(t: Floats, rate: float, origin: str) -> Floats:
         If a gap is longer than two of the steps asked for, or so many samples do not fit into the memory.
     """
     count = (t[-1] - t[0]) * rate
-    refuse_what_does_not_fit(f"{origin}: resample", count, "samples", SAMPLE, "; take a lower rate")
+    refuse_beyond_memory(f"{origin}: resample", count, "samples", SAMPLE, "; take a lower rate")
     steps = np.diff(t)
     gap = int(np.argmax(steps))
     if steps[gap] > 2.0 / rate and steps[gap] > 3.0 * np.median(steps[:: -(-steps.size // LONG)]):

@@ -23,7 +23,7 @@ from autobalancer.measurement.signals.form import hertz_argument
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.results.provenance import provenance
-from autobalancer.results.signals import Signals, Spectrum, at_samples, extremes, places, together
+from autobalancer.results.signals import Signals, Spectrum, at_samples, extremes, merged_windows, places
 from autobalancer.roots import root
 
 Floats = NDArray[np.float64]
@@ -90,7 +90,7 @@ def spectrum(
     bandwidth = rate * float((weights**2).sum() / weights.sum() ** 2)
     averages = 1 + (count - length) // (length - length // 2)
     speed = steady_speed(signals)
-    lines = [found_lines(2.0 * math.pi * frequency, row, weights, averages) for row in amplitude]
+    lines = [detect_lines(2.0 * math.pi * frequency, row, weights, averages) for row in amplitude]
     how = {"window": window, "resolution": rate / length, "noise_bandwidth": bandwidth, "averages": averages}
     how |= {"density_deviation": 1.0 / math.sqrt(max(1.0, 0.95 * averages)), "speed": speed}
     return _dataset(signals, names, 2.0 * math.pi * frequency, amplitude, power / bandwidth, lines, how, natural)
@@ -116,9 +116,7 @@ def _dataset(
 ) -> Spectrum:
     dims = ("channel", "frequency")
     near = 2.0 * math.pi * how["resolution"]
-    texts = [
-        text for line in lines for text in named_lines(line.frequency, line.amplitude, how["speed"], natural, near)
-    ]
+    texts = [text for line in lines for text in line_names(line.frequency, line.amplitude, how["speed"], natural, near)]
     every = Lines(*(np.concatenate(parts) for parts in zip(*lines, strict=True)))
     of = [name for name, line in zip(names, lines, strict=True) for _ in line.frequency]
     dataset = xr.Dataset(
@@ -171,7 +169,7 @@ class Lines(NamedTuple):
     amplitude_deviation: Floats
 
 
-def found_lines(frequency: Floats, amplitude: Floats, weights: Floats, averages: int = 1) -> Lines:
+def detect_lines(frequency: Floats, amplitude: Floats, weights: Floats, averages: int = 1) -> Lines:
     """Lines that stand above the noise about them.
 
     The place between two frequencies is that at which the transform of the window has the ratio of the two amplitudes, and the
@@ -250,7 +248,7 @@ def _offset(ratio: float, weights: Floats) -> float:
     return root(miss, 0.0, 0.5, xtol=1e-9) if miss(0.5) > 0.0 else 0.5
 
 
-def named_lines(frequency: Floats, amplitude: Floats, speed: float, natural: Sequence[float], near: float) -> list[str]:
+def line_names(frequency: Floats, amplitude: Floats, speed: float, natural: Sequence[float], near: float) -> list[str]:
     """A name for each line.
 
     Multiples of the speed are orders. The strongest other line below the speed is called subsynchronous: in a balancer it is
@@ -473,7 +471,7 @@ def _windows(
 ) -> Floats:
     """Amplitudes in windows, those of the lines that are kept; the signal is asked for a block at a time."""
     weights, rows = get_window(window, length), []
-    for group in together(starts, starts + length):
+    for group in merged_windows(starts, starts + length):
         first, end = int(starts[group][0]), int(starts[group][-1]) + length
         views = np.lib.stride_tricks.sliding_window_view(piece(first, end), length)[starts[group] - first]
         lines = np.fft.rfft((views - views.mean(axis=1, keepdims=True)) * weights, axis=1)[:, kept]

@@ -41,7 +41,7 @@ from autobalancer.results.chamber_measures import (
     unbalance_of,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
-from autobalancer.results.run_argument import Given, given_chamber_run, result
+from autobalancer.results.run_argument import RunArgument, load_chamber_run, result
 from autobalancer.results.unconstrained_body import LooseBody, unconstrained_motion
 from autobalancer.units import optional_argument
 
@@ -78,7 +78,7 @@ def _titled(figure: Figure, result: xr.Dataset, title: str | None, name: str = "
 
 
 def chamber_run(
-    run: Given, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
+    run: RunArgument, *, speed_unit: str = "rpm", deflection_unit: str | None = None, title: str | None = None
 ) -> Figure:
     """Rotor speed, displacement of the body, angles of the balls in the rotor, residual unbalance over time of a ``run``.
 
@@ -90,7 +90,7 @@ def chamber_run(
     QuestionError
         If a unit is unknown.
     """
-    run = given_chamber_run(run, "plot.chamber_run")
+    run = load_chamber_run(run, "plot.chamber_run")
     unit = speed_axis(speed_unit)
     time = run["time"].values
     with _over_time(run, (7.2, 7.2), title, 4) as (figure, (speed, body, balls, left)):
@@ -104,12 +104,12 @@ def chamber_run(
     return figure
 
 
-def chamber_energy(run: Given, *, title: str | None = None) -> Figure:
+def chamber_energy(run: RunArgument, *, title: str | None = None) -> Figure:
     """Where the work of the motor went: losses and stored energy stacked over time, and the error of the balance.
 
     The stack reaches the line of the motor's work where the balance of the ``run`` closes; ``title`` stands above it.
     """
-    run = given_chamber_run(run, "plot.chamber_energy")
+    run = load_chamber_run(run, "plot.chamber_energy")
     time = run["time"].values
     with _over_time(run, (7.2, 5.4), title, 2, height_ratios=[3.0, 1.0]) as (figure, (ledger, error)):
         there = [name for name in LEDGER if name in run and np.abs(run[name].values).max(initial=0.0) > 0.0]
@@ -128,11 +128,11 @@ def chamber_energy(run: Given, *, title: str | None = None) -> Figure:
     return figure
 
 
-def chamber_collisions(run: Given, *, title: str | None = None) -> Figure:
+def chamber_collisions(run: RunArgument, *, title: str | None = None) -> Figure:
     """Rates (1/s) of contacts of a ``run`` that begin, the power they dissipate (W), the hardest (N), below a ``title``."""
     from matplotlib.ticker import SymmetricalLogLocator
 
-    run = given_chamber_run(run, "plot.chamber_collisions")
+    run = load_chamber_run(run, "plot.chamber_collisions")
     statistics = collision_statistics(run)
     with _over_time(run, (7.2, 5.8), title, 3) as (figure, (rates, power, force)):
         time = statistics["part_time"].values
@@ -213,7 +213,7 @@ def _moment_axis(greatest: float) -> AxisUnit:
 
 
 def chamber_reactions(
-    run: Given, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
+    run: RunArgument, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
 ) -> Figure:
     """Force along the axis and moments about y and z over time; beside them, with ``body``, the motion of a released body.
 
@@ -228,7 +228,7 @@ def chamber_reactions(
     title
         Above the picture; by default the name of the machine.
     """
-    run = given_chamber_run(run, "plot.chamber_reactions")
+    run = load_chamber_run(run, "plot.chamber_reactions")
     until = optional_argument("until", until, "s")
     time = run["time"].values
     loads = (
@@ -258,12 +258,12 @@ def chamber_reactions(
     return figure
 
 
-def chamber_bearing_forces(run: Given, *, title: str | None = None) -> Figure:
+def chamber_bearing_forces(run: RunArgument, *, title: str | None = None) -> Figure:
     """Radial forces (N) of the bearings of a ``run`` over time, and the axial one of the bearing that guides.
 
     ``title`` stands above the picture.
     """
-    run = given_chamber_run(run, "plot.chamber_bearing_forces")
+    run = load_chamber_run(run, "plot.chamber_bearing_forces")
     time = run["time"].values
     force = run["bearing_force"].transpose("time", "bearing", "axis").values
     with _over_time(run, (7.2, 4.4), title, 2) as (figure, (radial, axial)):
@@ -291,7 +291,7 @@ COLORS = "viridis"  # of curves in the order of a number
 NAMES = {"deep": "deep chamber", "single": "single layer"}
 
 
-def chamber_amplitudes(study: Given, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
+def chamber_amplitudes(study: RunArgument, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
     """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
 
     With several seeds the mean is drawn, with bars from the least to the greatest value. ``title`` stands above the panels.
@@ -324,7 +324,7 @@ def chamber_amplitudes(study: Given, *, measure: str = "vertical_amplitude", tit
     return figure
 
 
-def chamber_carried(study: Given, *, title: str | None = None) -> Figure:
+def chamber_carried(study: RunArgument, *, title: str | None = None) -> Figure:
     """Share of the balls of a ``study`` that go around with the rotor over friction, a curve for each number of balls.
 
     A curve rises at the least friction that carries so many balls up from the bottom; the lowest curve that reaches
@@ -370,7 +370,7 @@ def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: Any, label
     panel.errorbar(x.values[there], mean, fmt="o-", ms=4, color=color, label=label, **bars)
 
 
-def chamber_optimal_means(means: Given, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
+def chamber_optimal_means(means: RunArgument, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
     """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12).
 
     ``means`` are those of :func:`optimal_means`, ``measure`` is one of their amplitudes, ``title`` stands above the picture.
@@ -407,7 +407,7 @@ def chamber_optimal_means(means: Given, *, measure: str = "vertical_amplitude", 
     return figure
 
 
-def chamber_step_size(study: Given, *, title: str = "Central elastic collision") -> Figure:
+def chamber_step_size(study: RunArgument, *, title: str = "Central elastic collision") -> Figure:
     """Range and root mean square of the energy error over the step; the dashed line grows with the step to the power 2.5.
 
     Parameters
@@ -453,7 +453,7 @@ def chamber_step_size(study: Given, *, title: str = "Central elastic collision")
 
 
 def chamber_archive(
-    table: Given, x: str = "balls", y: str = "vertical_amplitude", by: str | None = None, *, log: bool = False
+    table: RunArgument, x: str = "balls", y: str = "vertical_amplitude", by: str | None = None, *, log: bool = False
 ) -> Figure:
     """One value of the runs of an archive over another, in one color for each value of a third.
 
@@ -487,7 +487,7 @@ def chamber_archive(
     with look():
         figure = picture(6.0, 4.0)
         panel = figure.subplots()
-        along, up = _shown(table[x]), _shown(table[y])
+        along, up = _axis_of(table[x]), _axis_of(table[y])
         groups = [None] if by is None else sorted(set(table[by].values.tolist()), key=str)
         for i, group in enumerate(groups):
             mine = np.ones(table.sizes["run"], bool) if group is None else table[by].values == group
@@ -508,7 +508,7 @@ def chamber_archive(
     return figure
 
 
-def _shown(values: xr.DataArray) -> QuantityAxis:
+def _axis_of(values: xr.DataArray) -> QuantityAxis:
     """Values and label of an axis; lengths in the unit that suits them."""
     if values.attrs.get("units") != "m":
         shown = quantity_axis(values, "rpm")
@@ -532,7 +532,7 @@ def _are_means(dataset: xr.Dataset) -> bool:
 BESIDE = 0.018  # shares of the width by which marks of several frictions stand apart
 
 
-def chamber_designs(designs: Given, *, title: str | None = None) -> Figure:
+def chamber_designs(designs: RunArgument, *, title: str | None = None) -> Figure:
     """Where each design of a deep chamber stopped, and worst vibration against ball mass and settling time of the best.
 
     Designs that ran in full are filled, with a bar from the mean to the worst vibration and their place as a number; the line

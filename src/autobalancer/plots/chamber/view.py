@@ -25,7 +25,7 @@ from autobalancer.plots.run.race_and_orbit import CHAMFER
 from autobalancer.plots.style import BALLS, INK, RACE, UNBALANCE, heading, look, picture
 from autobalancer.results.chamber_measures import ChamberShape, bodies_of, chambers_of, unbalance_of
 from autobalancer.results.display_units import AxisUnit, length_axis
-from autobalancer.results.run_argument import Given, given_chamber_run
+from autobalancer.results.run_argument import RunArgument, load_chamber_run
 from autobalancer.units import list_argument
 
 Floats = NDArray[np.float64]
@@ -158,7 +158,7 @@ class ChamberView:
         shine[:, :3] = 0.45 * base[:, :3] + 0.55
         if self.poses.length.any():
             ends = np.stack([base, shine], axis=1).reshape(-1, 4)
-            shapes = seen_cylinders(self.camera.axes(), seen[order, :2], radius, self.poses.length[order])
+            shapes = cylinder_outlines(self.camera.axes(), seen[order, :2], radius, self.poses.length[order])
             self.balls.set_visible(False)
             self.cylinders.set(verts=list(shapes), facecolors=ends, edgecolors=(0.1, 0.1, 0.1, 0.9), linewidths=0.6)
             return
@@ -337,7 +337,7 @@ RIM = "#8A949C"
 
 
 def chamber_arrangement(
-    run: Given, times: Sequence[float | str] | None = None, *, chamber: int = 1, title: str | None = None
+    run: RunArgument, times: Sequence[float | str] | None = None, *, chamber: int = 1, title: str | None = None
 ) -> Figure:
     """The balls of a chamber at some times, colored by speed, with the unbalance in space.
 
@@ -360,7 +360,7 @@ def chamber_arrangement(
     QuestionError
         If a time is not in the run, or there is no such chamber.
     """
-    run = given_chamber_run(run, "plot.chamber_arrangement")
+    run = load_chamber_run(run, "plot.chamber_arrangement")
     times = None if times is None else list_argument("times", times, "s")
     time = run["time"].values
     if times is None:
@@ -458,7 +458,7 @@ def _colored(axes: Axes, bodies: Collection, speed: Floats, poses: Poses) -> Non
 BODIES_ROUND = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
 
 
-def seen_cylinders(camera: Floats, places: Floats, radius: Floats, length: Floats) -> Floats:
+def cylinder_outlines(camera: Floats, places: Floats, radius: Floats, length: Floats) -> Floats:
     """Outlines (2 n, points, 2) of cylinders at ``places`` (n, 2): of each the whole and the end that faces the eye.
 
     ``camera`` (3, 3) are the directions right, up and towards the eye; cylinders point along the first axis.

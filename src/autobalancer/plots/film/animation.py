@@ -296,14 +296,14 @@ class AxisView:
         """Move every artist to frame ``k``."""
         turn = np.exp(1j * self.turned[k])
         center = self.center[k]
-        self.line.set_data(*_seen(self.along, center))
-        self.spots.set_data(*_seen(self.along, center))
+        self.line.set_data(*_on_page(self.along, center))
+        self.spots.set_data(*_on_page(self.along, center))
         for i, (place, plane, mine) in enumerate(self.discs):
             reach = float(self.radii[mine].max())
-            self.rings[i].set_data(*_seen(self.along[place], center[place] + reach * ROUND))
+            self.rings[i].set_data(*_on_page(self.along[place], center[place] + reach * ROUND))
             heavy = np.exp(1j * np.angle(self.moments.plane_unbalance_in_rotor[k, plane])) * turn
             self.heavy[i].set_data(
-                *_seen(self.along[place], center[place] + 0.72 * reach * heavy * np.array([0.0, 1.0]))
+                *_on_page(self.along[place], center[place] + 0.72 * reach * heavy * np.array([0.0, 1.0]))
             )
             balls = (
                 (self.radii - self.moments.ball_inside[k] / self.length)[mine]
@@ -312,11 +312,11 @@ class AxisView:
             )
             for rod, ball in zip(self.rods[i], balls, strict=True):
                 if rod is not None:
-                    rod.set_data(*_seen(self.along[place], center[place] + ball * np.array([0.0, 1.0])))
-            self.balls[i].set_offsets(np.column_stack(_seen(self.along[place], center[place] + balls)))
+                    rod.set_data(*_on_page(self.along[place], center[place] + ball * np.array([0.0, 1.0])))
+            self.balls[i].set_offsets(np.column_stack(_on_page(self.along[place], center[place] + balls)))
 
 
-def _seen(along: Floats | float, z: Complexes) -> tuple[Floats, Floats]:
+def _on_page(along: Floats | float, z: Complexes) -> tuple[Floats, Floats]:
     """Places along the axis with a deflection, on the page."""
     return np.asarray(along - DEPTH * z.real), np.asarray(z.imag - SINK * z.real)
 

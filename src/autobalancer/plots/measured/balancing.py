@@ -30,14 +30,14 @@ from autobalancer.plots.style import (
     wrapped,
 )
 from autobalancer.results.display_units import length_axis, speed_axis
-from autobalancer.results.run_argument import Given, refusal, result
+from autobalancer.results.run_argument import RunArgument, refusal, result
 from autobalancer.tables import whole_degrees
 
 UNITS = {"kg": ("g", 1e3), "kg m": ("g mm", 1e6), "m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0)}
 FEW = 4  # channels that are drawn run by run
 
 
-def balancing(found: Given) -> Figure:
+def balancing(found: RunArgument) -> Figure:
     """Draw a balancing job: at the left readings of all runs and what should remain, at the right trial masses and corrections.
 
     Thin lines lead from the original reading to those with trial masses; rings are one standard deviation of what remains. With
@@ -67,7 +67,7 @@ def balancing(found: Given) -> Figure:
     return figure
 
 
-def four_run(found: Given, channel: int = 0) -> Figure:
+def four_run(found: RunArgument, channel: int = 0) -> Figure:
     """Draw the circles of runs without phase: each around the place of its trial mass; they meet where the correction goes.
 
     Parameters
@@ -123,7 +123,7 @@ def four_run(found: Given, channel: int = 0) -> Figure:
     return figure
 
 
-def run_down(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def run_down(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Draw amplitude and phase of a run-down with those of the model and its unbalances, and the unbalances themselves.
 
     Each unit has a panel of amplitudes.
@@ -285,7 +285,7 @@ def _way(direction: float) -> str:
 BINS = 72
 
 
-def race_shape(found: Given) -> Figure:
+def race_shape(found: RunArgument) -> Figure:
     """Draw a measured race: at the left around the circle, enlarged, at the right its waves with their standard deviations.
 
     Parameters
@@ -388,7 +388,7 @@ Floats = NDArray[np.float64]
 SURE = 1.96  # standard deviations of a 95 % band
 
 
-def ball_film(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def ball_film(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Angles of the balls in the rotor over time with their 95 % bands, impacts and events; below, the speeds.
 
     Parameters
@@ -458,7 +458,7 @@ def _at(moment: float, time: Floats, values: Floats) -> float:
     return float(np.interp(moment, time[known], values[known]))
 
 
-def rectified_picture(found: Given) -> Figure:
+def rectified_picture(found: RunArgument) -> Figure:
     """A picture of a film seen from straight above, with orbit and balls as they were found.
 
     Parameters
@@ -500,7 +500,7 @@ def rectified_picture(found: Given) -> Figure:
     return figure
 
 
-def rest_histogram(found: Given, *, unbalance: float | None = None) -> Figure:
+def rest_histogram(found: RunArgument, *, unbalance: float | None = None) -> Figure:
     """Where balls come to rest, as a polar histogram.
 
     Parameters

@@ -18,7 +18,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.drag_coefficient import DragLaw, SampledLaw, TableLaw
 from autobalancer.plots.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, ball_color, heading, legend, look, picture
 from autobalancer.results.display_units import AxisUnit, speed_axis
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.units import list_argument, optional_argument
 
 LINES = ("-", (0, (6, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.2)))
@@ -94,7 +94,7 @@ def _axes(axes: Axes, label: str) -> None:
 Floats = NDArray[np.float64]
 
 
-def ball_drag(found: Given) -> Figure:
+def ball_drag(found: RunArgument) -> Figure:
     """Draw the flow in the plane of the ball centers, seen from the ball, and c_d Re over the Reynolds number.
 
     Parameters
@@ -192,7 +192,7 @@ def _curve(axes: Axes, dataset: xr.Dataset, moving: NDArray[np.bool_]) -> None:
 MARKS = ("o", "s", "^", "v", "D", "P")
 
 
-def equilibrium_angle(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def equilibrium_angle(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """The angle from the lowest point over the speed, by statics and, if available, by simulation.
 
     Parameters
@@ -224,7 +224,7 @@ def equilibrium_angle(found: Given, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def measured_drag(found: Given, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
+def measured_drag(found: RunArgument, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
     """Drag coefficients from measured angles against the law of the machine, and the angles themselves.
 
     Parameters
@@ -288,7 +288,7 @@ MODELS = {
 FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
-def flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def flow(flow: RunArgument, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw spin-up history, velocity profiles and secondary flow in one picture.
 
     Parameters
@@ -322,7 +322,7 @@ def flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm
     return figure
 
 
-def spin_up(flow: Given, *, speed_unit: str = "rpm") -> Figure:
+def spin_up(flow: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Draw the speed of the rotor and of the fluid at the orbit over time, with diffusion alone for comparison.
 
     ``flow`` is a result of :func:`annulus_flow`; ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
@@ -337,7 +337,7 @@ def spin_up(flow: Given, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def velocity_profiles(flow: Given, *, moments: Sequence[float | str] | None = None) -> Figure:
+def velocity_profiles(flow: RunArgument, *, moments: Sequence[float | str] | None = None) -> Figure:
     """Draw the azimuthal velocity over the gap at mid-height at several times, over that of the outer wall.
 
     ``moments`` (s) are a choice of those of ``flow``, a result of :func:`annulus_flow`.
@@ -355,7 +355,7 @@ def velocity_profiles(flow: Given, *, moments: Sequence[float | str] | None = No
     return figure
 
 
-def secondary_flow(flow: Given, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def secondary_flow(flow: RunArgument, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw stream lines in the cross-section at one time, colored with the lag of the fluid behind the rotor.
 
     ``time`` (s) is one of ``flow``, a result of :func:`annulus_flow`; by default that of the strongest stream.

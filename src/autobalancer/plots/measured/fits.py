@@ -34,14 +34,14 @@ from autobalancer.plots.style import (
 )
 from autobalancer.results.answers.kinds import RubberFit, RubberPoints, joined
 from autobalancer.results.display_units import AxisUnit, speed_axis, vibration_axis
-from autobalancer.results.run_argument import Given, refusal, result
+from autobalancer.results.run_argument import RunArgument, refusal, result
 
 OUTLIER = 5.0  # standard deviations
 FEW = 6  # parameters whose correlation fits beside the deviations
 LONGEST = 24  # characters of a line of a name
 
 
-def identification(fit: Given, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
+def identification(fit: RunArgument, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
     """Response curves and orders before and after the fit (if there are any), deviations in standard deviations, correlation.
 
     Parameters
@@ -206,7 +206,7 @@ DOTS = 60  # of each ball
 SURE = 2.0  # standard deviations of bands
 
 
-def overlay(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def overlay(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Draw what was measured and what the run gives in its place.
 
     Parameters
@@ -421,7 +421,7 @@ def _bars(axes: Axes, x: np.ndarray, y: np.ndarray, bar: np.ndarray, mark: str, 
 Floats = NDArray[np.float64]
 
 
-def receptance(fit: Given, *, frequency_unit: str = "Hz") -> Figure:
+def receptance(fit: RunArgument, *, frequency_unit: str = "Hz") -> Figure:
     """Amplitude and phase, measured and fitted, and the noise; phases are drawn where the value exceeds the noise.
 
     Parameters
@@ -487,7 +487,7 @@ def _fitted_by(fit: xr.Dataset) -> str:
     return f"fit of {count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %"
 
 
-def nyquist(loop: Given, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
+def nyquist(loop: RunArgument, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
     """The loop in the complex plane, with the point +1, which must be on its left.
 
     Parameters

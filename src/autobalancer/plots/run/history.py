@@ -121,7 +121,7 @@ def deflections_of(run: xr.Dataset, start: float, end: float, held: xr.Dataset |
         return None
     inside = (time >= start - 1e-9) & (time <= end + 1e-9)
     name, static, curves = places_of(run, start, end)
-    without = _at_last_speed(run, start, end) if held is None else _of_held(held, start, end)
+    without = _at_last_speed(run, start, end) if held is None else _locked_ball_vibration(held, start, end)
     return Deflections(
         time[inside], low[inside], high[inside], envelope, name, static, curves, ends_at(run, end), without
     )
@@ -132,7 +132,7 @@ def ends_at(run: xr.Dataset, end: float) -> bool:
     return end >= span_of(run)[1] - 1e-9
 
 
-def _of_held(held: xr.Dataset, start: float, end: float) -> Curve | None:
+def _locked_ball_vibration(held: xr.Dataset, start: float, end: float) -> Curve | None:
     """The vibration of the reference place over the time of another run."""
     deflections = deflections_of(held, start, end)
     if deflections is None:

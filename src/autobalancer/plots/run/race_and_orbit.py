@@ -40,14 +40,14 @@ from autobalancer.results.drawn import (
     lines_of,
     races_of,
 )
-from autobalancer.results.run_argument import Given, given_race_run
+from autobalancer.results.run_argument import RunArgument, load_race_run
 from autobalancer.units import optional_argument
 
 COLUMNS = 3  # panels side by side
 
 
 def race(
-    run: Given, *, time: float | str | None = None, balancer: int | None = None, speed_unit: str = "rpm"
+    run: RunArgument, *, time: float | str | None = None, balancer: int | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Draw balls, races and the vectors of unbalance at one moment, in the frame of the rotor, a panel for each balancer.
 
@@ -81,7 +81,7 @@ def race(
     QuestionError
         If the run has no balls or no samples, or the time or balancer does not exist.
     """
-    run = given_race_run(run, "plot.race")
+    run = load_race_run(run, "plot.race")
     time = optional_argument("time", time, "s")
     speeds, motion, races = speed_axis(speed_unit), Motion(run), races_of(run)
     if not races.orbit_radius.size or not (races.orbit_radius > 0.0).all():
@@ -468,7 +468,7 @@ QUIET = 0.1  # of the greatest orbit; a smaller one has its own scale
 
 
 def orbit(
-    run: Given,
+    run: RunArgument,
     *,
     start: float | str | None = None,
     end: float | str | None = None,
@@ -514,7 +514,7 @@ def orbit(
         If the run has neither samples nor last revolutions in the interval, has no such place, or a unit or frame is
         unknown.
     """
-    run = given_race_run(run, "plot.orbit")
+    run = load_race_run(run, "plot.orbit")
     start = optional_argument("start", start, "s")
     end = optional_argument("end", end, "s")
     if frame not in ("space", "rotor"):

@@ -52,14 +52,14 @@ from autobalancer.results.display_units import (
     significant,
     speed_axis,
 )
-from autobalancer.results.run_argument import Given, given_race_run, result
+from autobalancer.results.run_argument import RunArgument, load_race_run, result
 from autobalancer.results.run_arrays import Impacts, impacts_of
 from autobalancer.results.time_series import crests
 from autobalancer.units import optional_argument
 
 
 def run_up(
-    run: Given,
+    run: RunArgument,
     *,
     speed_unit: str = "rpm",
     deflection_unit: str | None = None,
@@ -107,7 +107,7 @@ def run_up(
     QuestionError
         If the run has nothing to be drawn, a unit is unknown, or the interval is outside the run.
     """
-    run = given_race_run(run, "plot.run_up")
+    run = load_race_run(run, "plot.run_up")
     start = optional_argument("start", start, "s")
     end = optional_argument("end", end, "s")
     speeds = speed_axis(speed_unit)
@@ -177,7 +177,7 @@ def speed_panel(
     axes: Axes, history: History, critical: CriticalSpeeds, unit: AxisUnit, looks: Sequence[BallLook]
 ) -> None:
     """Rotor speed, absolute ball speeds and critical speeds: where balls stall, they leave the rotor's line."""
-    least, most = _speeds_shown(history)
+    least, most = _speed_range(history)
     least = min(least, 0.0) if least < 0.6 * most else least
     shown = sorted(
         level for level in critical.levels if 0.9 * least <= level <= 1.1 * most
@@ -299,7 +299,7 @@ def _numbers(axes: Axes, deflections: Deflections, unit: AxisUnit) -> None:
     label_point(axes, words, time[-1], max(high[-1] * unit.factor, bottom))
 
 
-def _speeds_shown(history: History) -> tuple[float, float]:
+def _speed_range(history: History) -> tuple[float, float]:
     """The range of the speeds, without the few moments at which a ball that falls through the middle turns very fast."""
     drawn = np.concatenate([history.speed, history.ball_speed_in_space.ravel()])
     drawn = drawn[np.isfinite(drawn)]
@@ -362,7 +362,7 @@ POWERS = ((1e-6, "µW", 1e6), (1e-3, "mW", 1e3), (np.inf, "W", 1.0))  # up to a 
 
 
 def impacts(
-    run: Given, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
+    run: RunArgument, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
 ) -> Figure:
     """Draw the impacts of a run over time: how fast balls hit each other and walls, and the power they dissipate.
 
@@ -383,7 +383,7 @@ def impacts(
     QuestionError
         If nothing touched in the run, a unit is unknown, or the interval is outside the run.
     """
-    run = given_race_run(run, "plot.impacts")
+    run = load_race_run(run, "plot.impacts")
     first, last = span_of(run, optional_argument("start", start, "s"), optional_argument("end", end, "s"))
     impacts, speeds, history = impacts_of(run), speed_axis(speed_unit), history_of(run, first, last)
     if impacts is None or not impacts.time.size:
@@ -428,7 +428,7 @@ CHANGING = 0.02  # of its greatest value by which the speed changes where torque
 
 
 def drive_train(
-    run: Given, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
+    run: RunArgument, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
 ) -> Figure:
     """Draw how the drive train of a run twists: speeds, torque and twist of every link over time.
 
@@ -449,7 +449,7 @@ def drive_train(
     QuestionError
         If the drive has no link or the run no samples, a unit is unknown, or the interval is outside the run.
     """
-    run, unit = given_race_run(run, "plot.drive_train"), speed_axis(speed_unit)
+    run, unit = load_race_run(run, "plot.drive_train"), speed_axis(speed_unit)
     first, last = span_of(run, optional_argument("start", start, "s"), optional_argument("end", end, "s"))
     if "link_torque" not in run:
         raise QuestionError(
@@ -516,7 +516,7 @@ COLUMNS = 2
 SHOWN = 1e-5  # of the greatest deflection; what is below it is balanced for every eye
 
 
-def comparison(found: Given) -> Figure:
+def comparison(found: RunArgument) -> Figure:
     """Draw the deflection of each machine over time, with that of the first one behind it.
 
     Parameters

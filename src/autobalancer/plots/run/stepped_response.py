@@ -26,7 +26,7 @@ from autobalancer.plots.style import (
     plain_log_ticks,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, round_down, speed_axis
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.results.time_series import wrapped
 
 WIDE = 500.0  # points that a legend may take
@@ -38,7 +38,7 @@ WAYS = {"up": "upwards", "down": "downwards", "fixed": "each from the start stat
 
 
 def stepped_response(
-    found: Given,
+    found: RunArgument,
     *,
     quantity: Literal["amplitude", "greatest_mean_deflection"] = "amplitude",
     speed_unit: str = "rpm",

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from autobalancer.errors import QuestionError
 from autobalancer.plots.style import CRITICAL, INK, axis_label, look, picture, with_ignored
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 
 COLORS = {
     "balanced": "#0072B2",
@@ -49,7 +49,7 @@ MARKS = {
 
 
 def branches(
-    branches: Given,
+    branches: RunArgument,
     *,
     deflection_unit: str | None = None,
     speed_unit: str = "rpm",

@@ -38,14 +38,14 @@ from autobalancer.results.display_units import (
     moment_text,
     speed_axis,
 )
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, NOT_SETTLED, PARTLY, WORSE, wilson_interval
 
 WIDE = 72  # letters of four keys side by side that do not fit the picture
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])
 
 
-def basin(found: Given, *, speed_unit: str = "rpm") -> Figure:
+def basin(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """The end state over the starts: a map for two axes, a strip for one, bars for random starts.
 
     Parameters
@@ -323,7 +323,7 @@ PARTS = 12  # parts of equal numbers of members into which a column of many valu
 OTHERS = ("#8A7A1F", "#CC79A7", "#222222")  # outcomes of members that did not finish
 
 
-def ensemble(result: Given, *, over: str | None = None, speed_unit: str = "rpm") -> Figure:
+def ensemble(result: RunArgument, *, over: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Shares of the ends of an ensemble with their 95 % intervals, as bars, or over a column.
 
     Parameters
@@ -359,7 +359,7 @@ def ensemble(result: Given, *, over: str | None = None, speed_unit: str = "rpm")
 
 
 def ensemble_distribution(
-    result: Given, measure: str = "vibration", *, by: str | None = None, speed_unit: str = "rpm"
+    result: RunArgument, measure: str = "vibration", *, by: str | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Share of the members of an ensemble below each value of a measure.
 
@@ -406,7 +406,9 @@ def ensemble_distribution(
     return figure
 
 
-def ensemble_scatter(result: Given, x: str = "", y: str = "peak_deflection", *, speed_unit: str = "rpm") -> Figure:
+def ensemble_scatter(
+    result: RunArgument, x: str = "", y: str = "peak_deflection", *, speed_unit: str = "rpm"
+) -> Figure:
     """Every member of an ensemble as a point, in the color of its end.
 
     Parameters
@@ -444,7 +446,7 @@ def ensemble_scatter(result: Given, x: str = "", y: str = "peak_deflection", *, 
     return figure
 
 
-def _members(found: Given, text: str) -> Ensemble:
+def _members(found: RunArgument, text: str) -> Ensemble:
     kept: xr.Dataset = result(found, text, "ensemble", lambda it: "member" in it.dims and "outcome" in it)
     return kept if isinstance(kept, Ensemble) else Ensemble.of(kept)
 

@@ -32,7 +32,7 @@ from autobalancer.plots.style import (
     with_ignored,
 )
 from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis
-from autobalancer.results.run_argument import Given, result
+from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.units import optional_argument
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
@@ -46,7 +46,7 @@ BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictur
 
 
 def border_curve(
-    found: Given, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
+    found: RunArgument, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
 ) -> Figure:
     """Draw border speeds over a parameter, each in its own style.
 
@@ -104,7 +104,7 @@ def border_curve(
         for name, style in BORDERS.items():
             if name in found:
                 absent += _line(axes, axis.values, found[name].values * unit.factor, high, style, f" {unit.sign}")
-        title = with_ignored(str(found.attrs["title"]), found.attrs, _who_ignores(axes))
+        title = with_ignored(str(found.attrs["title"]), found.attrs, _ignoring_subject(axes))
         if stalled := str(found.attrs.get("stalled_ignores", "")):
             title += f"\nrelease and capture speed ignore {stalled}"
         heading(figure, title)
@@ -142,7 +142,7 @@ def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dic
     return []
 
 
-def _who_ignores(axes: Axes) -> str:
+def _ignoring_subject(axes: Axes) -> str:
     """Subject and verb of what the theory leaves out, of those drawn: release and capture speed have friction."""
     drawn = [str(line.get_label()) for line in axes.get_lines()]
     kinds = [kind for kind in ("averaged", "exact") if any(label.startswith(kind) for label in drawn)]
@@ -193,7 +193,7 @@ MISSING = "#B0B0B0"  # frame of white in the legend
 SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
 
 
-def eigenvalues(found: Given, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
+def eigenvalues(found: RunArgument, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
     """Draw the eigenvalues of a steady state over the speed.
 
     The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and the moving parts named
@@ -425,7 +425,7 @@ def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", ti
 # Curves of Hopf points or folds over two parameters.
 
 
-def bifurcation_curves(curves: Given, *, speed_unit: str = "rpm") -> Figure:
+def bifurcation_curves(curves: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     """Draw curves of Hopf points or folds: the second parameter across, the first one upwards.
 
     A Hopf curve is solid where a small stable oscillation begins (supercritical), dashed where the balls jump (subcritical).
@@ -502,7 +502,7 @@ COLORS = LinearSegmentedColormap.from_list(
 
 
 def map(
-    found: Given,
+    found: RunArgument,
     *,
     speed_unit: str = "rpm",
     x: str | None = None,
@@ -557,7 +557,7 @@ def map(
         axes.set_ylabel(along[1].label)
         absent: list[str] = []
         handles += borders_on_map(axes, found, dims, along, absent)
-        handles += held_on_map(axes, found, dims, along, absent)
+        handles += hatch_held(axes, found, dims, along, absent)
         handles += operating_points(axes, found, dims, along, absent)
         if fluids and "fluid" in found and "viscosity" in dims:
             fluid_names(axes, found, dims.index("viscosity"), along)
@@ -738,7 +738,7 @@ def _limit(axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[Quantit
     return [Line2D([], [], color=INK, lw=2.0, label="limit of stability, full equations")]
 
 
-def held_on_map(
+def hatch_held(
     axes: Axes, dataset: xr.Dataset, dims: list[str], along: list[QuantityAxis], absent: list[str]
 ) -> list[Any]:
     """Hatched where the unbalance alone does not move balls that friction holds."""

@@ -37,7 +37,7 @@ from autobalancer.rotordynamics.identification.fit import (
     unknowns,
     weights,
 )
-from autobalancer.units import Given, to_si
+from autobalancer.units import WrittenFloat, to_si
 
 MOST_STARTS = 10_000  # fits of one question
 
@@ -401,7 +401,7 @@ def report_text(data: xr.Dataset) -> str:
 def _written_unit(fitted: Machine, sought: Unknown) -> str:
     """The unit of a free parameter in the file of the fitted machine; of a temperature that of its differences."""
     entry = entry_at(fitted, sought.paths[0])
-    return unit_of(entry) if isinstance(entry, Given) and sought.unit not in ("", "K") else sought.unit
+    return unit_of(entry) if isinstance(entry, WrittenFloat) and sought.unit not in ("", "K") else sought.unit
 
 
 def shown_parameter(dataset: xr.Dataset) -> tuple[float, str]:

@@ -273,7 +273,7 @@ def _refuse_growth(noise: NoiseShapes) -> None:
 
 
 def fit_dataset(
-    measured: xr.Dataset, used: NDArray[np.bool_], best: Found, unit: float, size: float, noise: Noise
+    measured: xr.Dataset, used: NDArray[np.bool_], best: FittedModes, unit: float, size: float, noise: Noise
 ) -> xr.Dataset:
     """See :func:`~.rational_fit.receptance`; ``best`` in frequencies and values so scaled."""
     frequency = np.asarray(measured["frequency"].values, np.float64)
@@ -347,10 +347,10 @@ LEAST = 3  # lines below their noise at an end of the band before it is said
 WHAT_TO_DO = "look at the picture and try another number of modes (--modes) or a narrower band (--band)"
 
 
-def with_doubts(dataset: xr.Dataset, best: Found, unit: float, lone: Floats, dropped: list[float]) -> xr.Dataset:
+def with_doubts(dataset: xr.Dataset, best: FittedModes, unit: float, lone: Floats, dropped: list[float]) -> xr.Dataset:
     """``dataset`` with its ``warnings``, one sentence a line; ``lone`` and ``dropped`` are frequencies, rad/s."""
     texts = [*_mass_doubt(dataset), *_energy_doubt(dataset, best, unit), *_weak_doubt(dataset, best, unit)]
-    texts += [*_lone_doubt(lone), *_dropped(dataset, dropped), *_noise_doubt(dataset), *_tail_doubt(dataset)]
+    texts += [*_lone_line_notes(lone), *_dropped(dataset, dropped), *_noise_doubt(dataset), *_tail_doubt(dataset)]
     dataset.attrs["warnings"] = "\n".join(texts)
     return FittedReceptance.of(dataset)
 
@@ -361,7 +361,7 @@ def _mass_doubt(dataset: xr.Dataset) -> list[str]:
     return [f"the fit has no positive mass at high frequency; measure to higher frequencies, or {WHAT_TO_DO}"]
 
 
-def _energy_doubt(dataset: xr.Dataset, best: Found, unit: float) -> list[str]:
+def _energy_doubt(dataset: xr.Dataset, best: FittedModes, unit: float) -> list[str]:
     grid = np.linspace(dataset.attrs["band_low"], dataset.attrs["band_high"], 2000) / unit
     known = covariance(best, _lines(dataset) / unit)
     slopes = best.modes.slopes(grid)
@@ -377,14 +377,14 @@ def _energy_doubt(dataset: xr.Dataset, best: Found, unit: float) -> list[str]:
     ]
 
 
-def _weak_doubt(dataset: xr.Dataset, best: Found, unit: float) -> list[str]:
+def _weak_doubt(dataset: xr.Dataset, best: FittedModes, unit: float) -> list[str]:
     weak = weak_modes(best, _lines(dataset) / unit)
     if not weak:
         return []
     return [f"the fit at {_listed(unit * frequencies(best)[weak])} Hz cannot be told from noise. Give fewer --modes"]
 
 
-def _lone_doubt(lone: Floats) -> list[str]:
+def _lone_line_notes(lone: Floats) -> list[str]:
     if lone.size == 0:
         return []
     few = f"{_listed(lone[:4])} Hz" + (f" and {lone.size - 4} more" if lone.size > 4 else "")
@@ -465,7 +465,7 @@ MOST = 0.05  # share of the lines that may be left out as disturbed
 
 def sure_modes(
     noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None
-) -> tuple[Found, NDArray[np.bool_], list[float]]:
+) -> tuple[FittedModes, NDArray[np.bool_], list[float]]:
     """The modes; which lines they were found from; and the frequencies of modes that were dropped.
 
     With a number of ``modes`` given, nothing is dropped.
@@ -482,13 +482,13 @@ def sure_modes(
     return order, kept, dropped
 
 
-def without_weak(noise: NoiseShapes, found: Found) -> tuple[Found, list[float]]:
+def without_weak(noise: NoiseShapes, found: FittedModes) -> tuple[FittedModes, list[float]]:
     """The fit without modes that the criterion or their own uncertainty is against; and where the latter were."""
     dropped: list[float] = []
     while found.modes.count > 1 and math.isfinite(found.score):
         weak = weak_modes(found, noise.frequency)
         doubted = {*weak, *np.flatnonzero(strengths(found, noise.frequency) < SAFE).tolist()}
-        fewer = {i: one_less(noise, found, i) for i in doubted}
+        fewer = {i: fit_without(noise, found, i) for i in doubted}
         better = [i for i in fewer if fewer[i].score < found.score]
         if not (weak or better):
             break
@@ -499,7 +499,7 @@ def without_weak(noise: NoiseShapes, found: Found) -> tuple[Found, list[float]]:
     return found, dropped
 
 
-def lone_lines(found: Found, noise: NoiseShapes) -> NDArray[np.int64]:
+def lone_lines(found: FittedModes, noise: NoiseShapes) -> NDArray[np.int64]:
     """Lines that stand for themselves: far from the fit, or reached by modes fitted to no more than ``FEW`` of them."""
     fitted, parts = found.modes.at(noise.frequency), found.modes.parts(noise.frequency)
     left = np.abs(noise.values - fitted) ** 2
@@ -522,7 +522,7 @@ def _short_runs(far: NDArray[np.bool_]) -> list[int]:
     return [i for run in runs if len(run) <= FEW for i in run]
 
 
-def _groups(found: Found, frequency: Floats) -> list[NDArray[np.int64]]:
+def _groups(found: FittedModes, frequency: Floats) -> list[NDArray[np.int64]]:
     """Modes within the band, together where they are nearer than ``FEW`` lines: then they may cancel each other."""
     at = frequencies(found)
     inside = np.flatnonzero((at >= frequency[0]) & (at <= frequency[-1]))
@@ -531,7 +531,7 @@ def _groups(found: Found, frequency: Floats) -> list[NDArray[np.int64]]:
     return np.split(inside, np.flatnonzero(np.diff(places) > FEW) + 1) if inside.size else []
 
 
-def weak_modes(found: Found, frequency: Floats) -> list[int]:
+def weak_modes(found: FittedModes, frequency: Floats) -> list[int]:
     """Modes that cannot be told from noise or drift.
 
     Within the band: those whose strength at the race does not exceed its uncertainty clearly, or that do not stand out near
@@ -556,19 +556,19 @@ def cost(lines: int) -> float:
     return 2.0 * math.log(2 * lines)
 
 
-def strengths(found: Found, frequency: Floats) -> Floats:
+def strengths(found: FittedModes, frequency: Floats) -> Floats:
     """Of each mode at the race, one over its mass, in its standard deviations."""
     k = found.modes.count
     variance = np.diag(covariance(found, frequency))[2 * k : 3 * k]
     return np.asarray(np.abs(found.modes.numerators[:, 0]) / np.sqrt(np.maximum(variance, 1e-300)))
 
 
-def frequencies(found: Found) -> Floats:
+def frequencies(found: FittedModes) -> Floats:
     """Of the modes, undamped."""
     return np.asarray(np.exp(0.5 * found.modes.shapes[found.modes.count :]))
 
 
-def covariance(found: Found, frequency: Floats) -> Floats:
+def covariance(found: FittedModes, frequency: Floats) -> Floats:
     """Of the parameters of :meth:`Modes.slopes`; the noise has half its variance in either part of a value."""
     slopes = found.modes.slopes(frequency) / np.sqrt(0.5 * found.variance)[:, None]
     stacked = np.concatenate([slopes.real, slopes.imag])
@@ -591,7 +591,7 @@ OUTSIDE = 2.5  # a guess outside the band is so many times beyond its end
 
 
 @dataclass(frozen=True)
-class Found:
+class FittedModes:
     """Modes, the variance of the noise in which they were found, and their Bayesian information criterion."""
 
     modes: Modes
@@ -599,7 +599,7 @@ class Found:
     score: float  # -inf: exact
 
 
-def best_order(noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None = None) -> Found:
+def best_order(noise: NoiseShapes, modes: int | None, most: int, progress: Progress | None = None) -> FittedModes:
     """Orders one after the other; each starts from the order below and a new pole, and from poles of its own."""
     clear = np.abs(smoothed(noise.values)) > CLEAR * np.sqrt(noise.start)
     clear = clear if clear.sum() >= FEWEST else np.ones_like(clear)
@@ -618,24 +618,24 @@ def best_order(noise: NoiseShapes, modes: int | None, most: int, progress: Progr
     return best
 
 
-def with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> Found:
+def with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> FittedModes:
     """The fit whose weights are the noise that it leaves, from ``modes`` fitted with this ``variance``."""
     values = noise.values
     for _ in range(PASSES):
         fitted = modes.at(noise.frequency)
         squares = np.abs(values - fitted) ** 2
         if float((squares / np.abs(values) ** 2).mean()) < EXACT**2:
-            return Found(modes, np.maximum(squares.mean(), 1e-30 * np.abs(values) ** 2), -math.inf)
+            return FittedModes(modes, np.maximum(squares.mean(), 1e-30 * np.abs(values) ** 2), -math.inf)
         before, variance = variance, noise.variances(fitted, squares, modes.taken(noise.frequency, variance))
         if np.abs(np.log(variance / before)).max() < SETTLED:
             break
         modes = Fitting(noise.frequency, values, 1.0 / np.sqrt(variance * values.size)).refined(modes)
     squares = np.abs(values - modes.at(noise.frequency)) ** 2
     unlikely = 2.0 * float((np.log(variance) + squares / variance).sum())
-    return Found(modes, variance, unlikely + (4 * modes.count - 1) * math.log(2 * values.size))
+    return FittedModes(modes, variance, unlikely + (4 * modes.count - 1) * math.log(2 * values.size))
 
 
-def one_less(noise: NoiseShapes, found: Found, number: int) -> Found:
+def fit_without(noise: NoiseShapes, found: FittedModes, number: int) -> FittedModes:
     """The fit that begins with all modes but one."""
     fitting = Fitting(noise.frequency, noise.values, 1.0 / np.sqrt(found.variance * noise.values.size))
     return with_its_noise(noise, fitting.refined(found.modes.without(number)), found.variance)

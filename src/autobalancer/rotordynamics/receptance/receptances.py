@@ -375,7 +375,7 @@ def measured_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> Me
     return MeasuredRotor(_rotor(modes, about), FittedReceptance.of(measured_rotor))
 
 
-def said_of(fit: FittedReceptance) -> str:
+def fit_text(fit: FittedReceptance) -> str:
     """What was measured and fitted, in one line."""
     modes = zip(*(fit[f"mode_{name}"].values.tolist() for name in ("frequency", "damping_ratio", "mass")), strict=True)
     said = "; ".join(f"{hertz(w)} Hz, damping ratio {100.0 * ratio:.3g} %, mass {m:.4g} kg" for w, ratio, m in modes)
@@ -397,7 +397,7 @@ def with_measured_rotor(machine: Machine, measured: MeasuredRotor) -> Machine:
         raise QuestionError(
             f"receptance: the machine cannot have a rotor that is known in one plane: {reason}"
         ) from None
-    text = f"Its rotor was fitted to {said_of(measured.fit)}. {machine.description}".strip()
+    text = f"Its rotor was fitted to {fit_text(measured.fit)}. {machine.description}".strip()
     return changed.model_copy(update={"description": text})
 
 

@@ -50,7 +50,7 @@ def fill(machine: ChamberMachine, seed: int = 0) -> tuple[Array, bool]:
         given = [group for group in groups if group.positions is not None]
         if given and len(given) < len(groups):
             raise MachineError(f"chambers[{number}]: give the positions of all balls in a chamber, or of none")
-        sizes = together([sizes_of(group, group.count) for group in groups])
+        sizes = joined_sizes([sizes_of(group, group.count) for group in groups])
         if given:
             places = np.vstack([np.asarray(group.positions, np.float64) for group in groups])
             _apart(places, sizes, chamber, number)
@@ -80,7 +80,7 @@ def _sites(chamber: Chamber, number: int, down: Array, random: np.random.Generat
         if count > len(free):
             raise MachineError(_no_room(chamber, number, k, max(len(free), len(grid) - wanted + count)))
         sites[k] = _lowest(free, down, group.radius)[:count]
-        placed, sizes = np.vstack([placed, sites[k]]), together([sizes, sizes_of(group, count)])
+        placed, sizes = np.vstack([placed, sites[k]]), joined_sizes([sizes, sizes_of(group, count)])
     return np.vstack([sites[k] for k in range(len(groups))])
 
 
@@ -171,7 +171,7 @@ def sizes_of(group: FreeBalls, count: int) -> Sizes:
     )
 
 
-def together(sizes: list[Sizes]) -> Sizes:
+def joined_sizes(sizes: list[Sizes]) -> Sizes:
     """Of several groups, one after the other."""
     return Sizes(*(np.concatenate(parts) for parts in zip(*sizes, strict=True)))
 
@@ -595,7 +595,7 @@ def tilt_between_walls(length: float, diameter: float, gap: float) -> float:
     return max(math.atan2(diameter, length) - math.acos(min(gap / diagonal, 1.0)), 0.0)
 
 
-def tilt_left(chamber: Chamber, group: FreeBalls) -> float | None:
+def tilt_clearance(chamber: Chamber, group: FreeBalls) -> float | None:
     """How far the flat walls let a cylinder tilt that is alone between them, rad; ``None`` of a ball."""
     if group.length is None:
         return None
@@ -611,7 +611,7 @@ def tilting_warnings(machine: ChamberMachine) -> list[str]:
                 continue
             length, diameter = float(group.length), 2.0 * group.radius
             size = f"{1e3 * diameter:.4g} mm by {1e3 * length:.4g} mm"
-            tilt = tilt_left(chamber, group) or 0.0
+            tilt = tilt_clearance(chamber, group) or 0.0
             if tilt > MUCH:
                 room = "turn over" if tilt > 1.57 else f"tilt by {math.degrees(tilt):.3g} degrees"
                 tilting_warnings.append(

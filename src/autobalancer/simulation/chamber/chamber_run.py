@@ -306,7 +306,7 @@ class March:
     def checkpoint(self) -> dict[str, Array]:
         """Arrays from which the run goes on to the last bit."""
         return {
-            **{name: np.asarray(value).copy() for name, value in _kept(self.chamber).items()},
+            **{name: np.asarray(value).copy() for name, value in _chamber_attributes(self.chamber).items()},
             "first_energy": np.array(self.first_energy),
             "every": np.array(self.every),
             "method": np.array(self.method),
@@ -360,12 +360,12 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
     """
     total = held["balls"].size if "balls" in held else 0
     chamber = assemble_chamber(machine, np.zeros((total, 3)), step)
-    requested = _kept(chamber)
+    requested = _chamber_attributes(chamber)
     if missing := (set(requested) | {"first_energy", "every", "method"}) - set(held):
         raise QuestionError(
             f"resume: not a checkpoint of a chamber run of this version; it lacks {', '.join(sorted(missing))}"
         )
-    same = all(_alike(held[name], value) for name, value in requested.items())
+    same = all(_same_form(held[name], value) for name, value in requested.items())
     if not same or any(held[name].size != 1 for name in ("first_energy", "every", "method")):
         raise QuestionError(
             "resume: the checkpoint is damaged or belongs to another machine; resume it with its own machine file"
@@ -383,13 +383,13 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
     return March(machine, chamber, every, str(held["method"]), float(held["first_energy"]))
 
 
-def _kept(chamber: Chamber) -> dict[str, Any]:
+def _chamber_attributes(chamber: Chamber) -> dict[str, Any]:
     """What describes a run and what it changes, by name."""
     kept = {name: getattr(chamber, name) for name in DESCRIBED + CHANGED if name != "pairs"}
     return kept | {f"pairs_{name}": value for name, value in chamber.pairs._asdict().items()}
 
 
-def _alike(found: Array, requested: Any) -> bool:
+def _same_form(found: Array, requested: Any) -> bool:
     """Whether an array has the form of the one asked for."""
     return bool(found.dtype == requested.dtype and found.shape == requested.shape)
 
@@ -468,7 +468,7 @@ def _fall(
 
 
 DIMENSIONS = ((), ("time",), ("time", "axis"), ("time", "bearing", "axis"))  # by their number
-KEPT = [field.name for field in SAMPLE.fields if field.name not in ("body_rate", "tilting")]
+SAVED_FIELDS = [field.name for field in SAMPLE.fields if field.name not in ("body_rate", "tilting")]
 LOSSES = [field.name for field in ACCOUNT.fields if field.name.startswith("loss_")]
 
 
@@ -479,7 +479,7 @@ def chamber_dataset(
     kinetic, potential = energies(chamber, samples, balls)
     total = kinetic + potential + samples.energy_contact
     lost = sum(samples[name] for name in LOSSES)
-    data: dict[str, Any] = {name: (DIMENSIONS[samples[name].ndim], samples[name]) for name in KEPT}
+    data: dict[str, Any] = {name: (DIMENSIONS[samples[name].ndim], samples[name]) for name in SAVED_FIELDS}
     data |= {f"ball_{name}": (("time", "ball", "axis"), balls[name]) for name in balls.dtype.names}
     data |= {
         "energy_kinetic": ("time", kinetic),

@@ -18,7 +18,7 @@ from autobalancer.simulation.chamber.bounds import (
     fill,
     filling_sites,
     highest_speed,
-    tilt_left,
+    tilt_clearance,
     tilting_warnings,
 )
 from autobalancer.simulation.chamber.chamber_run import default_step
@@ -120,7 +120,7 @@ def _filling(number: int, chamber: Chamber) -> ChamberFilling:
     groups = chamber.balls
     largest, widest = max(group.radius for group in groups), max(group.half_width for group in groups)
     lengths = [float(group.length) for group in groups if group.length is not None]
-    tilts = [tilt for group in groups if (tilt := tilt_left(chamber, group)) is not None]
+    tilts = [tilt for group in groups if (tilt := tilt_clearance(chamber, group)) is not None]
     return ChamberFilling(
         chamber=number,
         balls=sum(group.count for group in groups),

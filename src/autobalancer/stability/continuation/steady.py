@@ -19,7 +19,7 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, PrescribedSpeed
 from autobalancer.machine.drive import Constant
-from autobalancer.machine.path import QUANTITIES, axis_attributes, named_unit, parts_of
+from autobalancer.machine.path import QUANTITIES, axis_attributes, parts_of, si_unit_of
 from autobalancer.stability.host.reduction import basis_for, projected
 from autobalancer.stability.host.stations import (
     Complexes,
@@ -405,9 +405,9 @@ class Family:
             return self.read(index, start), self.read(index, end)
         if not is_range(start):
             raise QuestionError(
-                f"{name}: given {start!r} only; give the other end too, or both as {example(named_unit(name))}"
+                f"{name}: given {start!r} only; give the other end too, or both as {example(si_unit_of(name))}"
             )
-        first, last = ends(name, str(start), named_unit(name))
+        first, last = ends(name, str(start), si_unit_of(name))
         return self.read(index, first), self.read(index, last)
 
     def now(self, index: int) -> float:

@@ -46,7 +46,7 @@ class Branch:
 
 
 @dataclass
-class Found:
+class SpecialPoint:
     """A special point on a branch."""
 
     special: Special
@@ -71,7 +71,7 @@ class Explorer:
         self.span, self.kind, self.steps, self.intervals, self.limit = span, kind, steps, intervals, limit
         self.progress = progress
         self.branches: list[Branch] = []
-        self.specials: list[Found] = []
+        self.specials: list[SpecialPoint] = []
 
     def steady_from(self, groups: Groups, state: Floats, share: float = 0.0) -> None:
         """The branch through a steady state of all balls at an end of the range, unless it is known."""
@@ -169,7 +169,7 @@ class Explorer:
             self.branches.pop(number)
         return len(points) > 1
 
-    def _switched(self, found: Found, old: Steady, groups: Groups, way: Floats) -> None:
+    def _switched(self, found: SpecialPoint, old: Steady, groups: Groups, way: Floats) -> None:
         """What branches off: balls joined, balls split along ``way``, or another direction of the same balls."""
         # the point in the unknowns of the new branch, whose balls are grouped otherwise
         u = found.special.point.u
@@ -219,7 +219,7 @@ class Explorer:
             same_place = abs(other.row.share - row.share) < 1e-7 and other.steady is not None
             if same_place and np.abs(signature(self.span.whole(row.share).host, other.row.state) - mark).max() < 1e-5:
                 return
-        self.specials.append(Found(special, number, row, problem))
+        self.specials.append(SpecialPoint(special, number, row, problem))
 
     def _known(self, problem: Steady, u: Floats) -> bool:
         """Whether a branch goes through this state or one that differs by an exchange of equal balls."""
@@ -244,7 +244,7 @@ class Explorer:
 
     def _follow_orbits(self, number: int, problem: Orbits, u: Floats, like: Floats, *, born: bool) -> list[Row]:
         part = follow_orbits(problem, u, like, self.steps.most, born=born, say=lambda share: self._say(number, share))
-        self.specials += [Found(special, number, row, None) for special, row in part.specials]
+        self.specials += [SpecialPoint(special, number, row, None) for special, row in part.specials]
         self.branches[number].ended = part.ended
         if part.ended == "Hopf":
             self._arrived(part.rows[-1].share)

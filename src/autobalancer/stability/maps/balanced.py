@@ -26,13 +26,13 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.results.display_units import length_text
 from autobalancer.roots import root
 from autobalancer.stability.host.stations import Complexes, Plane, Stations
 from autobalancer.stability.states.ball_positions import close_polygon, spread_of_two, spread_range
 from autobalancer.stability.states.ball_positions import growth_rates as right_angle_rates
-from autobalancer.stability.states.linearized import exponents_of, kept, modes
+from autobalancer.stability.states.linearized import deciding_eigenvalues, exponents_of, modes
 from autobalancer.stability.states.linearized import growth_rates as half_turn_rates
 from autobalancer.stability.states.rest_states import (
     Described,
@@ -367,7 +367,7 @@ Growth = Callable[[Stations, float, StationState], float]
 def growth_of(st: Stations, speed: float, state: StationState) -> float:
     """Greatest real part that counts: without the zeros of a continuum, 1/s."""
     values = modes(st, speed, state)[0] if st.isotropic else exponents_of(st, speed, state)
-    return float(kept(values, state.freedom).real.max())
+    return float(deciding_eigenvalues(values, state.freedom).real.max())
 
 
 @dataclass(frozen=True)
@@ -382,7 +382,7 @@ class MostStable(ABC):
         return np.array([self._rate(float(speed)) for speed in speeds])
 
     def _rate(self, speed: float) -> float:
-        still_time()
+        check_deadline()
         try:
             states = self.states(speed)
         except QuestionError:  # exactly a critical speed of an undamped rotor
@@ -484,7 +484,7 @@ class EqualAtOneStation:
         return np.array([self._rate(float(speed)) for speed in speeds])
 
     def _rate(self, speed: float) -> float:
-        still_time()
+        check_deadline()
         try:
             spread = self.spread_at(speed)
         except QuestionError:  # exactly a critical speed of an undamped rotor

@@ -36,9 +36,9 @@ from autobalancer.stability.maps.exact import (
     border_of,
     borders_of,
     exact_borders,
-    saying_what_is_ignored,
     speed_or_none,
     theory_of,
+    with_ignored_terms,
     worst_case_of,
 )
 from autobalancer.stability.stall.borders import release_of
@@ -119,7 +119,7 @@ def border_curve(
             rows.append(
                 (
                     *(b for b in constant if not b.name.startswith("exact border")),
-                    *saying_what_is_ignored(changed, exact_borders(changed, p)),
+                    *with_ignored_terms(changed, exact_borders(changed, p)),
                 )
             )
             rows[-1] += tuple(b for b in constant if b.name == "exact border, worst case")

@@ -15,7 +15,7 @@ from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.progress import OutOfTime, question, still_time
+from autobalancer.progress import OutOfTime, check_deadline, question
 from autobalancer.results.display_units import moment_text
 from autobalancer.roots import least, root
 from autobalancer.stability.averaged import (
@@ -285,7 +285,7 @@ def windows_of(state: Balanced, low: float, high: float, p: Described) -> tuple[
 
     @cache
     def rate(speed: float) -> float:
-        still_time()
+        check_deadline()
         return float(state.rates(np.array([speed]))[0]) + margin
 
     # a pair of borders between two points shows as an extreme value; such points are added
@@ -609,7 +609,7 @@ def borders_of(
         except OutOfTime:
             note = NOT_FOUND.format(seconds, "'autobalancer borders FILE' (ab.stability.borders)")
             borders += [Border(name, math.nan, note, False) for name in which]
-    return saying_what_is_ignored(machine, [border for border in borders if border.name in wanted])
+    return with_ignored_terms(machine, [border for border in borders if border.name in wanted])
 
 
 def theory_of(border: str) -> Theory:
@@ -617,6 +617,6 @@ def theory_of(border: str) -> Theory:
     return {RELEASE: Theory.STALLED, CAPTURE: Theory.STALLED, AVERAGED: Theory.AVERAGED}.get(border, Theory.AT_REST)
 
 
-def saying_what_is_ignored(machine: Machine, borders: Sequence[Border]) -> tuple[Border, ...]:
+def with_ignored_terms(machine: Machine, borders: Sequence[Border]) -> tuple[Border, ...]:
     """Borders whose notes name what the theory of each leaves out of this machine."""
     return tuple(ignoring(machine, border, theory_of(border.name)) for border in borders)

@@ -17,7 +17,7 @@ from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.path import QUANTITIES, axis_attributes, dimension_of, parts_of
-from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.friction import held_share
@@ -100,26 +100,26 @@ def map(
     if positions not in ("worst", "best"):
         raise QuestionError(f"positions: given {positions!r}; must be 'worst' or 'best'")
     values = {name: _numbers(machine, name, axis) for name, axis in axes.items()}
-    refuse_what_does_not_fit(
+    refuse_beyond_memory(
         "stability map", math.prod(v.size for v in values.values()), "points", 400.0, "; ask for fewer"
     )
     fixed = math.nan if "speed" in axes else _fixed_speed(machine, speed)
     if "speed" in axes and speed is not None:
         raise QuestionError("speed: given twice, as an axis and as a number; leave out one of them")
     later = min(borders, max(axis.size for name, axis in values.items() if name != "speed")) if "speed" in axes else 0
-    first, second = _one_after_the_other(progress, later)
+    first, second = _split_progress(progress, later)
     rates = rates_over(machine, values, fixed, positions == "worst", workers, first)
     dataset = _dataset(machine, values, rates, fixed, positions)
     if later > 0:
         dataset = with_borders(dataset, machine, values, borders, second)
     elif borders > 0:
         dataset = with_release(dataset, machine, values)
-    dataset = with_held(dataset, machine, values)
+    dataset = with_friction_share(dataset, machine, values)
     dataset = with_operating_points(dataset, machine, list(values), operating_points or {})
     return StabilityMap.of(with_fluids(dataset, machine, list(values)))
 
 
-def _one_after_the_other(progress: Progress | None, later: int) -> tuple[Progress | None, Progress | None]:
+def _split_progress(progress: Progress | None, later: int) -> tuple[Progress | None, Progress | None]:
     """Progress of rows, and of about ``later`` values that follow them, as one."""
     if progress is None:
         return None, None
@@ -314,12 +314,12 @@ def with_friction(machine: Machine, values: Mapping[str, Floats]) -> Machine:
     return with_quantity(machine, name, float(values[name].max())) if name in values else machine
 
 
-def with_held(dataset: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
+def with_friction_share(dataset: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
     """``held_share`` over coarser values of both axes; nothing is added to a map without friction."""
     races = [race for balancer in with_friction(machine, values).balancers for race in balancer.races]
     if all(race.friction is None for race in races):
         return dataset
-    few = {name: _few(axis, SPEEDS if name == "speed" else MAP_FRICTION_COARSE) for name, axis in values.items()}
+    few = {name: _thinned(axis, SPEEDS if name == "speed" else MAP_FRICTION_COARSE) for name, axis in values.items()}
     shares = np.empty(tuple(axis.size for axis in few.values()))
     names = list(few)
     if "speed" in names:
@@ -340,7 +340,7 @@ def with_held(dataset: xr.Dataset, machine: Machine, values: dict[str, Floats]) 
     return dataset
 
 
-def _few(axis: Floats, count: int) -> Floats:
+def _thinned(axis: Floats, count: int) -> Floats:
     ordered = np.unique(axis)
     return np.asarray(
         ordered[np.unique(np.linspace(0, ordered.size - 1, min(count, ordered.size)).round().astype(int))]

@@ -36,8 +36,8 @@ from autobalancer.stability.continuation.steady import (
 )
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 from autobalancer.stability.host.vector_field import Cycle, Equations
-from autobalancer.stability.states.linearized import kept
-from autobalancer.stability.states.rest_states import named_at_rest
+from autobalancer.stability.states.linearized import deciding_eigenvalues
+from autobalancer.stability.states.rest_states import state_at_rest
 
 FIRST_AMPLITUDE = 0.03  # of the ball angle, rad
 
@@ -364,7 +364,7 @@ def steady_row(problem: Steady, u: Floats) -> Row:
     freedom = running_true(field, state, problem.span.length)
     name = _name(field, state, problem.span.length)
     # eigenvalues that decide: without those that a continuum of states makes zero
-    deciding = kept(values, freedom or 0)
+    deciding = deciding_eigenvalues(values, freedom or 0)
     lead = deciding[np.argmax(deciding.real)]
     n = field.balls
     angles = around[:, field.rotor : field.rotor + n]
@@ -429,7 +429,7 @@ def deflections(host: Stations, states: Floats) -> Floats:
 def _name(field: Equations, state: Floats, length: float) -> str:
     host, first = field.host, field.rotor
     if host.forces is not None:
-        return named_at_rest(host, field.speed, state[first : first + field.balls], 0).name
+        return state_at_rest(host, field.speed, state[first : first + field.balls], 0).name
     center, true = centers_of(host, state[: first + 2 * field.balls]), nearly_true_races(field, state, length)
     stations = set(host.station.tolist())
     balanced = set(host.station[true].tolist())

@@ -23,7 +23,7 @@ from autobalancer.stability.host.vector_field import Equations, Field
 from autobalancer.stability.periodic.orbits import Mesh, Orbits
 from autobalancer.stability.stall.branch import stable
 from autobalancer.stability.stall.states import Balance, Loads, StalledGroup, Whirling
-from autobalancer.stability.states.linearized import eigensystem, kept, matrices, modes
+from autobalancer.stability.states.linearized import deciding_eigenvalues, eigensystem, matrices, modes
 from autobalancer.stability.states.rest_states import StationState, states_of, without_exchanges
 
 
@@ -172,7 +172,7 @@ def partly_stalled_orbits(
     own = [kind[ball] for ball in others]
     for state in without_exchanges(rest, states_of(rest, field.speed)):
         values, _ = modes(rest, field.speed, state)
-        if not kept(values, state.freedom).real.max() < 0.0:
+        if not deciding_eigenvalues(values, state.freedom).real.max() < 0.0:
             continue
         angles = bundled_angles(Field(rest, field.speed), state, own)
         resting = coincident(angles, own)

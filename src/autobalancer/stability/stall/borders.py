@@ -23,7 +23,7 @@ from autobalancer.assembly.terms import weightless
 from autobalancer.errors import QuestionError
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, planar_receptance, stall_ranges
 from autobalancer.machine import Machine
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Complexes, Floats, Plane, Stations, stations
@@ -53,17 +53,17 @@ from autobalancer.stability.stall.capture import (
     RUN_DOWN,
     WORTH,
     SlowRuns,
-    again,
     beyond,
     capture_border,
     captured,
     caught,
+    hanging_balls_text,
     never,
     others,
     parted,
     slow_runs,
+    unmet_range_text,
     unsought,
-    which,
 )
 from autobalancer.stability.stall.states import AllModes, Balance, Loads, StalledGroup, States, Whirling, stalled_groups
 from autobalancer.stability.states.rest_states import Described
@@ -222,7 +222,7 @@ def joint_borders(
     ranges = hanging_ranges(rotor, loads, top, limit)
     known = reached(ranges, st.critical_speeds)
     met = [one for one in known if one.begin <= limit]
-    notes = [again(one) for one in sorted(ranges, key=lambda one: one.begin) if one not in known][:1]
+    notes = [unmet_range_text(one) for one in sorted(ranges, key=lambda one: one.begin) if one not in known][:1]
     if len(met) < len(known):
         notes.append(f"resonances above {limit:.4g} rad/s left out")
     if not met:
@@ -236,7 +236,7 @@ def joint_borders(
     else:
         first = beyond(st, loads, last) if last.slips else f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
         notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
-    first += which(st, loads, last) + (UNFOLLOWED if last.cause == LOST else "")
+    first += hanging_balls_text(st, loads, last) + (UNFOLLOWED if last.cause == LOST else "")
     notes += unsought(loads, runs is not None)
     result = [Border(RELEASE, last.end, "; ".join([first, *others(st, loads, met, last), *notes]))]
     if capture:
@@ -383,8 +383,8 @@ def _released(whole: Softening, met: list[HangingRange]) -> Border:
     st, loads = whole.rotor.st, whole.loads
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
-        return Border(RELEASE, math.inf, f"{STAY.format(last.whirl)}{which(st, loads, last)}")
-    first = f"{ON_RUBBER}, at a whirl of {last.whirl:.4g} rad/s{which(st, loads, last)}"
+        return Border(RELEASE, math.inf, f"{STAY.format(last.whirl)}{hanging_balls_text(st, loads, last)}")
+    first = f"{ON_RUBBER}, at a whirl of {last.whirl:.4g} rad/s{hanging_balls_text(st, loads, last)}"
     first += UNFOLLOWED if last.cause == LOST else ""
     notes = [first, *_first(whole, met, last), *others(st, loads, met, last), *_beyond(whole, last)]
     return Border(RELEASE, last.end, "; ".join([*notes, *unsought(loads, runs=False)]))
@@ -468,7 +468,7 @@ def on_rubber(
     over = 1.0
     folds: tuple[StallRange, ...] = ()
     for _ in range(PASSES):
-        still_time()
+        check_deadline()
         try:
             receptance = whirl_receptance(soft, row, total, over)
             folds = tuple(fold for fold in stall_ranges(ball, receptance, resonances) if not fold.release_whirl > limit)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.roots import root
 from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.stall.states import STEEP, Balance, Loads, States, Whirling
@@ -76,12 +76,12 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
         path.append(there)
         folded = "fold" in causes and not sign * there.along[-1] > 0.0
         if folded or last or len(path) > AT_ONCE:
-            leaving = _left(balance, path, sign, causes)
+            leaving = _first_leaving(balance, path, sign, causes)
             if leaving is not None or last:
                 return Leaving(state_at(there.x), "") if leaving is None else leaving
             path = [there]
         here, step = there, min(1.6 * step, LONGEST)
-    leaving = _left(balance, path, sign, causes) if len(path) > 1 else None
+    leaving = _first_leaving(balance, path, sign, causes) if len(path) > 1 else None
     if leaving is not None:
         return leaving
     # the curve cannot be followed: a turning point so sharp that the state beyond it is sought directly
@@ -97,7 +97,7 @@ def followed(balance: Balance, state: States, until: float, causes: tuple[str, .
     return followed(balance, beyond, until, causes)
 
 
-def _left(balance: Balance, path: list[Point], sign: float, causes: tuple[str, ...]) -> Leaving | None:
+def _first_leaving(balance: Balance, path: list[Point], sign: float, causes: tuple[str, ...]) -> Leaving | None:
     """Where balls leave first between neighboring points of a path, none if they stay; all points are tested at once."""
     stays = np.array([_tests(balance, path[1:], sign, cause) > 0.0 for cause in causes])
     if stays.all():
@@ -161,7 +161,7 @@ class Point(NamedTuple):
 
 def corrected(balance: Balance, x: Floats, like: Floats, same_speed: bool = False) -> Point | None:
     """The nearest point of the curve by Newton's method, its direction on the side of ``like``; none without one."""
-    still_time()
+    check_deadline()
     # compiled, where the machine allows it
     if balance.numbers is not None:
         from autobalancer.kernels.stalled import branch_point

@@ -20,7 +20,7 @@ from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, parting_speeds
 from autobalancer.machine import Balancer, Machine, PrescribedSpeed, Table
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.roots import root
 from autobalancer.simulation.record import Samples, record_for
 from autobalancer.simulation.steppers import stepper_for
@@ -87,20 +87,20 @@ def captured(
     begun = _begun(balance, speeds) if begun is None else begun
     several = len(set(loads.station.tolist())) > 1
     if begun is None:
-        never_in_step = (_alone(balance, speeds) if several else None) or Capture(math.nan, reason=NEVER)
+        never_in_step = (_first_plane_capture(balance, speeds) if several else None) or Capture(math.nan, reason=NEVER)
         search = runs if several else None
         return never_in_step if search is None else _first(search, balance, speeds, never_in_step, in_step=False)
     # downward in step, to where they are let go or caught for good
     result = _down(balance, begun, float(speeds[0]))
     if not math.isnan(result.lost):
-        result = _again(balance, speeds[speeds < result.lost], result)
+        result = _joint_capture(balance, speeds[speeds < result.lost], result)
     # several planes may fall out of step, and each be caught alone
     if not several:
         return result
     ended = followed(balance, begun, float(speeds[-1]), ("fold", "swinging"))
     result = replace(result, step=ended.speed if ended.cause else math.nan)
     # planes alone, if that is at a higher speed
-    alone = _alone(balance, every[every <= max(ABOVE * limit, speeds[-1])])
+    alone = _first_plane_capture(balance, every[every <= max(ABOVE * limit, speeds[-1])])
     before = max(one for one in (result.speed, result.lost, 0.0) if not math.isnan(one))
     if alone is None or alone.speed <= before:
         return result if runs is None else _first(runs, balance, speeds, result)
@@ -113,7 +113,7 @@ def captured(
     return replace(alone, speed=fell, least=least) if fell > before else _first(runs, balance, speeds, result)
 
 
-def _alone(balance: Balance, speeds: Floats) -> Capture | None:
+def _first_plane_capture(balance: Balance, speeds: Floats) -> Capture | None:
     """Where the first plane falls back while each turns at a speed of its own; none if no one does at these speeds."""
     capture = []
     for place in sorted(set(balance.loads.station.tolist())) if speeds.size else ():
@@ -145,7 +145,7 @@ def _of(balance: Balance, place: int) -> Balance:
     return Balance(balance.rotor, balance.loads.some(tuple(np.flatnonzero(balance.loads.station == place).tolist())))
 
 
-def _again(balance: Balance, speeds: Floats, capture: Capture) -> Capture:
+def _joint_capture(balance: Balance, speeds: Floats, capture: Capture) -> Capture:
     """Where planes lose step: from where on down all stall together, if that is before one of them falls back."""
     for speed in speeds[::-1].tolist():
         here = stands(balance, speed)
@@ -323,7 +323,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class LastSeen:
+class LastStall:
     """Speed of the rotor at which the last ball leaves, and slip of each group a little before, rad/s; whether gradually."""
 
     speed: float
@@ -358,7 +358,7 @@ class SlowRuns:
         """Whether they take long steps; else they would take too long."""
         return stepper_for(self._assembled((0.0,), (1.0,), 0.0), 1.0, TOLERANCE).long is not None
 
-    def released(self, hanging_range: HangingRange) -> LastSeen | None:
+    def released(self, hanging_range: HangingRange) -> LastStall | None:
         """Where the last ball leaves in a slow run-up from a balance; none if balls do not stall in it before its end."""
         # begin near the end of the range, or earlier where balls do not stall there
         slip, near = hanging_range.end - hanging_range.whirl, NEAR * hanging_range.end
@@ -384,7 +384,7 @@ class SlowRuns:
                     np.searchsorted(w, (1.0 - SLOW_RUNS_BESIDE) * last),
                     [group.members[0] for group in self.loads.groups],
                 ]
-                result = LastSeen(last, before, last > (1.0 + GRADUALLY) * full)
+                result = LastStall(last, before, last > (1.0 + GRADUALLY) * full)
                 if w[-1] > (1.0 + SLOW_RUNS_BESIDE) * last:
                     break
                 path, start = (path[-1], FURTHER * path[-1]), motion.last
@@ -463,7 +463,7 @@ class SlowRuns:
 
     def run(self, speeds: Sequence[float], start: Floats, slip: float, spread: float) -> Motion:
         """Along speeds of the rotor, slowly to the last of them, from a state or from angles and speeds of the balls."""
-        still_time()
+        check_deadline()
         # corners of a prescribed speed: settle, quick on the way, slow in the last stretch
         settling = SETTLED * (start.ndim - 1)
         rates = [*[QUICK] * (len(speeds) - 2), SLOW]
@@ -555,7 +555,7 @@ def beyond(st: Stations, loads: Loads, hanging_range: HangingRange) -> str:
     return f"slow run of stalled balls at the resonance of {hanging_range.whirl:.4g} rad/s: {each}"
 
 
-def which(st: Stations, loads: Loads, hanging_range: HangingRange) -> str:
+def hanging_balls_text(st: Stations, loads: Loads, hanging_range: HangingRange) -> str:
     """Which balls hang, if not all."""
     if len(hanging_range.groups) == len(loads.groups):
         return ""
@@ -588,7 +588,7 @@ def others(st: Stations, loads: Loads, met: list[HangingRange], last: HangingRan
     return texts[:OTHERS]
 
 
-def again(hanging_range: HangingRange) -> str:
+def unmet_range_text(hanging_range: HangingRange) -> str:
     """A range that no run-up meets."""
     to = "" if math.isinf(hanging_range.end) else f" to {hanging_range.end:.4g}"
     begin = f"{hanging_range.begin:.4g}{to}"

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import Machine
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
 
 # The balls of a machine that can stall, in groups of equal balls of one station, and what drives and brakes them.
@@ -453,7 +453,7 @@ class Balance:
         y, done = states.y.copy(), np.zeros(states.speed.size, bool)
         active = np.arange(states.speed.size)
         for _ in range(ROUNDS):
-            still_time()
+            check_deadline()
             miss, jacobian = self.misfit(States(states.speed[active], y[active]), modes and modes.at(active))
             change = _solved(jacobian, -miss)
             size = np.abs(change).max(axis=1)

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.roots import least
 from autobalancer.stability.host.stations import Complexes, Floats, Plane
 
@@ -103,7 +103,7 @@ def spread_range(count: int, share: float) -> tuple[float, float]:
     # three directions and all sizes of groups; a fine search about the best of a grid
     low, high = np.inf, 0.0
     for groups in _groups(count):
-        still_time()
+        check_deadline()
         angles = np.linspace(0.0, np.pi, POINTS)
         values = _spreads(np.exp(1j * angles), groups, share)
         if np.isnan(values).all():

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane, Stations
 from autobalancer.stability.host.vector_field import Cycle, Field, gauss, step_maps, steps_of
 from autobalancer.stability.states.rest_states import StationState, state_vector
@@ -127,7 +127,7 @@ def eigensystem(m: Floats, c: Floats, k: Floats) -> tuple[Complexes, Complexes]:
     return values[order], vectors[:n, order]
 
 
-def kept(values: Complexes, freedom: int) -> Complexes:
+def deciding_eigenvalues(values: Complexes, freedom: int) -> Complexes:
     """The eigenvalues that decide: those without the ``freedom`` zeros of a continuum of states."""
     if freedom == 0:
         return values
@@ -143,7 +143,7 @@ MARGIN = 1e-9  # growth rates up to this share of the speed count as zero
 
 def growth(values: Complexes, freedom: int) -> float:
     """Greatest real part that counts: without the zeros of a continuum, 1/s."""
-    return float(kept(values, freedom).real.max())
+    return float(deciding_eigenvalues(values, freedom).real.max())
 
 
 def verdict(rate: float, speed: float) -> str:
@@ -310,7 +310,7 @@ def swing_of(st: Stations, speed: float, guess: StationState) -> Swing:
     m = FIRST
     mean, swing = guess.angles[:, None].copy(), np.zeros((guess.angles.size, m))
     while True:
-        still_time()
+        check_deadline()
         balance = _Balance(st, speed, m)
         mean, swing = balance.solved(mean, swing)
         harmonics = np.abs(np.fft.fft(swing, axis=1)) / m
@@ -593,7 +593,7 @@ def growth_rates(p: Plane, speeds: Floats, angles: Matrix, neutral: NDArray[np.i
         places = np.flatnonzero(steps == count)
         width = max(1, AT_ONCE // (int(count) * (4 * (2 + p.moment.size)) ** 2))
         for part in np.split(places, range(width, places.size, width)):
-            still_time()
+            check_deadline()
             half = half_turns(p, speeds[part], angles[part], int(count))
             rates[part] = _greatest(half, speeds[part], neutral[part])
     return rates

@@ -86,7 +86,7 @@ def equilibria(
     first = whirl[:, 0] if places else np.zeros(len(states), np.complex128)
     values = np.array([row[0] for row in rows]).reshape(len(states), modes)
     rates = [_rate(row[0], state) for row, state in zip(rows, states, strict=True)]
-    where = _where(st)
+    where = _place_text(st)
     data: dict[str, tuple[Any, Any, str, str]] = {
         "name": ("state", [state.name for state in states], "name of the state", ""),
         "ball_angle_in_rotor": (("state", "ball"), angles, "ball angle in the rotor", "rad"),
@@ -177,7 +177,7 @@ def eigenvalues(
     values = np.array([row[2] for row in rows])
     rates = [_rate(row[2], row[1]) for row in rows]
     whirl = np.abs(np.array([row[1].whirl for row in rows]))
-    where = _where(st)
+    where = _place_text(st)
     result = xr.Dataset(
         {
             "eigenvalue_real": (("speed", "mode"), values.real, {"long_name": "real part", "units": "1/s"}),
@@ -235,7 +235,7 @@ def overlapping(machine: Machine, states: Sequence[StationState]) -> list[bool]:
     return result
 
 
-def _where(st: Stations) -> str:
+def _place_text(st: Stations) -> str:
     """What a deflection is of, on rotors with more than one plane."""
     return "" if st.planar else " at the first balancer"
 

@@ -32,7 +32,7 @@ from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.rotors.rigid import RigidRotor
-from autobalancer.progress import still_time
+from autobalancer.progress import check_deadline
 from autobalancer.random_numbers import generator
 from autobalancer.results.display_units import moment_text
 from autobalancer.stability.host.reduction import reduced
@@ -68,7 +68,7 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
     station_states: list[StationState] = []
     for size in range(count, -1, -1):
         for true in combinations(range(count), size):
-            still_time()
+            check_deadline()
             station_states += _states(st, speed, true)
     return sorted(station_states, key=lambda state: state.rank)
 
@@ -89,7 +89,7 @@ def required(st: Stations, speed: float, centers: Complexes | None = None) -> Co
     compliance, st = st.compliance(speed), st.plain_at(speed)
     host, free = _host(st, compliance), st.rows @ compliance @ st.fixed_load
     wanted = -free if centers is None else -free - centers / speed**2
-    return _least(st, host, wanted, range(len(st.names)))
+    return _least_moments(st, host, wanted, range(len(st.names)))
 
 
 def _check(speed: float) -> None:
@@ -101,7 +101,7 @@ def _host(st: Stations, compliance: Complexes) -> Complexes:
     return np.asarray(st.rows @ compliance @ st.rows.T, np.complex128)
 
 
-def _least(st: Stations, host: Complexes, wanted: Complexes, true: range | tuple[int, ...]) -> Complexes:
+def _least_moments(st: Stations, host: Complexes, wanted: Complexes, true: range | tuple[int, ...]) -> Complexes:
     """Moments of the stations that do what is wanted; the smallest in shares of the capabilities if many do."""
     return least_moments(host, wanted, st.capability[list(true)])
 
@@ -128,7 +128,7 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
                 placed = _moments(st, np.array(sorted(row), np.int64), full)
                 # what the balls of the true races must make up, and how they can
                 wanted = at_rest - (free_here + host @ placed)[list(true)]
-                needed = _least(st, host[np.ix_(true, true)], wanted, true)
+                needed = _least_moments(st, host[np.ix_(true, true)], wanted, true)
                 for closed in _closings(st, true, fixed, needed):
                     for ball, angle in closed.items():
                         full[ball] = angle
@@ -139,7 +139,7 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
                         continue
                     whirl[list(true)] = at_rest
                     balls = sum(max(int((~fixed & (st.station == p)).sum()) - 2, 0) for p in true)
-                    states.append(_named(st, true, fixed, full.copy(), whirl, balls + 2 * (len(true) - rank)))
+                    states.append(_named_state(st, true, fixed, full.copy(), whirl, balls + 2 * (len(true) - rank)))
     return states
 
 
@@ -207,7 +207,7 @@ def _aligned(
     return directions_of(Aligned(inner, start, balls, st.moment, st.offset))
 
 
-def _named(
+def _named_state(
     st: Stations, true: tuple[int, ...], fixed: np.ndarray, angles: Floats, whirl: Complexes, freedom: int
 ) -> StationState:
     center = whirl[st.station] + st.offset
@@ -255,13 +255,13 @@ def directions_of(a: Aligned) -> list[dict[int, float]]:
     directions = []
     for signs in product(*(_net(a.moment[balls]) for balls in a.balls)):
         nets = np.array([float(sign @ a.moment[balls]) for sign, balls in zip(signs, a.balls, strict=True)])
-        solve = _one if len(a.balls) == 1 else _two
+        solve = _rho_roots if len(a.balls) == 1 else _two
         for psi in solve(a.host * nets, a.free + centers):
-            directions.append(_placed(a, signs, psi))
+            directions.append(_ball_angles(a, signs, psi))
     return directions
 
 
-def _placed(a: Aligned, signs: tuple[Floats, ...], psi: Floats) -> dict[int, float]:
+def _ball_angles(a: Aligned, signs: tuple[Floats, ...], psi: Floats) -> dict[int, float]:
     return {
         int(ball): float(angle if sign > 0.0 else angle + math.pi)
         for balls, side, angle in zip(a.balls, signs, psi, strict=True)
@@ -286,7 +286,7 @@ def _net(moment: Floats) -> list[Floats]:
     return list(net.values())
 
 
-def _one(h: Complexes, b: Complexes) -> Iterator[Floats]:
+def _rho_roots(h: Complexes, b: Complexes) -> Iterator[Floats]:
     """e^(i psi) (rho - h) = b, a quadratic in rho > 0."""
     own, force = complex(h[0, 0]), complex(b[0])
     under = abs(force) ** 2 - own.imag**2
@@ -441,7 +441,7 @@ def searched(st: Stations, speed: float, starts: Iterable[Floats]) -> list[Stati
     for start in starts:
         angles, freedom = _newton(st, speed, start)
         if angles is not None:
-            station_states.append(named_at_rest(st, speed, np.mod(angles, 2.0 * np.pi), freedom))
+            station_states.append(state_at_rest(st, speed, np.mod(angles, 2.0 * np.pi), freedom))
     return sorted(without_exchanges(st, station_states, DIGITS), key=lambda state: state.rank)
 
 
@@ -450,7 +450,7 @@ def _newton(st: Stations, speed: float, start: Floats, freedom: int = 0) -> tupl
     angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(st, speed)
     balance = torques if st.isotropic else mean_torques
     for _ in range(CORRECTIONS):
-        still_time()
+        check_deadline()
         torque, slope = balance(st, speed, angles)
         left, sizes, right = np.linalg.svd(slope)
         firm = (sizes > least) & (np.arange(sizes.size) < sizes.size - freedom)
@@ -613,7 +613,7 @@ def state_vector(st: Stations, speed: float, angles: Floats) -> Floats:
     return np.concatenate([whirl.real, whirl.imag, rate.real, rate.imag, angles, np.zeros(angles.size)])
 
 
-def named_at_rest(st: Stations, speed: float, angles: Floats, freedom: int) -> StationState:
+def state_at_rest(st: Stations, speed: float, angles: Floats, freedom: int) -> StationState:
     """The state of balls with forces at these angles, named by what they do.
 
     *Coincident* or *in line* where all stand along the deflection of their race, *balanced* where they make the greatest

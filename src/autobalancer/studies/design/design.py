@@ -26,7 +26,7 @@ from autobalancer.results.display_units import moment_text
 from autobalancer.results.folder_store import Store
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
-from autobalancer.rotordynamics.receptance.receptances import FittedReceptance, said_of
+from autobalancer.rotordynamics.receptance.receptances import FittedReceptance, fit_text
 from autobalancer.stability.border import Border
 from autobalancer.stability.maps.curve import minimum_viscosity
 from autobalancer.stability.maps.exact import borders
@@ -52,10 +52,10 @@ from autobalancer.studies.design.designs import (
     Designed,
     judge_runs,
     judge_scatter,
-    left_out,
     meets,
     missed,
     misses,
+    neglected_terms,
     objective,
     ordered,
     runs_of,
@@ -115,9 +115,9 @@ def design(
     named = {"specification_file": Path(given).name} if isinstance(given, (str, Path)) else {}
     with Store(folder, spec.identity(), "design") if folder is not None else nullcontext():
         kept = Path(folder) / ANSWER if folder is not None else None
-        result = _kept(kept, spec) if kept is not None else None
+        result = _stored_answer(kept, spec) if kept is not None else None
         if result is None:
-            way = _Way(spec, Path(folder) / RUNS if folder is not None else None, workers, progress, seen)
+            way = _Context(spec, Path(folder) / RUNS if folder is not None else None, workers, progress, seen)
             try:
                 result = _designed(way)
             except QuestionError as reason:
@@ -130,7 +130,7 @@ def design(
         return result.assign_attrs(named)
 
 
-def _kept(path: Path, spec: Spec) -> Designed | None:
+def _stored_answer(path: Path, spec: Spec) -> Designed | None:
     """The answer that the same call left, if it had the same names and was made by the same version; a damaged one is none."""
     try:
         designs = load_run(path) if path.exists() and spec.measured is None else None
@@ -143,7 +143,7 @@ def _kept(path: Path, spec: Spec) -> Designed | None:
     return Designed.of(designs) if designs is not None and same else None
 
 
-class _Way(NamedTuple):
+class _Context(NamedTuple):
     """What is asked, where finished runs are kept, and who wants to know."""
 
     spec: Spec
@@ -163,7 +163,7 @@ class _Way(NamedTuple):
             self.progress(0, max(_runs(self.spec, alive), 1))
 
 
-def _designed(way: _Way) -> Designed:
+def _designed(way: _Context) -> Designed:
     """Every candidate, where sizes have steps and the budget is enough; else a search."""
     spec = way.spec
     searched = bool(spec.options.free)
@@ -171,7 +171,7 @@ def _designed(way: _Way) -> Designed:
     if not searched:
         refuse_none(spec, designed)
         alive = [one for one in designed if not one.reason]
-        _each_race_once(alive)
+        _rule_out_equal_races(alive)
         alive = [one for one in alive if not one.reason]
         searched = len(alive) > spec.search.budget
     if not searched:
@@ -191,7 +191,7 @@ def _designed(way: _Way) -> Designed:
     return _searched(way, designed)
 
 
-def _each_race_once(alive: Iterable[Design]) -> None:
+def _rule_out_equal_races(alive: Iterable[Design]) -> None:
     """Rule out designs that move like another one, since their bearings have the same race and balls; the smallest one stays."""
     first: dict[Any, Design] = {}
     for one in sorted(alive, key=lambda one: one.candidate.ring.outer):
@@ -201,7 +201,7 @@ def _each_race_once(alive: Iterable[Design]) -> None:
             one.rule_out(SAME, f"the race and the balls of {kept.candidate.ring.label}", 0.0)
 
 
-def _searched(way: _Way, known: list[Design]) -> Designed:
+def _searched(way: _Context, known: list[Design]) -> Designed:
     """The same by an optimizer; ``known`` are candidates after the closed forms, if there is a list of them."""
     spec = way.spec
     judged = {one.candidate.key(): one for one in known}
@@ -219,7 +219,7 @@ def _searched(way: _Way, known: list[Design]) -> Designed:
             judge_borders(spec, design)
         return design
 
-    looked = found_by_search(spec, judge, lambda designs: run_all(way, designs, lambda: way.tell(judged.values())))
+    looked = search_designs(spec, judge, lambda designs: run_all(way, designs, lambda: way.tell(judged.values())))
     designed = list(judged.values())
     seen = {id(one) for one in looked}
     ran, budget = sum(bool(one.numbers) for one in designed), spec.search.budget
@@ -249,7 +249,7 @@ def _cases(spec: Spec) -> int:
     return len(spec.operation.speeds) + bool(spec.operation.coast_down)
 
 
-def run_all(way: _Way, alive: Sequence[Design], tell: Callable[[], None]) -> None:
+def run_all(way: _Context, alive: Sequence[Design], tell: Callable[[], None]) -> None:
     """Run what was left, one design after the other; one that cannot be run says why."""
     spec, folder, progress = way.spec, way.folder, way.progress
     cases, members, total = _cases(spec), spec.search.members, _runs(spec, alive)
@@ -356,7 +356,9 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
     front = {id(one): level for one, level in ranked}
     best = next((one.machine for one, _ in ranked if one.machine is not None), None)
-    dataset = xr.Dataset(attrs={**_attributes(spec, how), "left_out": left_out(spec, best) if best is not None else ""})
+    dataset = xr.Dataset(
+        attrs={**_attributes(spec, how), "left_out": neglected_terms(spec, best) if best is not None else ""}
+    )
     dataset.attrs["borders_ignore"] = _borders_ignore(designs)
     dataset = dataset.assign_coords(
         design=("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
@@ -434,7 +436,7 @@ def _labelled(fit: FittedReceptance) -> tuple[dict[str, Any], dict[str, Any]]:
     """Variables and attributes under names that no other of a design has."""
     variables = {f"{PREFIX}{name}": fit[name].rename(None) for name in map(str, fit.data_vars)}
     return variables, {f"{PREFIX}{name}": fit.attrs[name] for name in KEPT if name in fit.attrs} | {
-        "rotor": said_of(fit)
+        "rotor": fit_text(fit)
     }
 
 
@@ -502,7 +504,7 @@ TRIED = 40  # candidates screened for each one of the first generation, and in a
 SPREAD = 0.1  # of those where sizes have no steps, about the best designs; the whole range is 1
 
 
-def found_by_search(spec: Spec, judge: Judge, run: Run) -> list[Design]:
+def search_designs(spec: Spec, judge: Judge, run: Run) -> list[Design]:
     """All candidates that the search looked at; those that passed the screens ran, until the budget was spent or none was left.
 
     Parameters
@@ -735,7 +737,7 @@ def judge_borders(spec: Spec, design: Design) -> None:
             at += f" and {moment_text(size)}" if spec.unbalance[0] != spec.unbalance[1] else ""
             reason = f"{said}{at}; needed is {rpm_and_si(allowed)} or less"
             design.rule_out("border", reason, worst.speed / allowed - 1.0)
-            design.cure = partial(_least, spec, design, name, allowed, (temperature, size))
+            design.cure = partial(_least_viscosity_text, spec, design, name, allowed, (temperature, size))
             return
 
 
@@ -762,7 +764,7 @@ def _never(name: str) -> str:
     )
 
 
-def _least(spec: Spec, design: Design, name: str, allowed: float, at: tuple[float, float]) -> str:
+def _least_viscosity_text(spec: Spec, design: Design, name: str, allowed: float, at: tuple[float, float]) -> str:
     """How thick the oil would have to be at its density, as the end of a reason; empty where it is not known."""
     one, (temperature, size) = design.candidate, at
     if len(set(one.fillings)) != 1:

@@ -32,7 +32,7 @@ from autobalancer.stability.friction import held_by_friction
 from autobalancer.studies.chamber_candidates import fronts
 from autobalancer.studies.design.candidate import Candidate, Design, driven, machine_of
 from autobalancer.studies.design.specification import MASS, MEASURED, OUTER, STALL, Spec
-from autobalancer.studies.study.chunk import Made
+from autobalancer.studies.study.chunk import AssembledMembers
 from autobalancer.studies.study.study import study
 from autobalancer.studies.study.study_file import read_study, vary
 from autobalancer.tables import Column, rpm_and_si
@@ -315,10 +315,12 @@ def designed_machine(designs: xr.Dataset, place: int = 1) -> Machine:
     one = designs.isel(design=int(there.argmax()))
     machine = parse_race_machine(str(one["machine"].values))
     label = str(one["label"].values)
-    return machine.model_copy(update={"name": f"{machine.name}, {label}", "description": _said(designs, one, machine)})
+    return machine.model_copy(
+        update={"name": f"{machine.name}, {label}", "description": _description(designs, one, machine)}
+    )
 
 
-def _said(designs: xr.Dataset, dataset: xr.Dataset, machine: Machine) -> str:
+def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Machine) -> str:
     fluid = str(dataset["fluid"].values)
     filled = f" Its races are filled with {fluid}{' (shares by mass)' if '%' in fluid else ''}." if fluid else ""
     limits = dict(Designed.of(designs).facts())["limits"]
@@ -404,13 +406,13 @@ def judge_scatter(spec: Spec, design: Design) -> None:
         return
     machine = driven(spec, design.machine, spec.fastest, coasting=False)
     try:
-        Made(read_study(study_of(spec, machine, design.candidate, spec.search.seed)), 0, 1)
+        AssembledMembers(read_study(study_of(spec, machine, design.candidate, spec.search.seed)), 0, 1)
     except AutobalancerError as reason:
         text = str(reason).removeprefix("impossible: draw 1 made")
         design.rule_out(STAGES[-1], f"the scatter makes{text}" if text != str(reason) else f"cannot be run: {reason}")
 
 
-def left_out(spec: Spec, machine: Machine) -> str:
+def neglected_terms(spec: Spec, machine: Machine) -> str:
     """What the runs leave out of a machine that nobody said is ideal: eccentricity and friction, and what typical ones would do.
 
     They are no scatter by themselves, since coefficients of friction differ by thousands from race to race: a value that nobody

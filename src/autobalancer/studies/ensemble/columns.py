@@ -306,8 +306,8 @@ class Described:
         return None if loads is None else loads | scale_words(self._tolerance * scale, layout)
 
     @cached_property
-    def _before(self) -> Before:
-        return Before(self._machine, self._assembly)
+    def _before(self) -> Reference:
+        return Reference(self._machine, self._assembly)
 
     def _balls(self, machine: Machine) -> tuple[Ball, ...] | None:
         """The balls of a machine whose races differ in what balls feel of them only."""
@@ -416,7 +416,7 @@ LONG = "long.1.exponents"
 OF_MODES = ("exponents", "shapes", "inverse", "numbers", "bases")
 
 
-class Before:
+class Reference:
     """The assembled member, and what the numbers of others are compared with."""
 
     def __init__(self, machine: Machine, assembly: Assembly) -> None:
@@ -445,7 +445,7 @@ def keeps_its_form(rotor: Any, before: Any, changed: set[str]) -> bool:
     return not isinstance(rotor, PlanarRotor) or (changed <= OF_PLANAR_ROTOR and rotor.isotropic == before.isotropic)
 
 
-def numbers_of(machine: Machine, balls: tuple[Ball, ...], before: Before, drive: Drive, *, long: bool) -> Own | None:
+def numbers_of(machine: Machine, balls: tuple[Ball, ...], before: Reference, drive: Drive, *, long: bool) -> Own | None:
     """A machine and its balls, made anew as far as it has to be; None if it is integrated in another way.
 
     ``long`` says whether the assembled one takes long steps.
@@ -458,7 +458,7 @@ def numbers_of(machine: Machine, balls: tuple[Ball, ...], before: Before, drive:
 
 
 def number_words(
-    machine: Machine, own: Own, before: Before, end: float, tolerance: float, layout: Layout, block: Integers
+    machine: Machine, own: Own, before: Reference, end: float, tolerance: float, layout: Layout, block: Integers
 ) -> dict[int, int] | None:
     """The words of such a machine where they differ from the ``block`` of the assembled one; None for another layout."""
     first, made = before.assembly, own.assembly
@@ -488,7 +488,7 @@ def scale_words(sizes: Floats, layout: Layout) -> dict[int, int]:
     return dict(enumerate(map(bits, sizes), layout.place("memory.absolute", 0)))
 
 
-def _planar(machine: Machine, balls: tuple[Ball, ...], before: Before, drive: Drive, *, long: bool) -> Own | None:
+def _planar(machine: Machine, balls: tuple[Ball, ...], before: Reference, drive: Drive, *, long: bool) -> Own | None:
     first = before.assembly
     (kx, ky), (bx, by) = (rotor := planar_rotor(machine)).stiffness_xy, rotor.damping_xy
     system = first.system._replace(
@@ -503,7 +503,7 @@ def _planar(machine: Machine, balls: tuple[Ball, ...], before: Before, drive: Dr
     return Own(own, planar_amplitudes(own) if long and not why_no_long_steps(own) else None)
 
 
-def _general(machine: Machine, balls: tuple[Ball, ...], before: Before, drive: Drive, *, long: bool) -> Own | None:
+def _general(machine: Machine, balls: tuple[Ball, ...], before: Reference, drive: Drive, *, long: bool) -> Own | None:
     """On any other rotor; None if it has another number of modes, or parts whose numbers are not known here."""
     first, parts = before.assembly, spatial_parts(machine, balls)
     if parts.mounts or parts.hard or first.mounts or first.hard or machine.excitations or drive.linked:
@@ -514,7 +514,7 @@ def _general(machine: Machine, balls: tuple[Ball, ...], before: Before, drive: D
         return None
     host = host_of(machine, parts, drive.segments.start)[0]
     system = first.system._replace(
-        host=_kept(host, first.system.host), drive=drive, polar_inertia=float(machine.rotor.inertia or 0.0)
+        host=_reuse(host, first.system.host), drive=drive, polar_inertia=float(machine.rotor.inertia or 0.0)
     )
     if balls is not first.balls:
         rows, fluids = ball_rows(balls), FluidRows(balls, {}, 0)
@@ -538,6 +538,6 @@ def _general(machine: Machine, balls: tuple[Ball, ...], before: Before, drive: D
     return None if modes is None else Own(own, modes)
 
 
-def _kept(now: Any, before: Any) -> Any:
+def _reuse(now: Any, before: Any) -> Any:
     """The one before if nothing in it was made anew."""
     return before if all(one is other for one, other in zip(now, before, strict=True)) else now

@@ -17,7 +17,7 @@ from autobalancer.kernels.compiler.simd import NODES
 from autobalancer.kernels.measures.columns_of_measures import NO_VERDICT, STATUS, VERDICT, WIDTH
 from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of
-from autobalancer.memory import refuse_what_does_not_fit
+from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.studied import IMPOSSIBLE, NOT_RUN, Ensemble
 from autobalancer.results.measure_table import SWEPT, in_row, label_of
@@ -114,7 +114,7 @@ def ensemble(
         raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
     requested = ASKABLE if measures is None else known_measures(measures)
     end, _ = run_duration(machine, duration), known_origin(settling_from)
-    refuse_what_does_not_fit(
+    refuse_beyond_memory(
         "ensemble",
         given.count * (seeds or 1),
         "members",

@@ -365,7 +365,7 @@ class Group:
 
     def block_of(self, integration: Integration, stepper: Stepper) -> Integers | None:
         """The words of a member; None if they lie in another way, or it is integrated in another."""
-        return self.layout.packed(integration) if _way(stepper) == _way(self.stepper) else None
+        return self.layout.packed(integration) if _stepper_key(stepper) == _stepper_key(self.stepper) else None
 
     def block_like_first(self, assembly: Assembly, places: Places, plan: Plan) -> Integers | None:
         """The words of an assembled member with modes in the order and phases of the first one's; None as above.
@@ -439,7 +439,7 @@ class Group:
         )
 
 
-def _way(stepper: Stepper) -> tuple[Any, ...]:
+def _stepper_key(stepper: Stepper) -> tuple[Any, ...]:
     """All that says how a member is integrated, besides its numbers."""
     long = stepper.long
     return stepper.method, stepper.moving, None if long is None else (long.nodes, long.watch)

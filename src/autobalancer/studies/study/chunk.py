@@ -38,7 +38,7 @@ SECONDS, WALL = "seconds", "wall"  # of a core, that the members took to run; of
 ABOUT = (SECONDS, WALL)  # arrays that are not over members
 
 
-class Made:
+class AssembledMembers:
     """Members of a study from ``first`` to before ``last``, made and not run."""
 
     def __init__(self, study: Study, first: int, last: int) -> None:
@@ -93,9 +93,9 @@ def run_chunk(study: Study, first: int, last: int, workers: int | None = 1, prog
     begun, points = time.monotonic(), len(study.points)
     first_draw, last_draw = first // points, -(-last // points)
     made = (
-        Made(study, first_draw * points, last_draw * points)
+        AssembledMembers(study, first_draw * points, last_draw * points)
         if study.impossible == "truncate"
-        else Made(study, first, last)
+        else AssembledMembers(study, first, last)
     )
     arrays, seconds = _ran(made, workers, progress)
     arrays |= _standing(made, None if RUN in study.results else progress)
@@ -109,7 +109,7 @@ def run_chunk(study: Study, first: int, last: int, workers: int | None = 1, prog
     }
 
 
-def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]:
+def _ran(made: AssembledMembers, workers: int | None, progress: Any) -> tuple[Arrays, float]:
     if RUN not in made.study.results:
         outcome = ["" if number not in made.reasons else IMPOSSIBLE for number in range(made.members.count)]
         return {"outcome": np.array(outcome, dtype=str), **_columns(made)}, 0.0
@@ -135,7 +135,7 @@ def _ran(made: Made, workers: int | None, progress: Any) -> tuple[Arrays, float]
     return {**arrays, **more, **_columns(made)}, seconds
 
 
-def _columns(made: Made) -> Arrays:
+def _columns(made: AssembledMembers) -> Arrays:
     """What varied, under ``vary:`` and its name; texts as they are."""
     values = {**made.columns.parameters, **made.columns.starts}
     columns = {f"vary:{name}": _plain(entries) for name, entries in values.items() if name in made.study.scatter}
@@ -147,7 +147,7 @@ def _plain(entries: Any) -> np.ndarray:
     return np.array(entries, dtype=str if isinstance(entries[0], str) else np.float64)
 
 
-def _standing(made: Made, progress: Any) -> Arrays:
+def _standing(made: AssembledMembers, progress: Any) -> Arrays:
     names = [STANDING[name].name for name in made.study.results if name in STANDING]
     if not names:
         return {}

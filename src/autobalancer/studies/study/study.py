@@ -36,7 +36,7 @@ from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
 from autobalancer.studies.ensemble.members import Members, without_start_angles
 from autobalancer.studies.random_starts import peak_without_balls
-from autobalancer.studies.study.chunk import RUN, WALL, Made, run_chunk, study_dataset
+from autobalancer.studies.study.chunk import RUN, WALL, AssembledMembers, run_chunk, study_dataset
 from autobalancer.studies.study.chunk import Arrays as ChunkArrays
 from autobalancer.studies.study.study_file import read_study
 from autobalancer.studies.study.study_spec import START, Study, looks
@@ -123,7 +123,7 @@ def refuse_impossible(study: Study) -> None:
     if study.impossible == "record":
         return
     wanted = max(PROBED, min(len(study.points), MOST_PROBED))  # every point of the grid, where it has not too many
-    made = Made(replace(study, impossible="record"), 0, min(wanted, study.count))
+    made = AssembledMembers(replace(study, impossible="record"), 0, min(wanted, study.count))
     share = len(made.reasons) / made.members.count
     if made.reasons and (study.impossible == "refuse" or share == 1.0):
         example = next(iter(made.reasons.values()))
@@ -360,7 +360,7 @@ NOTES_MOST = 8  # points that are looked at, the first and the last among them
 PASSAGES = 15  # members of such a point that are run without balls
 
 
-def looked_at(study: Study) -> list[int]:
+def points_of_interest(study: Study) -> list[int]:
     """Points of which single members are run alone, counted from 0."""
     return np.unique(np.linspace(0, len(study.points) - 1, NOTES_MOST).astype(int)).tolist()  # type: ignore[no-any-return]
 
@@ -368,9 +368,9 @@ def looked_at(study: Study) -> list[int]:
 def drag_note(study: Study) -> str:
     """What a run of such a member says of the range of its drag law, of the point at which it is left furthest; else empty."""
     worst, text = 0.0, ""
-    for number in looked_at(study):
+    for number in points_of_interest(study):
         try:
-            made = Made(study, number, number + 1)
+            made = AssembledMembers(study, number, number + 1)
             assembly, _ = made.members.ready(0, made.plan)
             if not any(ball.drag_curve is not None or ball.slipstream or ball.stokes for ball in assembly.balls):
                 break  # the drag is given as a number
@@ -398,14 +398,14 @@ def passage_note(study: Study, dataset: xr.Dataset) -> tuple[str, float]:
     """
     peaks, place, width = dataset["peak_deflection"].values, dataset["point"].values - 1, len(study.points)
     worst, text = np.nan, ""
-    for number in looked_at(study):
+    for number in points_of_interest(study):
         ratios, members = [], list[int]()
         for row in np.flatnonzero((place == number) & np.isfinite(peaks))[:PASSAGES]:
             member = int(dataset["member"].values[row]) - 1
             first = (
                 member // width * width if study.impossible == "truncate" else member
             )  # such draws are made together
-            made = Made(study, first, first + width if study.impossible == "truncate" else member + 1)
+            made = AssembledMembers(study, first, first + width if study.impossible == "truncate" else member + 1)
             with suppress(AutobalancerError), unwarned():
                 machine = made.members.machine_of(member - first)
                 held = float(peak_without_balls(machine, study.tolerance, study.duration))
@@ -679,9 +679,9 @@ def _indices(study: xr.Dataset, quantity: str, inputs: list[str]) -> dict[str, A
     values = values[np.isfinite(values).all(axis=1)]
     count = values.shape[0]
     _enough(count, values, quantity)
-    first, total = _of(values)
+    first, total = _sobol_indices(values)
     take = generator(0).integers(0, count, (RESAMPLED, count))
-    again = np.array([_of(values[rows]) for rows in take])  # (resampled, 2, inputs)
+    again = np.array([_sobol_indices(values[rows]) for rows in take])  # (resampled, 2, inputs)
     low, high = np.quantile(again, (0.025, 0.975), axis=0)
     return {
         "first": first,
@@ -694,7 +694,7 @@ def _indices(study: xr.Dataset, quantity: str, inputs: list[str]) -> dict[str, A
     }
 
 
-def _of(values: Floats) -> tuple[Floats, Floats]:
+def _sobol_indices(values: Floats) -> tuple[Floats, Floats]:
     """First and total indices from runs with the inputs A, B and A with one of B, (samples, inputs + 2)."""
     middle = values[:, :2].mean()
     a, b, changed = values[:, :1] - middle, values[:, 1:2] - middle, values[:, 2:] - middle

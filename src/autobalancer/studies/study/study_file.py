@@ -35,7 +35,7 @@ from autobalancer.studies.study.study_spec import (
     Sudden,
     SuddenUnbalance,
     Varied,
-    joined,
+    copula_factor,
 )
 from autobalancer.studies.variations import listed, with_variation
 from autobalancer.units import list_argument, shortened, to_si
@@ -375,4 +375,4 @@ def check_pairs(pairs: Pairs, scatter: dict[str, Distribution]) -> None:
                 raise QuestionError(text, ("correlation",))
         if one == other:
             raise QuestionError(f"{one!r} is named twice; a correlation is between two parameters", ("correlation",))
-    joined(list(scatter), pairs)
+    copula_factor(list(scatter), pairs)

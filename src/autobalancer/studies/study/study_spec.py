@@ -347,7 +347,7 @@ Varied = dict[
 ]
 
 
-def joined(names: Sequence[str], pairs: Mapping[tuple[str, str], float]) -> Floats | None:
+def copula_factor(names: Sequence[str], pairs: Mapping[tuple[str, str], float]) -> Floats | None:
     """Correlations of the normal numbers behind the distributions (Gaussian copula) as the factor L of R = L L'.
 
     Parameters
@@ -423,11 +423,11 @@ def shares(plan: Plan, seed: int, width: int, draws: NDArray[np.int64], total: i
     elif plan == "sensitivity":
         result = _columns_changed(seed, width, draws, total)
     else:
-        result = _whole(plan, seed, width, total)[draws]
+        result = _all_draws(plan, seed, width, total)[draws]
     return np.clip(result, LEAST, 1.0 - 2.0**-53)
 
 
-def drawn_again(seed: int, width: int, draw: int, attempt: int) -> Floats:
+def redraw(seed: int, width: int, draw: int, attempt: int) -> Floats:
     """Numbers for a draw that is to be taken once more, (1, width)."""
     return np.clip(generator(seed, _AGAIN, draw, attempt).random((1, width)), LEAST, 1.0 - 2.0**-53)
 
@@ -443,7 +443,7 @@ def _block(seed: int, block: int, width: int) -> Floats:
 
 
 @lru_cache(maxsize=4)
-def _whole(plan: str, seed: int, width: int, total: int) -> Floats:
+def _all_draws(plan: str, seed: int, width: int, total: int) -> Floats:
     from scipy.stats import qmc
 
     source = generator(seed, _WHOLE)
@@ -732,7 +732,7 @@ class Study:
         distinct, where = np.unique(draw, return_inverse=True)
         share = self._shares(distinct)
         for number, attempt in again.items():
-            share[distinct == number] = drawn_again(self.seed, share.shape[1], number, attempt)
+            share[distinct == number] = redraw(self.seed, share.shape[1], number, attempt)
         values: dict[str, Any] = {
             name: one.at(column)[where].tolist()
             for (name, one), column in zip(
@@ -750,7 +750,7 @@ class Study:
 
     def _correlated(self, share: NDArray[np.float64]) -> NDArray[np.float64]:
         names = list(self.scatter)
-        return correlated(share[:, : len(names)], joined(names, self.correlation))
+        return correlated(share[:, : len(names)], copula_factor(names, self.correlation))
 
     def _seeds(self, draw: NDArray[np.int64]) -> NDArray[np.int64]:
         """Seeds of the starts; with the plan "sensitivity" they are one more number of its samples A and B."""

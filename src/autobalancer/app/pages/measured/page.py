@@ -15,7 +15,7 @@ from nicegui import events, run, ui
 from nicegui.element import Element
 
 from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker, say_refused
-from autobalancer.app.store.fits import WAYS, FitEntry, Free, Question, Trials, fit, fit_file, fits
+from autobalancer.app.store.fits import METHODS, FitEntry, Free, Question, Trials, fit, fit_file, fits
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.kept_runs import Archive
 from autobalancer.app.store.measured_files import (
@@ -31,8 +31,8 @@ from autobalancer.app.store.measured_files import (
 from autobalancer.app.store.pictures import svg_of
 from autobalancer.app.store.signal_pictures import (
     LOOKS,
-    Asked,
-    Drawn,
+    FigureAndText,
+    PictureOptions,
     beside,
     drive_of,
     order_table,
@@ -85,7 +85,7 @@ RUNS = 60  # of the list
 class Beside:
     """One run at a time."""
 
-    def __init__(self, bench: Bench, asked: Callable[[], Asked]) -> None:
+    def __init__(self, bench: Bench, asked: Callable[[], PictureOptions]) -> None:
         self.bench, self.archive, self.asked = bench, Archive(bench.home), asked
         self.data: xr.Dataset | None = None
         ui.html("<h2>Beside a run</h2>", sanitize=False)
@@ -119,7 +119,7 @@ class Beside:
 
     def ask(self) -> None:
         """Put the measurement beside the chosen run."""
-        data, run, asked = self.data, self.run.value, Asked(**vars(self.asked()))
+        data, run, asked = self.data, self.run.value, PictureOptions(**vars(self.asked()))
         if data is None:
             return
         if not run:
@@ -146,7 +146,7 @@ class Beside:
 
     def take(self) -> None:
         """Give the machine of the page the measured speed."""
-        data, asked = self.data, Asked(**vars(self.asked()))
+        data, asked = self.data, PictureOptions(**vars(self.asked()))
 
         def then(job: Job) -> None:
             if job.state != "done":
@@ -174,7 +174,7 @@ TITLE = "fit to "
 class Fit:
     """The form of a fit, its progress, and the fits to one measurement."""
 
-    def __init__(self, bench: Bench, shelf: Measurements, asked: Callable[[], Asked]) -> None:
+    def __init__(self, bench: Bench, shelf: Measurements, asked: Callable[[], PictureOptions]) -> None:
         self.bench, self.shelf, self.asked = bench, shelf, asked
         self.name = ""
         self.question = Question([])
@@ -197,8 +197,8 @@ class Fit:
         """For another measurement."""
         self.name, self.question = name, Question([])
         signals = isinstance(data, Signals)
-        ways = {key: text for key, text in WAYS.items() if signals or (key != "samples" and "amplitude" in data)}
-        ways = ways or {"samples": WAYS["samples"]}
+        ways = {key: text for key, text in METHODS.items() if signals or (key != "samples" and "amplitude" in data)}
+        ways = ways or {"samples": METHODS["samples"]}
         self.question.way = next(iter(ways))
         self.form.clear()
         with self.form:
@@ -228,7 +228,7 @@ class Fit:
             hinted(balls, "in the steady response; runs have their balls anyway")
         with ui.row().classes("items-center gap-2"):
             ui.button("Fit", icon="play_arrow", on_click=self.start).props('unelevated no-caps data-at="fit"')
-            self.work = Work(self.bench, "fit", _told)
+            self.work = Work(self.bench, "fit", _progress_text)
         ui.label("Slow roll, tacho and piece are taken as they stand under Look.").classes("quiet")
 
     def _text(self, key: str, label: str, help_: str) -> None:
@@ -273,7 +273,7 @@ class Fit:
         if self.bench.reading.machine is None:
             ui.notify("the machine is not possible yet; see its form", type="warning")
             return
-        name, text, asked = self.name, self.bench.text, Asked(**vars(self.asked()))
+        name, text, asked = self.name, self.bench.text, PictureOptions(**vars(self.asked()))
         question = Question(**{**vars(self.question), "free": [Free(**vars(one)) for one in self.question.free]})
         self.work.start(f"{TITLE}{name}", lambda job: fit(self.shelf, name, text, question, asked, job), self._over)
 
@@ -352,7 +352,7 @@ def _fit_picture(shelf: Measurements, name: str, fit_name: str) -> Callable[[], 
     return lambda: identification(data)
 
 
-def _told(job: Job) -> str:
+def _progress_text(job: Job) -> str:
     """How far a fit is: a search does not know how many trials it needs."""
     known = job.result
     if not isinstance(known, Trials):
@@ -367,7 +367,7 @@ def _table(entry: FitEntry, units: dict[str, str]) -> str:
     notes = "".join(f'<div class="note">{escape(note)}</div>' for note in entry.notes)
     heads = "".join(f'<th class="number">{word}</th>' for word in ("fitted", "interval of 95 %", "before"))
     head = f"<tr><th></th>{heads}</tr>"
-    title = f"{entry.machine}, {entry.made} UTC; {WAYS[entry.way]}; deviations {entry.scatter:.3g} times their noise"
+    title = f"{entry.machine}, {entry.made} UTC; {METHODS[entry.way]}; deviations {entry.scatter:.3g} times their noise"
     return (
         f'<div class="quiet">{escape(title)}</div><table class="facts" data-at="fit result">{head}{rows}</table>{notes}'
     )
@@ -407,7 +407,7 @@ class Looks:
     """The waveforms, and one picture at a time."""
 
     def __init__(self, bench: Bench, shelf: Measurements) -> None:
-        self.shelf, self.asked = shelf, Asked()
+        self.shelf, self.asked = shelf, PictureOptions()
         self.name = ""
         with ui.row().classes("items-center gap-2 w-full"):
             ui.html("<h2 class='head'>Look</h2>", sanitize=False)
@@ -419,7 +419,7 @@ class Looks:
 
     def show(self, name: str, data: xr.Dataset, version: str) -> None:
         """Show another measurement."""
-        self.name, self.asked = name, Asked()
+        self.name, self.asked = name, PictureOptions()
         self.picture.set_content("")
         self.words.set_content(f'<pre class="said">{escape(data.told())}</pre>' if isinstance(data, Signals) else "")
         self.waves.show(name if isinstance(data, Signals) else "", version)
@@ -455,7 +455,7 @@ class Looks:
                     button.on_click(partial(self._look, key, data))
 
     def _look(self, key: str, data: xr.Dataset) -> None:
-        asked = Asked(**vars(self.asked))
+        asked = PictureOptions(**vars(self.asked))
         self._ask(LOOKS[key][0], lambda: _looked(data, key, asked))
 
     def _ask(self, title: str, make: Any) -> None:
@@ -479,7 +479,7 @@ class Looks:
         self.work.start(f"look {name}", work, then)
 
 
-def _looked(data: xr.Dataset, name: str, asked: Asked) -> Drawn:
+def _looked(data: xr.Dataset, name: str, asked: PictureOptions) -> FigureAndText:
     """One of the pictures.
 
     Raises
@@ -667,7 +667,7 @@ def _opened() -> Any:
 # What the columns of a measured file mean: the first lines of the file beside a row for each column.
 
 
-MORE = (
+OPTIONAL_FIELDS = (
     ("rate", "samples a second", "where no column has the time, such as 2 kHz"),
     ("start", "from", "of the piece that is read, such as 0.5 s"),
     ("end", "to", "of the piece that is read"),
@@ -693,7 +693,7 @@ class Columns:
             for column in self.reading.columns:
                 self._row(column, places)
         with ui.row().classes("items-center gap-2 q-mt-sm"):
-            for key, label, help_ in MORE:
+            for key, label, help_ in OPTIONAL_FIELDS:
                 box = marked(ui.input(label, value=getattr(self.reading, key)).props(FIELD), at=f"reading {key}")
                 hinted(box.style("width: 170px"), help_).bind_value_to(self.reading, key, lambda text: text or "")
             large = ui.checkbox("large values are right", value=self.reading.implausible).props("dense")
@@ -707,7 +707,7 @@ class Columns:
         hinted(ui.label(column.column).classes("key ellipsis"), column.column)
         kind = ui.select(QUANTITIES, value=column.quantity, label="is").props(FIELD).props("options-dense")
         kind.bind_value_to(column, "quantity")
-        _named(kind, "quantity", column)
+        _label(kind, "quantity", column)
         self._text(column, "unit", "of its numbers, such as um; of voltages V, with a sensitivity")
         self._text(column, "direction", "x, y, z, or degrees from x", ["x", "y", "z"])
         self._text(column, "place", "the station where the sensor is; empty for the rotor", places)
@@ -719,9 +719,9 @@ class Columns:
         word = {"uncertainty": "noise"}.get(key, key)
         box = hinted(ui.input(word, value=getattr(column, key), autocomplete=offered).props(FIELD), help_)
         box.bind_value_to(column, key, lambda text: text or "")
-        _named(box, word, column)
+        _label(box, word, column)
 
 
-def _named(element: Any, what: str, column: Column) -> None:
+def _label(element: Any, what: str, column: Column) -> None:
     """Its name for those who do not see it, and for tests."""
     marked(element, at=f"{what} of {column.column}", label=f"{what} of {column.column}")

@@ -22,13 +22,21 @@ from autobalancer.app.store.analyses import (
     Entry,
     Known,
     LatestAnswers,
+    answer_text,
     defaults,
     known_of,
-    said,
-    why_not_at_all,
+    no_analysis_reason,
 )
 from autobalancer.app.store.jobs import Job, Latest
-from autobalancer.app.store.pictures import DrawnMap, Seen, drawn_map, file_of, seen_exactly, seen_on, svg_of
+from autobalancer.app.store.pictures import (
+    MapPicture,
+    PointStatement,
+    exact_statement,
+    file_of,
+    map_picture,
+    statement_from_map,
+    svg_of,
+)
 from autobalancer.app.text.form_fields import alike, machine_with, text_with
 from autobalancer.assembly.quantities import value_of
 from autobalancer.errors import AutobalancerError, unwarned
@@ -225,12 +233,12 @@ class Panel:
 
     def drawn(self, found: Any, about: About) -> Any:
         """The picture; called in another thread."""
-        alternative = f"{self.analysis.title} of {about.name}. {' '.join(f'{text}.' for text in said(found))}"
+        alternative = f"{self.analysis.title} of {about.name}. {' '.join(f'{text}.' for text in answer_text(found))}"
         return svg_of(lambda: self.analysis.draw(found), alternative.strip())
 
     def told(self, found: Any, about: About) -> str:
         """What is said below the picture."""
-        lines = "".join(f"<div>{escape(text)}</div>" for text in said(found))
+        lines = "".join(f"<div>{escape(text)}</div>" for text in answer_text(found))
         notes = "".join(f'<div class="note">{escape(text)}</div>' for text in about.notes)
         return f'{_table(found) if self.analysis.table else ""}<div class="quiet">{lines}</div>{notes}'
 
@@ -331,7 +339,7 @@ class StabilityPage:
         if self.stale:
             return
         machine: Any = self.bench.reading.machine
-        why = why_not_at_all(machine)
+        why = no_analysis_reason(machine)
         if why:
             self.latest.number += 1  # what is under way is outdated
             self._fill(None, why)
@@ -393,7 +401,7 @@ class StabilityPage:
     def _report(self, form: str) -> None:
         machine = self.bench.reading.machine
         if not isinstance(machine, Machine):
-            ui.notify(f"a report {why_not_at_all(machine)}", type="warning")
+            ui.notify(f"a report {no_analysis_reason(machine)}", type="warning")
             return
         path = self.bench.home / "reports" / f"report.{form}"
 
@@ -422,7 +430,7 @@ def _report_file(machine: Any, path: Path, progress: Progress) -> Path:
 # The stability map with the point that one moves: another speed, another oil, and what the machine would do there.
 
 
-HOW = "Drag the point, click, or use the arrow keys: with shift in larger steps, with alt in smaller."
+KEYBOARD_HELP = "Drag the point, click, or use the arrow keys: with shift in larger steps, with alt in smaller."
 POINT = ThreadPoolExecutor(1, thread_name_prefix="point")
 VERDICTS = {"stable": "verdict good", "unstable": "verdict bad"}  # classes
 
@@ -432,7 +440,7 @@ class MapPanel(Panel):
 
     def place(self) -> None:
         """Make room for the map, and beside it for the words of its point."""
-        self.map: DrawnMap | None = None
+        self.map: MapPicture | None = None
         self.found: Any = None
         self.values: dict[str, float] = {}
         self.moved = False  # by the user
@@ -462,10 +470,10 @@ class MapPanel(Panel):
 
     def drawn(self, found: Any, about: About) -> Any:
         """The picture with its scales."""
-        words = " ".join(f"{text}." for text in said(found))
-        return drawn_map(found, f"{self.analysis.title} of {about.name}. {words}")
+        words = " ".join(f"{text}." for text in answer_text(found))
+        return map_picture(found, f"{self.analysis.title} of {about.name}. {words}")
 
-    def put(self, found: Any, drawn: DrawnMap) -> None:
+    def put(self, found: Any, drawn: MapPicture) -> None:
         """Put the map on the page, its point where the machine is."""
         self.found, self.map = found, drawn
         self.picture.set_content(drawn.svg)
@@ -543,16 +551,16 @@ class MapPanel(Panel):
         for box, scale in zip(self.boxes, (self.map.x, self.map.y), strict=True):
             box.value, box.error = f"{values[scale.name] * scale.factor:.4g}", None
         self._mark()
-        self._say(seen_on(self.found, values))
+        self._say(statement_from_map(self.found, values))
         machine = self.about.machine
 
-        def work() -> Seen | str:
+        def work() -> PointStatement | str:
             try:
-                return seen_exactly(machine, values, borders=last)
+                return exact_statement(machine, values, borders=last)
             except AutobalancerError as error:
                 return str(error)
 
-        def then(seen: Seen | str) -> None:
+        def then(seen: PointStatement | str) -> None:
             if core.loop is not None:
                 core.loop.call_soon_threadsafe(self._say, seen)
 
@@ -565,7 +573,7 @@ class MapPanel(Panel):
         away = any(abs(value / self.values[name] - 1.0) > 1e-3 for name, value in own.items())
         self.take.set_enabled(away and self.is_of_the_machine())
 
-    def _say(self, seen: Seen | str) -> None:
+    def _say(self, seen: PointStatement | str) -> None:
         if self.card.is_deleted:
             return
         if isinstance(seen, str):
@@ -573,7 +581,7 @@ class MapPanel(Panel):
             self.verdict.classes(replace="wrong")
             return
         if seen.exact and not seen.borders:  # while the point moves, borders are those of the map
-            seen.borders = seen_on(self.found, self.values).borders
+            seen.borders = statement_from_map(self.found, self.values).borders
         assert self.map is not None
         self.verdict.set_text(seen.words())
         self.verdict.classes(replace=VERDICTS.get(seen.verdict, "verdict"))
@@ -623,7 +631,7 @@ class MapPoint(Element, component="map_point.js"):
         self.on("moved", lambda event: self._tell(event.args, moved))
         self.moves = 0  # how many the browser has told
 
-    def show(self, drawn: DrawnMap) -> None:
+    def show(self, drawn: MapPicture) -> None:
         """Lie over another map."""
         self._props |= {"size": list(drawn.size), "area": list(drawn.area)}
         self.update()

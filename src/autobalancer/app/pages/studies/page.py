@@ -15,10 +15,10 @@ from fastapi.responses import FileResponse, PlainTextResponse
 from nicegui import app, events, run, ui
 
 from autobalancer.app.pages.elements import Bench, Typed, hinted, marked, picker, say_refused, toml_editor, user_of
-from autobalancer.app.pages.studies.results import KeptList, Results
+from autobalancer.app.pages.studies.results import Results, StudyList
 from autobalancer.app.store.kept_runs import user_folder
 from autobalancer.app.store.measured_files import Measurements
-from autobalancer.app.store.studies import DESIGN, STUDY, Kept, Studies, run_design, run_study, sample_text
+from autobalancer.app.store.studies import DESIGN, STUDY, Studies, StudyEntry, run_design, run_study, sample_text
 from autobalancer.app.text.form_fields import (
     SHOWN,
     VALUES,
@@ -27,10 +27,10 @@ from autobalancer.app.text.form_fields import (
     Row,
     as_entry,
     as_list,
+    entry_text,
     fields_of,
     offered,
-    rows_of,
-    shown,
+    varied_rows,
     with_entry,
     with_kind,
     with_row,
@@ -93,7 +93,7 @@ class Opened:
             with panels[kind]:
                 self._cards(kind)
         with ui.element("section").classes("card").props('aria-label="kept studies and designs"'):
-            self.list = KeptList(bench, self.shelf, self._open, self._resume)
+            self.list = StudyList(bench, self.shelf, self._open, self._resume)
         self.results = Results(bench, self.shelf)
 
         def turn() -> None:
@@ -153,7 +153,7 @@ class Opened:
         if study is None:
             return
         title = study.name if study.name != "study" else f"study of {study.machine.name}"
-        entry = Kept("", STUDY, title, study.machine.name, reading.of.file, "", study.count)
+        entry = StudyEntry("", STUDY, title, study.machine.name, reading.of.file, "", study.count)
         self._begin(entry, self.study.text, reading.of.text, {})
 
     def _start_design(self, reading: DesignReading) -> None:
@@ -161,11 +161,11 @@ class Opened:
         if spec is None:
             return
         title = spec.name if spec.name != "design" else f"design for {spec.machine.name}"
-        entry = Kept("", DESIGN, title, spec.machine.name, reading.of.file, "")
+        entry = StudyEntry("", DESIGN, title, spec.machine.name, reading.of.file, "")
         measured = {} if reading.measured is None else {reading.measured.name: reading.measured.read_bytes()}
         self._begin(entry, self.design.text, reading.of.text, measured)
 
-    def _begin(self, entry: Kept, text: str, machine: str, more: dict[str, bytes]) -> None:
+    def _begin(self, entry: StudyEntry, text: str, machine: str, more: dict[str, bytes]) -> None:
         try:
             name = self.shelf.add(entry, text, machine, more)
         except AutobalancerError as error:
@@ -255,7 +255,7 @@ class DefineStudy:
                 return
             self._machine(machine)
             with ui.column().classes("w-full gap-1").props('data-at="varies"'):
-                for row in rows_of(self.draft.text):
+                for row in varied_rows(self.draft.text):
                     self._row(row)
             self._more()
             self._plan()
@@ -266,7 +266,7 @@ class DefineStudy:
         of = self.reading.of
         with ui.row().classes("items-center gap-2 w-full"):
             where = "of the page Describe" if of.file == "machine.toml" else f"sample {of.file}"
-            text = f"{machine.name}, {where}" if machine is not None else NONE
+            text = f"{machine.name}, {where}" if machine is not None else NO_QUANTITY
             ui.label(f"Machine: {text}").classes("key").props('data-at="study machine"')
             if of.file != "machine.toml" and machine is not None:
 
@@ -312,7 +312,7 @@ class DefineStudy:
         known = {name: f"{one.label}: {one.given}" for name, one in self.offer.items()}
 
         def take(name: str) -> None:
-            if not any(row.name == name for row in rows_of(self.draft.text)):
+            if not any(row.name == name for row in varied_rows(self.draft.text)):
                 self._edit(lambda text: with_row(text, self.offer[name]), focus=f"distribution of {name}")
 
         picker(known, "add what varies: a number of the machine", take, at="add varies").classes("w-full")
@@ -369,7 +369,7 @@ class DefineStudy:
         return [BALANCED, STALLED, *(one.name for one in SWEPT if not one.per_ball), *standing]
 
     def _kind(self, row: Row, kind: str) -> None:
-        now = next((one for one in rows_of(self.draft.text) if one.name == row.name), row)
+        now = next((one for one in varied_rows(self.draft.text) if one.name == row.name), row)
         if kind and kind != now.kind:
             self._edit(
                 lambda text: with_kind(text, now, kind, self.offer.get(row.name)), focus=f"distribution of {row.name}"
@@ -446,7 +446,9 @@ class DefineDesign:
     def _machine(self) -> None:
         of = self.reading.of
         where = "of the page Describe" if of.file == "machine.toml" else f"sample {of.file}"
-        text = f"{of.machine.name}, {where}" if of.machine is not None else NONE if of.file else "a measured rotor"
+        text = (
+            f"{of.machine.name}, {where}" if of.machine is not None else NO_QUANTITY if of.file else "a measured rotor"
+        )
         with ui.row().classes("items-center gap-2 w-full"):
             ui.label(f"Machine: {text}").classes("key").props('data-at="design machine"')
             if of.file not in ("", "machine.toml"):
@@ -498,7 +500,7 @@ const go = () => {{
   else if (left--) requestAnimationFrame(go);
 }};
 requestAnimationFrame(go);"""  # once the entry that had the focus is gone; whoever is elsewhere by then stays there
-NONE = "none that is possible here"
+NO_QUANTITY = "none that is possible here"
 LOOK = "dense outlined stack-label debounce=350"
 
 
@@ -525,7 +527,7 @@ class Entries:
         self, label: str, path: DocumentPath, help_: str, hint: str = "", made: Callable[[str], Any] = as_entry
     ) -> Any:
         """A number, a quantity with its unit, or a text."""
-        box = ui.input(label, value=shown(value_at(data_of(self.draft.text), path)), placeholder=hint).props(LOOK)
+        box = ui.input(label, value=entry_text(value_at(data_of(self.draft.text), path)), placeholder=hint).props(LOOK)
         box.on_value_change(lambda event: self.put(path, made(event.value or "")))
         return self.known(box, path, help_)
 
@@ -560,7 +562,9 @@ class Entries:
 
         held = value_at(data_of(self.draft.text), path)
         for end in ("from", "to"):
-            box = ui.input(f"{label} {end}", value=shown(held.get(end) if isinstance(held, dict) else held)).props(LOOK)
+            box = ui.input(f"{label} {end}", value=entry_text(held.get(end) if isinstance(held, dict) else held)).props(
+                LOOK
+            )
             box.on_value_change(lambda event, end=end: changed(end, event.value or ""))
             self.known(box, (*path, end), help_)
 

@@ -18,20 +18,20 @@ from autobalancer.app.store.studies import (
     DRIVES,
     FAN,
     OVER,
-    Kept,
     Known,
     Studies,
+    StudyEntry,
     chosen_text,
     columns_of,
-    design_drawn,
+    design_figure,
     design_of,
-    drawn,
-    how_far,
     offered,
     places,
+    progress_text,
     quantities_of,
     reasons_html,
     result_of,
+    study_figure,
     time_text,
 )
 from autobalancer.errors import AutobalancerError, QuestionError
@@ -41,7 +41,7 @@ from autobalancer.results.answers.studied import Studied
 from autobalancer.studies.design.designs import Designed, designed_machine
 from autobalancer.tables import Column, html_table
 
-EVERY = 2.0  # s, between two looks at what is finished
+REFRESH_SECONDS = 2.0  # s, between two looks at what is finished
 FORMS = ("pdf", "html")
 
 
@@ -53,10 +53,10 @@ class Results:
 
     def __init__(self, bench: Bench, shelf: Studies) -> None:
         self.bench, self.shelf = bench, shelf
-        self.entry = Kept("", "", "", "", "", "")
+        self.entry = StudyEntry("", "", "", "", "", "")
         self.body: Any = None
         self.looking = False
-        self.filed: Kept | None = None  # whose files are offered
+        self.filed: StudyEntry | None = None  # whose files are offered
         self.card = ui.element("section").classes("card").props('aria-label="result" data-at="study result"')
         with self.card:
             self.title = ui.html("", sanitize=False)
@@ -66,7 +66,7 @@ class Results:
             self.more = ui.column().classes("w-full gap-1 q-mt-sm")
             self.work = Work(bench, "study report")
         self.card.set_visibility(False)
-        self.timer = ui.timer(EVERY, self.look, active=False)
+        self.timer = ui.timer(REFRESH_SECONDS, self.look, active=False)
 
     def seen(self, now: bool) -> None:
         """Whether somebody looks."""
@@ -122,7 +122,7 @@ class Results:
 
     def _said(self, job: Job | None, known: bool) -> str:
         if job is None:
-            part = how_far(self.shelf, self.entry)
+            part = progress_text(self.shelf, self.entry)
             stopped = f"stopped{f' after {part}' if part else ''}; what is finished is kept, and Resume goes on"
             return "finished" if self.entry.finished else stopped
         if job.state != "running":
@@ -178,7 +178,7 @@ def _write_report(shelf: Studies, name: str, place: int, form: str, job: Job) ->
     return file
 
 
-def _links(entry: Kept) -> dict[str, Any]:
+def _links(entry: StudyEntry) -> dict[str, Any]:
     known = {entry.file: f"{entry.kind} (TOML)"}
     if entry.machine_file:
         known["machine.toml"] = "machine (TOML)"
@@ -197,7 +197,7 @@ class StudyResult:
 
     chosen = 0  # of which design a report is made
 
-    def __init__(self, bench: Bench, shelf: Studies, entry: Kept) -> None:
+    def __init__(self, bench: Bench, shelf: Studies, entry: StudyEntry) -> None:
         self.shelf, self.entry = shelf, entry
         self.known = Known(shelf, entry.name)
         self.found: Studied | None = None
@@ -269,7 +269,7 @@ class StudyResult:
         point = int(self.points.value or 1)
 
         def work(job: Job) -> tuple[str, Any]:
-            draw, words = drawn(self.shelf, name, found, here, quantity, point, job)
+            draw, words = study_figure(self.shelf, name, found, here, quantity, point, job)
             return svg_of(draw, words), draw
 
         self.picture.classes(add="old")  # until the new one is there
@@ -306,7 +306,7 @@ def _needs_quantity(kind: str) -> bool:
 class DesignResult:
     """One design; ``read`` may be called in another thread."""
 
-    def __init__(self, bench: Bench, shelf: Studies, entry: Kept) -> None:
+    def __init__(self, bench: Bench, shelf: Studies, entry: StudyEntry) -> None:
         self.bench, self.shelf, self.entry = bench, shelf, entry
         self.found: Designed | None = None
         self.ran = 0
@@ -354,7 +354,7 @@ class DesignResult:
 
     def _draw(self, found: Designed) -> None:
         def work(_job: Job) -> tuple[str, Any]:
-            draw, words = design_drawn(found)
+            draw, words = design_figure(found)
             return svg_of(draw, words), draw
 
         def then(job: Job) -> None:
@@ -444,21 +444,21 @@ def warnings_html(texts: Sequence[str]) -> str:
 # The list of studies and designs: how far each is, and what can be done with it.
 
 
-SHOWN = 60  # entries of the list
+ROWS_SHOWN = 60  # entries of the list
 
 
 @dataclass
 class Line:
     """What is shown of one; word and bar change while it waits or runs."""
 
-    entry: Kept
+    entry: StudyEntry
     job: Job | None
     row: Any
     word: Any = None
     bar: Any = None
 
 
-class KeptList:
+class StudyList:
     """Reads the folder and the queue; ``open`` and ``resume`` are called with a name."""
 
     def __init__(
@@ -480,7 +480,7 @@ class KeptList:
     def refresh(self) -> None:
         """Read the folder again; lines that are right stay under the hand of whoever uses them."""
         going = self._going()
-        wanted = {entry.name: entry for entry in self.shelf.entries()[:SHOWN]}
+        wanted = {entry.name: entry for entry in self.shelf.entries()[:ROWS_SHOWN]}
         for name, line in [*self.lines.items()]:
             if wanted.get(name) != line.entry or going.get(name) is not line.job:
                 line.row.delete()
@@ -507,7 +507,7 @@ class KeptList:
                 line.word.set_text(state_of(line.job))
                 line.bar.value = line.job.share
 
-    def _line(self, entry: Kept, job: Job | None) -> Line:
+    def _line(self, entry: StudyEntry, job: Job | None) -> Line:
         row = marked(ui.row().classes("items-center gap-2 w-full no-wrap archive-line"), at=entry.name)
         line = Line(entry, job, row)
         with row:
@@ -530,15 +530,15 @@ class KeptList:
                 marked(bin_, label=f"delete {entry.title}")
         return line
 
-    def _rests(self, entry: Kept) -> str:
+    def _rests(self, entry: StudyEntry) -> str:
         """What is known of one that does not run."""
         made = f"{entry.kind} of {entry.machine} · {entry.made} UTC"
         if entry.finished:
             return f"{made} · finished in {time_text(entry.seconds)}"
-        part = how_far(self.shelf, entry)
+        part = progress_text(self.shelf, entry)
         return f"{made} · {entry.message or 'interrupted'}{f', {part} are kept' if part else ''}"
 
-    def _delete(self, entry: Kept) -> None:
+    def _delete(self, entry: StudyEntry) -> None:
         with ui.dialog(value=True) as dialog, ui.card():
             ui.label(f"Delete {entry.title} of {entry.made} with all its parts? They cannot be brought back.")
 
