@@ -494,7 +494,7 @@ def test_a_check_uses_four_kernels_and_no_integrator() -> None:
     script = "from autobalancer.cli import app; app(['check', 'examples/machines/discoidal.toml'])"
     said = fresh_process(script, NUMBA_DEBUG_CACHE="1")
     used = set(re.findall(r"(?:index|data) (?:loaded from|saved to) .*/([\w.]+)-\d+-", said))
-    assert {"observables.with_balls_held", "characteristic.growth_rates"} <= used
+    assert {"observables.observe_locked_balls", "characteristic.growth_rates"} <= used
     assert len(used) <= 4, used
 
 
