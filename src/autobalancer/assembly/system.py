@@ -179,10 +179,12 @@ def assemble(
     """
     balls = with_mass_spread(machine, resolve(machine), mass_spread, seed)
     beyond = real and (is_resolved(machine) or is_real(machine, balls, lags))
+    # what the short equations of one plane cannot say goes to the general ones, with the same layout of states
     general = general or is_linked(machine) or has_rubber(machine) or has_hardening(machine)
     general = general or (contact and _has_rigid_friction(machine))
     if general or beyond or not isinstance(machine.rotor, PlanarRotor):
         return assemble_general(machine, balls, seed=seed, rotating=rotating, contact=contact, lags=lags or {})
+    # in the turning frame an isotropic machine without gravity is nearly at rest, and steps become long
     pull = _pull(machine)
     isotropic = machine.rotor.isotropic
     turns = (isotropic and pull == 0.0) if rotating is None else rotating and isotropic
@@ -197,6 +199,7 @@ def assemble(
         planar=Planar(total_mass(machine, balls), kx, ky, bx, by),
         **_guided(balls),
     )
+    # contacts are set at the start; their stiffness depends on the fastest that a ball can come
     critical = tuple(critical_speeds(system.planar))
     angles = np.array(start_angles(balls, generator(seed)), np.float64)
     if contact and balls:

@@ -176,6 +176,7 @@ def _group(
         problems.append((keys, f"the drag law {race.drag.word()!r} needs the size of the balls; give 'diameter'"))
     if race.slipstream and diameter == 0.0:
         problems.append((("slipstream",), "needs the size of the balls; give 'diameter', or leave it out"))
+    # drag on the orbit, linear or a curve over the speed in the fluid
     try:
         beta, curve = ball_drag(race.drag, 0.5 * diameter, orbit, density, viscosity)
         if shear is not None and diameter:

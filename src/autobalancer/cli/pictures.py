@@ -215,6 +215,7 @@ def plot(
         raise QuestionError(f"--frame: given {frame!r}; must be space or rotor")
     if deflection_unit not in ("", "m", "mm", "um", "nm"):
         raise QuestionError(f"--deflection-unit: given {deflection_unit!r}; must be one of m, mm, um, nm")
+    # one file is one picture, a folder takes all usual ones
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
@@ -234,6 +235,7 @@ def plot(
     if single and len(chosen) > 1:
         raise QuestionError(f"--out {out}: a file is one picture; choose --kind {', '.join(draw)}, or give a folder")
     title = result.name if result.is_dir() else result.stem  # the name of a run may hold a point: deep-n3-mu0.5-s0
+    # one picture that cannot be drawn does not keep the others away
     skipped: list[str] = []
     made: list[Path] = []
     for name in chosen:

@@ -132,6 +132,7 @@ def annulus_flow(
     moments = sorted({float(t) for t in times} or {end})
     if moments[0] < 0.0 or moments[-1] > end:
         raise QuestionError(f"times: given {moments[0]:g} to {moments[-1]:g} s; must lie within 0 and {end:g} s")
+    # how much the secondary flow, which modes leave out, would change decides on the solver
     walls = wall_speed(profile, initial_speed)
     if not 1e-6 <= error <= 0.5:
         raise QuestionError(f"error: given {error:g}; must be between 1e-6 and 0.5")

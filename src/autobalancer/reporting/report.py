@@ -158,6 +158,7 @@ def report(
     if path.suffix.lower() not in FORMS:
         raise QuestionError(f"{path}: a report is written as .html or .pdf; end the name with one of these")
     ready_to_write(path)
+    # refuse before any time is spent
     package, does = FORMS[path.suffix.lower()]
     if find_spec(package) is None:
         raise QuestionError(
@@ -176,6 +177,7 @@ def report(
         starts=starts,
         seed=seed,
     )
+    # pages are data; HTML and PDF are two ways to print them
     pages = _pages(described, wanted, progress)
     report = Report(f"{described.name}: automatic ball balancer", _identity(described, name), tuple(pages))
     if path.suffix.lower() == ".pdf":
@@ -217,6 +219,7 @@ def _pages(machine: Machine, wanted: _ReportOptions, progress: Callable[[int, in
     half = max(starts // 2, 2)
     if isinstance(wanted.study, Designed):
         add(*design_pages(wanted.study, machine, wanted.study_file))
+    # the machine, and whether its balls can balance it
     add(facts_page(summary), drawing_page(machine), capability_page(summary))
     add(quality_page(summary, residual_of(run), wanted.grade, command), run_page(run, held, command))
     if starts:
@@ -227,6 +230,7 @@ def _pages(machine: Machine, wanted: _ReportOptions, progress: Callable[[int, in
         fine = simulate(machine, seed=seed, save=[Samples(count)], progress=False)
         again = f"{command} --samples {count}\nautobalancer compare run.nc {wanted.measured_file}"
         add(measured_page(fine, wanted.measured, again))
+    # how far it is from where that fails
     add(margin_page(summary), map_page(machine, summary))
     if starts:
         top = summary.highest_speed
@@ -238,6 +242,7 @@ def _pages(machine: Machine, wanted: _ReportOptions, progress: Callable[[int, in
     add(change_page(machine, file, -(-starts // TENTH), seed))
     if isinstance(wanted.study, Studied):
         add(*study_pages(wanted.study, wanted.study_file))
+    # what the numbers rest on
     add(balls_page(machine, summary, run, command))
     left = str(run.attrs.get("drag_warning", ""))
     own = [Paragraph(f"This machine leaves the range of its drag law: {left}.", strong=True)] if left else []

@@ -639,6 +639,7 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
                 f"{place.name}: {text}{_text_without(place.without_balls, length_text)}",
             )
         )
+    # a static deflection only where it is more than the noise beside the vibration
     settled = [place for place in verdict.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
     for number, place in enumerate(settled):
         name = f"{place.name}: " if len(verdict.places) > 1 else ""

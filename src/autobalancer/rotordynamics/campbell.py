@@ -97,10 +97,12 @@ def campbell(
     check_count(modes, "campbell")
     lines = checked_harmonics(harmonics, "campbell")
     motions = cache(lambda speed: free_motions(model, speed, damped=damped))
+    # branches: at each speed the motions that continue those of the speed before
     branches = tracked(motions, omega, model.mass, modes)
     axis = along_axis(machine, model)
     ellipses = ellipses_of(model, branches.vector, axis)
     count = branches.eigenvalue.shape[0]
+    # the direction of whirl of each mode, along the whole axis
     words = np.full(branches.eigenvalue.shape, "none", dtype=object)
     for place in zip(*np.nonzero(~np.isnan(branches.eigenvalue)), strict=True):
         words[place] = whole_direction(Whirl(ellipses.forward[place], ellipses.backward[place]))
@@ -125,6 +127,7 @@ def campbell(
         "decay_rate": (both, np.where(lacking, np.nan, decay), "decay rate", "1/s"),
         "whirl": (both, words, "direction of whirl", ""),
     }
+    # where a branch meets a harmonic of the speed
     crossed = intersections(model, branches, omega, lines, motions)
     at = "intersection"
     data["intersection_speed"] = (at, [c[0] for c in crossed], "speed of the intersection", "rad/s")
@@ -356,6 +359,7 @@ def modes(
     at, axis = chosen_places(machine, model, stations, "modes"), along_axis(machine, model)
     every = free_motions(model, omega)
     found = every.lowest(modes)
+    # rubber is as stiff as its amplitude makes it
     if rubber_amplitude is not None:
         rubber_amplitude = float(argument("rubber_amplitude", rubber_amplitude, "m"))
         soft = _soft(machine, model, rubber_amplitude, motion)
@@ -386,6 +390,7 @@ def modes(
         "whirl": ("mode", np.array(words, dtype=object), "direction of whirl", ""),
         "station_whirl": (("mode", "station"), station_ellipses.direction, "direction of whirl at the station", ""),
     }
+    # shapes over the greatest semi-major axis of each mode
     size = ellipses.semi_major.max(axis=1, keepdims=True)
     size = np.where(size > 0.0, size, 1.0)
     for prefix, dim, part in (("", "place", ellipses), ("station_", "station", station_ellipses)):

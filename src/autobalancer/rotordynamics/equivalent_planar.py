@@ -355,6 +355,7 @@ def equivalent_planar(
     place, rows = reference(machine, model)
     if station is not None:
         place, rows = str(station), rows_at(machine, model, station, "station")
+    # one oscillator for each direction, by every way; of isotropic rotors both are the same
     items = [_direction(model, rows.deflection, axis, frequency) for axis in range(1 if model.isotropic else 2)]
     both = [items[0], items[-1]]
     grid = _grid(speeds, both, model)
@@ -368,6 +369,7 @@ def equivalent_planar(
     md, d, ds, mds = ("way", "direction"), "direction", ("direction", "speed"), ("way", "direction", "speed")
     constants = np.array([[one.constants[m] for one in both] for m in METHODS])
     curves = [_curves(model, rows.deflection, axis % len(items), frequency, one, grid) for axis, one in enumerate(both)]
+    # how far each is from the rotor, over the speed, and where that stays within the tolerance
     away = np.array(
         [[deviation(curve, grid, k, m, b) for curve, (k, m, b) in zip(curves, c, strict=True)] for c in constants]
     )

@@ -133,6 +133,7 @@ def response(
     load = load_of(machine, model, unbalance, ball_angles, owner)
     soft = rubber_of(machine, model)
     when = None if time is None else list_argument("time", time, "s")
+    # a run-up that is too fast for steady motion: the modes are followed through time
     if when is not None:
         if len(when) != omega.size or len(when) < 4 or not (np.diff(when) > 0.0).all() or smooth or soft is not None:
             raise QuestionError(
@@ -145,6 +146,7 @@ def response(
         return _labeled(machine, omega, places, (x, y), load, quantity, balls, ball_angles)
     if smooth:
         omega = smooth_speeds(omega, lambda between: np.hstack(amplitudes(model, between, load, places, soft)))
+    # on rubber that softens the stiffness belongs to the amplitude that it gives
     steady = None if soft is None else steadily(soft, omega, load.load, owner)
     x, y = amplitudes(model, omega, load, places, soft) if steady is None else motion_at(steady, model, places)
     rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)

@@ -43,6 +43,7 @@ def run_dataset(
     """Label what a run wrote; whatever was not reached is cut off."""
     balls = assembly.balls
     data: dict[str, Any] = {}
+    # which ball, in which race, and what it brings
     coordinates: dict[str, Any] = {
         "ball": np.arange(1, len(balls) + 1),
         "balancer": ("ball", np.array([ball.balancer + 1 for ball in balls], np.int64)),
@@ -58,6 +59,7 @@ def run_dataset(
     coordinates |= place_names(places) | axis_coordinates(places, assembly) | link_coordinates(places.machine)
     if assembly.stations:
         coordinates["station"] = np.array(list(assembly.stations), dtype=object)
+    # samples: states at the times that were asked for, and all that follows from them
     gauges, count = gauges_of(assembly, places, centered=True), int(state.counts[NEXT_SAMPLE])
     if record.sample_times.size:
         coordinates["time"] = record.sample_times[:count]
@@ -70,6 +72,7 @@ def run_dataset(
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
         data |= stored_in_forces(record.samples[:count], assembly)
         data |= over_links(record.samples[:count], assembly.system.drive)
+    # the envelope: least and greatest deflection of each bin, and the balls at its end
     if record.bin_low.size:
         edges, low, high, states = whole_bins(record, state)
         angle, rate = ball_motion(states, assembly)
@@ -79,6 +82,7 @@ def run_dataset(
         data["envelope_speed"] = ("bin", states[:, SPEED])
         data["envelope_ball_angle_in_rotor"] = (("bin", "ball"), angle)
         data["envelope_ball_speed_in_rotor"] = (("bin", "ball"), rate)
+    # the last revolutions, at equal angles of the rotor
     if record.turn_states.shape[0]:
         turns = in_order(record.turn_states, int(state.counts[NEXT_TURN]))
         z = deflection(turns[:, 1:], assembly)
@@ -89,6 +93,7 @@ def run_dataset(
         data |= _at_stations("turn_", "turn", turns[:, 1:], assembly)
         data |= over_turns(observables_at(turns, assembly, gauges), places)
         data["turn_ball_angle_in_rotor"] = (("turn", "ball"), ball_motion(turns[:, 1:], assembly)[0])
+    # what happened on the way
     if events:
         log = record.event_states[: int(state.counts[EVENTS_SEEN])]
         coordinates["event_time"] = ("event", log[:, 1])
@@ -96,6 +101,7 @@ def run_dataset(
         data["event_speed"] = ("event", log[:, 2 + SPEED])
         data["event_deflection"] = ("event", np.hypot(log[:, 2 + X], log[:, 2 + Y]))
         attributes = attributes | {"events_seen": record.event_seen.tolist(), "events_watched": events}
+    # the end of the run, and where all of it comes from
     data |= at_the_end(float(state.clock[TIME]), float(state.state[SPEED]), assembly, places, gauges)
     dataset = label(Run(data, coordinates))
     dataset.attrs = {

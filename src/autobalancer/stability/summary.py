@@ -532,6 +532,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
         return ""
     top, borders = summary.highest_speed, {border.name: border for border in summary.borders}
     exact, release = borders.get("exact border"), borders.get("release speed")
+    # in the order in which things can fail: capability, border, speed of the drive, stall, friction
     needs = [(plane.capability, plane.required) for plane in summary.stations]
     for have, need in needs or [(summary.capability, summary.unbalance)]:
         if need - have > LIMITS[0] * need:  # a rotor with less is balanced by the rule of the verdict
@@ -552,6 +553,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
     thicker = (
         f'a thicker fluid helps (autobalancer borders FILE --minimum-viscosity-at "{top * 30.0 / math.pi:.5g} rpm")'
     )
+    # several positions of the balls balance, and they are not stable from the same speed on
     if exact.best < top <= exact.speed:
         always = "at none" if math.isinf(exact.speed) else f"from {said(exact.speed)} on"
         return (

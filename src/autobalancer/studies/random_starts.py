@@ -289,17 +289,20 @@ def sweep(
     end = run_duration(machine, duration)
     if seeds is not None and (seeds < 1 or vary_seed):
         raise QuestionError(f"seeds: given {seeds}; must be at least 1, and is taken in place of vary_seed")
+    # points of the grid, or one point with many starts
     shape, points = _points(variations, grid) if variations or seeds is None else ((), [()])
     shape = (*shape, seeds) if seeds is not None else shape
     lists: dict[str, Sequence[Any]] = {name: [point[i] for point in points] for i, name in enumerate(variations)}
     own = np.arange(seed, seed + len(points)) if vary_seed else None
     columns = Columns(len(points), lists, seeds=own)
     drawn = np.arange(seed, seed + seeds) if seeds is not None else None
+    # all members run in groups of one layout, each on several threads
     plan = Plan(end, tolerance, bins, how["max_steps"], how["method"])
     groups, _ = Members(machine, columns, drawn, seed, "").sorted(plan, "refuse")
     ran, _, interrupted = run_groups(groups, how["workers"], how["progress"] or None)
     if interrupted and not how["keep_on_interrupt"]:
         raise KeyboardInterrupt
+    # back into the order of the points; a member that Ctrl-C left out says so
     rows: list[dict[str, Any]] = [{"outcome": NOT_RUN, "verdict": ""}] * (len(points) * (seeds or 1))
     for one in ran:
         for number, row, steps in zip(one.group.numbers, one.found.rows, one.found.counts[:, 0], strict=True):

@@ -147,10 +147,12 @@ def stepped_response(
     if start == "fixed" and (direction != "up" or acceleration is not None):
         raise QuestionError("start: 'fixed' begins every speed anew; leave out direction and acceleration")
     assembly = prepare(at_constant_speed(machine, float(chosen[-1])), None, seed=seed, mass_spread=mass_spread)
+    # what the deflection is averaged over, and the same machine with its balls held for comparison
     groups = free_groups(machine)
     names, _, weights = averaged_stations(assembly, stations)
     held = assemble_locked(at_constant_speed(machine, float(chosen[-1]))) if without_balls and assembly.balls else None
     legs = ["up", "down"] if direction == "both" else [direction]
+    # all that the answer depends on: a store that holds another question is refused
     question = {
         "machine": machine_text(machine), "speeds": chosen.tolist(), "dwell": dwell, "window": window,
         "direction": direction, "start": start, "acceleration": acceleration, "settle": settle, "longest": longest,

@@ -62,6 +62,7 @@ def _searched(a: Complexes, b: Complexes, plain: Complexes, goal: Goal, limits: 
 
     count = plain.size
     size = np.where(np.abs(plain) > 0.0, np.abs(plain), 1.0)
+    # masses over those without limits, residuals over the greatest: all numbers near one
     rows = a * size
     scale = float(np.abs(b).max()) or 1.0
     rows, rest = rows / scale, b / scale
@@ -90,6 +91,7 @@ def _searched(a: Complexes, b: Complexes, plain: Complexes, goal: Goal, limits: 
             jac=lambda v: gradient(rows.conj().T @ residual(v)), options={"ftol": TIGHT, "maxiter": 500},
         )  # fmt: skip
     else:
+        # the greatest residual is an unknown of its own, below which all others stay
         top = float(np.abs(residual(v)).max())
         below = {
             "type": "ineq",

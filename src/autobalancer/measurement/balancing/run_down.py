@@ -383,6 +383,7 @@ def first_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
         course = np.asarray(orders["time"].values, float), np.asarray(orders["speed"].values, float)
         if not ((np.diff(course[0]) > 0.0).all() and (course[1] > 0.0).all()):
             course = None
+    # of neighboring values of a filter only those that share no noise count
     about = orders.attrs
     orders = independent(orders)
     times = (
@@ -392,6 +393,7 @@ def first_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
     )
     if course is not None:
         passed = _passed(*course, np.searchsorted(course[0], times), about)
+    # the first order alone is that of unbalance
     if "order" in orders.dims:
         if 1.0 not in orders["order"].values:
             raise QuestionError(f"{owner}: the orders have no order 1, which is that of unbalance; track it, too")
@@ -403,6 +405,7 @@ def first_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
             raise QuestionError(
                 f"{owner}: the orders have no {name!r}; it must be there over speed and channel, or of each channel"
             )
+    # amplitudes and phases at all speeds
     found = orders.transpose("speed", "channel", ...)
     amplitude, phase = found["amplitude"].values, found["phase"].values
     if not (np.isfinite(amplitude).all() and np.isfinite(phase).all()):
@@ -410,6 +413,7 @@ def first_orders(orders: xr.Dataset | str | Path, owner: str = "run-down", biase
         raise QuestionError(
             f"{owner}: no amplitude and phase at {float(found['speed'][s]) * 30.0 / np.pi:.5g} rpm; leave this speed out"
         )
+    # deviations along the amplitude, with what the window takes, and across it, with those of the phase
     spread = found["amplitude_deviation"].values if "amplitude_deviation" in found else np.full(amplitude.shape, np.nan)
     if biased and "bias" in found:
         spread = np.hypot(spread, (1.0 if passed is None else UNLIKE) * found["bias"].values)

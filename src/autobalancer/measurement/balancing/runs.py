@@ -292,6 +292,7 @@ def job_of(
         raise QuestionError(
             f"{owner}: given {len(runs)} runs; at least one without and one with a trial mass are needed"
         )
+    # what is known beforehand comes first: run-out, and the readings behind stored coefficients
     known_runs = _known_runs(runs[0], runout, coefficients, owner)
     rows = [*known_runs, *runs]
     names = [run.name for run in rows]
@@ -301,10 +302,12 @@ def job_of(
     channels = _channels(runs[0], owner)
     for run in runs:
         _check_channels(run, channels, phases, owner)
+    # all trial masses are of one dimension, kg or kg m
     kinds = sorted({mass.unit for run in rows for mass in run.masses})
     if len(kinds) > 1:
         raise QuestionError(f"{owner}: some trial masses are masses, others unbalances; give all as one of both")
     planes = tuple(dict.fromkeys(mass.plane for run in rows for mass in run.masses))
+    # readings as complex amplitudes, phases as leads, with their deviations along and across
     size = (len(rows), len(channels))
     readings, along, across = np.zeros(size, complex), np.full(size, np.nan), np.full(size, np.nan)
     masses = np.zeros((len(rows), len(planes)), complex)
@@ -325,6 +328,7 @@ def job_of(
             across[r, c] = along[r, c] if math.isnan(turned) else turned
         for mass in run.masses:
             masses[r, planes.index(mass.plane)] += float(mass.mass) * np.exp(1j * count * float(mass.angle))
+    # which unknown state each row is of: the rotor as it runs, or its slow roll
     states = np.zeros((len(rows), 2 if runout else 1))
     states[len(known_runs) :] = 1.0
     if runout:
@@ -711,6 +715,7 @@ def trial_mass(
     )
     remarks: list[str] = []
     gain = None if machine is None else _gain(machine, w, station, plane, direction, unit)
+    # the better something is known, the earlier it counts: the model, the grade, the weight
     if gain is not None and amplitude is not None:
         unbalance, rule = SEEN * amplitude / abs(gain), "30 % of the reading, by the model"
     elif heavy is not None and grade is not None:
@@ -727,6 +732,7 @@ def trial_mass(
         remarks.append(
             f"it pulls with {force / (heavy * GRAVITY):.2g} of the weight of the rotor, more than a tenth; start at a lower speed"
         )
+    # what the reading will do, so that a trial that changes nothing is seen beforehand
     change = float("nan") if gain is None or amplitude is None else abs(gain) * unbalance / amplitude
     return TrialPlan(
         unbalance / arm, unbalance, arm, _place(lead, gain, running, remarks), force, change, rule, tuple(remarks)

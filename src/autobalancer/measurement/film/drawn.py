@@ -276,6 +276,7 @@ def render_film(
         raise QuestionError(
             f"start, end: given {begin:g} s to {stop:g} s; the samples go from {first:g} s to {last:g} s"
         )
+    # the shutter is open around each instant, so the first and last pictures keep half of that
     lit = 0.5 * float(exposure_.time)
     time = picture_times(here.motion, max(begin, first + lit), min(stop, last - lit), exposure_)
     if not 1 <= time.size <= MOST:

@@ -93,12 +93,14 @@ def track_balls(
     known = _known(setup, rotor_angle, when)
     speed, slip = argument("first_speed", first_speed, "rad/s"), argument("first_ball_speed", first_ball_speed, "rad/s")
     critical = optional_argument("critical_speed", critical_speed, "rad/s")
+    # each picture alone: marks of the rotor, and balls between the walls of the race
     tracked = read_all(pictures, setup, known, about, progress if callable(progress) else silent)
     count = len(tracked.seen)
     if when.size < count and time is not None:
         raise QuestionError(f"time: given {when.size} times; the film has {count} pictures or more")
     when = when[:count] if when.size >= count else np.arange(count) / float(frame_rate or 1.0)
     faults = _judged(tracked, setup, when)
+    # the rotor over time; a camera that turns with it sees it at rest
     turns = unwrapped_rotor(when, tracked.rotor, speed) if setup.camera == "rest" or known else np.full(count, np.nan)
     rotor = [
         place._replace(angle=float(a)) if np.isfinite(a) else place
@@ -106,8 +108,10 @@ def track_balls(
     ]
     if setup.camera == "turning":
         rotor = [place._replace(angle=0.0, center=0j, deviation=0.0) for place in rotor]
+    # finds become paths of balls; where a path is lost, a fault says when
     followed = follow(when, rotor, tracked.seen, _deviations(tracked, rotor, setup), setup, slip)
     _judge_lost(faults, followed, when)
+    # speeds are taken between impacts, across which they jump
     hits = impacts(when, followed.angle, followed.deviation, setup.contact_angle, setup.orbit_radius)
     breaks = [hits.time[(hits.ball == i) | (hits.partner == i)] for i in range(1, setup.balls + 1)]
     rate, unsure = speeds(when, followed.angle, followed.deviation, breaks)

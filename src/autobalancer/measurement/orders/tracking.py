@@ -104,6 +104,7 @@ def orders(
     if "rotor_angle" in signals and tacho:
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
     signals = with_rotor_angle(signals, **tacho)
+    # a local fit says how sure it is at each speed; the filter follows faster changes
     requested = _Request(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
         dataset = _by_fit(signals, requested, progress if callable(progress) else silent)

@@ -69,6 +69,7 @@ def orbit(
     x, y = _pair(signals, x, y)
     signals = with_rotor_angle(signals)
     time, angle = signals["time"].values, signals["rotor_angle"].values
+    # whole revolutions around the instant, the middle of the record by default
     instant = optional_argument("at", at, "s")
     center = float(np.interp(0.5 * (time[0] + time[-1]) if instant is None else instant, time, angle))
     half = math.pi * revolutions
@@ -77,12 +78,14 @@ def orbit(
         raise QuestionError(
             f"at: with {revolutions:g} revolutions, at least 2, it must be from {low:.4g} s to {high:.4g} s"
         )
+    # each order by least squares over the revolutions around the instant
     values = _along_axes(signals, x, y)
     wanted = np.array(sorted(orders), np.float64)
     tracked = fitted_orders(angle, values, wanted, np.array([center]), revolutions).amplitude[:, :, 0]
     inside = np.abs(angle - center) <= half
     turned = np.linspace(0.0, 2.0 * math.pi, POINTS)
     waves = tracked[:, :, None] * np.exp(1j * wanted[:, None, None] * turned)
+    # two circles, with the rotor and against it, whose sum is the ellipse
     forward, backward = 0.5 * (tracked[:, 0] + 1j * tracked[:, 1]), 0.5 * np.conj(tracked[:, 0] - 1j * tracked[:, 1])
     own = {"long_name": "as measured, without the mean", "units": "m"}
     entries = {

@@ -376,6 +376,7 @@ def order_map(
         raise QuestionError(
             f"revolutions: given {revolutions:g}; must be from 1 to less than the {turns:.1f} that were measured"
         )
+    # over orders the windows have equal angles of the rotor, over frequencies equal times
     if over == "order":
         along, axis, amplitude = _orders(signals, name, highest or 5.0, (revolutions, window), done)
         unit, text = "1", "order of the rotor speed"
@@ -384,6 +385,7 @@ def order_map(
         along, axis, amplitude = _frequencies(signals, name, top, (revolutions, window), done)
         unit, text = "rad/s", "frequency"
     time = signals["time"].values
+    # the speed in the middle of each window
     speed = at_samples(signals["speed"], (along - time[0]) * (time.size - 1) / (time[-1] - time[0]))
     dataset = xr.Dataset(
         {

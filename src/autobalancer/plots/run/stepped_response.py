@@ -93,6 +93,7 @@ def stepped_response(
         heights = [1.4, 1.0][: 1 + (balls > 0)]
         panels = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
         heading(figure, str(found.attrs["title"]))
+        # critical speeds behind all curves
         for critical in np.atleast_1d(found.attrs.get("critical_speeds", [])):
             if found["speed"].values[0] < critical < found["speed"].values[-1]:
                 for panel in panels:

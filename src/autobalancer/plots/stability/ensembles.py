@@ -74,6 +74,7 @@ def basin(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
         axes = figure.add_subplot()
         axes.set_title(title)
         axes.grid(False)
+        # one color for each end state
         colors = ListedColormap([(VERDICTS | COLORS)[name] for name in names])
         norm = BoundaryNorm(np.arange(len(names) + 1) - 0.5, len(names))
         x, x_label = _axis(found[axes_names[0]], speed_unit)
@@ -90,6 +91,7 @@ def basin(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
         held = names.index("held by friction") if "held by friction" in names else -1
         if (found["state"].values == held).any() and "residual_unbalance" in found:
             _shade(figure, axes, found, held, x, y, shading)
+        # the key names what is there, with its share
         there = set(np.unique(found["state"].values))
         overlapping = f"overlapping start: {found.attrs.get('overlapping', 0)} of {found['state'].size}, not counted"
         handles = [

@@ -131,12 +131,14 @@ def identify(
         raise QuestionError(
             f"identify: starts: given {starts}; each is a fit of its own, at most {MOST_STARTS} are possible"
         )
+    # a search as fine as the coarsest measurement needs
     search = search or max(
         (getattr(measurement, "search", EXACT) for measurement in measurements), key=lambda one: one.error
     )
     units = {u.name: u.unit for u in sought}
     rows = [measurement.rows() for measurement in measurements]
     rows = [replace(r, unit=units.get(r.label.removeprefix("known "), r.unit)) for r in rows]
+    # the machine at the start answers first: what cannot be asked of it, or is far away, is refused
     begin = np.array([u.inner(u.start) for u in sought])
     first = _trial(machine, sought, begin)
     before = _predictions(first, measurements)  # a wrong question is refused here
@@ -144,6 +146,7 @@ def identify(
         for doubt in getattr(measurement, "doubts", lambda _: [])(first):
             raise QuestionError(f"identify: {doubt} Otherwise begin with a machine that is closer")
 
+    # the search asks for the same point several times in a row
     last: dict[bytes, Floats] = {}
 
     def residuals(point: Floats) -> Floats:
@@ -164,6 +167,7 @@ def identify(
     low, high = np.array([u.inner_bounds for u in sought]).T
     fit = best_fit(residuals, begin, low, high, loss, loss_scale, starts, seed, search)
     values = np.array([u.outer(v) for u, v in zip(sought, fit.variables, strict=True)])
+    # how well the numbers are known: from the derivatives at the fit, without outliers
     deviation = residuals(fit.variables)
     weight = weights(deviation, loss, loss_scale)
     at_bound = (fit.variables == low) | (fit.variables == high)
@@ -297,6 +301,7 @@ def dataset(
 
     about = {"long_name": "free parameter"}
     result = xr.Dataset(coords={name: (name, names, about) for name in ("parameter", "other_parameter")})
+    # the free parameters, how they hang together, and each measured row before and after the fit
     data: dict[str, tuple[Any, Any, str]] = {
         "value": ("parameter", values, "identified value, SI"),
         "uncertainty": ("parameter", known.uncertainty, "standard uncertainty, SI"),
@@ -329,11 +334,13 @@ def dataset(
     }
     for key, (dims, numbers, text) in data.items():
         result[key] = (dims, numbers, {"long_name": text})
+    # how well the fit explains the scatter: errors that were given too small enlarge all uncertainties
     freedom = deviation.size - known.rank - int(at_bound.sum())
     ratio = float(np.sqrt((deviation**2).sum() / freedom)) if freedom > 0 else float("nan")
     misfit = float(np.sqrt((weight * deviation**2).sum() / freedom)) if freedom > 0 else 1.0
     result["uncertainty"] = result["uncertainty"] * max(1.0, misfit)
     result["uncertainty"].attrs["long_name"] = "standard uncertainty, SI"
+    # what a reader has to know before the numbers are used
     notes = [*known.notes, *_scatter(ratio, misfit, freedom)]
     if fit.starts > 1 and fit.agreeing == 1:
         notes.append(f"only one of {fit.starts} starts ended at the best fit; give more starts, or narrower bounds")

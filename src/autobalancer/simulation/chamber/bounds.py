@@ -278,18 +278,22 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
         raise QuestionError(
             "body: does not move with the unbalance at the final speed, so no ball feels it; free the body"
         )
+    # what the balls can reach at best: the residual by capability, swinging and rolling resistance
     moved = size / without
     capability = chamber_capability(float(chamber.radius), chamber.inner_depth, [(count, radius, mass)])
     lacking = abs(size - mass * path) if count == 1 else max(size - capability, 0.0)
     roll = float(contact.rolling_arm) / radius * speed**2 * path  # rolling resistance over the mass
     swung = deep_chamber.swung_residual(count * mass, deep_chamber.swing(gravity, speed, roll))
+    # whether the fluid and friction carry a ball over the top
     drag, square = float(chamber.drag), float(chamber.square_drag)
     slip = speed * path
     ratio = (drag + square * slip) * slip / (mass * gravity) if gravity > 0.0 else math.inf
+    # how early it can be settled: not before the critical speed is passed, then by the slowest decay
     critical = max(chamber_critical_speeds(machine)[0], default=math.nan)
     passed = time_to(machine, critical)
     best = deep_chamber.best_decay_rate(drag, mass, count, moved, speed)
     smoothed = deep_chamber.smoothed_drag(roll, gravity, speed) if roll > 0.0 else 0.0
+    # what race and bearings carry
     force = mass * speed**2 * path
     span = abs(machine.rotor.bearings[0] - machine.rotor.bearings[1])
     couple = count * mass * path * (0.5 * chamber.inner_depth - radius)

@@ -143,6 +143,7 @@ def simulate_chamber(
         h = _step_of_body(machine) if hold_balls else default_step(machine)
     else:
         h = _step(step, shortest)
+    # whole steps between samples
     every = max(math.ceil(interval / h * (1.0 - 1e-9)), 1)
     h = interval / every
     attributes = {
@@ -173,6 +174,7 @@ def simulate_chamber(
         march = restore(machine, h, every, resume)
     else:
         march = begin(machine, h, every, method, seed, settle, lambda: told(0), hold_balls=hold_balls)
+    # pieces by number, of which each may be written away before the next one is made
     parts: list[xr.Dataset] = []
     waiting = [march.first()] if resume is None else []
     kept = march.samples

@@ -90,6 +90,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     ratio = float(vibration[0]) / without if without > 0.0 else np.nan
     residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean())
     mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
+    # what turns with the rotor is judged, not a free vibration that dies away
     free, turning = _free_vibration(run, z - static[0], steady)
     if free:
         ratio = turning / without if without > 0.0 else np.nan

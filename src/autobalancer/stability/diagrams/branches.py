@@ -130,6 +130,7 @@ def branches(
         raise QuestionError(f"largest_step: given {largest_step!r}; must be between 1e-4 and 0.5, 0.03 is a good start")
     if not 4 <= intervals <= 400:
         raise QuestionError(f"intervals: given {intervals!r}; must be between 4 and 400, 30 is a good start")
+    # the machine at each value of the parameter, over the range
     family = Family(machine, [parameter], speed)
     if family.count > 1 and from_state in MOTIONS:
         raise QuestionError(f"from_state: given {from_state!r}; {TWO_FREQUENCIES}")
@@ -139,6 +140,7 @@ def branches(
     if parameter in ("speed", "stiffness", "ball_mass", "ball_diameter") and not min(first, last) > 0.0:
         raise QuestionError(f"{parameter}: given {min(first, last):.6g}; must be greater than zero")
     family.reduce(max(first, last) if parameter == "speed" else family(first).speed)
+    # the same balls everywhere; at an inner value, too, where ends might be special
     hosts = [family(value).host for value in (first, last, 0.63 * first + 0.37 * last)]
     if hosts[0].moment.size == 0:
         raise QuestionError("branches: the machine has no balls")
@@ -154,6 +156,7 @@ def branches(
                 explorer.switch()
         return explorer, explorer.tail()
 
+    # states at rest in the rotor first, then what branches from them: orbits, stalled and partly stalled balls
     explorer = with_enough_harmonics(family, steady)
     if family.count == 1:
         span = explorer.span
@@ -352,6 +355,7 @@ def bifurcation_curves(
         raise QuestionError(f"{parameter}, {second}: a range is empty; give two different ends")
     now = family.now(1)
     now = now if min(ends) <= now <= max(ends) else ends[0]
+    # modes up to the greatest speed that occurs
     at_speed = [(first, last), ends][(parameter, second).index("speed")] if "speed" in (parameter, second) else None
     family.reduce(max(at_speed) if at_speed else family(first, now).speed)
     kind_of = kinds([family(value, other).host for value in (first, last) for other in ends])
@@ -372,6 +376,7 @@ def bifurcation_curves(
         specials: list[dict[str, Any]] = []
         for number, entry in enumerate(items, 1):
             assert entry.steady is not None
+            # along the curve both parameters are free, from the point to both sides
             problem, u = curve_from(entry.special, entry.steady, now, ends)
             if _curves_passes(rows, problem, u):
                 continue  # the curve came back here along the first parameter

@@ -108,12 +108,14 @@ def map(
         raise QuestionError("speed: given twice, as an axis and as a number; leave out one of them")
     later = min(borders, max(axis.size for name, axis in values.items() if name != "speed")) if "speed" in axes else 0
     first, second = _split_progress(progress, later)
+    # growth rates at all points; the rest of the map stands on them
     rates = rates_over(machine, values, fixed, positions == "worst", workers, first)
     dataset = _dataset(machine, values, rates, fixed, positions)
     if later > 0:
         dataset = with_borders(dataset, machine, values, borders, second)
     elif borders > 0:
         dataset = with_release(dataset, machine, values)
+    # what a person wants to see beside stability: friction that holds balls, points, fluids
     dataset = with_friction_share(dataset, machine, values)
     dataset = with_operating_points(dataset, machine, list(values), operating_points or {})
     return StabilityMap.of(with_fluids(dataset, machine, list(values)))

@@ -352,6 +352,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     how
         How those that ran were chosen.
     """
+    # order: those that keep all limits first, then by how many and by how much they miss
     ranked = ordered(spec, [design for design in designs if design.numbers])
     place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
     front = {id(one): level for one, level in ranked}
@@ -381,6 +382,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
         [float(meets(spec, design)) if design.numbers else -1.0 for design in designs],
         "1: keeps all limits; 0: too few runs to say; -1: does not",
     )
+    # by how much limits are missed, or why a candidate was not run
     beyond = [misses(spec, design) if design.numbers else {} for design in designs]
     add("misses", [float(len(one)) for one in beyond], "limits on the runs that it misses, their number", "1")
     add(
@@ -402,6 +404,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Datas
     )
     for name, of, text, unit in DESCRIBED:
         add(name, [of(design) for design in designs], text, unit)
+    # what the runs gave: the share that the specification names, the median, shares with their intervals
     measured: list[tuple[str, str, str]] = []
     for name, (unit, text) in MEASURED.items():
         at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
@@ -542,6 +545,7 @@ def search_designs(spec: Spec, judge: Judge, run: Run) -> list[Design]:
     def spent() -> int:
         return sum(bool(one.numbers) for one in known())
 
+    # NSGA-II: a generation is judged, and what the screens leave of it runs, as long as the budget lasts
     each = max(LEAST, spec.search.budget // spec.search.generations)
     first = _first(spec, len(coded.names), each, designs)
     algorithm = nsga.NSGA2(pop_size=each, sampling=first)
@@ -562,6 +566,7 @@ def search_designs(spec: Spec, judge: Judge, run: Run) -> list[Design]:
         )
         evaluators.Evaluator().eval(numbers, requested)
         algorithm.tell(infills=requested)
+    # then the neighbors of the best, until the budget is spent or nothing new is near
     for number in range(spec.search.budget):  # what the generations have left of it
         left, fresh = min(spec.search.budget - spent(), each), {}
         if left <= 0:

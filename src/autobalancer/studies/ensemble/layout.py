@@ -559,6 +559,7 @@ def fitted(
     drawn, known = np.random.default_rng(0).permutation(distinct), dict[int, Integers]()
     noise: Floats | None = None
     before = np.inf
+    # more terms until members that were not used for the fit are met
     for degree in DEGREES:
         terms = _terms(scaled, degree)
         count = terms.shape[1]
@@ -566,6 +567,7 @@ def fitted(
         if SAVED * (count + checks.size) > distinct.size:
             return None
         offered = np.unique(np.concatenate([drawn[checks.size :][: 40 * count], scaled.argmin(0), scaled.argmax(0)]))
+        # the members from which the polynomials follow with the least growth of errors
         nodes = offered[qr(terms[offered].T, mode="economic", pivoting=True)[2][:count]]
         if noise is None:
             noise = _noise(values[checks[0]], block_of, layout)
@@ -583,6 +585,7 @@ def fitted(
         numbers = met[:, places].view(np.float64)
         coefficients = np.linalg.solve(terms[nodes], numbers)
         apart = np.abs(terms[checks] @ coefficients - others[:, places].view(np.float64)).max(axis=0, initial=0.0)
+        # rounding of an assembled member does not count as an error of its polynomial
         off = np.maximum(apart - NOISE * noise[places], 0.0) / np.maximum(np.abs(numbers).max(axis=0), 1e-300)
         rough = np.isin(places, layout.tolerances)
         error = float(off[~rough].max(initial=0.0))

@@ -481,6 +481,7 @@ def envelopes(
         raise QuestionError("envelopes: an unbalance that appears joins two runs; give a study of whole runs")
     if not 1 <= point <= len(study.points):
         raise QuestionError(f"envelopes: point: given {point}; the grid has 1 to {len(study.points)}")
+    # the first members of the point run with the envelope of their deflection alone
     count = min(members, study.draws)
     if count < 2:
         raise QuestionError(f"envelopes: members: given {members}; give at least 2")
@@ -489,6 +490,7 @@ def envelopes(
     high = np.array([run[0] for run in runs if run is not None])
     if high.shape[0] < 2:
         raise QuestionError("envelopes: fewer than two of the members can run")
+    # all have the same bins, as the drive is the same
     _, time, speed = next(run for run in runs if run is not None)
     dataset = xr.Dataset(
         {
