@@ -93,13 +93,6 @@ def html_table(head: Sequence[str], rows: Sequence[Sequence[str]], title: str = 
 SOME = "some positions"  # of the balls are stable, others never
 
 
-def speed_cells(speed: float) -> tuple[str, str]:
-    """A speed in rad/s and rpm."""
-    if not math.isfinite(speed):
-        return ("never", "never") if speed > 0.0 else ("-", "-")
-    return f"{speed:.6g}", f"{speed * 30.0 / math.pi:.6g}"
-
-
 def border_cell(speed: float, factor: float = 1.0, best: float = math.nan) -> float | str | None:
     """What a column shows of a border speed: *never* is a statement, too.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -309,22 +308,6 @@ def link_names(machine: Machine) -> tuple[str, ...]:
     last = len(drive.couplings)
     names = [c.name or ("motor" if i == last else f"inertia {i}") for i, c in enumerate(drive.couplings, start=1)]
     return (*names, *(["stator"] if getattr(drive, "mount", None) is not None else []))
-
-
-def start_of_links(machine: Machine, speed: float) -> Floats:
-    """State of the links at time zero: no twist, all at the speed of the rotor, the stator at rest."""
-    return np.array(
-        [x for part in links_of(machine.drive) for x in (0.0, speed if isinstance(part, Coupling) else 0.0)]
-    )
-
-
-def scale_of_links(machine: Machine, frequency: float) -> Floats:
-    """Size of their motions: speeds as all others, twists as they belong to such speeds."""
-    values: list[float] = []
-    for part in links_of(machine.drive):
-        inertia = min(float(machine.rotor.inertia or math.inf), float(part.inertia or math.inf))
-        values += [min(1.0, frequency / math.sqrt(part.stiffness / inertia)), frequency]
-    return np.array(values)
 
 
 def is_linked(machine: Machine) -> bool:

@@ -257,20 +257,6 @@ def top_speed(machine: Machine) -> float | None:
     return gain * max(map(abs, ends)) / damping if damping > 0.0 else None
 
 
-def pulled(parts: Parts, x: float, y: float) -> Floats:
-    """Coordinates r of the rotor pulled at its reference place to (x, y) by a static force there."""
-    if x == 0.0 and y == 0.0:
-        return np.zeros(parts.size)
-    shape = np.linalg.solve(parts.small(parts.model.stiffness_at(0.0)), np.eye(parts.size)[:, :2])
-    return np.asarray(shape @ np.linalg.solve(shape[:2], [x, y]))
-
-
-def struck(parts: Parts, x: float, y: float) -> Floats:
-    """Velocities of r of the rotor struck at its reference place, which moves at (x, y) afterwards."""
-    shape = np.linalg.inv(parts.mass)[:, :2]
-    return np.asarray(shape @ np.linalg.solve(shape[:2], [x, y]))
-
-
 def turned(pairs: Floats, angle: float) -> Floats:
     """Coordinates in pairs (x, y) turned by an angle."""
     z = (pairs[0::2] + 1j * pairs[1::2]) * complex(math.cos(angle), math.sin(angle))
@@ -494,8 +480,3 @@ def hardening_force(hardening: Hardening, moved: Matrix) -> Matrix:
 def has_hardening(machine: Machine) -> bool:
     """Whether any bearing of a machine becomes stiffer as it deflects."""
     return any(True for _ in hardenings(machine))
-
-
-def off_middle(machine: Machine) -> bool:
-    """Whether a rotor rests beside the middle of such a bearing, so that directions differ."""
-    return any(hardening.center != (0.0, 0.0) for *_, hardening in hardenings(machine))

@@ -18,9 +18,7 @@ from autobalancer.assembly.drive_train import (
     is_linked,
     links_of,
     profile_pieces,
-    scale_of_links,
     schedule_times,
-    start_of_links,
     unbalance_factor,
 )
 from autobalancer.assembly.guided_balls import (
@@ -46,12 +44,10 @@ from autobalancer.assembly.reduced_rotor import (
     has_rubber,
     host_of,
     length_scale,
-    pulled,
     pulled_forces,
     rubber_rows,
     spatial_parts,
     spatial_scales,
-    struck,
     top_speed,
     turned,
 )
@@ -283,7 +279,7 @@ def assemble_general(
     system = system._replace(**force_rows(machine, balls, angles))
     state, (where, fast) = np.zeros(end), coordinate_places(size, n)
     angle = float(machine.start.rotor_angle)
-    place, velocity = pulled(parts, *machine.start.deflection), struck(parts, *machine.start.velocity)
+    place, velocity = _pulled(parts, *machine.start.deflection), _struck(parts, *machine.start.velocity)
     state[[THETA, SPEED]] = angle, first_speed(machine, drive)
     state[where] = turned(place, -angle) if system.rotating else place
     state[fast] = turned(velocity, -angle) if system.rotating else velocity
@@ -299,8 +295,8 @@ def assemble_general(
         # not the critical speeds of stiff bearings, which no ball goes round at
         usual = top_speed(machine) or min(parts.critical_speeds, default=0.0)
         scale[free] = resolved_scales(balls, system.free_balls, usual).ravel()
-    state = np.append(state, start_of_links(machine, state[SPEED]))
-    scale = np.append(scale, scale_of_links(machine, parts.frequency))
+    state = np.append(state, _start_of_links(machine, state[SPEED]))
+    scale = np.append(scale, _scale_of_links(machine, parts.frequency))
     growing = np.append(growing, np.zeros(state.size - growing.size))
     usual = max(
         top_speed(machine) or 0.0, min(parts.critical_speeds, default=0.0)
@@ -671,3 +667,33 @@ def with_mass_spread(machine: Machine, balls: tuple[Ball, ...], spread: float, s
         for number, step in zip(members, steps, strict=True):
             changed[number] = replace(balls[number], mass=balls[number].mass * (1.0 + spread * float(step)))
     return tuple(changed)
+
+
+def _pulled(parts: Parts, x: float, y: float) -> Floats:
+    """Coordinates r of the rotor pulled at its reference place to (x, y) by a static force there."""
+    if x == 0.0 and y == 0.0:
+        return np.zeros(parts.size)
+    shape = np.linalg.solve(parts.small(parts.model.stiffness_at(0.0)), np.eye(parts.size)[:, :2])
+    return np.asarray(shape @ np.linalg.solve(shape[:2], [x, y]))
+
+
+def _struck(parts: Parts, x: float, y: float) -> Floats:
+    """Velocities of r of the rotor struck at its reference place, which moves at (x, y) afterwards."""
+    shape = np.linalg.inv(parts.mass)[:, :2]
+    return np.asarray(shape @ np.linalg.solve(shape[:2], [x, y]))
+
+
+def _start_of_links(machine: Machine, speed: float) -> Floats:
+    """State of the links at time zero: no twist, all at the speed of the rotor, the stator at rest."""
+    return np.array(
+        [x for part in links_of(machine.drive) for x in (0.0, speed if isinstance(part, Coupling) else 0.0)]
+    )
+
+
+def _scale_of_links(machine: Machine, frequency: float) -> Floats:
+    """Size of their motions: speeds as all others, twists as they belong to such speeds."""
+    values: list[float] = []
+    for part in links_of(machine.drive):
+        inertia = min(float(machine.rotor.inertia or math.inf), float(part.inertia or math.inf))
+        values += [min(1.0, frequency / math.sqrt(part.stiffness / inertia)), frequency]
+    return np.array(values)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,18 +15,16 @@ from autobalancer.assembly.rotors.equivalent_stiffness import central_force
 from autobalancer.assembly.system import Assembly, equal_groups
 from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, TIME, Memory
+from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, Memory
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.measures.columns_of_measures import FASTEST
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
-from autobalancer.laws.drag_coefficient import range_record, stokes_record
 from autobalancer.laws.stall import held_whirl
 from autobalancer.machine import Machine
 from autobalancer.results.display_units import length_text, significant
 from autobalancer.results.time_series import lifted_from
 from autobalancer.results.verdict import LIMITS
 from autobalancer.simulation.input_remarks import input_notes
-from autobalancer.simulation.saved import saved_lag
 
 
 @dataclass(frozen=True)
@@ -108,49 +105,6 @@ def beyond_breakaway(e: Ended) -> str:
 
 
 # Whether the balls of a run kept to the range in which their drag law and slipstream are known.
-
-
-def drag_range_attributes(assembly: Assembly, run: xr.Dataset, record: Record, state: Memory) -> dict[str, Any]:
-    """For the result: law, greatest Reynolds number and a warning where the law was left; empty where beta is given.
-
-    The same of the slipstream where there is one. Velocities are those saved with the run, along the race and relative to its
-    fluid, which may lag.
-    """
-    attributes: dict[str, Any] = {}
-    greatest: dict[Any, float] = {}
-    in_line, stokes = -1.0, -1.0
-    for number, ball in enumerate(assembly.balls):
-        if ball.drag_curve is None and not (ball.slipstream or ball.stokes):
-            continue
-        for name, (times, states) in _saved(record, state).items():
-            if name in run:
-                rates = run[name].isel(ball=number).values
-                speeds = np.abs(rates + saved_lag(assembly, number, states[: rates.size], times[: rates.size]))
-                if speeds.size:
-                    velocity = float(np.nanmax(speeds)) * ball.orbit_radius
-                    if ball.slipstream:
-                        in_line = max(in_line, velocity * ball.diameter / ball.fluid_viscosity)
-                    if ball.stokes:
-                        stokes = max(stokes, velocity * ball.diameter / ball.fluid_viscosity)
-                    if ball.drag_curve is not None:
-                        greatest[ball.drag_curve] = max(greatest.get(ball.drag_curve, 0.0), velocity)
-    for curve, velocity in greatest.items():
-        one = curve.range_record(velocity)
-        if not attributes or one["drag_reynolds"] > attributes["drag_reynolds"]:
-            attributes = one
-    if not attributes and stokes >= 0.0:
-        attributes = stokes_record(stokes)
-    return attributes | (range_record(in_line) if in_line >= 0.0 else {})
-
-
-def _saved(record: Record, state: Memory) -> dict[str, tuple[Floats, Matrix]]:
-    """Times and states behind the ball speeds of a run; a bin that the end of the run cut short has the last state."""
-    bins = int(state.counts[NEXT_BIN])
-    ends, states = record.bin_edges[1 : bins + 1], record.bin_states[:bins]
-    return {
-        "ball_speed_in_rotor": (record.sample_times, record.samples),
-        "envelope_ball_speed_in_rotor": (np.append(ends, state.clock[TIME]), np.vstack([states, state.state])),
-    }
 
 
 # What races off the axis leave at the end of a run, in words.

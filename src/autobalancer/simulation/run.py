@@ -21,11 +21,12 @@ from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble, equal_
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.errors import DurationWarning, QuestionError, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, TIME, Memory
+from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, NEXT_BIN, TIME, Memory
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, NOT_FINITE, RUNNING, STEP_TOO_SMALL
-from autobalancer.kernels.records import IMPACT
-from autobalancer.kernels.system import System
+from autobalancer.kernels.records import IMPACT, NONE
+from autobalancer.kernels.system import Floats, Matrix, System
+from autobalancer.laws.drag_coefficient import range_record, stokes_record
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
 from autobalancer.results.labels import label
@@ -43,7 +44,7 @@ from autobalancer.simulation.record import (
     record_for,
     turns_complete,
 )
-from autobalancer.simulation.remarks import Ended, drag_range_attributes, remarks
+from autobalancer.simulation.remarks import Ended, remarks
 from autobalancer.simulation.saved import run_dataset
 from autobalancer.simulation.steppers import Stepper, stepper_for
 from autobalancer.units import shortened
@@ -187,8 +188,63 @@ def simulate_races(
         },
     )
     run = with_impacts(run, noted)
-    run.attrs |= drag_range_attributes(assembly, run, record, state)
+    run.attrs |= _drag_range_attributes(assembly, run, record, state)
     return run.assign_attrs(remarks=remarks(Ended(machine, end, assembly, places, record, state, run)))
+
+
+def _drag_range_attributes(assembly: Assembly, run: xr.Dataset, record: Record, state: Memory) -> dict[str, Any]:
+    """For the result: law, greatest Reynolds number and a warning where the law was left; empty where beta is given.
+
+    The same of the slipstream where there is one. Velocities are those saved with the run, along the race and relative to its
+    fluid, which may lag.
+    """
+    attributes: dict[str, Any] = {}
+    greatest: dict[Any, float] = {}
+    in_line, stokes = -1.0, -1.0
+    for number, ball in enumerate(assembly.balls):
+        if ball.drag_curve is None and not (ball.slipstream or ball.stokes):
+            continue
+        for name, (times, states) in _saved(record, state).items():
+            if name in run:
+                rates = run[name].isel(ball=number).values
+                speeds = np.abs(rates + _saved_lag(assembly, number, states[: rates.size], times[: rates.size]))
+                if speeds.size:
+                    velocity = float(np.nanmax(speeds)) * ball.orbit_radius
+                    if ball.slipstream:
+                        in_line = max(in_line, velocity * ball.diameter / ball.fluid_viscosity)
+                    if ball.stokes:
+                        stokes = max(stokes, velocity * ball.diameter / ball.fluid_viscosity)
+                    if ball.drag_curve is not None:
+                        greatest[ball.drag_curve] = max(greatest.get(ball.drag_curve, 0.0), velocity)
+    for curve, velocity in greatest.items():
+        one = curve.range_record(velocity)
+        if not attributes or one["drag_reynolds"] > attributes["drag_reynolds"]:
+            attributes = one
+    if not attributes and stokes >= 0.0:
+        attributes = stokes_record(stokes)
+    return attributes | (range_record(in_line) if in_line >= 0.0 else {})
+
+
+def _saved_lag(assembly: Assembly, number: int, states: Matrix, times: Floats) -> Floats:
+    """The lag w - W_f, rad/s, at each of ``states`` (times, n) for the ball of this number; 0 where no fluid lags."""
+    system, lag = assembly.system, np.zeros(times.size)
+    ball, fluid = (system.free_balls if assembly.resolved else system.balls)[number], system.fluid
+    lag += states[:, fluid.modes.state[ball.first_mode : ball.first_mode + ball.modes]].sum(axis=1)
+    if ball.lag_table != NONE:
+        table = fluid.tables[ball.lag_table]
+        known = table.start + table.step * np.arange(table.count)
+        lag += np.interp(times, known, fluid.points.value[table.first : table.first + table.count])
+    return lag
+
+
+def _saved(record: Record, state: Memory) -> dict[str, tuple[Floats, Matrix]]:
+    """Times and states behind the ball speeds of a run; a bin that the end of the run cut short has the last state."""
+    bins = int(state.counts[NEXT_BIN])
+    ends, states = record.bin_edges[1 : bins + 1], record.bin_states[:bins]
+    return {
+        "ball_speed_in_rotor": (record.sample_times, record.samples),
+        "envelope_ball_speed_in_rotor": (np.append(ends, state.clock[TIME]), np.vstack([states, state.state])),
+    }
 
 
 def _ended(

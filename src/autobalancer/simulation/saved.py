@@ -25,7 +25,7 @@ from autobalancer.kernels.integrators.integrator_state import (
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.measures.columns_of_measures import FASTEST, UNKNOWN
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, Observables
-from autobalancer.kernels.records import BALL_SPIN, BALL_X, BALL_Y, COUPLING, NONE
+from autobalancer.kernels.records import BALL_SPIN, BALL_X, BALL_Y, COUPLING
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matrix, System, X, Y
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.run import Run
@@ -502,15 +502,3 @@ def forces_on_walls(own: Any, system: System) -> Matrix:
 
 
 # How far the fluid around a ball lagged behind its race at the saved states of a run.
-
-
-def saved_lag(assembly: Assembly, number: int, states: Matrix, times: Floats) -> Floats:
-    """The lag w - W_f, rad/s, at each of ``states`` (times, n) for the ball of this number; 0 where no fluid lags."""
-    system, lag = assembly.system, np.zeros(times.size)
-    ball, fluid = (system.free_balls if assembly.resolved else system.balls)[number], system.fluid
-    lag += states[:, fluid.modes.state[ball.first_mode : ball.first_mode + ball.modes]].sum(axis=1)
-    if ball.lag_table != NONE:
-        table = fluid.tables[ball.lag_table]
-        known = table.start + table.step * np.arange(table.count)
-        lag += np.interp(times, known, fluid.points.value[table.first : table.first + table.count])
-    return lag

@@ -12,10 +12,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.assembly.drive_train import without_links
-from autobalancer.assembly.guided_balls import Lags, has_forces
+from autobalancer.assembly.guided_balls import Lags
 from autobalancer.assembly.places import in_frame
-from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
-from autobalancer.assembly.system import Assembly, assemble, start_angles, steady
+from autobalancer.assembly.system import Assembly, assemble, steady
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, occupied_angle
@@ -24,11 +23,9 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau
 from autobalancer.kernels.integrators.integrator_state import memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
-from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Matrix, System, X, Y
+from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matrix, System, X, Y
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import Constant, PrescribedSpeed, Ramp
-from autobalancer.memory import refuse_beyond_memory
-from autobalancer.random_numbers import generator
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word, wilson_interval
 from autobalancer.simulation.fluid_lag import diffusing_lags
@@ -71,19 +68,6 @@ def question_of(
     rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
     earliest = _steady_after(st, speed, longest) if rubs else 0.0
     return Question(machine, assembly, st, speed, longest, tolerance, _rest(st, slowest, speed), earliest, rubs)
-
-
-def why_unnamed(machine: Machine) -> str:
-    """Why the ends of a machine at a speed have no names; empty if they have."""
-    if machine.axis == "horizontal" and machine.gravity > 0.0:
-        return "gravity acts across the axis"
-    if has_rubber(machine):
-        return "rubber softens with the amplitude, and the states that have names are those of small motions"
-    if has_hardening(machine):
-        return "bearings become stiffer with the deflection, and the states that have names are those of small motions"
-    if has_forces(machine):
-        return "forces act on the balls, which may hold them at other places"
-    return ""
 
 
 def _slowest(st: Stations, speed: float) -> float:
@@ -213,49 +197,6 @@ START_ANGLE = {"long_name": "ball angle at the start", "units": "rad", "frame": 
 def unit_of_axis(name: str) -> str:
     """SI unit of an axis over starts; empty if there is no such axis."""
     return {"ball_angle": "rad", "ball_speed": "rad/s", "acceleration": "rad/s^2"}.get(name.partition("[")[0], "")
-
-
-def starts_of(
-    question: Question, axes: Mapping[str, Sequence[float]], random: int, seed: int, acceleration: float | None
-) -> tuple[Matrix, Floats, tuple[int, ...]]:
-    """States (k, size), rates of a ramp from rest (k,), 0 without one, and the shape of the map."""
-    n, speed = question.st.moment.size, question.speed
-    values = [np.asarray(v, np.float64) for v in axes.values()]
-    if any(v.ndim != 1 or v.size == 0 or not np.all(np.isfinite(v)) for v in values):
-        raise QuestionError("basin: each axis needs a list of finite numbers")
-    shape = tuple(v.size for v in values) if axes else (random,)
-    count = math.prod(shape)
-    refuse_beyond_memory("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
-    # at rest in the middle, or, on a ramp, before it has begun
-    first = question.assembly.state.copy()
-    first[[X, Y, VX, VY, THETA]] = 0.0
-    if question.assembly.general:
-        first[BALLS + 2 * n : 2 + 2 * question.assembly.places.shape[2] + 2 * n] = 0.0  # the other coordinates
-    first[SPEED] = 0.0 if acceleration or "acceleration" in axes else speed
-    # without axes the balls begin anywhere on their races
-    starts, rates = np.tile(first, (count, 1)), np.full(count, acceleration or 0.0)
-    if not axes:
-        drawn = generator(seed)
-        balls = question.assembly.balls
-        starts[:, BALLS : BALLS + n] = [start_angles(balls, drawn, given=False) for _ in range(count)]
-    # with axes each of them sets one number of the start
-    for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
-        column = grid.ravel()
-        kind, _, ball = name.partition("[")
-        if kind == "acceleration" and not ball:
-            if column.min() <= 0.0:
-                raise QuestionError("basin: an acceleration must be greater than zero")
-            rates[:] = column
-        elif kind == "ball_speed" and not ball:
-            starts[:, BALLS + n : BALLS + 2 * n] = column[:, None]
-        elif kind in ("ball_angle", "ball_speed") and ball.rstrip("]").isdecimal() and 1 <= int(ball.rstrip("]")) <= n:
-            starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
-        else:
-            raise QuestionError(
-                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{n}], ball_speed[i], ball_speed, "
-                "acceleration"
-            )
-    return starts, rates, shape
 
 
 def axis_name(path: str) -> str:

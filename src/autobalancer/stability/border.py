@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.machine import Machine
 from autobalancer.notebook import picture_html
-from autobalancer.tables import SOME, Table, rpm_and_si, speed_cells
+from autobalancer.tables import SOME, Table, rpm_and_si
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,15 @@ class Borders(Table[Border]):
 
     def row(self, entry: Border) -> tuple[str, ...]:
         """Name, speed and note."""
-        cells = (SOME, SOME) if entry.only_some else speed_cells(entry.speed)
+        cells = (SOME, SOME) if entry.only_some else _speed_cells(entry.speed)
         return (entry.name, *cells, entry.note)
 
     def _repr_html_(self) -> str:
         return super()._repr_html_() + picture_html(self, "borders", "border speeds, one below the other")
+
+
+def _speed_cells(speed: float) -> tuple[str, str]:
+    """A speed in rad/s and rpm."""
+    if not math.isfinite(speed):
+        return ("never", "never") if speed > 0.0 else ("-", "-")
+    return f"{speed:.6g}", f"{speed * 30.0 / math.pi:.6g}"

@@ -21,8 +21,9 @@ from autobalancer.assembly.places import (
     without_balancing,
 )
 from autobalancer.assembly.quantities import changed_part
-from autobalancer.assembly.reduced_rotor import off_middle, rubbers
+from autobalancer.assembly.reduced_rotor import rubbers
 from autobalancer.assembly.rotors import lateral_model
+from autobalancer.assembly.rotors.equivalent_stiffness import hardenings
 from autobalancer.assembly.system import Assembly, assemble, total_mass
 from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.catalog.resolve import (
@@ -399,7 +400,7 @@ def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
 def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -> float:
     """S = (m eps w_c)^2 / (b beta) of equal balls on a planar rotor with isotropic supports; nan for others."""
     kinds = {(ball.moment, ball.drag) for ball in balls}
-    if len(kinds) != 1 or not is_planar(machine) or off_middle(machine):
+    if len(kinds) != 1 or not is_planar(machine) or _off_middle(machine):
         return math.nan
     springs = planar_rotor(machine)
     if not springs.isotropic:
@@ -408,6 +409,11 @@ def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -
     if damping * drag == 0.0:
         return math.inf
     return moment**2 * springs.stiffness_xy[0] / mass / (damping * drag)
+
+
+def _off_middle(machine: Machine) -> bool:
+    """Whether a rotor rests beside the middle of such a bearing, so that directions differ."""
+    return any(hardening.center != (0.0, 0.0) for *_, hardening in hardenings(machine))
 
 
 def _race(balls: list[Ball], ignored: str) -> RaceSummary:

@@ -16,8 +16,10 @@ from typing import Any, cast
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.places import gauges_of, places_of
 from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.assembly.system import start_angles, steady
 from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
@@ -27,10 +29,11 @@ from autobalancer.kernels.integrators.integrator_state import END, STEP
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.many_members import STOP
 from autobalancer.kernels.measures.columns_of_measures import STATUS
-from autobalancer.kernels.system import BALLS, SPEED, Drive, Floats, Integers, Matrix
+from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Integers, Matrix, X, Y
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine_kinds import CHAMBERS, machine_kind
+from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.studied import IMPOSSIBLE, Ends
@@ -46,10 +49,8 @@ from autobalancer.stability.basins import (
     ends_dataset,
     question_of,
     released,
-    starts_of,
     steadily,
     unit_of_axis,
-    why_unnamed,
 )
 from autobalancer.studies.ensemble.ensemble import ensemble
 from autobalancer.studies.ensemble.layout import PART, Bench, Group, Integration, run_threads
@@ -238,10 +239,53 @@ def classify_ends(
     """End states of a machine without gravity across its axis; the arguments are those of :func:`autobalancer.basin`."""
     ramp = bool(acceleration or "acceleration" in axes)
     question = question_of(machine, speed, hold, tolerance, seed, ramp=ramp)
-    starts, rates, shape = starts_of(question, axes, random, seed, acceleration)
+    starts, rates, shape = _starts_of(question, axes, random, seed, acceleration)
     work = Settling(question, starts, rates)
     run_threads(work, min(workers or os.cpu_count() or 1, len(starts)), 0, len(starts), progress)
     return ends_dataset(question, axes, shape, starts, work.ends, seed, acceleration)
+
+
+def _starts_of(
+    question: Question, axes: Mapping[str, Sequence[float]], random: int, seed: int, acceleration: float | None
+) -> tuple[Matrix, Floats, tuple[int, ...]]:
+    """States (k, size), rates of a ramp from rest (k,), 0 without one, and the shape of the map."""
+    n, speed = question.st.moment.size, question.speed
+    values = [np.asarray(v, np.float64) for v in axes.values()]
+    if any(v.ndim != 1 or v.size == 0 or not np.all(np.isfinite(v)) for v in values):
+        raise QuestionError("basin: each axis needs a list of finite numbers")
+    shape = tuple(v.size for v in values) if axes else (random,)
+    count = math.prod(shape)
+    refuse_beyond_memory("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
+    # at rest in the middle, or, on a ramp, before it has begun
+    first = question.assembly.state.copy()
+    first[[X, Y, VX, VY, THETA]] = 0.0
+    if question.assembly.general:
+        first[BALLS + 2 * n : 2 + 2 * question.assembly.places.shape[2] + 2 * n] = 0.0  # the other coordinates
+    first[SPEED] = 0.0 if acceleration or "acceleration" in axes else speed
+    # without axes the balls begin anywhere on their races
+    starts, rates = np.tile(first, (count, 1)), np.full(count, acceleration or 0.0)
+    if not axes:
+        drawn = generator(seed)
+        balls = question.assembly.balls
+        starts[:, BALLS : BALLS + n] = [start_angles(balls, drawn, given=False) for _ in range(count)]
+    # with axes each of them sets one number of the start
+    for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
+        column = grid.ravel()
+        kind, _, ball = name.partition("[")
+        if kind == "acceleration" and not ball:
+            if column.min() <= 0.0:
+                raise QuestionError("basin: an acceleration must be greater than zero")
+            rates[:] = column
+        elif kind == "ball_speed" and not ball:
+            starts[:, BALLS + n : BALLS + 2 * n] = column[:, None]
+        elif kind in ("ball_angle", "ball_speed") and ball.rstrip("]").isdecimal() and 1 <= int(ball.rstrip("]")) <= n:
+            starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
+        else:
+            raise QuestionError(
+                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{n}], ball_speed[i], ball_speed, "
+                "acceleration"
+            )
+    return starts, rates, shape
 
 
 class Runs:
@@ -504,7 +548,7 @@ def basin(
     if acceleration is not None and "acceleration" in chosen:
         raise QuestionError("basin: the acceleration is given twice, as an axis and as a number; leave out one")
     options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
-    why = why_unnamed(machine)
+    why = _why_unnamed(machine)
     if not why and (chosen or acceleration is None):
         return Ends.of(
             classify_ends(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
@@ -512,6 +556,19 @@ def basin(
     if chosen:
         return Ends.of(gridded_starts(machine, speed, chosen, workers=workers, progress=progress, **options))
     return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))
+
+
+def _why_unnamed(machine: Machine) -> str:
+    """Why the ends of a machine at a speed have no names; empty if they have."""
+    if machine.axis == "horizontal" and machine.gravity > 0.0:
+        return "gravity acts across the axis"
+    if has_rubber(machine):
+        return "rubber softens with the amplitude, and the states that have names are those of small motions"
+    if has_hardening(machine):
+        return "bearings become stiffer with the deflection, and the states that have names are those of small motions"
+    if has_forces(machine):
+        return "forces act on the balls, which may hold them at other places"
+    return ""
 
 
 def _once_round(name: str, values: list[float]) -> list[float]:

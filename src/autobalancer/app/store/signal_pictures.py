@@ -9,13 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.app.store.jobs import Job
-from autobalancer.app.store.kept_runs import Archive
 from autobalancer.app.view.packed import Packer
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import parse_machine
-from autobalancer.machine import Machine
-from autobalancer.measurement.comparison.overlay import overlay
 from autobalancer.measurement.orders.tacho import rotor_angle
 from autobalancer.measurement.orders.tracking import orders
 from autobalancer.measurement.orders.tracking import vibrations as vibrations_of
@@ -31,8 +26,6 @@ from autobalancer.plots.style import INK, ball_color
 from autobalancer.results.answers.run import Overlay
 from autobalancer.results.display_units import axis_unit, length_axis
 from autobalancer.results.signals import Signals
-from autobalancer.simulation.record import Samples
-from autobalancer.simulation.run import simulate_races
 from autobalancer.units import argument, optional_argument
 
 TURNING = ("tacho", "angle")
@@ -201,48 +194,7 @@ def _number(name: str, text: str) -> float:
 # A measurement beside a run of the archive, and the measured speed as the drive of a machine.
 
 
-A_TURN = 32  # samples of a run in a turn of the rotor, of which a signal is interpolated
-MOST = 400_000  # samples of a run that is made again
 POINTS, SAMPLES = 60, 6000  # of a speed profile, and of the angle that it follows
-
-
-def beside(archive: Archive, run: str, measured: xr.Dataset, asked: PictureOptions, job: Job) -> tuple[Overlay, str]:
-    """A measurement beside a run, and what was done for it.
-
-    A run of the archive has about two thousand samples. Where these are too few, the same machine is run again, with more.
-
-    Raises
-    ------
-    QuestionError
-        If their times do not meet, a place is not in the run, or the run is one of a deep chamber.
-    """
-    known = archive.run(run)
-    options: dict[str, Any] = {}
-    if isinstance(measured, Signals) and turning(measured):
-        options = {"pulses": int(float(asked.pulses or "1")), "tacho_angle": asked.tacho_angle.strip() or None}
-    try:
-        return overlay(known, measured, **options), ""
-    except QuestionError:
-        if "rotor_angle" not in known or known.sizes["time"] >= _needed(known):
-            raise
-    machine = parse_machine(archive.text(run), "machine")
-    if not isinstance(machine, Machine):
-        raise QuestionError("a run of a deep chamber cannot be put beside a measurement")
-    again = simulate_races(
-        machine,
-        duration=float(known.attrs["end_time"]),
-        seed=int(known.attrs.get("seed", 0)),
-        save=Samples(_needed(known)),
-        progress=job.progress,
-    )
-    note = f"the run was made again with {_needed(known)} samples in place of {known.sizes['time']}"
-    return overlay(again, measured, **options), note
-
-
-def _needed(run: xr.Dataset) -> int:
-    """Samples with which a run can be seen between its samples, also where it is fastest."""
-    turns = float(np.ptp(run["time"].values) * np.abs(run["speed"].values).max()) / (2.0 * np.pi)
-    return int(min(MOST, np.ceil(A_TURN * turns) + 20))
 
 
 def picture(found: Overlay) -> Callable[[], Any]:

@@ -85,27 +85,6 @@ def hard_places(machine: Machine, model: LateralModel) -> tuple[HardPlace, ...]:
     )
 
 
-def planar_springs(machine: Machine, owner: str) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Stiffness and damping of a planar rotor along x and y in small motions about the place where it rests.
-
-    Raises
-    ------
-    QuestionError
-        If it rests in its bearing in a direction between x and y, which these two do not describe; ``owner`` is who asks.
-    """
-    springs = planar_rotor(machine)
-    (kx, ky), hardening = springs.stiffness_xy, springs.hardening
-    if hardening is not None:
-        (xx, xy), (_, yy) = HardPlace("support", hardening, np.eye(2), 1, True).stiffness
-        if abs(xy) > SAME * max(xx, yy):
-            raise QuestionError(
-                f"{owner}: the rotor rests beside the middle of its bearing between x and y, so that they are coupled; turn the "
-                "axes until 'center' of its hardening is on one of them, or simulate it"
-            )
-        kx, ky = kx + float(xx), ky + float(yy)
-    return (kx, ky), springs.damping_xy
-
-
 def central_force(hardening: Hardening) -> CentralForce:
     """A hardening in numbers."""
     table = zip(hardening.distance or (), hardening.force or (), strict=True)

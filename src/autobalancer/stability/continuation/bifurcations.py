@@ -25,7 +25,6 @@ from autobalancer.stability.continuation.steady import (
     Steady,
     centers_of,
     joined,
-    meeting,
     restoring,
     splittings,
     true_races,
@@ -421,7 +420,7 @@ def symmetric_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b
 def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """Two groups of equal balls come together."""
     meetings, first = [], problem.first
-    for one, other in meeting(problem.groups, kind):
+    for one, other in _meeting(problem.groups, kind):
         apart = [math.sin(0.5 * float(p.u[first + one] - p.u[first + other])) for p in (a, b)]
         if apart[0] * apart[1] >= 0.0:
             continue
@@ -439,6 +438,12 @@ def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point
                 Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True)
             )
     return meetings
+
+
+def _meeting(groups: Groups, kind: list[tuple[float, ...]]) -> list[tuple[int, int]]:
+    """Pairs of groups of equal balls: those that can come together."""
+    count = len(groups)
+    return [(a, b) for a in range(count) for b in range(a + 1, count) if kind[groups[a][0]] == kind[groups[b][0]]]
 
 
 def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:
@@ -713,15 +718,3 @@ class FoldCurve(Curve):
         point, q = u[: d + 1], u[d + 1 : 2 * d + 1]
         left = np.linalg.svd(problem.jacobian(point).T)[2][-1]
         return float(left @ problem.second(point, q, q) / np.sign(left @ problem.slope(point)))
-
-
-def curve_from(special: Special, problem: Steady, second: float, ends: tuple[float, float]) -> tuple[Curve, Floats]:
-    """The curve through a Hopf point or a fold found at the value ``second`` of the second parameter."""
-    u, share = special.point.u, (second - ends[0]) / (ends[1] - ends[0])
-    if special.kind == "Hopf":
-        q = special.mode / np.linalg.norm(special.mode)
-        start = np.concatenate([u, [special.frequency / problem.span.frequency], q.real, q.imag, [share]])
-        return HopfCurve(problem.span, problem.groups, *ends, np.conj(q)), start
-    null = np.linalg.svd(problem.jacobian(u))[2][-1]
-    start = np.concatenate([u, null, [share]])
-    return FoldCurve(problem.span, problem.groups, *ends, null.astype(np.complex128)), start

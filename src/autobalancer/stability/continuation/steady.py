@@ -620,12 +620,6 @@ def splittings(groups: Groups) -> list[tuple[Groups, Floats]]:
     return result
 
 
-def meeting(groups: Groups, kind: list[tuple[float, ...]]) -> list[tuple[int, int]]:
-    """Pairs of groups of equal balls: those that can come together."""
-    count = len(groups)
-    return [(a, b) for a in range(count) for b in range(a + 1, count) if kind[groups[a][0]] == kind[groups[b][0]]]
-
-
 def joined(groups: Groups, pair: tuple[int, int]) -> Groups:
     """The groups after two of them have become one."""
     a, b = pair

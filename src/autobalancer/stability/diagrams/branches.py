@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -21,23 +22,17 @@ from autobalancer.stability.continuation.bifurcations import (
     HopfCurve,
     NoConvergence,
     Point,
+    Special,
     Steps,
     at_parameter,
-    curve_from,
     follow,
     locate,
 )
-from autobalancer.stability.continuation.steady import Family, Range, bundled_angles, coincident, kinds
-from autobalancer.stability.diagrams.explorer import (
-    BifurcationCurves,
-    Branch,
-    Branches,
-    Explorer,
-    Progress,
-    branch_dataset,
-)
+from autobalancer.stability.continuation.steady import Family, Range, Steady, bundled_angles, coincident, kinds
+from autobalancer.stability.diagrams.explorer import BifurcationCurves, Branch, Branches, Explorer, Progress
 from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.host.vector_field import Cycle, Equations
+from autobalancer.stability.periodic.orbits import Row, verdict
 from autobalancer.stability.periodic.stalled import partly_stalled_orbits, stalled_orbits
 from autobalancer.stability.states.linearized import settled_on
 from autobalancer.stability.states.rest_states import StationState, state_vector, states_of, without_exchanges
@@ -56,6 +51,9 @@ TWO_FREQUENCIES = (
 )
 MOTIONS = ("stalled", "partly stalled")
 SAME_WHIRL = 0.02  # of the speed: stalled orbits of a group nearer to each other are of one branch
+
+
+TEXTS = ("kind", "name", "verdict", "special_type", "criticality")
 
 
 def branches(
@@ -179,7 +177,100 @@ def branches(
         attributes |= {"theory": f"{attributes['theory']} over half a turn", "not_followed": TWO_FREQUENCIES}
     if "speed" not in parameter:
         attributes["speed"] = family(first).speed
-    return Branches.of(branch_dataset(explorer, family.attributes(0), attributes))
+    return Branches.of(_branch_dataset(explorer, family.attributes(0), attributes))
+
+
+def _branch_dataset(explorer: Explorer, parameter: dict[str, str], attributes: dict[str, Any]) -> xr.Dataset:
+    """Flat table of all points, branch after branch, and of all special points."""
+    rows = [row for branch in explorer.branches for row in branch.rows]
+    number = [i for i, branch in enumerate(explorer.branches, 1) for _ in branch.rows]
+    kind = [branch.kind for branch in explorer.branches for _ in branch.rows]
+    balls, names = len(explorer.kind), explorer.span.whole(0.0).host.names
+    data: dict[str, tuple[Any, Any, dict[str, str]]] = {
+        "branch": ("point", np.array(number, np.int64), {"long_name": "number of the branch, counted from 1"}),
+        "parameter": ("point", [row.value for row in rows], parameter),
+        "kind": ("point", kind, {"long_name": "equilibrium or orbit"}),
+        "name": ("point", [row.name for row in rows], {"long_name": "name of the state or motion"}),
+        "verdict": ("point", [verdict(row) for row in rows], {"long_name": "stable, marginal or unstable"}),
+        "unstable_directions": (
+            "point",
+            np.array([row.unstable for row in rows], np.int64),
+            {"long_name": "unstable directions"},
+        ),
+        "growth_rate": ("point", [row.growth for row in rows], _text("growth rate of the leading disturbance", "1/s")),
+        **_motion(rows, balls, len(names), "point", ""),
+    }
+    result = explorer.specials
+    marks = [f.row for f in result]
+    lyapunov = [f.special.lyapunov for f in result]
+    data |= {
+        "special_type": ("special", [f.special.kind for f in result], {"long_name": "what happens there"}),
+        "special_branch": (
+            "special",
+            np.array([f.branch + 1 for f in result], np.int64),
+            {"long_name": "on which branch"},
+        ),
+        "special_parameter": ("special", [row.value for row in marks], parameter),
+        "special_frequency": (
+            "special",
+            [f.special.frequency for f in result],
+            _text("frequency of the motion", "rad/s"),
+        ),
+        "lyapunov_coefficient": ("special", lyapunov, _text("first Lyapunov coefficient for ball angles in rad", "1")),
+        "criticality": (
+            "special",
+            [_criticality(value) for value in lyapunov],
+            {"long_name": "super- or subcritical Hopf point"},
+        ),
+        "special_unstable_directions": (
+            "special",
+            np.array([row.unstable for row in marks], np.int64),
+            {"long_name": "unstable directions there; 0 where stability begins or ends"},
+        ),
+        **_motion(marks, balls, len(names), "special", "special_"),
+    }
+    table = xr.Dataset(coords={"ball": np.arange(1, balls + 1)})
+    if len(names) > 1:
+        table = table.assign_coords(station=list(names))
+    for name, (dims, values, attrs) in data.items():
+        table[name] = (dims, np.asarray(values, np.str_ if name in TEXTS else None), attrs)
+    table.attrs = attributes | {"branch_ends": [branch.ended for branch in explorer.branches]}
+    return table
+
+
+def _motion(rows: list[Row], balls: int, stations: int, dim: str, prefix: str) -> dict[str, Any]:
+    def by_ball(values: list[Any]) -> Any:
+        return np.array(values, np.float64).reshape(len(rows), balls)
+
+    shape, most = (dim, "ball"), ", greatest of all stations" if stations > 1 else ""
+    by_station = {
+        f"{prefix}station_deflection_{which}": (
+            (dim, "station"),
+            np.array([row.stations[side] for row in rows], np.float64).reshape(len(rows), stations),
+            _text(f"{word} deflection of a station", "m"),
+        )
+        for side, (which, word) in enumerate((("min", "least"), ("max", "greatest")))
+        if stations > 1
+    }
+    low, high, speed = (by_ball([getattr(row, key) for row in rows]) for key in ("low", "high", "ball_speed"))
+    turning = "; nan where the ball turns round and round"
+    return {
+        f"{prefix}deflection_min": (dim, [row.deflection[0] for row in rows], _text(f"least deflection{most}", "m")),
+        f"{prefix}deflection_max": (dim, [row.deflection[1] for row in rows], _text(f"greatest deflection{most}", "m")),
+        **by_station,
+        f"{prefix}ball_angle_in_rotor_min": (shape, low, _text(f"least ball angle in the rotor{turning}", "rad")),
+        f"{prefix}ball_angle_in_rotor_max": (shape, high, _text(f"greatest ball angle in the rotor{turning}", "rad")),
+        f"{prefix}ball_speed_in_space": (shape, speed, _text("mean ball speed in space", "rad/s")),
+        f"{prefix}period": (dim, [row.period for row in rows], _text("period in the frame of the rotor", "s")),
+    }
+
+
+def _text(long_name: str, units: str) -> dict[str, str]:
+    return {"long_name": long_name, "units": units}
+
+
+def _criticality(lyapunov: float) -> str:
+    return "" if math.isnan(lyapunov) else "supercritical" if lyapunov < 0.0 else "subcritical"
 
 
 def with_enough_harmonics(family: Family, explore: Callable[[], tuple[Found, float]]) -> Found:
@@ -377,7 +468,7 @@ def bifurcation_curves(
         for number, entry in enumerate(items, 1):
             assert entry.steady is not None
             # along the curve both parameters are free, from the point to both sides
-            problem, u = curve_from(entry.special, entry.steady, now, ends)
+            problem, u = _curve_from(entry.special, entry.steady, now, ends)
             if _curves_passes(rows, problem, u):
                 continue  # the curve came back here along the first parameter
             sides = [_side(problem, u, way, number, specials, largest_step, progress) for way in (1.0, -1.0)]
@@ -396,6 +487,18 @@ def bifurcation_curves(
         "ignores": ", ".join(unknown(machine, Theory.AT_REST)),
     }
     return _dataset(family, rows, specials, attributes)
+
+
+def _curve_from(special: Special, problem: Steady, second: float, ends: tuple[float, float]) -> tuple[Curve, Floats]:
+    """The curve through a Hopf point or a fold found at the value ``second`` of the second parameter."""
+    u, share = special.point.u, (second - ends[0]) / (ends[1] - ends[0])
+    if special.kind == "Hopf":
+        q = special.mode / np.linalg.norm(special.mode)
+        start = np.concatenate([u, [special.frequency / problem.span.frequency], q.real, q.imag, [share]])
+        return HopfCurve(problem.span, problem.groups, *ends, np.conj(q)), start
+    null = np.linalg.svd(problem.jacobian(u))[2][-1]
+    start = np.concatenate([u, null, [share]])
+    return FoldCurve(problem.span, problem.groups, *ends, null.astype(np.complex128)), start
 
 
 def _side(

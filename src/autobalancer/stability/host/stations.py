@@ -19,11 +19,12 @@ from autobalancer.assembly.guided_balls import ball_rows, force_rows, forces_in,
 from autobalancer.assembly.reduced_rotor import axial_gravity
 from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_matrix, unbalance_shape, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
-from autobalancer.assembly.rotors.equivalent_stiffness import planar_springs
+from autobalancer.assembly.rotors.equivalent_stiffness import HardPlace
+from autobalancer.assembly.rotors.lateral_model import SAME
 from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.assembly.system import steady, total_mass
-from autobalancer.catalog.resolve import Ball, capability_of, resolve
+from autobalancer.catalog.resolve import Ball, capability_of, planar_rotor, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.system import BALLS, System
 from autobalancer.machine import Machine, PlanarRotor, Unbalance
@@ -177,7 +178,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None, *, with_fo
         refuse_forces(machine)
     balls: tuple[Ball, ...] = resolve(machine)
     races = sorted({(ball.balancer, ball.race) for ball in balls})
-    stiffness, damping = planar_springs(machine, "steady states")
+    stiffness, damping = _planar_springs(machine, "steady states")
     return Plane(
         mass=total_mass(machine, balls),
         stiffness=stiffness,
@@ -191,6 +192,27 @@ def plane(machine: Machine, unbalance: complex | float | None = None, *, with_fo
         offset=np.array([ball.eccentricity for ball in balls], np.complex128),
         capability=capability_of(balls),
     )
+
+
+def _planar_springs(machine: Machine, owner: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Stiffness and damping of a planar rotor along x and y in small motions about the place where it rests.
+
+    Raises
+    ------
+    QuestionError
+        If it rests in its bearing in a direction between x and y, which these two do not describe; ``owner`` is who asks.
+    """
+    springs = planar_rotor(machine)
+    (kx, ky), hardening = springs.stiffness_xy, springs.hardening
+    if hardening is not None:
+        (xx, xy), (_, yy) = HardPlace("support", hardening, np.eye(2), 1, True).stiffness
+        if abs(xy) > SAME * max(xx, yy):
+            raise QuestionError(
+                f"{owner}: the rotor rests beside the middle of its bearing between x and y, so that they are coupled; turn the "
+                "axes until 'center' of its hardening is on one of them, or simulate it"
+            )
+        kx, ky = kx + float(xx), ky + float(yy)
+    return (kx, ky), springs.damping_xy
 
 
 # Forces on the balls that are leaves, as stability needs them: their torques, and the derivatives of these.

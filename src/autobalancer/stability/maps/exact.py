@@ -15,6 +15,7 @@ from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
+from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.progress import OutOfTime, check_deadline, question
 from autobalancer.results.display_units import moment_text
 from autobalancer.roots import least, root
@@ -42,11 +43,14 @@ from autobalancer.stability.maps.balanced import (
 )
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
-from autobalancer.stability.states.rest_states import Described, StationState, described, why_never, why_no_state
+from autobalancer.stability.states.rest_states import Described, StationState, described, why_no_state, yields
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import argument, optional_argument, to_si, unbalance_argument
 
 SPREADS = (0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)  # |S2|/N at which the worst case is looked for
+
+
+TRIED = 40  # speeds
 
 
 def exact_borders(machine: Machine, p: Described) -> list[Border]:
@@ -57,7 +61,7 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     if any(not math.isnan(speed) for speed, _ in result):  # positions that exist only at some speeds do not count
         result = [one for one in result if not math.isnan(one[0])]
     if p.forces is None and all(math.isinf(speed) for speed, _ in result):
-        because = why_never(machine, p.as_station, p.highest_searched)
+        because = _why_never(machine, p.as_station, p.highest_searched)
         result = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in result]
     if abs(p.unbalance) > p.greatest_resultant * (1.0 + 1e-9):
         short = f"side by side the balls can balance {moment_text(p.greatest_resultant, 4)} only: here they would have to overlap"
@@ -79,6 +83,22 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
         Border("exact border", high[0], "; ".join(filter(None, (which, high[1]))), best=low[0]),
         Border("exact border, best case", low[0], "; ".join(filter(None, ("best of these positions", low[1])))),
     ]
+
+
+def _why_never(machine: Machine, st: Stations, highest: float) -> str:
+    """A reason that holds at all speeds above the lowest critical one up to ``highest``, rad/s; empty if none is known."""
+    for speed in np.geomspace(1.02 * st.scale_speed, highest, TRIED):
+        if not yields(st, float(speed)):
+            return ""
+    shape = ""
+    if isinstance(machine.rotor, RigidRotor) and machine.rotor.polar_inertia > machine.rotor.transverse_inertia:
+        shape = (
+            f"the rotor is disk-like, J_p = {machine.rotor.polar_inertia:.4g} > J_t = "
+            f"{machine.rotor.transverse_inertia:.4g} kg m^2, and has no conical critical speed to run above: "
+        )
+    return (
+        f"{shape}at every speed the rotor yields towards its load in one motion, so the balls make that motion larger"
+    )
 
 
 def border_of(

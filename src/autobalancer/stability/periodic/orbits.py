@@ -21,7 +21,6 @@ from autobalancer.stability.continuation.bifurcations import (
     Point,
     Special,
     Steps,
-    correct,
     follow,
     locate,
 )
@@ -184,27 +183,6 @@ class Orbits:
         trivial = int(np.argmin(np.abs(values - 1.0)))
         others = np.delete(values, trivial)
         return np.concatenate([values[trivial : trivial + 1], others[np.argsort(-np.abs(others))]])
-
-
-def born_at(span: Range, groups: Groups, hopf: Special, intervals: int) -> tuple[Orbits, Floats, Floats]:
-    """The problem, a small orbit that is born at a Hopf point, and the direction in which it grows."""
-    mesh = Mesh(np.linspace(0.0, 1.0, intervals + 1))
-    turn = np.exp(2j * np.pi * mesh.nodes)[:, None]
-    swing = 2.0 * (hopf.mode * turn).real
-    center = np.broadcast_to(hopf.point.u[:-1], swing.shape)
-    problem = Orbits(span, groups, (0,) * len(groups), mesh, 2.0 * math.pi / hopf.frequency, swing)
-    u = np.append(center.ravel(), [0.0, hopf.point.u[-1]])
-    way = np.append(swing.ravel(), [0.0, 0.0])
-    row = way * problem.weight
-    amplitude = FIRST_AMPLITUDE
-    while True:  # at amplitude zero the period has no effect and the equations are singular: step off first
-        try:
-            first = correct(problem, u + amplitude * way, row, float(row @ (u + amplitude * way)))[0]
-            return problem, first, way / math.sqrt(float(problem.weight @ way**2))
-        except NoConvergence:
-            amplitude *= 0.5
-            if amplitude < 1e-4:
-                raise
 
 
 # Orthogonal collocation on a mesh over one period (de Boor and Swartz 1973; Doedel et al. 1991).

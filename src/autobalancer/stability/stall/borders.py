@@ -61,7 +61,6 @@ from autobalancer.stability.stall.capture import (
     never,
     others,
     parted,
-    slow_runs,
     unmet_range_text,
     unsought,
 )
@@ -100,7 +99,7 @@ def release_of(
     else:
         plain = not left_out and all(group.plain for group in groups)
         closed = release_border(p) if plain and isinstance(p, Plane) and p.isotropic else None
-        runs = None if left_out or closed else slow_runs(machine, loads)
+        runs = None if left_out or closed else _slow_runs(machine, loads)
         limit = math.inf if p.planar else limit
         result = joint_borders(p.as_station, loads, top, limit, capture, closed, runs)
     planes = len(set(loads.station.tolist()))
@@ -114,6 +113,14 @@ def release_of(
     if left_out:
         result = tuple(replace(one, note=f"{one.note}; {CARRIED}") for one in result)
     return result
+
+
+def _slow_runs(machine: Machine, loads: Loads) -> SlowRuns | None:
+    """Runs of a machine whose balls may stall at several speeds; none for one group, with friction, or if they take long."""
+    if len(loads.groups) < 2 or any(group.rolling > 0.0 for group in loads.groups):
+        return None
+    runs = SlowRuns(machine, loads)
+    return runs if runs.possible else None
 
 
 def _at_most(capture: Border, released: float) -> Border:

@@ -497,14 +497,6 @@ def _least(speeds: Sequence[float]) -> float:
     return min(speeds) if min(speeds) < (1.0 - ALIKE) * max(speeds) else math.nan
 
 
-def slow_runs(machine: Machine, loads: Loads) -> SlowRuns | None:
-    """Runs of a machine whose balls may stall at several speeds; none for one group, with friction, or if they take long."""
-    if len(loads.groups) < 2 or any(group.rolling > 0.0 for group in loads.groups):
-        return None
-    runs = SlowRuns(machine, loads)
-    return runs if runs.possible else None
-
-
 def _plain(balancer: Balancer) -> Balancer:
     """With round and concentric races in which balls feel drag and rolling resistance alone, as in the balances."""
     nothing = {"harmonics": (), "roundness": None, "eccentricity": 0.0, "slipstream": False, "resolved": None}

@@ -31,7 +31,6 @@ from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.rotors.planes import least_moments
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
-from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.progress import check_deadline
 from autobalancer.random_numbers import generator
 from autobalancer.results.display_units import moment_text
@@ -655,25 +654,6 @@ def without_exchanges(st: Stations, states: Iterable[StationState], digits: int 
 # every motion they can excite: the receptance between their planes, for loads that turn with the rotor, must be
 # negative definite (its Hermitian part). A disk-like rotor, J_p > J_t, has no forward conical critical speed and
 # always tilts towards its load.
-
-
-TRIED = 40  # speeds
-
-
-def why_never(machine: Machine, st: Stations, highest: float) -> str:
-    """A reason that holds at all speeds above the lowest critical one up to ``highest``, rad/s; empty if none is known."""
-    for speed in np.geomspace(1.02 * st.scale_speed, highest, TRIED):
-        if not yields(st, float(speed)):
-            return ""
-    shape = ""
-    if isinstance(machine.rotor, RigidRotor) and machine.rotor.polar_inertia > machine.rotor.transverse_inertia:
-        shape = (
-            f"the rotor is disk-like, J_p = {machine.rotor.polar_inertia:.4g} > J_t = "
-            f"{machine.rotor.transverse_inertia:.4g} kg m^2, and has no conical critical speed to run above: "
-        )
-    return (
-        f"{shape}at every speed the rotor yields towards its load in one motion, so the balls make that motion larger"
-    )
 
 
 def yields(st: Stations, speed: float) -> bool:

@@ -10,6 +10,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from nicegui import events, run, ui
 from nicegui.element import Element
@@ -33,7 +34,6 @@ from autobalancer.app.store.signal_pictures import (
     LOOKS,
     FigureAndText,
     PictureOptions,
-    beside,
     drive_of,
     order_table,
     picture,
@@ -42,14 +42,18 @@ from autobalancer.app.store.signal_pictures import (
 )
 from autobalancer.app.text.form_fields import USUAL, in_unit, numbers_of, with_numbers
 from autobalancer.app.text.problems import with_value
-from autobalancer.errors import AutobalancerError
+from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.path import label_of_path
+from autobalancer.measurement.comparison.overlay import overlay
 from autobalancer.measurement.comparison.pairs import is_orders
 from autobalancer.plots.measured.fits import identification
+from autobalancer.results.answers.run import Overlay
 from autobalancer.results.signals import Signals
 from autobalancer.results.store import load_run
+from autobalancer.simulation.record import Samples
+from autobalancer.simulation.run import simulate_races
 
 # What is done with one measurement: looks, runs beside it, fits.
 
@@ -82,6 +86,10 @@ def _card(label: str) -> Any:
 RUNS = 60  # of the list
 
 
+A_TURN = 32  # samples of a run in a turn of the rotor, of which a signal is interpolated
+MOST = 400_000  # samples of a run that is made again
+
+
 class Beside:
     """One run at a time."""
 
@@ -91,8 +99,8 @@ class Beside:
         ui.html("<h2>Beside a run</h2>", sanitize=False)
         with ui.row().classes("items-center gap-2 w-full"):
             self.run = ui.select({}, label="run of the archive").props("dense outlined options-dense")
-            self.run.style("width: 380px").props('data-at="beside run"')
-            ui.button("Put beside", on_click=self.ask).props('outline no-caps data-at="beside"')
+            self.run.style("width: 380px").props('data-at="_beside run"')
+            ui.button("Put _beside", on_click=self.ask).props('outline no-caps data-at="_beside"')
             self.drive = ui.button("Take its speed as the drive", on_click=self.take).props(
                 'flat no-caps data-at="take drive"'
             )
@@ -100,9 +108,9 @@ class Beside:
                 self.drive,
                 "the machine on the page Describe turns as was measured: drive.profile and start.rotor_angle",
             )
-            self.work = Work(bench, "beside")
-        self.out = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="beside picture"')
-        self.words = ui.html("", sanitize=False).classes("w-full").props('data-at="beside words"')
+            self.work = Work(bench, "_beside")
+        self.out = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="_beside picture"')
+        self.words = ui.html("", sanitize=False).classes("w-full").props('data-at="_beside words"')
 
     def refresh(self) -> None:
         """Read the archive again."""
@@ -118,7 +126,7 @@ class Beside:
         self.drive.set_visibility(isinstance(data, Signals) and turning(data))
 
     def ask(self) -> None:
-        """Put the measurement beside the chosen run."""
+        """Put the measurement _beside the chosen run."""
         data, run, asked = self.data, self.run.value, PictureOptions(**vars(self.asked()))
         if data is None:
             return
@@ -127,11 +135,11 @@ class Beside:
             return
 
         def work(job: Job) -> tuple[str, str]:
-            found, note = beside(self.archive, run, data, asked, job)
+            found, note = _beside(self.archive, run, data, asked, job)
             words = f'<pre class="said">{escape(found.told())}</pre>'
             said = f'<div class="note">{escape(note)}</div>' if note else ""
             return svg_of(
-                picture(found), f"measured beside the run of {found.attrs.get('machine_name', '')}"
+                picture(found), f"measured _beside the run of {found.attrs.get('machine_name', '')}"
             ), words + said
 
         def then(job: Job) -> None:
@@ -142,7 +150,7 @@ class Beside:
             self.out.set_content(drawn)
             self.words.set_content(words)
 
-        self.work.start("put beside", work, then)
+        self.work.start("put _beside", work, then)
 
     def take(self) -> None:
         """Give the machine of the page the measured speed."""
@@ -162,6 +170,45 @@ class Beside:
             ui.notify("the machine turns as was measured; undo brings its own drive back", type="positive")
 
         self.work.start("speed of a measurement", lambda _job: drive_of(data, asked), then)  # type: ignore[arg-type]
+
+
+def _beside(archive: Archive, run: str, measured: xr.Dataset, asked: PictureOptions, job: Job) -> tuple[Overlay, str]:
+    """A measurement _beside a run, and what was done for it.
+
+    A run of the archive has about two thousand samples. Where these are too few, the same machine is run again, with more.
+
+    Raises
+    ------
+    QuestionError
+        If their times do not meet, a place is not in the run, or the run is one of a deep chamber.
+    """
+    known = archive.run(run)
+    options: dict[str, Any] = {}
+    if isinstance(measured, Signals) and turning(measured):
+        options = {"pulses": int(float(asked.pulses or "1")), "tacho_angle": asked.tacho_angle.strip() or None}
+    try:
+        return overlay(known, measured, **options), ""
+    except QuestionError:
+        if "rotor_angle" not in known or known.sizes["time"] >= _needed(known):
+            raise
+    machine = parse_machine(archive.text(run), "machine")
+    if not isinstance(machine, Machine):
+        raise QuestionError("a run of a deep chamber cannot be put _beside a measurement")
+    again = simulate_races(
+        machine,
+        duration=float(known.attrs["end_time"]),
+        seed=int(known.attrs.get("seed", 0)),
+        save=Samples(_needed(known)),
+        progress=job.progress,
+    )
+    note = f"the run was made again with {_needed(known)} samples in place of {known.sizes['time']}"
+    return overlay(again, measured, **options), note
+
+
+def _needed(run: xr.Dataset) -> int:
+    """Samples with which a run can be seen between its samples, also where it is fastest."""
+    turns = float(np.ptp(run["time"].values) * np.abs(run["speed"].values).max()) / (2.0 * np.pi)
+    return int(min(MOST, np.ceil(A_TURN * turns) + 20))
 
 
 # Fit numbers of the machine to a measurement: what is free, the search, and what came out.
