@@ -9,6 +9,7 @@ import gc
 import io
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -24,6 +25,7 @@ import pytest
 import xarray as xr
 
 import autobalancer as ab
+import autobalancer.stability.summary as summary_module
 from autobalancer.app.pages.elements import Typed
 from autobalancer.app.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
 from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
@@ -432,6 +434,16 @@ def test_the_words_of_the_page_name_neither_functions_nor_commands() -> None:
     texts = [text for _, text in ab.check(machine).rows(rpm_and_si)]
     assert any("autobalancer catalog" in text for text in texts)
     assert not any("autobalancer" in for_page(text) for text in texts)
+    summary = ast.parse(Path(summary_module.__file__).read_text(encoding="utf-8"))
+    parts = {id(part) for text in ast.walk(summary) if isinstance(text, ast.JoinedStr) for part in text.values}
+    for text in ast.walk(summary):  # all that check may say, with 1 for each number and name
+        if isinstance(text, ast.JoinedStr):
+            said = "".join(str(part.value) if isinstance(part, ast.Constant) else "1" for part in text.values)
+        elif isinstance(text, ast.Constant) and isinstance(text.value, str) and id(text) not in parts:
+            said = text.value
+        else:
+            continue
+        assert not re.search("autobalancer [a-z]", for_page(said)), said
     with pytest.raises(QuestionError) as told:
         ab.stability.equilibria(machine, 100.0)
     assert for_page(str(told.value)).endswith("run it, or take the basin of the page Stability")

@@ -93,6 +93,8 @@ def test_a_bad_file_is_refused_in_the_words_of_its_reader_and_nothing_stays(
 
 def test_no_name_of_a_file_or_a_measurement_leaves_its_folder(tmp_path: Path) -> None:
     assert plain_name("../../etc/a b;c\0.CSV") == "a b_c_.csv"
+    for name in ("a.h5", "a.tdms", "a.lvm"):  # whatever ab.measure.load_signals reads
+        assert plain_name(name) == name
     for name in ("..", "../x", "", "20261123-012345-zzzzzz", "a\0b"):
         with pytest.raises(QuestionError):
             Measurements(tmp_path).path(name)

@@ -378,7 +378,7 @@ def test_a_file_is_what_its_name_says(tmp_path: Path) -> None:
     assert f"new folder: {tmp_path / 'new'}" in told
     kept = ab.load_run(files[0])
     rows = list(csv.reader(io.StringIO(files[1].read_text())))
-    assert rows[0][:2] == ["viscosity [m^2/s]", "break_away_speed [rad/s]"]
+    assert rows[0][:2] == ["viscosity [m^2/s]", "release_speed [rad/s]"]
     table = np.array([[float(row[0]), float(row[1])] for row in rows[1:]])
     assert table[:, 1].tolist() == kept["break_away_speed"].values.tolist()
     whole = json.loads(files[2].read_text())

@@ -22,7 +22,7 @@ from tests.references import compiled
 from tools import wheel
 
 from autobalancer.kernels.compiler import cache
-from autobalancer.kernels.compiler.announce import KINDS, TEXT, Announcement
+from autobalancer.kernels.compiler.cache import KINDS, TEXT, Announcement
 from autobalancer.kernels.compiler.callbacks import callback
 from autobalancer.kernels.compiler.flags import EXACT, KernelCompiler
 from autobalancer.kernels.compiler.numba_struct import Struct, passed_by_address, struct_type
@@ -369,7 +369,7 @@ def shipped(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     monkeypatch.setattr(cache, "SHIPPED", tmp_path / "compiled")
     monkeypatch.setattr(cache, "_complaints", {})
     monkeypatch.setattr(
-        "autobalancer.kernels.compiler.announce.complaints", list
+        "autobalancer.kernels.compiler.cache.complaints", list
     )  # else it says them, if a test has loaded it
     monkeypatch.setattr(cache, "_writable", lambda folder: False)
     monkeypatch.setattr("numba.core.codegen.CPUCodegen.magic_tuple", lambda codegen: ("another", "processor", ""))

@@ -20,9 +20,9 @@ SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, BODY = 800, 12, 80
 CEILINGS = {
-    "files": 400,
+    "files": 399,
     "modules with one importer, beside them": 0.031,
-    "public functions named once elsewhere": 0.13,
+    "public functions named once elsewhere": 0.121,
     "import lines": 0.06,
     "import cycles": 0,
     "bodies over 80 lines": 0,
@@ -34,7 +34,7 @@ INNER = {
     "studies/ensemble/members.py Differs": "ends an attempt to follow; all members are assembled then",
     "stability/continuation/bifurcations.py NoConvergence": "ends a step of a continuation, which goes back and tries again",
 }
-TALKERS = {"__main__.py", "progress.py", "kernels/compiler/announce.py"}  # progress and faults, on standard error
+TALKERS = {"__main__.py", "progress.py", "kernels/compiler/cache.py"}  # progress and faults, on standard error
 
 
 def tree(path: Path) -> ast.Module:

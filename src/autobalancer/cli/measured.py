@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 
 
 SignalFile = Annotated[
-    Path, typer.Argument(help="Table with units in its column names, .uff, .wav, .npz, .mat, or a result file (.nc).")
+    Path,
+    typer.Argument(
+        help="Table with units in its column names, .uff, .lvm, .tdms, .h5, .mat, .npz, .wav, or a result (.nc)."
+    ),
 ]
 Chosen = Annotated[list[str] | None, typer.Option("--channel", help="Use this channel. May be repeated.")]
 Orders = Annotated[str, Listed(""), typer.Option("--orders", help="Orders of the speed, such as 1,2.")]

@@ -25,6 +25,7 @@ from autobalancer.units import column_factor, shortened
 
 MACHINE = 10_000_000  # bytes of a machine file
 TABLE = 100_000_000  # bytes of a table
+TABLES = (".csv", ".txt", ".tsv", ".dat")  # how names of tables end
 WINDOWS = "cp1252"  # of tables that old programs wrote
 _WIDE = (b"\xff\xfe", b"\xfe\xff")  # marks of UTF-16, as Notepad and Excel ("Unicode text") write them
 

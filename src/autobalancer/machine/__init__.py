@@ -5,6 +5,7 @@ Leaves, such as drag laws, have a file each outside of this package; their class
 
 from typing import TYPE_CHECKING
 
+from autobalancer.errors import MachineError
 from autobalancer.machine.balancer import (
     Balancer,
     BallInRace,
@@ -183,5 +184,9 @@ __all__ = [
 
 FAMILIES: tuple[type[Leaf], ...] = (Drag, Force, FrictionLaw, Joint, ShearLaw)
 
-globals().update({leaf.__name__: leaf for family in FAMILIES for leaf in leaves_of(family)})
+for _leaf in (leaf for family in FAMILIES for leaf in leaves_of(family)):
+    if globals().setdefault(_leaf.__name__, _leaf) is not _leaf:
+        raise MachineError(
+            f"{_leaf.__module__}: autobalancer.machine has another {_leaf.__name__}; give the class a new name"
+        )
 document(Machine)

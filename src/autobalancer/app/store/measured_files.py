@@ -21,7 +21,8 @@ import xarray as xr
 
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import example_path, sample_names
-from autobalancer.files.text_files import TABLE, read_text
+from autobalancer.files.text_files import TABLE, TABLES, read_text
+from autobalancer.measurement.signals import formats
 from autobalancer.measurement.signals.form import DIRECTIONS, UNITS, factor_to, quantity_of
 from autobalancer.measurement.signals.formats import RawColumn, RawFile
 from autobalancer.results.folder_store import Shelf
@@ -132,8 +133,7 @@ def _is_number(text: str) -> bool:
 
 LARGEST = 24_000_000  # bytes of a file; what goes with it in a request has room, too
 MOST, ROOM = 200, 2_000_000_000  # files of one user, and their bytes
-TABLES = (".csv", ".tsv", ".txt", ".dat")
-SUFFIXES = (*TABLES, ".uff", ".unv", ".mat", ".npz", ".wav", ".nc")
+SUFFIXES = (*formats.SUFFIXES, ".nc")
 LINES, WIDE = 12, 160  # of a preview
 MOST_LOADED = 3  # files whose numbers are kept in memory
 _loaded: dict[tuple[str, str], xr.Dataset] = {}

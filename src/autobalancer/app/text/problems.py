@@ -41,6 +41,12 @@ ON_THE_PAGE = (
     (r"simulate it instead, or ask basin with random starts", "run it, or take the basin of the page Stability"),
     (r"; typical coefficients: autobalancer catalog friction", ""),
     (r"ask basin with random starts", "take the basin of the page Stability"),
+    (r"; see autobalancer (liquid-response|modes)", ""),
+    (r"autobalancer simulate tells", "a run tells"),
+    (r"autobalancer ensemble FILE --seeds \d+ shows", "a study of many starts shows"),
+    (r" \(autobalancer ensemble\), autobalancer borders --minimum-viscosity-at which fluid makes all stable", ""),
+    (r"'autobalancer borders FILE' \(ab\.stability\.borders\)", "the page Stability"),
+    (r" \(autobalancer borders FILE --minimum-viscosity-at \"[^\"]*\"\)", ""),
 )
 STAGES = 4  # in which a machine is read: what belongs to a part is looked at when the part itself is right
 LARGEST = 1_000_000  # characters of a text on the page

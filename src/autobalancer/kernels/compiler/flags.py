@@ -18,8 +18,7 @@ from numba.core.compiler_machinery import FunctionPass, PassManager, register_pa
 from numba.core.ir_utils import guard, simplify_CFG
 
 from autobalancer.errors import CacheWarning
-from autobalancer.kernels.compiler.announce import announce_compiling
-from autobalancer.kernels.compiler.cache import prepare_cache, stock
+from autobalancer.kernels.compiler.cache import announce_compiling, prepare_cache, stock
 
 # Numba's inlining of ``inline="always"``, in a quarter of the time and with the same outcome.
 #

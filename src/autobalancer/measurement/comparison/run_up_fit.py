@@ -15,7 +15,7 @@ from pydantic import Field
 from scipy.stats import norm
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.files.text_files import read_table
+from autobalancer.files.text_files import TABLES, read_table
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Amount, Angle, Label, Listed, Speed, Time, key
 from autobalancer.measurement.balancing.run_down import (
@@ -286,9 +286,6 @@ def _flat(values: NDArray[np.complex128]) -> Floats:
 
 
 # Whatever was measured, from its file.
-
-
-TABLES = (".csv", ".txt", ".tsv", ".dat")
 
 
 def load_measured(path: str | Path) -> xr.Dataset:

@@ -16,14 +16,14 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from threading import Lock
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import ResultError, UnitError
 from autobalancer.files.samples import sample_hint
-from autobalancer.files.text_files import CLOCK, NUMBER, TABLE, WINDOWS, Table, head_of, read_table, read_text
+from autobalancer.files.text_files import CLOCK, NUMBER, TABLE, TABLES, WINDOWS, Table, head_of, read_table, read_text
 from autobalancer.measurement.signals.form import factor_to, quantity_of
 from autobalancer.results.signals import (
     AXES,
@@ -41,10 +41,6 @@ from autobalancer.safe_file import endless_heap, not_to_read
 
 Floats = NDArray[np.float64]
 EXAMPLE = "time [s], x [um], y [um], tacho [V]"
-READ = (
-    "tables (.csv, .txt, ...), universal files (.uff, .unv), NumPy (.npz), MATLAB (.mat), HDF5 (.h5), TDMS, LabVIEW (.lvm), "
-    "sound (.wav) and results (.nc)"
-)
 OTHERS = {  # how files begin that are not read: what they are, and what to do
     b"PAR1": ("Parquet", "export it as .csv"),
     b"MDF     ": ("MDF", "export it as .csv, .mat or TDMS"),
@@ -56,6 +52,7 @@ OTHERS = {  # how files begin that are not read: what they are, and what to do
     b"\xd0\xcf\x11\xe0": ("an Excel workbook", "save the table as .csv"),
     b"%PDF": ("PDF", "take the numbers themselves"),
 }
+HDF, MARK = b"\x89HDF", b"\xef\xbb\xbf"  # how HDF5 begins, and how Notepad marks UTF-8
 LONG_TABLE = 8 * LONG  # bytes of a table above which it is read by pieces
 LARGEST, RATIO, HARMLESS = 1_000_000_000, 100, 100_000_000  # bytes: at most, times the file, always
 TIMES = ("time", "t", "zeit", "x_value", "zeitstempel", "timestamp", "uhrzeit")
@@ -130,23 +127,18 @@ def read_raw(path: Path) -> RawFile:
     with path.open("rb") as file:
         start = file.read(1024)
     suffix = path.suffix.lower()
-    hdf = start.startswith(b"\x89HDF") or b"\x89HDF" in start[512:520]  # MATLAB 7.3 has a text before
-    if hdf or start.startswith(b"TDSm") or suffix in (".npz", ".mat", ".wav"):
-        reader = _hdf if hdf else _tdms if start.startswith(b"TDSm") else READERS[suffix]
-        try:
-            return reader(path)
-        except ResultError:
-            raise
-        except Exception as reason:  # libraries raise whatever a damaged file leads them to
-            raise ResultError(f"{path.name}: cannot be read: {reason}") from None
-    for magic, (what, cure) in OTHERS.items():
-        if start.startswith(magic):
-            raise ResultError(f"{path.name}: is {what}, which is not read; {cure}. What is read: {READ}")
-    if is_universal(start) or suffix in UNIVERSAL:
-        return _universal(path)
-    if start.lstrip(b"\xef\xbb\xbf").startswith(b"LabVIEW Measurement"):
-        return _labview(path)
-    return _table(path)
+    other = next((entry for magic, entry in OTHERS.items() if start.startswith(magic)), None)
+    form = next(form for form in FORMATS if form.fits(start, suffix))
+    if form.text:  # a text that begins like none of them is taken for a table, so others are told apart before
+        if other is not None:
+            raise ResultError(f"{path.name}: is {other[0]}, which is not read; {other[1]}. What is read: {_listing()}")
+        return form.read(path)
+    try:
+        return form.read(path)
+    except ResultError:
+        raise
+    except Exception as reason:  # libraries raise whatever a damaged file leads them to
+        raise ResultError(f"{path.name}: cannot be read: {reason}") from None
 
 
 def _refuse_bomb(path: Path, unpacked: int, largest: float = LARGEST) -> None:
@@ -585,9 +577,6 @@ def _stored_columns(path: Path, pieces: Iterable[NDArray[Any]]) -> list[Samples]
     return [Samples(count, partial(column, k)) for k in range(piece.shape[1])]
 
 
-READERS = {".npz": _arrays, ".mat": _arrays, ".wav": _sound}
-
-
 # formats of the extra [signals] --------------------------------------------------------------------------------------------
 
 
@@ -690,3 +679,38 @@ def _labview(path: Path) -> RawFile:
     raw = _of_arrays(path.name, arrays, 1.0 / segment["Delta_X"][0] if segment.get("Delta_X") else None)
     left = ("it has several segments; only the first is read",) if several else ()
     return RawFile(raw.origin, raw.time, raw.rate, raw.columns, raw.quantum, raw.clock, remarks=left)
+
+
+# what is read -------------------------------------------------------------------------------------------------------------
+
+
+class Format(NamedTuple):
+    """A format of measured files: a row of :data:`FORMATS` and its reader are all that one needs."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    fits: Callable[[bytes, str], bool]  # by the first kilobyte of a file and its suffix
+    read: Callable[[Path], RawFile]
+    text: bool = False
+
+
+FORMATS = (  # the first that fits reads a file; tables take all that is left
+    # MATLAB 7.3 is HDF5 behind a text
+    Format("HDF5", (".h5", ".hdf5"), lambda start, _: start.startswith(HDF) or HDF in start[512:520], _hdf),
+    Format("TDMS", (".tdms",), lambda start, _: start.startswith(b"TDSm"), _tdms),
+    Format("NumPy", (".npz",), lambda _, suffix: suffix == ".npz", _arrays),
+    Format("MATLAB", (".mat",), lambda _, suffix: suffix == ".mat", _arrays),
+    Format("sound", (".wav",), lambda _, suffix: suffix == ".wav", _sound),
+    Format(
+        "universal files", UNIVERSAL, lambda start, suffix: is_universal(start) or suffix in UNIVERSAL, _universal, True
+    ),
+    Format(
+        "LabVIEW", (".lvm",), lambda start, _: start.lstrip(MARK).startswith(b"LabVIEW Measurement"), _labview, True
+    ),
+    Format("tables", TABLES, lambda *_: True, _table, True),
+)
+SUFFIXES = tuple(suffix for form in reversed(FORMATS) for suffix in form.suffixes)
+
+
+def _listing() -> str:
+    return ", ".join(f"{form.name} ({', '.join(form.suffixes)})" for form in reversed(FORMATS)) + " and results (.nc)"
