@@ -139,7 +139,7 @@ def test_a_study_is_cancelled_survives_a_crash_and_goes_on(page: Any, server: Se
     at(page, "start study").click()
     state = at(page, "kept state").first
     expect(state).to_contain_text("to go", timeout=COMPILING)
-    expect(at(page, "study numbers")).to_contain_text("stall (%)", timeout=COMPILING)
+    expect(at(page, "study numbers")).to_contain_text("stalled (%)", timeout=COMPILING)
     expect(at(page, "result state")).to_contain_text("known so far")
     at(page, "cancel study").first.click()
     expect(state).to_contain_text("cancelled", timeout=COMPILING)
