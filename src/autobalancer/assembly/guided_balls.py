@@ -26,7 +26,7 @@ from autobalancer.kernels.compiler.callbacks import (
     numbers_row,
 )
 from autobalancer.kernels.records import BALL, GUIDED, LINE, NONE, PLACE, POINT, RELAXATION, TABLE, WAVE
-from autobalancer.kernels.records import FORCE as FORCES_FORCE
+from autobalancer.kernels.records import FORCE as FORCE_RECORD
 from autobalancer.kernels.system import Floats, Fluid, Matrix, Rows
 from autobalancer.laws.drag_coefficient import DISTANCE, FIT, REYNOLDS
 from autobalancer.machine import Force, Machine, Race
@@ -298,7 +298,7 @@ def force_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, *, tri
         fields["first"] = len(numbers)
         numbers += force.numbers().values() or (0.0,)
         rows += [
-            FORCES_FORCE.row(ball=i, other=j, wrap=wrap, **fields) for i, j, wrap in _acting(force, members, angles)
+            FORCE_RECORD.row(ball=i, other=j, wrap=wrap, **fields) for i, j, wrap in _acting(force, members, angles)
         ]
     return {"places": places, "forces": _array(rows), "force_numbers": np.array(numbers, np.float64)}
 
@@ -321,7 +321,7 @@ def _acting(force: Force, members: list[int], angles: Floats) -> list[tuple[int,
 
 
 def _array(rows: list[Any]) -> Any:
-    result = FORCES_FORCE.rows(len(rows))
+    result = FORCE_RECORD.rows(len(rows))
     for i, row in enumerate(rows):
         result[i] = row
     return result

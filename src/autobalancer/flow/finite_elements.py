@@ -515,7 +515,7 @@ def factors(matrix: Sparse) -> Callable[[Floats], Floats]:
 # carrier (Picard), the others its change too (Newton); each is solved by GMRES only as far as it deserves.
 
 
-INERTIA_SMALL = 1e-6  # of the unbalanced forces over those of the flow without inertia
+NEGLIGIBLE_INERTIA = 1e-6  # of the unbalanced forces over those of the flow without inertia
 ENOUGH = 0.03  # of its own residual, for one step
 MOST_NEWTON_STEPS = 40
 PICARD_STEPS = 2
@@ -536,7 +536,7 @@ def flow_with_inertia(start: Flow, reynolds: float) -> Flow:
     state, rest = _balance(spaces, reynolds, spin, flow, given)
     for number in range(MOST_NEWTON_STEPS):
         size = float(np.linalg.norm(rest))
-        if size < INERTIA_SMALL * scale:
+        if size < NEGLIGIBLE_INERTIA * scale:
             return of_unknowns(spaces, reynolds, spin, state.transport, flow)
         slope = spaces.change_of_convection(state.velocity) if number >= PICARD_STEPS else None
         step, part = _step(state, rest, slope, pressures), 1.0

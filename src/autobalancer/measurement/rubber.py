@@ -370,7 +370,7 @@ def _motions(table: Table) -> list[Motion]:
 
 
 SAME = 1e-3  # relative difference of frequencies and amplitudes that count as one
-CHECKS_SURE = 3.0  # standard deviations
+SURE_DEVIATIONS = 3.0  # standard deviations
 WIDEST = 12.0  # ratio of neighboring amplitudes beyond which what lies between is not known
 
 
@@ -440,7 +440,7 @@ def _refuse_contradictions(points: RubberPoints) -> None:
             for name in ("stiffness", "loss"):
                 one, other = getattr(points, name)[[i, j]]
                 spread = float(np.hypot(*getattr(points, f"{name}_uncertainty")[[i, j]]))
-                if abs(one - other) > CHECKS_SURE * spread:
+                if abs(one - other) > SURE_DEVIATIONS * spread:
                     raise QuestionError(
                         f"rubber: {points.names[i]} and {points.names[j]} contradict each other: {name} {one:.4g} and "
                         f"{other:.4g} N/m at one frequency and amplitude; leave one out, or give a larger uncertainty"
@@ -466,7 +466,7 @@ def _refuse_rises(points: RubberPoints) -> None:
                 if getattr(points, along)[j] <= getattr(points, along)[i] * (1.0 + SAME):
                     continue
                 spread = float(np.hypot(*points.stiffness_uncertainty[[i, j]]))
-                if sign * (points.stiffness[j] - points.stiffness[i]) > CHECKS_SURE * spread:
+                if sign * (points.stiffness[j] - points.stiffness[i]) > SURE_DEVIATIONS * spread:
                     raise QuestionError(
                         f"rubber: the {text}: {points.stiffness[i]:.4g} N/m in {points.names[i]}, "
                         f"{points.stiffness[j]:.4g} N/m in {points.names[j]}; no rubber of these elements does. Check the two, "
@@ -535,10 +535,10 @@ def rubber_signals(
     given = [records] if isinstance(records, (xr.Dataset, str, Path)) else list(records)
     if not given:
         raise QuestionError("rubber_signals: given no records")
-    return joined([_signals_points(one, deflection, force, w, calibration, motion) for one in given])
+    return joined([_points_of_signals(one, deflection, force, w, calibration, motion) for one in given])
 
 
-def _signals_points(
+def _points_of_signals(
     record: Record,
     deflection: str | None,
     force: str | None,

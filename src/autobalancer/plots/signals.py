@@ -345,7 +345,7 @@ def _modes(dataset: xr.Dataset) -> list[str]:
     return rows
 
 
-DECAY_SEEN = 0.04  # of the size of an orbit; smaller ellipses have no arrow
+LEAST_ELLIPSE = 0.04  # of the size of an orbit; smaller ellipses have no arrow
 
 
 def measured_orbit(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
@@ -381,7 +381,7 @@ def measured_orbit(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
             x, y = (found[f"filtered_{name}"].values[k] * unit.factor for name in "xy")
             axes.plot(x, y, color=BALLS[k % len(BALLS)], label=f"order {order:g}")
             axes.plot(x[0], y[0], "o", ms=6, mfc="white", mec=BALLS[k % len(BALLS)], mew=1.6)
-            if np.hypot(x, y).max() > DECAY_SEEN * max(map(np.ptp, path)):
+            if np.hypot(x, y).max() > LEAST_ELLIPSE * max(map(np.ptp, path)):
                 tip = len(x) // 12
                 style = {"arrowstyle": "-|>", "color": BALLS[k % len(BALLS)], "mutation_scale": 14}
                 axes.annotate("", (x[tip], y[tip]), (x[tip - 1], y[tip - 1]), arrowprops=style)

@@ -484,7 +484,7 @@ def _value(machine: Machine, name: str) -> float:
 
 
 SCATTER = 0.01  # of a peak, below which its distribution is not drawn
-SHOWN = ("balanced", "peak_deflection", "settling_time")
+RUN_COLUMNS = ("balanced", "peak_deflection", "settling_time")
 
 
 def run_page(run: xr.Dataset, held: xr.Dataset, command: str) -> Section:
@@ -607,7 +607,7 @@ def study_pages(studied: Studied, file: str) -> list[Section]:
     page.blocks += [Paragraph(text) for text in studied.remarks()]
     pages = [page]
     driven, requested = Section("Which scatter drives the result"), list[str]()
-    for name in (name for name in SHOWN if name in studied):
+    for name in (name for name in RUN_COLUMNS if name in studied):
         _add(page.blocks, lambda name=name: drawing(study_picture(studied, name), f"{_words(name)} over the study."))
         if _add(driven.blocks, lambda name=name: _driven(studied, name)):
             requested.append(f"{command} --sensitivity {name}")

@@ -35,7 +35,7 @@ from autobalancer.units import shortened
 
 Write = Callable[[xr.Dataset, Path], Any]
 Checkpoint = Mapping[str, NDArray[Any]]
-KEPT = "archive_parts"  # entry of a checkpoint: how many parts go before it
+PARTS_KEY = "archive_parts"  # entry of a checkpoint: how many parts go before it
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
 PART = re.compile(r"part-(\d{5,})\.nc")
 BEGIN_ANEW = "to start the run again, delete its folder"
@@ -353,7 +353,7 @@ class RunFolder:
                 write_safely(self.path / f"part-{number:05d}.nc", lambda file: self.write(chunk, file))
                 number += 1
             if checkpoint is not None:
-                held = {KEPT: np.array(number), **checkpoint}
+                held = {PARTS_KEY: np.array(number), **checkpoint}
                 write_safely(self.path / "checkpoint.npz", lambda file: _savez(file, held))
 
     def checkpoint(self) -> dict[str, NDArray[Any]] | None:
@@ -368,7 +368,7 @@ class RunFolder:
         try:
             with np.load(path, allow_pickle=False) as stored:
                 held = {key: stored[key] for key in stored.files}
-            kept = int(held.pop(KEPT).item())
+            kept = int(held.pop(PARTS_KEY).item())
         except FileNotFoundError:
             self._kept = 0
             return None

@@ -26,7 +26,7 @@ from autobalancer.kernels.measures.columns_of_measures import (
     SINCE_RELEASE,
     WIDTH,
 )
-from autobalancer.kernels.measures.columns_of_measures import LAST as COLUMNS_OF_MEASURES_LAST
+from autobalancer.kernels.measures.columns_of_measures import LAST as LAST_SHARE
 from autobalancer.results.answers.answer import SOURCE, Labeled
 from autobalancer.results.answers.kinds import Measured
 from autobalancer.results.run_arrays import (
@@ -506,7 +506,7 @@ def residual_vibration(run: xr.Dataset, last: float | str | None = None) -> floa
     end = float(run.attrs["end_time"])
     if last is not None and not last > 0.0:
         raise QuestionError(f"last: given {last:g} s; must be greater than zero")
-    begin = end - (COLUMNS_OF_MEASURES_LAST * end if last is None else last)
+    begin = end - (LAST_SHARE * end if last is None else last)
     if load_of(run.attrs) == NONE:
         bins = bins_of(run)
         return last_deflection(bins.time, bins.high, begin)

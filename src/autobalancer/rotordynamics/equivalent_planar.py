@@ -69,7 +69,7 @@ def from_ross(rotor: Any) -> ShaftRotor:
     kind = type(rotor)
     if kind.__name__ != "Rotor" or kind.__module__.split(".")[0] != "ross":
         raise QuestionError(f"from_ross: given {kind.__module__}.{kind.__name__}; must be a ross.Rotor, or its file")
-    _check_version()
+    _check_ross_version()
     segments = [_segment(element, number) for number, element in enumerate(rotor.shaft_elements)]
     places = np.concatenate([[0.0], np.cumsum([segment.length for segment in segments])])
     disks = [_disk(element, places) for element in (*rotor.disk_elements, *rotor.point_mass_elements)]
@@ -78,7 +78,7 @@ def from_ross(rotor: Any) -> ShaftRotor:
 
 
 def _ross() -> Any:
-    _check_version()
+    _check_ross_version()
     try:
         return import_module("ross")
     except Exception as reason:  # what is wrong with its dependencies shows up as any kind of error
@@ -88,7 +88,7 @@ def _ross() -> Any:
         ) from reason
 
 
-def _check_version() -> None:
+def _check_ross_version() -> None:
     try:
         result = version("ross-rotordynamics")
     except PackageNotFoundError:

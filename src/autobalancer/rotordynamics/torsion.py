@@ -196,7 +196,7 @@ def _texts(texts: object) -> np.ndarray:
 
 
 OSCILLATES = 0.995  # damping ratio above which nothing swings
-STILL = 1e-6  # of the highest frequency; below it the train turns as a whole
+RIGID_SHARE = 1e-6  # of the highest frequency; below it the train turns as a whole
 SHARED = 0.05  # least share of the greatest angle for which a part is named
 
 
@@ -218,7 +218,7 @@ def free_torsion(model: Torsion, damping: Floats) -> FreeTorsion:
     squares, plain = eigh(model.stiffness, np.diag(model.inertia))
     undamped = np.sqrt(np.maximum(squares, 0.0))
     rate = np.abs(values)
-    keep = (values.imag > STILL * undamped[-1]) & (-values.real < OSCILLATES * rate)
+    keep = (values.imag > RIGID_SHARE * undamped[-1]) & (-values.real < OSCILLATES * rate)
     values, shapes = values[keep], vectors[:n, keep].T
     order = np.argsort(values.imag)
     values, shapes = values[order], shapes[order]
@@ -236,7 +236,7 @@ def undamped_torsion(model: Torsion) -> tuple[Floats, Floats]:
     """Frequencies without damping, rad/s ascending, and shapes (modes, parts); turning as a whole is left out."""
     squares, shapes = eigh(model.stiffness, np.diag(model.inertia))
     rate = np.sqrt(np.maximum(squares, 0.0))
-    keep = rate > STILL * rate[-1]
+    keep = rate > RIGID_SHARE * rate[-1]
     return rate[keep], shapes.T[keep]
 
 

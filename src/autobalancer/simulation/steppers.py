@@ -254,13 +254,13 @@ def long_steps(assembly: Assembly, memory: Memory, near: float | None = None) ->
         modes = rotor_modes(assembly.system, assembly.state, assembly.critical_speeds, near)
         if modes is None:
             return None
-        (nodes, watch), unknowns = _long_steps_equations(assembly), modes
+        (nodes, watch), unknowns = _node_equations(assembly), modes
     width = memory.trial.size
     own = memory._replace(stages=np.zeros((NODES, width)), dense=np.zeros((NODES, width)), shares=np.zeros(NODES))
     return LongSteps(nodes, watch, by_powers(), own, unknowns)
 
 
-def _long_steps_equations(assembly: Assembly) -> tuple[Any, Any]:
+def _node_equations(assembly: Assembly) -> tuple[Any, Any]:
     """The forces at the nodes of a rotor with stations, and how far they hold."""
     if assembly.model is Model.ROUGH:
         from autobalancer.kernels.balls.station_nodes import open_and_rolling, rough_station_nodes

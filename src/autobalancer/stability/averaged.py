@@ -425,8 +425,8 @@ def _matrices(st: Stations, speeds: Floats, angles: Matrix, centers: Complexes, 
     push = whirl.rows[st.station].T * (st.moment * np.exp(1j * angles))[:, None]  # (k, h, n)
     a, b = (np.zeros((speeds.size, 2 * h + n, 2 * h + n)) for _ in range(2))
     host, ball, each = slice(0, 2 * h), slice(2 * h, None), 2 * h + np.arange(n)
-    a[:, host, host] = _stations_real(whirl.slow)
-    b[:, host, host] = _stations_real(whirl.held)
+    a[:, host, host] = _real_form(whirl.slow)
+    b[:, host, host] = _real_form(whirl.held)
     along, across = _parts(push), _parts(1j * push)
     a[:, host, ball], b[:, host, ball] = -2.0 * w * along, -w * w * across
     # Re[e^(-i phi) z] and Im[e^(-i phi) z] of a complex z as rows over its real and imaginary part
@@ -447,7 +447,7 @@ def _neutral(st: Stations, state: StationState) -> int:
     return st.moment.size - int(np.sum(reach > LOST * reach[0]))
 
 
-def _stations_real(matrices: Complexes) -> Matrix:
+def _real_form(matrices: Complexes) -> Matrix:
     return np.block([[matrices.real, -matrices.imag], [matrices.imag, matrices.real]])
 
 

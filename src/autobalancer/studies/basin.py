@@ -57,7 +57,7 @@ from autobalancer.studies.ensemble.layout import PART, Bench, Group, Integration
 from autobalancer.studies.ensemble.members import with_starts
 from autobalancer.studies.random_starts import (
     ENDS,
-    KEPT,
+    STORED_MEASURES,
     distributions,
     driven_to,
     ends_of,
@@ -74,7 +74,7 @@ from autobalancer.units import argument, list_argument, optional_argument
 
 
 OVERLAPPING = "overlapping start"
-OF_RUNS = (*KEPT, "outcome", "verdict", "vibration_without_balls", "residual_share", "seed", "reason")
+OF_RUNS = (*STORED_MEASURES, "outcome", "verdict", "vibration_without_balls", "residual_share", "seed", "reason")
 _AXIS = re.compile(r"ball_angle\[\d+\]|ball_speed(\[\d+\])?|acceleration")
 
 
@@ -192,9 +192,11 @@ def _dataset(
     states[possible] = dataset["state"].values
     spread = distributions(counted, bool(acceleration))
     dims = tuple(name.replace("[", "_").rstrip("]") for name in axes)
-    over = {name: (dims, runs[name].values.reshape(shape), runs[name].attrs) for name in KEPT}
+    over = {name: (dims, runs[name].values.reshape(shape), runs[name].attrs) for name in STORED_MEASURES}
     over["state"] = (dims, states.reshape(shape), dataset["state"].attrs)
-    dataset = dataset.drop_vars(["state", "share_low", "share_high"]).merge(spread.drop_vars(KEPT)).assign(over)
+    dataset = (
+        dataset.drop_vars(["state", "share_low", "share_high"]).merge(spread.drop_vars(STORED_MEASURES)).assign(over)
+    )
     for dim, (path, values) in zip(dims, axes.items(), strict=True):
         label = {"long_name": axis_name(path), "units": unit_of_axis(path)}
         dataset = dataset.assign_coords({dim: (dim, np.asarray(values, np.float64), label)})

@@ -44,7 +44,14 @@ from autobalancer.studies.variations import coordinate, listed, named_measures
 
 FAILED = "failed"
 ENDS = (*WORDS, FAILED)
-KEPT = ("vibration", "residual_unbalance", "static_deflection", "support_force", "settling_time", "peak_deflection")
+STORED_MEASURES = (
+    "vibration",
+    "residual_unbalance",
+    "static_deflection",
+    "support_force",
+    "settling_time",
+    "peak_deflection",
+)
 DECAYS = 10.0  # decay times after which a motion counts no longer: exp(-10)
 
 
@@ -204,7 +211,7 @@ def ends_of(runs: xr.Dataset, ends: Sequence[str] = ENDS) -> xr.Dataset:
 
 def distributions(runs: xr.Dataset, run_up: bool) -> xr.Dataset:
     """What each run leaves, and its quantiles over the runs that reached their end, balanced or not."""
-    dataset = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in KEPT})
+    dataset = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in STORED_MEASURES})
     dataset = dataset.assign_coords(quantile=list(QUANTILES))
     finished = runs["outcome"].values == "finished"
     peaks = (("peak", "peak_deflection"),) if run_up else ()

@@ -121,13 +121,13 @@ def _serve_measured(root: Path) -> None:
 
     @app.get("/measured/{name}/fit/{fit}/{kind}")
     async def fitted(request: Request, name: str, fit: str, kind: str) -> Response:
-        from autobalancer.app.store.fits import FILES_OF
+        from autobalancer.app.store.fits import FIT_FILES
 
         try:
             path = fit_file(shelf_of(request), name, fit, kind)
         except AutobalancerError as error:
             return PlainTextResponse(str(error), 404)
-        return FileResponse(path, media_type=FILES_OF[kind], filename=f"{fit}-{kind}")
+        return FileResponse(path, media_type=FIT_FILES[kind], filename=f"{fit}-{kind}")
 
 
 def _serve_files(root: Path) -> None:

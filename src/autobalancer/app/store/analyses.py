@@ -137,7 +137,7 @@ def _number(name: str, text: str, most: int) -> int:
     return int(text)
 
 
-def _some(name: str, text: str, unit: str, most: int = MOST_SPEEDS) -> Any:
+def _values_within(name: str, text: str, unit: str, most: int = MOST_SPEEDS) -> Any:
     found = range_values(name, text, unit)
     if len(found) > most:
         raise QuestionError(f"{name}: given {len(found)} values; on this page at most {most}")
@@ -154,7 +154,7 @@ def _over(machine: Machine, given: Fields) -> Any:
 
 def read_map(machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds and values of the other quantity, not too many together."""
-    speeds, values = _some("speed", given["speed"], "rad/s"), _over(machine, given)
+    speeds, values = _values_within("speed", given["speed"], "rad/s"), _over(machine, given)
     if speeds.size * values.size > MOST_POINTS:
         raise QuestionError(
             f"values: {speeds.size} speeds by {values.size} values are {speeds.size * values.size} points; on this page "
@@ -177,7 +177,7 @@ def read_campbell(_machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds, and how many modes; none where those near the speeds are meant."""
     few = given["modes"].strip()
     return {
-        "speeds": _some("speeds", given["speeds"], "rad/s"),
+        "speeds": _values_within("speeds", given["speeds"], "rad/s"),
         "modes": _number("modes", few, MOST_MODES) if few else None,
     }
 
@@ -198,13 +198,13 @@ def _modes_near(machine: Machine, speeds: Any) -> int:
 
 def read_response(_machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds, and which quantity."""
-    return {"speeds": _some("speeds", given["speeds"], "rad/s"), "quantity": given["quantity"], "smooth": True}
+    return {"speeds": _values_within("speeds", given["speeds"], "rad/s"), "quantity": given["quantity"], "smooth": True}
 
 
 def read_stepped(machine: Machine, given: Fields) -> dict[str, Any]:
     """Speeds, times at each, and the way."""
     return {
-        "speeds": _some("speeds", given["speeds"], "rad/s", MOST_STEPS),
+        "speeds": _values_within("speeds", given["speeds"], "rad/s", MOST_STEPS),
         "dwell": argument("dwell", given["dwell"], "s"),
         "window": argument("window", given["window"], "s"),
         "direction": given["direction"],

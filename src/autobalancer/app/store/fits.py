@@ -36,7 +36,7 @@ METHODS = {
 }
 COVERED = 0.95
 WIDE = float(norm.ppf(0.5 + 0.5 * COVERED))  # standard deviations
-FILES_OF = {"fitted.toml": "application/toml", "fit.nc": "application/x-netcdf"}
+FIT_FILES = {"fitted.toml": "application/toml", "fit.nc": "application/x-netcdf"}
 
 
 @dataclass
@@ -157,7 +157,7 @@ def fit_file(shelf: Measurements, name: str, fit_name: str, kind: str) -> Path:
         If there is none.
     """
     path = fits(shelf, name).folder(fit_name) / kind
-    if kind not in FILES_OF or not path.is_file():
+    if kind not in FIT_FILES or not path.is_file():
         raise QuestionError(f"fit {fit_name[:40]!r}: has no {kind[:20]!r}")
     return path
 

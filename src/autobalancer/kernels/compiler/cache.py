@@ -136,11 +136,11 @@ def _compiled_at_once(kernel: Any, declared: list[Any]) -> Any:
 
 def prepare_cache() -> tuple[bool, str]:
     """Whether kernels can be kept, and what the user should know about it."""
-    kept, place_note = _cache_as_found()
+    kept, place_note = _existing_cache()
     return kept, "; ".join(filter(None, (_about_numba(), place_note)))
 
 
-def _cache_as_found() -> tuple[bool, str]:
+def _existing_cache() -> tuple[bool, str]:
     place = cache_place()
     if place is None and shipped() is not None:
         return True, ""

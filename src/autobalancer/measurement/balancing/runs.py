@@ -547,7 +547,7 @@ def split_mass(
     wanted = complex(wanted_size * np.exp(1j * where))
     if masses is None:
         limit = np.inf if largest is None else _of_kind("largest", largest, unit)
-        result = _any_size(wanted, places, limit)
+        result = _least_masses(wanted, places, limit)
     else:
         if largest is not None:
             raise QuestionError("split_mass: largest: given with masses; leave those out that are too large")
@@ -583,7 +583,7 @@ def _places(holes: int | Sequence[float | str], first: float) -> Floats:
     return np.array(list_argument("holes", holes, "rad"))
 
 
-def _any_size(wanted: complex, places: Floats, limit: float) -> Floats:
+def _least_masses(wanted: complex, places: Floats, limit: float) -> Floats:
     """The least sum of masses; two neighbors by the law of sines, unless a limit asks for more holes."""
     from scipy.optimize import linprog
 

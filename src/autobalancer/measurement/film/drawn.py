@@ -332,7 +332,7 @@ def _turned(vector: Floats, angle: float) -> Floats:
 
 
 STEP = 0.7  # pixels between instants
-SHUTTER_MOST = 64  # instants of one flash
+MOST_INSTANTS = 64  # instants of one flash
 
 
 def picture_times(motion: Motion, start: float, end: float, exposure: Exposure) -> Floats:
@@ -382,7 +382,7 @@ def instants_of(motion: Motion, moment: float, exposure: Exposure, pixels: float
         middles = np.array([moment])
     at = motion.at(np.clip([moment], first, last))
     way = lit * pixels * (abs(float(at.speed[0])) + float(np.abs(motion.ball_slip).max(initial=0.0)))
-    count = int(np.clip(np.ceil(way / STEP), 1, max(1, SHUTTER_MOST // middles.size)))
+    count = int(np.clip(np.ceil(way / STEP), 1, max(1, MOST_INSTANTS // middles.size)))
     within = lit * ((np.arange(count) + 0.5) / count - 0.5)
     return np.clip((middles[:, None] + within).ravel(), first, last)
 

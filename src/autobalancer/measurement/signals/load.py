@@ -458,7 +458,7 @@ def grid_of(t: Floats, rate: float, origin: str) -> Floats:
 GREATEST = {"displacement": 0.05, "velocity": 50.0, "acceleration": 1e5, "speed": 2e4}  # SI, from peak to peak
 LEAST = {"displacement": 1e-10, "velocity": 1e-9, "acceleration": 1e-7}
 SMALLER = {"displacement": "mm or um", "velocity": "mm/s", "acceleration": "mm/s^2", "speed": "rpm"}
-CHECKS_NAMED = 4  # places that a message names
+MOST_PLACES = 4  # places that a message names
 PLATEAU = 3  # equal samples at an extreme
 GONE = 0.1  # of the period of a signal, up to which a gap of samples that are no numbers is bridged
 HOLES = 0.01  # share of all samples that may be no numbers
@@ -597,6 +597,6 @@ def clipped_samples(values: Floats | Samples) -> NDArray[np.int64]:
 def _times(t: Floats, indices: NDArray[np.int64]) -> str:
     """First instants of separate groups of samples: ``at 0.12 s, 0.31 s to 0.33 s``."""
     parts = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
-    texts = [f"{t[p[0]]:.6g} s" + (f" to {t[p[-1]]:.6g} s" if p.size > 1 else "") for p in parts[:CHECKS_NAMED]]
-    more = f" and {len(parts) - CHECKS_NAMED} places more" if len(parts) > CHECKS_NAMED else ""
+    texts = [f"{t[p[0]]:.6g} s" + (f" to {t[p[-1]]:.6g} s" if p.size > 1 else "") for p in parts[:MOST_PLACES]]
+    more = f" and {len(parts) - MOST_PLACES} places more" if len(parts) > MOST_PLACES else ""
     return f"at {', '.join(texts)}{more}"

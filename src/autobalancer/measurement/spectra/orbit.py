@@ -191,7 +191,7 @@ def _along_axes(signals: xr.Dataset, x: str, y: str) -> Floats:
 # The envelope of a measured run-up: least and greatest value in bins, named as in runs.
 
 
-ENVELOPE_LEAST = 4  # samples of a bin
+LEAST_BIN_SAMPLES = 4  # samples of a bin
 
 
 def envelope(
@@ -238,9 +238,9 @@ def envelope(
         turned = signals["rotor_angle"].values - signals["rotor_angle"].values[0]
         numbers = np.floor(turned / (2.0 * math.pi * revolutions) + 1e-9)
     starts = np.flatnonzero(np.diff(numbers, prepend=-1.0))
-    if starts.size < 2 or np.diff(starts).min() < ENVELOPE_LEAST:
+    if starts.size < 2 or np.diff(starts).min() < LEAST_BIN_SAMPLES:
         raise QuestionError(
-            f"envelope: there must be at least two bins of {ENVELOPE_LEAST} samples; change their length"
+            f"envelope: there must be at least two bins of {LEAST_BIN_SAMPLES} samples; change their length"
         )
     ends = time[starts[1:]]
     low, high = (

@@ -313,7 +313,7 @@ def _natural(f: float, natural: Sequence[float], near: float) -> str:
 # times.
 
 
-ORDER_MAP_MOST = 400  # windows
+MOST_WINDOWS = 400  # windows
 DENSEST = 4096  # samples of a turn
 MARGIN = 64  # samples beside a piece, beyond which a spline forgets where it began
 
@@ -460,7 +460,7 @@ def _frequencies(
 
 def _starts(size: int, length: int) -> NDArray[np.int64]:
     """Where windows begin that overlap by seven eighths, or less where there would be too many."""
-    return np.arange(0, size - length + 1, max(1, length // 8, (size - length) // ORDER_MAP_MOST))
+    return np.arange(0, size - length + 1, max(1, length // 8, (size - length) // MOST_WINDOWS))
 
 
 def _windows(

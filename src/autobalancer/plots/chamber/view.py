@@ -455,7 +455,7 @@ def _colored(axes: Axes, bodies: Collection, speed: Floats, poses: Poses) -> Non
 # How cylinders parallel to the rotor look from any side.
 
 
-BODIES_ROUND = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
+CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
 
 
 def cylinder_outlines(camera: Floats, places: Floats, radius: Floats, length: Floats) -> Floats:
@@ -465,7 +465,7 @@ def cylinder_outlines(camera: Floats, places: Floats, radius: Floats, length: Fl
     """
     rim = np.stack(
         [
-            np.outer(np.cos(BODIES_ROUND), camera[row, 1:2]) + np.outer(np.sin(BODIES_ROUND), camera[row, 2:])
+            np.outer(np.cos(CIRCLE_ANGLES), camera[row, 1:2]) + np.outer(np.sin(CIRCLE_ANGLES), camera[row, 2:])
             for row in (0, 1)
         ]
     )

@@ -348,7 +348,7 @@ def ball_looks(run: xr.Dataset) -> list[BallLook]:
     count = run.sizes.get("ball", 0)
     if count <= FEW:
         return [BallLook(ball_color(i), f"{body} {i + 1}") for i, body in enumerate(bodies_of(run))]
-    places = list(zip(_ball_looks_column(run, "balancer", count), _ball_looks_column(run, "race", count), strict=True))
+    places = list(zip(_ball_column(run, "balancer", count), _ball_column(run, "race", count), strict=True))
     groups = sorted(set(places))
     looks = [BallLook("", "_")] * count
     for number, place in enumerate(groups):
@@ -395,7 +395,7 @@ def planes_of(run: xr.Dataset) -> Planes:
     count = run.sizes.get("plane", 1)
     if "ball_plane" not in run or (count == 1 and "station" not in run):
         return Planes(("rotor",), np.array([np.nan]))
-    where, held = run["ball_plane"].values, _ball_looks_column(run, "balancer", run.sizes["ball"])
+    where, held = run["ball_plane"].values, _ball_column(run, "balancer", run.sizes["ball"])
     names = []
     for plane in range(1, count + 1):
         balancers = sorted({number for number, place in zip(held, where, strict=True) if place == plane})
@@ -411,5 +411,5 @@ def shaded(color: str, share: float) -> str:
     return str(to_hex((red, green, blue)))
 
 
-def _ball_looks_column(run: xr.Dataset, name: str, count: int) -> list[int]:
+def _ball_column(run: xr.Dataset, name: str, count: int) -> list[int]:
     return [int(value) for value in run[name].values] if name in run else [1] * count

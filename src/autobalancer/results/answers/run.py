@@ -361,7 +361,7 @@ class BallFilm(Answer):
             facts.append(("first fault", f"picture {first + 1} at {time[first]:.6g} s: {self['fault'].values[first]}"))
         speed = self["speed"].values[np.isfinite(self["speed"].values)]
         if speed.size:
-            facts.append(("rotor speed", f"{_ball_film_rpm(speed[0])} to {rpm_and_si(float(speed[-1]))}"))
+            facts.append(("rotor speed", f"{_rpm_text(speed[0])} to {rpm_and_si(float(speed[-1]))}"))
         if speed.size and time.size > 1 and float(np.median(speed) * np.median(np.diff(time))) < STILL:
             text = "the rotor seems to stand still or to turn backward; if a stroboscope makes it so, give first_speed"
             facts.append(("doubt", text))
@@ -395,5 +395,5 @@ class BallFilm(Answer):
         ]
 
 
-def _ball_film_rpm(speed: float) -> str:
+def _rpm_text(speed: float) -> str:
     return f"{float(speed) * 30.0 / np.pi:.4g}"

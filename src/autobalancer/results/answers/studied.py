@@ -35,7 +35,14 @@ FINISHED, NOT_RUN, IMPOSSIBLE = "finished", "not run", "impossible"
 CLASSES = WORDS
 MOST_GROUPS = 8  # values of a column that are shown one by one
 QUANTILES = (0.05, 0.5, 0.95)
-TOLD = ("peak_deflection", "peak_speed", "vibration", "residual_unbalance", "settling_time", "break_away_speed")
+MAIN_MEASURES = (
+    "peak_deflection",
+    "peak_speed",
+    "vibration",
+    "residual_unbalance",
+    "settling_time",
+    "break_away_speed",
+)
 TEXTS = {"m": length_text, "kg m": moment_text, "rad/s": rpm_and_si, "s": lambda value: f"{significant(value)} s"}
 
 
@@ -149,7 +156,7 @@ class Ensemble(Answer):
 
     def spread(self) -> Iterator[str]:
         """Quantiles of the main measures, a sentence each."""
-        for name in TOLD:
+        for name in MAIN_MEASURES:
             if name in self and np.isfinite(self[name].values).any():
                 written = TEXTS[str(self[name].attrs.get("units", ""))]
                 low, middle, high = map(written, self.quantiles(name))

@@ -456,7 +456,7 @@ FEW = 3  # lines; a mode shows in more of them, a disturbance of one frequency d
 SAFE = 10.0  # standard deviations of its strength from which on a mode need not be tried to do without
 CLEAR = 3.0  # standard deviations of its strength that a mode must exceed
 # A line this far from the fit, as a log probability beyond that of the worst of all lines, is no noise: e^-9 = 1e-4
-MODE_CHECKS_SURE = 9.0
+SURE_EVIDENCE = 9.0
 NEAR = math.log(1.5)  # how far from its frequency a mode must stand out
 ROUNDS = 6  # of leaving out lines and fitting anew; what is left after them stays in
 DIGITS = 1e-12  # of the greatest value: the arithmetic of a fit leaves this of exact values, which is no disturbance
@@ -504,7 +504,7 @@ def lone_lines(found: FittedModes, noise: NoiseShapes) -> NDArray[np.int64]:
     fitted, parts = found.modes.at(noise.frequency), found.modes.parts(noise.frequency)
     left = np.abs(noise.values - fitted) ** 2
     variance = np.maximum(found.variance, (DIGITS * np.abs(noise.values).max()) ** 2)
-    far = left / variance > math.log(noise.frequency.size) + MODE_CHECKS_SURE
+    far = left / variance > math.log(noise.frequency.size) + SURE_EVIDENCE
     lone = _short_runs(far)
     for near in _groups(found, noise.frequency):
         part = parts[:, near].sum(axis=1)
@@ -684,7 +684,7 @@ POWERS = (-2, 0, 1, 2, 3)  # of 1/frequency: a weak blow, deflection, velocity, 
 STEPS = 300  # tens are enough, except where a part of the noise vanishes
 ROUNDED = 1e-12  # a line of which the fit leaves no more than this has no voice
 COHERENCE = (1e-3, 1.0 - 1e-4)  # beyond them its own error, of few averages and rounding in files, is all there is
-NOISE_SETTLED = 1e-4  # change of the variances in a step below which they are found
+LEAST_NOISE_CHANGE = 1e-4  # change of the variances in a step below which they are found
 
 
 @dataclass(frozen=True)
@@ -742,7 +742,7 @@ class NoiseShapes:
         for _ in range(STEPS):
             factors = factors * np.sqrt((rows @ (squares / variances**2)) / (rows @ (left / variances)))
             before, variances = variances, factors @ rows + least
-            if np.abs(variances / before - 1.0).max() < NOISE_SETTLED:
+            if np.abs(variances / before - 1.0).max() < LEAST_NOISE_CHANGE:
                 break
         return np.asarray(variances)
 

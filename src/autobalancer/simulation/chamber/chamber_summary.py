@@ -185,10 +185,7 @@ def chamber_rows(summary: ChamberSummary, said: Callable[[float], str]) -> list[
         ("mass", f"{summary.total_mass:.6g} kg with balls, rotor {summary.rotor_mass:.6g} kg"),
         *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
         ("unbalance", f"{moment_text(summary.unbalance, 5)}{couple}"),
-        *(
-            (f"chamber {filling.chamber}", _summary_rows_filling(filling, summary.unbalance))
-            for filling in summary.chambers
-        ),
+        *((f"chamber {filling.chamber}", _filling_rows(filling, summary.unbalance)) for filling in summary.chambers),
         (
             "friction",
             f"{summary.friction:g}{between}; with too little friction, or too few {those}, they stay at the bottom",
@@ -204,7 +201,7 @@ def _at(summary: ChamberSummary) -> str:
     return "" if summary.chambers[0].body == "cylinder" else " at 4 m/s"
 
 
-def _summary_rows_filling(filling: ChamberFilling, unbalance: float) -> str:
+def _filling_rows(filling: ChamberFilling, unbalance: float) -> str:
     small, large = 1e3 * filling.smallest_diameter, 1e3 * filling.largest_diameter
     size = f"{large:.4g} mm" if math.isclose(small, large) else f"{small:.4g} to {large:.4g} mm"
     enough = f", {filling.capability / unbalance:.3g} times the unbalance" if unbalance else ""

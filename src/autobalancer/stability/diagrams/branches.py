@@ -469,7 +469,7 @@ def bifurcation_curves(
             assert entry.steady is not None
             # along the curve both parameters are free, from the point to both sides
             problem, u = _curve_from(entry.special, entry.steady, now, ends)
-            if _curves_passes(rows, problem, u):
+            if _passes_through(rows, problem, u):
                 continue  # the curve came back here along the first parameter
             sides = [_side(problem, u, way, number, specials, largest_step, progress) for way in (1.0, -1.0)]
             rows += [*reversed(sides[1]), *sides[0][1:]]
@@ -563,7 +563,7 @@ def _row(problem: Curve, u: Floats, number: int) -> dict[str, Any]:
     return row
 
 
-def _curves_passes(rows: list[dict[str, Any]], problem: Curve, u: Floats) -> bool:
+def _passes_through(rows: list[dict[str, Any]], problem: Curve, u: Floats) -> bool:
     """Whether a curve that was followed goes through this point."""
     mark, share = float(u[-1]), problem.share(u)
     for a, b in pairwise(rows):

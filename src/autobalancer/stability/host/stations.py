@@ -226,7 +226,7 @@ APART, WIDER = 2e-3, 1e-2  # rad between two places: for first derivatives, and 
 PLACES = np.arange(-3.0, 4.0)
 WEIGHTS = np.linalg.inv(np.vander(PLACES, increasing=True))  # values at the places -> powers of the way between them
 TURN = 2.0 * np.pi
-FORCES_ROUNDING = 1e-13  # torque over wall force and radius
+TORQUE_ROUNDING = 1e-13  # torque over wall force and radius
 SPEEDS = (1.0, 30.0, 1000.0)  # rad/s, at which it is tried whether forces push balls at all
 PLACES_TRIED = 120  # at each of them
 _TRIED: set[tuple[tuple[str, type], ...]] = set()  # classes of forces whose functions were tried already
@@ -324,7 +324,7 @@ class BallForces:
             for angle, rate in zip(angles, rates * speed, strict=True):
                 result = _torques_and_wall_forces(self._system(angle), angle[None], rate[None], speed)[0]
                 radius = np.array([ball.orbit_radius for ball in self.balls])
-                if (np.abs(result[:count]) > FORCES_ROUNDING * np.abs(result[count:]) * radius).any():
+                if (np.abs(result[:count]) > TORQUE_ROUNDING * np.abs(result[count:]) * radius).any():
                     return True
         return False
 

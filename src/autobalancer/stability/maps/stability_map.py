@@ -306,7 +306,7 @@ def _temperature(machine: Machine) -> float:
 # Where on a map friction holds balls at rest: the whirl it holds against that of the unbalance.
 
 
-MAP_FRICTION_COARSE = 25  # values of a parameter
+COARSE_VALUES = 25  # values of a parameter
 SPEEDS = 120
 
 
@@ -321,7 +321,7 @@ def with_friction_share(dataset: xr.Dataset, machine: Machine, values: dict[str,
     races = [race for balancer in with_friction(machine, values).balancers for race in balancer.races]
     if all(race.friction is None for race in races):
         return dataset
-    few = {name: _thinned(axis, SPEEDS if name == "speed" else MAP_FRICTION_COARSE) for name, axis in values.items()}
+    few = {name: _thinned(axis, SPEEDS if name == "speed" else COARSE_VALUES) for name, axis in values.items()}
     shares = np.empty(tuple(axis.size for axis in few.values()))
     names = list(few)
     if "speed" in names:

@@ -487,7 +487,7 @@ def on_rubber(
         over = folds[-1].release / folds[-1].release_whirl
     if folds and math.isinf(folds[-1].release):
         return never("no drag is enough at a resonance", capture)
-    how = ON_RUBBER + _on_rubber_beyond(soft, row, total, folds, over)
+    how = ON_RUBBER + _beyond_rubber_range(soft, row, total, folds, over)
     # the last fold releases the balls; in a run-down they are caught again
     released = parted(ball, receptance, resonances, folds, group.count, how)
     if not capture:
@@ -533,7 +533,7 @@ def _resonances(soft: Softened) -> list[float]:
     return sorted(moved | still) or list(every[0])
 
 
-def _on_rubber_beyond(soft: Softened, row: Floats, total: float, folds: tuple[StallRange, ...], over: float) -> str:
+def _beyond_rubber_range(soft: Softened, row: Floats, total: float, folds: tuple[StallRange, ...], over: float) -> str:
     if not folds:
         return ""
     v = np.array([folds[-1].release_whirl])

@@ -310,7 +310,7 @@ AROUND, FALLEN = (
 )  # speeds around a balance at which it is slow; share of the slip of balls that have fallen back
 JUMP, RISE = 0.03, 1.3  # slip over speed by which balls fall back at once, and how many times the slip before
 SOON = 0.012  # of the speed, in which they do
-SLOW_RUNS_BESIDE = 0.005  # of the last speed, before and after which slips are read
+SLIP_MARGIN = 0.005  # of the last speed, before and after which slips are read
 
 
 @dataclass(frozen=True)
@@ -381,11 +381,11 @@ class SlowRuns:
                 # where the last one leaves: the greatest slip falls below a share of what it was
                 last, full = (float(w[most > share * greatest[-1]].max(initial=near)) for share in (STALLED, FULL))
                 before = slips[
-                    np.searchsorted(w, (1.0 - SLOW_RUNS_BESIDE) * last),
+                    np.searchsorted(w, (1.0 - SLIP_MARGIN) * last),
                     [group.members[0] for group in self.loads.groups],
                 ]
                 result = LastStall(last, before, last > (1.0 + GRADUALLY) * full)
-                if w[-1] > (1.0 + SLOW_RUNS_BESIDE) * last:
+                if w[-1] > (1.0 + SLIP_MARGIN) * last:
                     break
                 path, start = (path[-1], FURTHER * path[-1]), motion.last
             if result is not None:

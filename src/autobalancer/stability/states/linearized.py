@@ -607,7 +607,7 @@ def half_turns(p: Plane, speeds: Floats, angles: Matrix, steps: int) -> Matrix:
     nodes, weights, inner = gauss()
     k, size, h = speeds.size, 2 + p.moment.size, (np.pi / steps / speeds)[:, None, None, None]
     # accelerations over angle: constant and with cos and sin of twice the angle
-    held, slowed = _half_turns_accelerations(p, speeds, angles)
+    held, slowed = _accelerations_over_half_turn(p, speeds, angles)
     theta = np.pi / steps * (np.arange(steps)[:, None] + nodes)
     waves = np.stack([np.ones_like(theta), np.cos(2.0 * theta), np.sin(2.0 * theta)], axis=-1)  # (steps, 4, 3)
     # Gauss' method of four stages: the matrix of one step for all steps and speeds at once
@@ -642,7 +642,7 @@ def _greatest(half: Matrix, speeds: Floats, neutral: NDArray[np.int64]) -> Float
     return np.asarray(counted.max(axis=1) * speeds / np.pi)
 
 
-def _half_turns_accelerations(p: Plane, speeds: Floats, angles: Matrix) -> Matrix:
+def _accelerations_over_half_turn(p: Plane, speeds: Floats, angles: Matrix) -> Matrix:
     """Of positions and of speeds: constant, with cos 2 theta and with sin 2 theta, (2, k, 3, 2 + n, 2 + n)."""
     k, n = angles.shape
     size, w = 2 + n, speeds[:, None, None]

@@ -236,7 +236,7 @@ def _below(value: Any, path: str) -> Iterator[tuple[str, Any]]:
 # A fresh run of one member: all numbers that the compiled loop needs.
 
 
-INTEGRATION_APART = ("system.impacts",)  # room that a run need not find empty
+NOT_EMPTY = ("system.impacts",)  # room that a run need not find empty
 ASKABLE = (*(one.name for one in SWEPT), "verdict")  # measures of a member
 # what measures need (results/measure_table.py) that is not in the envelope
 OF_TURNS, OF_END = {"turns", "planes", "forces", "rotor"}, {"final_angle", "impacts"}
@@ -346,7 +346,7 @@ class Group:
 
     def __init__(self, first: Integration, stepper: Stepper, balls: int) -> None:
         self.first, self.stepper, self.balls = first, stepper, balls
-        self.layout = Layout(first, kind_of(first), INTEGRATION_APART)
+        self.layout = Layout(first, kind_of(first), NOT_EMPTY)
         fresh = self.layout.packed(first)
         assert fresh is not None
         self.fresh: Integers = fresh

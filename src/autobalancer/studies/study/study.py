@@ -259,7 +259,7 @@ def in_cluster(study: Study, spans: Iterator[Span], take: Take, address: str) ->
         raise QuestionError(f"scheduler: no Dask scheduler answers at {address!r}: {reason}") from None
     try:
         with client:
-            _share_out(distributed, client, study, spans, take, address)
+            _distribute(distributed, client, study, spans, take, address)
     except (OSError, TimeoutError, CancelledError) as reason:
         raise _lost(f"the scheduler at {address!r} was lost: {reason}") from None
 
@@ -288,7 +288,7 @@ def _knock(address: str) -> None:
             sleep(0.1 * WAIT)
 
 
-def _share_out(distributed: Any, client: Any, study: Study, spans: Iterator[Span], take: Take, address: str) -> None:
+def _distribute(distributed: Any, client: Any, study: Study, spans: Iterator[Span], take: Take, address: str) -> None:
     threads = sum(client.nthreads().values())
     if not threads:
         raise QuestionError(f"scheduler: the scheduler at {address!r} has no workers; start some")
@@ -356,13 +356,13 @@ def next_size(size: int, members: int, wall: float) -> int:
 # Whether the drag law of a study holds for its balls: seen in one member of each point, run alone.
 
 
-NOTES_MOST = 8  # points that are looked at, the first and the last among them
+MOST_NOTES = 8  # points that are looked at, the first and the last among them
 PASSAGES = 15  # members of such a point that are run without balls
 
 
 def points_of_interest(study: Study) -> list[int]:
     """Points of which single members are run alone, counted from 0."""
-    return np.unique(np.linspace(0, len(study.points) - 1, NOTES_MOST).astype(int)).tolist()  # type: ignore[no-any-return]
+    return np.unique(np.linspace(0, len(study.points) - 1, MOST_NOTES).astype(int)).tolist()  # type: ignore[no-any-return]
 
 
 def drag_note(study: Study) -> str:

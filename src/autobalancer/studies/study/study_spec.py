@@ -421,7 +421,7 @@ def shares(plan: Plan, seed: int, width: int, draws: NDArray[np.int64], total: i
             here = blocks == block
             result[here] = _block(seed, int(block), width)[draws[here] % BLOCK]
     elif plan == "sensitivity":
-        result = _columns_changed(seed, width, draws, total)
+        result = _changed_columns(seed, width, draws, total)
     else:
         result = _all_draws(plan, seed, width, total)[draws]
     return np.clip(result, LEAST, 1.0 - 2.0**-53)
@@ -463,7 +463,7 @@ def _sobol(source: Any, width: int, total: int) -> Floats:
 # number is taken from B: width + 2 runs.
 
 
-def _columns_changed(seed: int, width: int, draws: NDArray[np.int64], total: int) -> Floats:
+def _changed_columns(seed: int, width: int, draws: NDArray[np.int64], total: int) -> Floats:
     both = _whole_pair(seed, width, total // (width + 2))
     base, which = np.divmod(draws, width + 2)
     result = np.where((which == 1)[:, None], both[base, width:], both[base, :width])
