@@ -380,10 +380,10 @@ def test_a_file_is_what_its_name_says(tmp_path: Path) -> None:
     rows = list(csv.reader(io.StringIO(files[1].read_text())))
     assert rows[0][:2] == ["viscosity [m^2/s]", "release_speed [rad/s]"]
     table = np.array([[float(row[0]), float(row[1])] for row in rows[1:]])
-    assert table[:, 1].tolist() == kept["break_away_speed"].values.tolist()
+    assert table[:, 1].tolist() == kept["release_speed"].values.tolist()
     whole = json.loads(files[2].read_text())
-    assert whole["variables"]["break_away_speed"]["values"] == kept["break_away_speed"].values.tolist()
-    assert whole["variables"]["break_away_speed"]["units"] == "rad/s"
+    assert whole["variables"]["release_speed"]["values"] == kept["release_speed"].values.tolist()
+    assert whole["variables"]["release_speed"]["units"] == "rad/s"
     told = " ".join(say(*over, "--out", str(tmp_path / "b.dat"), code=2).split())
     assert "end it with .nc, .csv or .json" in told
     assert not (tmp_path / "b.dat").exists()

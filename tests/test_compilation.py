@@ -368,9 +368,8 @@ def shipped(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     wheel.gather(place, tmp_path / "compiled", {cache.stamp_of(tmp_path / "law.py")})
     monkeypatch.setattr(cache, "SHIPPED", tmp_path / "compiled")
     monkeypatch.setattr(cache, "_complaints", {})
-    monkeypatch.setattr(
-        "autobalancer.kernels.compiler.cache.complaints", list
-    )  # else it says them, if a test has loaded it
+    for name in ("on_start", "on_end"):  # else it says the complaints, if a test has loaded it
+        monkeypatch.setattr(cache.Announcement, name, lambda listener, event: None)
     monkeypatch.setattr(cache, "_writable", lambda folder: False)
     monkeypatch.setattr("numba.core.codegen.CPUCodegen.magic_tuple", lambda codegen: ("another", "processor", ""))
     cache.cache_place.cache_clear()
