@@ -245,6 +245,33 @@ def test_faults_of_a_specification_are_named_with_their_key(tables: dict[str, An
         read_spec(changed(**tables))
 
 
+@pytest.mark.parametrize(
+    ("end", "duration", "refused_at"),
+    [
+        ("1200 rpm", "160 s", None),
+        ("1210 rpm", "160 s", None),
+        ("4200 rpm", "160 s", "4200 rpm"),
+        ("1200 rpm", "70 s", "660 rpm"),  # the run ends on the way
+    ],
+)
+def test_without_a_run_up_the_drive_of_the_machine_must_end_at_the_operating_speed(
+    end: str, duration: str, refused_at: str | None
+) -> None:
+    profile = {"kind": "table", "time": ["0 s", "10 s", "130 s"], "speed": ["0 rpm", "120 rpm", end]}
+    machine = ab.with_parameter(ab.example("discoidal"), "drive", {"kind": "speed", "profile": profile})
+    machine = ab.with_parameter(machine, "run.duration", duration)
+    alone = changed(machine=machine, operation={"speed": "1200 rpm"})
+    if refused_at is None:
+        assert read_spec(alone).operation.speeds == pytest.approx([40.0 * np.pi])
+    else:
+        words = (
+            rf"operation\.speed: the operating speed is 1200 rpm .* ends its run of .* at {refused_at} .* give 'run_up'"
+        )
+        with pytest.raises(QuestionError, match=words):
+            read_spec(alone)
+    assert read_spec(changed(machine=machine)).operation.run_up == 60.0  # the run-up given here replaces the drive
+
+
 def test_a_fault_in_the_scatter_is_refused_before_anything_runs() -> None:
     for scatter, words in (
         (

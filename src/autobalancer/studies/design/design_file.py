@@ -48,6 +48,8 @@ from autobalancer.studies.design.specification import (
 )
 from autobalancer.tables import rpm_and_si
 
+SAME_SPEED = 0.01  # difference, over the operating speed, up to which a run of the machine ends at it
+
 
 def read_spec(options: str | Path | Mapping[str, Any]) -> Spec:
     """A specification from a file or a dict of the same form.
@@ -115,7 +117,29 @@ def _operation(machine: Machine, operation: Operation) -> Operation:
         raise QuestionError(text, ("operation", "speed"))
     if not operation.run_up and machine.run is None:
         raise QuestionError("the machine has no 'run.duration'; give 'run_up' and 'hold' here", ("operation",))
+    if not operation.run_up:
+        _refuse_another_end(machine, operation.speeds[0])
     return operation
+
+
+def _refuse_another_end(machine: Machine, speed: float) -> None:
+    """Runs with the machine's own drive end at the operating ``speed`` (rad/s), at which borders are judged.
+
+    What a torque reaches is known from runs only, so that only a prescribed speed is compared.
+    """
+    if machine.run is None or not isinstance(machine.drive, PrescribedSpeed):
+        return
+    from autobalancer.flow.relaxation import wall_speed
+
+    duration = float(machine.run.duration)
+    end, _ = wall_speed(machine.drive.profile).at(duration)
+    if abs(end - speed) > SAME_SPEED * speed:
+        raise QuestionError(
+            f"the operating speed is {rpm_and_si(speed)}, but the machine's own drive ends its run of {duration:g} s at "
+            f"{rpm_and_si(end)}, more than {100.0 * SAME_SPEED:g} % away; give 'run_up' and 'hold' here, or a drive of the "
+            "machine that ends at the operating speed",
+            ("operation", "speed"),
+        )
 
 
 def _own_unbalance(machine: Machine) -> tuple[float, float]:
