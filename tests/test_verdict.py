@@ -268,6 +268,12 @@ def test_check_says_before_a_run_what_the_run_compares_with(name: str) -> None:
             "only in part: the balls can balance 1023 g mm of 2000 g mm; take more",
         ),
         ("discoidal", {"drive": driven(40.0)}, "no, not at 382 rpm: below the critical speed"),
+        (  # and a run leaves 189 g mm, too
+            "discoidal",
+            {"balancers[1].races[1].eccentricity": "20 um"},
+            "only in part, at 1200 rpm: the race eccentricity leaves 189 g mm of 594 g mm, center the race better",
+        ),
+        ("discoidal", {"balancers[1].races[1].eccentricity": "200 um"}, "the balanced state is never stable"),
         (
             "stall_and_release",
             {"drive": driven(260.0)},

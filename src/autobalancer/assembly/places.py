@@ -499,7 +499,7 @@ class OffCenter:
         ]
         sources = " or ".join(dict.fromkeys(plane.source for plane in planes if not plane.given))
         begin = f"not given{' everywhere' * any(p.given for p in planes)}; typical is {sources}: " if unknown else ""
-        return begin + "; ".join(parts) + ", however well the balls balance"
+        return begin + "; ".join(parts) + ", with the balls in their best places"
 
 
 def off_center(places: Places, balls: tuple[Ball, ...], speed: float) -> OffCenter | None:

@@ -40,7 +40,7 @@ class Border:
             return "not known"
         if self.only_some:
             return f"from {speed_text(self.best)} at the best positions of the balls, never at all positions"
-        return speed_text(self.speed)
+        return "never" if math.isinf(self.speed) else speed_text(self.speed)
 
 
 def ignoring(machine: Machine, border: Border, theory: Theory) -> Border:

@@ -546,7 +546,8 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
     if exact is None or math.isnan(exact.speed):
         why = summary.no_borders_because or (exact.note if exact is not None else "no exact border")
         return f"not known before a run ({why}); autobalancer simulate tells"
-    stable = f"the balanced state is stable {exact.text(said) if math.isinf(exact.speed) else f'from {said(exact.speed)} on'}"
+    since = exact.text(said) if math.isinf(exact.speed) else f"from {said(exact.speed)} on"
+    stable = "the balanced state is never stable" if since == "never" else f"the balanced state is stable {since}"
     slow = (
         "" if release is None or math.isnan(release.speed) else f", stalled balls are released at {said(release.speed)}"
     )
@@ -583,7 +584,38 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
         return f"{word} {at}: friction holds the balls {where}; less friction helps"
     left = ", ".join(moment_text(plane.residual_95) for plane in held if plane.held_whirl > 0.0)
     kept = f"; friction leaves up to {left} in 95 % of the starts" if left else ""
+    share, surely, reasons = _left_over(summary, [need for _, need in needs] or [summary.unbalance])
+    if share > LIMITS[0]:  # the rule of the verdict, for the vibration that is in proportion to what is left
+        word = "only in part" if share <= LIMITS[1] else "no, not" if surely else "not surely"
+        return f"{word}, {at}: {'; '.join(reasons)}; {stable}{slow}"
     return f"yes, {at}: {stable}{slow}{kept}"
+
+
+def _left_over(summary: Summary, needs: list[float]) -> tuple[float, bool, list[str]]:
+    """What is left over the unbalance of a plane, the greatest; whether at any start; and by what, where it is not balanced."""
+    share, surely, reasons = 0.0, False, list[str]()
+    off = [
+        plane.residual if plane.given else 0.0 for plane in (summary.off_center.planes if summary.off_center else ())
+    ]
+    stuck = [
+        plane.residual_95 if plane.held_whirl > 0.0 else 0.0
+        for plane in (summary.friction.planes if summary.friction else ())
+    ]
+    for residuals, what, end in (
+        (off, "the race eccentricity leaves", "center the race better"),
+        (stuck, "friction leaves up to", "in 95 % of the starts; less friction helps"),
+    ):
+        known = needs if len(needs) == len(residuals) else [summary.unbalance] * len(residuals)
+        for residual, need in zip(residuals, known, strict=True):
+            if need > 0.0 and residual > LIMITS[0] * need:
+                share, surely = (
+                    max(share, residual / need),
+                    surely or (residuals is off and residual > LIMITS[1] * need),
+                )
+                reasons.append(
+                    f"{what} {moment_text(residual)} of {moment_text(need)}{', ' if 'center' in end else ' '}{end}"
+                )
+    return share, surely, reasons
 
 
 def friction_rows(held: HeldByFriction, said: SpeedText, *, brief: bool = False) -> list[Row]:
@@ -596,7 +628,12 @@ def _eccentricity(summary: Summary) -> list[Row]:
     if summary.off_center is None or not summary.off_center.sentence:
         return []
     held = summary.friction is not None and any(plane.eccentric_residual > 0.0 for plane in summary.friction.planes)
-    return [("race eccentricity", summary.off_center.sentence + "; with friction more is left, see above" * held)]
+    return [
+        (
+            "race eccentricity",
+            summary.off_center.sentence + "; friction stops balls at worse places or better ones, see above" * held,
+        )
+    ]
 
 
 def service_rows(service: Service, said: SpeedText) -> list[Row]:

@@ -289,10 +289,10 @@ class StudyResult:
 
 
 def _default_quantity(found: Studied, known: dict[str, str]) -> str:
-    """What is shown first: what the study shows in its table, else the first quantity that is not the same in all members."""
+    """What is shown first: what the study shows in its table, else who is balanced, else what is not the same in all members."""
     asked = np.atleast_1d(found.attrs.get("show", [])).astype(str).tolist()
     differs = [name for name in known if np.unique(found[name].values.astype(float)).size > 1]
-    return next((name for name in (*asked, *differs, *known) if name in known), "")
+    return next((name for name in (*asked, "balanced", *differs, *known) if name in known), "")
 
 
 def _needs_quantity(kind: str) -> bool:
