@@ -387,6 +387,12 @@ def test_a_study_says_the_median_of_the_ratios_of_its_passages_to_those_with_hel
     assert f"median {middle:.3g} times" in said
     assert f"at most {ratios[most]:.3g} times (member {most + 1})" in said
     assert said in found.remarks()
+    points = ab.study(
+        {"machine": machine, "members": 2, "seed": 1, "vary": vary | {"unbalance": ["100 g*mm", "0.1 kg*m"]}}
+    )
+    words = str(points.attrs["passage_text"])
+    assert "worse at 1 of 2 points; at the worst of these, unbalance 100 g mm: the" in words
+    assert " of this point)" in words
     springs = {"machine": machine, "members": 20, "vary": {"drag": [2e-4]}, "duration": "0.02 s"}  # before the passage
     early = ab.study(springs)
     assert float(early.attrs["passage_ratio"]) == pytest.approx(1.0, abs=0.05)

@@ -393,12 +393,13 @@ def drag_note(study: Study) -> str:
 def passage_note(study: Study, dataset: xr.Dataset) -> tuple[str, float]:
     """What members say of their passages, each beside its own run with held balls, and the median of these ratios.
 
-    Of each point the first members that ran are looked at; of the points the one counts whose median ratio is greatest. The text
-    is empty, and the number nan, where no passage is worse.
+    Of each point the first members that ran are looked at; of the points the one counts whose median ratio is greatest, and
+    the text says at how many a passage is worse. It is empty, and the number nan, where no passage is worse.
     """
     peaks, place, width = dataset["peak_deflection"].values, dataset["point"].values - 1, len(study.points)
-    worst, text = np.nan, ""
-    for number in points_of_interest(study):
+    points = points_of_interest(study)
+    worst, text, where, bad = np.nan, "", "", 0
+    for number in points:
         ratios, members = [], list[int]()
         for row in np.flatnonzero((place == number) & np.isfinite(peaks))[:PASSAGES]:
             member = int(dataset["member"].values[row]) - 1
@@ -410,18 +411,23 @@ def passage_note(study: Study, dataset: xr.Dataset) -> tuple[str, float]:
                 machine = made.members.machine_of(member - first)
                 held = float(peak_without_balls(machine, study.tolerance, study.duration))
                 ratios.append(float(peaks[row]) / held if held > 0.0 else np.nan)
-                members.append(member + 1)
+                members.append(member)
         known = np.array(ratios)[np.isfinite(ratios)]
         worse = int((known > GREATER).sum())
+        bad += worse > 0
         if not worse or np.median(known) <= worst:
             continue
         worst, most = float(np.median(known)), int(np.nanargmax(ratios))
-        where = f"at {Studied.of(dataset).point_texts()[number]}: " * (width > 1)
+        where = Studied.of(dataset).point_texts()[number] if width > 1 else ""
+        which = f"draw {members[most] // width + 1} of this point" if width > 1 else f"member {members[most] + 1}"
         text = (
-            f"{where}the greatest deflection on the way is more than a tenth greater than without balls in {worse} of "
+            f"the greatest deflection on the way is more than a tenth greater than without balls in {worse} of "
             f"{known.size} members, each beside its own run without balls; median {significant(worst)} times as much, at "
-            f"most {significant(ratios[most])} times (member {members[most]})"
+            f"most {significant(ratios[most])} times ({which})"
         )
+    if text and width > 1:
+        looked = f"{len(points)} points" + f" that were looked at of {width}" * (len(points) < width)
+        text = f"a passage is worse at {bad} of {looked}; at the worst of these, {where}: {text}"
     return text, worst
 
 
