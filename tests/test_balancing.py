@@ -286,6 +286,14 @@ def test_a_run_out_is_taken_from_all_readings_to_the_printed_digit():
     assert np.round(found.correction.values, 2).tolist() == [1.95, 0.89]
     assert np.round(np.degrees(found.correction_angle.values) % 360.0, 1).tolist() == [239.5, 139.1]
     assert found.residual.max() < 1e-12
+    assert ("run-out", "subtracted from 6 readings") in found.facts()
+    later, word = [BalanceRun("later", read([vector("60@20"), vector("80@40")]))], "had a run-out"
+    assert ("run-out", "none is subtracted") in (bare := balance(later, influence=found)).facts()
+    assert any(word in text for text in bare.remarks())
+    whole = balance(later, influence=found, runout=surface[:1])
+    assert ("run-out", "subtracted from 1 reading") in whole.facts()
+    assert not any(word in text for text in whole.remarks())
+    assert not any(word in text for text in balance(later, influence=balance(runs)).remarks())
     sure = balance(runs, runout=[r.model_copy(update={"amplitude_deviation": 5.0}) for r in surface], deviation=0.02)
     assert (sure.correction_deviation > found.correction_deviation).all()
     np.testing.assert_allclose(sure.influence_deviation, found.influence_deviation)  # in a difference it does not count
@@ -358,6 +366,7 @@ def test_the_command_keeps_coefficients_and_uses_them_with_one_run(tmp_path):
     )
     wanted = np.linalg.solve((runs[1:] - runs[0]).T / 2.5, -v)
     assert all(f"{abs(w):.4g}" in said for w in wanted)
+    assert "subtracted from 1 reading" in said
     assert "SENSOR: AMPLITUDE @ PHASE" in cli("measure", "balance", str(later), "--runout", "3 um", code=2)
 
 

@@ -536,7 +536,7 @@ def dataset(found: BalanceSolution) -> Balancing:
     answer.attrs = {
         "title": "Balancing with influence coefficients", **provenance(), "goal": found.goal, "phase": found.phase,
         "angles": found.angles, "condition": found.condition, "deviations_from": _deviations_from(found),
-        "left_on": int(_left_on(job)),
+        "left_on": int(_left_on(job)), **({} if job.now.all() else {"runout_readings": _without_runout(job)}),
         "warnings": "\n".join(_remarks(found, misfit, residual, sure)),
     }  # fmt: skip
     return Balancing.of(answer)
@@ -548,6 +548,14 @@ def _left_on(job: Job) -> bool:
     if job.now.sum() > 1:
         on &= job.masses[job.now][-1] == job.masses[job.now][-2]
     return bool(job.trim[-1] or on.any())
+
+
+def _without_runout(job: Job) -> int:
+    """From how many readings of the rotor as it is now the run-out is subtracted."""
+    if not (job.states[job.now, 1:] > 0.0).any():
+        return 0
+    alone = ~job.now & (job.states[:, 1] > 0.0)
+    return int(job.now.sum() * np.count_nonzero(job.readings[alone]))
 
 
 def _coordinates(found: BalanceSolution) -> dict[str, Any]:
@@ -606,6 +614,11 @@ def _remarks(found: BalanceSolution, misfit: Floats, residual: Complexes, sure: 
         told.append(
             f"{kind} {job.runs[r]!r} does not follow from the others: {job.channel(c)} is {misfit[r, c]:.3g} standard "
             "deviations off; check its masses and its speed, and whether balls in a race have moved"
+        )
+    if (job.states[~job.now].sum(axis=1) > 1.0).any() and not (job.states[job.now, 1:] > 0.0).any():
+        told.append(
+            "the job whose coefficients are used had a run-out, and these readings have none that is subtracted: "
+            "if the sensors still see it, it counts as unbalance; give it as runout"
         )
     at_limit = [
         job.planes[p]
@@ -713,7 +726,7 @@ class Balancing(Answer):
         return columns
 
     def facts(self) -> list[tuple[str, str]]:
-        """What remains."""
+        """What remains, and beside known coefficients or a run-out from how many readings this was subtracted."""
         facts = []
         for c in range(self.sizes["channel"]):
             sign, factor = shown_unit(self["original"].attrs["units"])
@@ -729,4 +742,7 @@ class Balancing(Answer):
                     f"{significant(before)} to {significant(after)}{more} {sign}",
                 )
             )
+        if (count := self.attrs.get("runout_readings")) is not None:
+            text = f"subtracted from {count} reading{'s' * (count > 1)}" if count else "none is subtracted"
+            facts.append(("run-out", text))
         return facts
