@@ -130,6 +130,8 @@ def test_members_between_assembled_ones_move_as_their_single_runs_do() -> None:
     )
     assert found.attrs["interpolated_members"] == 118  # the first row follows itself
     assert found.attrs["interpolation_error"] <= TOLERANCE
+    text = next(text for text in found.remarks() if text.startswith("interpolated: 118 of 120 members"))
+    assert f"within {found.attrs['interpolation_error']:.1e}" in text
     machine = ab.with_parameter(without_start_angles(multibody()), "rotor.bodies[1].mass", masses[number])
     run = alone(machine, seed=1, end=0.1)
     member, end = 2 * number + 1, run["envelope_ball_angle_in_rotor"].values[-1]

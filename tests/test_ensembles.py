@@ -425,6 +425,9 @@ def test_the_command_writes_the_ensemble_and_says_the_shares(tmp_path: Path) -> 
     answer = CliRunner().invoke(app, [*words, "--out", str(out), "--plot", str(picture)])
     assert answer.exit_code == 0, answer.output
     assert "no verdict" in answer.output
+    said = " ".join(answer.output.split())
+    remarks = ab.load_run(out).remarks()
+    assert all(text.split(" rpm")[0] in said for text in remarks)  # speeds are in one unit here
     assert out.exists()
     assert picture.exists()
     answer = CliRunner().invoke(app, [*words, "--out", str(out), "--json"])

@@ -87,6 +87,8 @@ def test_balls_are_stalled_below_their_release_speed_and_not_above_it() -> None:
     assert sorted(map(float, column.values)) == [0.0, 0.0, 100.0, 100.0]
     share = 100.0 * found["stalled"].values.mean()
     assert any(f"stalled at the end: a ball or the rotor in {share:.3g} %" in text for text in found.remarks())
+    all_of_them = found.isel(member=own["member"].values[::2] - 1).remarks()
+    assert any("100 % of the members (95 % from 61 to 100 %)" in text for text in all_of_them)
     texts = [text.get_text() for text in ab.plot.study(found, "stalled").axes[0].texts]
     assert "100\n61 to 100" in texts  # of six, Wilson (1927)
     assert found.attrs["base_machine"] == ab.machine_text(ab.load_machine(machine))

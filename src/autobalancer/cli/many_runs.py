@@ -80,7 +80,7 @@ def ensemble(
         numbers,
         "",
         (),
-        lines=[SURE.format("members"), *found.spread(), *found.without()],
+        lines=[SURE.format("members"), *found.remarks()],
         notes=(),
         outcome="interrupted" if found.attrs["outcome"] == "interrupted" else "",
         stopped="the members that were done are kept",

@@ -138,8 +138,8 @@ class Ensemble(Answer):
         return columns
 
     def remarks(self) -> Sequence[str]:
-        """Members that stall, quantiles of the main measures, and what a member took."""
-        return [*self._stall(), *self.spread(), *self.without(), *self._cost()]
+        """Members that stall, quantiles of the main measures, members that were interpolated, and what a member took."""
+        return [*self._stall(), *self.spread(), *self.without(), *self._interpolated(), *self._cost()]
 
     def _stall(self) -> Iterator[str]:
         """How many members end stalled, and for how long their balls were."""
@@ -150,7 +150,8 @@ class Ensemble(Answer):
         if share > 0.0:
             long = significant(float(np.median(self["stalled_time"].values[which])))
             yield (
-                f"stalled at the end: a ball or the rotor in {share:.3g} % of the members (95 % from {low:.2g} to {high:.2g} %); "
+                f"stalled at the end: a ball or the rotor in {share:.3g} % of the members (95 % from "
+                f"{significant(low, 2)} to {significant(high, 2)} %); "
                 f"half of these have had a stalled ball for {long} s or more"
             )
 
@@ -171,6 +172,14 @@ class Ensemble(Answer):
             if count:
                 text = "such members cannot be built" if outcome == IMPOSSIBLE else "the ensemble was interrupted"
                 yield f"{outcome}: {count} members; {text}, and they do not count in the shares"
+
+    def _interpolated(self) -> Iterator[str]:
+        """How many members have numbers that were interpolated between those of assembled ones, and how well."""
+        if count := int(self.attrs.get("interpolated_members", 0)):
+            yield (
+                f"interpolated: {count} of {self.sizes['member']} members have numbers between those of assembled members; "
+                f"others that were assembled as a check are met within {float(self.attrs['interpolation_error']):.1e} of them"
+            )
 
     def _cost(self) -> Iterator[str]:
         each = float(self.attrs.get("run_time_per_member", np.nan))

@@ -269,7 +269,7 @@ class Designed(Answer):
 
     def _interval(self, dataset: xr.Dataset, name: str, row: int) -> str:
         share, low, high = (100.0 * float(dataset[f"{name}{end}"].values[row]) for end in ("", "_low", "_high"))
-        return f"{share:.3g} ({low:.2g} to {high:.2g})"
+        return f"{share:.3g} ({significant(low, 2)} to {significant(high, 2)})"
 
     def _limit(self, name: str, value: Any) -> str:
         words = name.replace("_", " ")
