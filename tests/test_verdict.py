@@ -19,6 +19,7 @@ from autobalancer.assembly.system import assemble
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
+from autobalancer.reporting.report_pages import quality_page
 from autobalancer.results.display_units import moment_text, significant
 from autobalancer.results.verdict import headline, rpm_text, verdict_lines, verdict_word
 from autobalancer.stability.summary import Summary, service_of, service_rows, summary_rows
@@ -123,7 +124,24 @@ def test_the_first_line_says_which_balls_are_stalled_just_below_the_critical_spe
     said = str(found).splitlines()[0]
     assert f"worse than without balls, 2 of 2 balls stalled at {at} while the rotor turns at " in said
     assert " rpm, for 11.8 s" in said
-    assert ab.verdict(ab.simulate(slow, duration=20.0, hold_balls=True)).stall is None
+    assert dict(verdict_lines(found)[1])["residual unbalance"].endswith("with the rotor: no residual to count on")
+    assert dict(verdict_lines(found)[1])["ISO 21940-11"].startswith("no grade, as balls do not turn with the rotor; ")
+    summary = ab.check(ab.with_parameter(slow, "drive", driven(314.0)))
+    assert isinstance(summary, Summary)
+    turning = replace(found, stall=None, goes_round=True, word="not balanced")
+    settled = replace(turning, goes_round=False)
+    for judged, balls, enough in (
+        (found, "balls stalled, worse than without balls", "NO"),
+        (turning, "balls still go round", "NO"),
+        (settled, "balls settled", "yes"),
+    ):
+        page = quality_page(summary, found.residual, judged, 4000.0, "")  # a grade that each residual is below
+        (row,) = [row for row in page.decisive if "the run-up" in row.question]
+        assert row.question == f"residual unbalance, {balls}, at the end of the run-up"
+        assert row.enough == enough
+    still = ab.verdict(ab.simulate(slow, duration=20.0, hold_balls=True))
+    assert still.stall is None
+    assert still.turns_with_rotor
 
 
 def test_the_words_have_the_limits_that_are_documented() -> None:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.api import check, simulate
+from autobalancer.api import check, simulate, verdict
 from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
@@ -221,7 +221,8 @@ def _pages(machine: Machine, wanted: _ReportOptions, progress: Callable[[int, in
         add(*design_pages(wanted.study, machine, wanted.study_file))
     # the machine, and whether its balls can balance it
     add(facts_page(summary), drawing_page(machine), capability_page(summary))
-    add(quality_page(summary, residual_of(run), wanted.grade, command), run_page(run, held, command))
+    judged = verdict(run, held)
+    add(quality_page(summary, residual_of(run), judged, wanted.grade, command), run_page(run, held, judged, command))
     if starts:
         again = f"autobalancer envelopes {file} --members {half} --seed {seed} --coast-down"
         add(fan_page(machine, half, seed, again))

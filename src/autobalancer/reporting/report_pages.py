@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 import autobalancer.plots.stability.stability_map as pictures
-from autobalancer.api import compare, run_measures, verdict
+from autobalancer.api import compare, run_measures
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.laws.capabilities import grade_name, permissible_unbalance
 from autobalancer.machine import Machine
@@ -28,7 +28,7 @@ from autobalancer.plots.studies import study as study_picture
 from autobalancer.progress import silent
 from autobalancer.results.answers.studied import Ensemble, Studied
 from autobalancer.results.display_units import length_text, moment_text, significant
-from autobalancer.results.verdict import BALANCED, PARTLY, verdict_lines
+from autobalancer.results.verdict import BALANCED, NO_RESIDUAL, PARTLY, WORSE, Verdict, verdict_lines
 from autobalancer.sketch import machine as sketch
 from autobalancer.stability.maps.stability_map import map as stability_map
 from autobalancer.stability.summary import Summary
@@ -246,7 +246,6 @@ def html_text(report: Report) -> str:
 
 MAP = (41, 31)  # speeds and viscosities
 HARDLY = "hardly"  # enough, with less than the usual margin
-SETTLED = "balls settled, at the end of the run-up"
 TYPICAL = "race off the axis as is typical (not given)"
 UNKNOWN = "measure it"  # what nobody has said of the machine
 DECIDES = ("release speed", "exact border")
@@ -317,15 +316,19 @@ def capability_page(summary: Summary) -> Section:
     return page
 
 
-def quality_page(summary: Summary, settled: float, grade: float | None, command: str) -> Section:
-    """Balance quality before, and with the balls settled, against the grade that is asked for.
+def quality_page(summary: Summary, left: float, judged: Verdict, grade: float | None, command: str) -> Section:
+    """Balance quality before, and with the balls as the run-up leaves them, against the grade that is asked for.
+
+    A run-up whose balls do not turn with the rotor at the end, or that is worse than without balls, reaches no grade.
 
     Parameters
     ----------
     summary
         Of the machine.
-    settled
+    left
         Residual unbalance at the end of the run-up, kg m; nan if it has none.
+    judged
+        Verdict on the run-up.
     grade
         G in mm/s, or ``None``.
     command
@@ -338,21 +341,23 @@ def quality_page(summary: Summary, settled: float, grade: float | None, command:
         return page
     mass = 1e3 * service.unbalance * service.speed / service.grade
     size = moment_text(summary.unbalance)
+    worse = f", {WORSE}" * (judged.word == WORSE)
+    at_end = f"balls {judged.state_of_balls}{worse}, at the end of the run-up"
+    beside = "" if judged.turns_with_rotor else f"; {NO_RESIDUAL}"
     rows = [
         ("without balancing", service.unbalance, ""),
-        (SETTLED, settled, f"one run-up with {size}, from the start of the machine file"),
+        (at_end, left, f"one run-up with {size}, from the start of the machine file{beside}"),
         *residuals_left(summary, size),
     ]
     allowed = math.inf if grade is None else permissible_unbalance(grade, mass, service.speed)
     known = [row for row in rows if math.isfinite(row[1])]
+    fails = at_end if worse or beside else ""
+    enough = [value <= allowed and name != fails for name, value, _ in known]
     heads: tuple[str, ...] = ("state", "unbalance", "velocity of the mass center (mm/s)", "grade reached")
     cells = [_quality_row(name, value, 1e3 * value * service.speed / mass) for name, value, _ in known]
     if grade is not None:
         heads = (*heads, f"G {grade:g}")
-        cells = [
-            (*row, "reached" if value <= allowed else "NOT reached")
-            for row, (_, value, _) in zip(cells, known, strict=True)
-        ]
+        cells = [(*row, "reached" if reached else "NOT reached") for row, reached in zip(cells, enough, strict=True)]
         page.blocks.append(
             Paragraph(f"G {grade:g} at {rpm_and_si(service.speed)} permits {moment_text(allowed)}.", strong=True)
         )
@@ -363,8 +368,8 @@ def quality_page(summary: Summary, settled: float, grade: float | None, command:
                 "For every start the greatest residual decides, for 95 % of the starts the one that these end below."
             )
         )
-    for row, (_, value, condition) in list(zip(cells, known, strict=True))[1:]:
-        requested = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(value <= allowed)
+    for row, (*_, condition), reached in list(zip(cells, known, enough, strict=True))[1:]:
+        requested = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(reached)
         page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", requested, condition))
     return page
 
@@ -487,9 +492,8 @@ SCATTER = 0.01  # of a peak, below which its distribution is not drawn
 RUN_COLUMNS = ("balanced", "peak_deflection", "settling_time")
 
 
-def run_page(run: xr.Dataset, held: xr.Dataset, command: str) -> Section:
+def run_page(run: xr.Dataset, held: xr.Dataset, judged: Verdict, command: str) -> Section:
     """The run-up with its verdict, compared with the same machine with its balls held."""
-    judged = verdict(run, held)
     headline, rows, notes = verdict_lines(judged, rpm_and_si)
     page = Section("Run-up", [Paragraph(headline, strong=True)], command)
     about = "one run of the machine file"

@@ -296,7 +296,7 @@ class Verdict:
     (kg m^2) its couple about the middle between them; ``static_unbalance`` and ``couple_unbalance`` are those of their
     unbalances. ``parts`` are those of the run between jumps of the unbalance; none without a jump. ``without_held``
     says that no run with held balls was given, ``bodies`` what rolls, "balls" or "cylinders". ``stall`` says which balls
-    are stalled at the end; None where none is.
+    are stalled at the end, None where none is; ``goes_round`` whether a ball goes round in the rotor then.
     """
 
     word: str
@@ -323,6 +323,19 @@ class Verdict:
     bodies: str = "balls"
     forecast: Forecast | None = None
     stall: Stall | None = None
+    goes_round: bool = False
+
+    @property
+    def state_of_balls(self) -> str:
+        """What the balls do at the end: *stalled*, *still go round*, *not settled yet* or *settled*."""
+        if self.stall is not None:
+            return "stalled"
+        return "still go round" if self.goes_round else NOT_SETTLED if self.word == NOT_SETTLED else "settled"
+
+    @property
+    def turns_with_rotor(self) -> bool:
+        """Whether all balls turn with the rotor at the end, without which residual and grade say nothing."""
+        return self.stall is None and not self.goes_round
 
     @property
     def balanced(self) -> bool:
@@ -406,6 +419,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         word or verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after, places, planes, supports, peak,
         other_peak, settling, notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
         forecast=forecast_of(run, course.since) if creeping or word == NOT_SETTLED else None, stall=stall_of(run),
+        goes_round=course.uneven,
     )  # fmt: skip
 
 
@@ -528,14 +542,8 @@ def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
 
 BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
 NO_VERDICT, NOT_SETTLED = "no verdict", "not settled yet"
-WORDS = (
-    BALANCED,
-    PARTLY,
-    NOT,
-    WORSE,
-    NO_VERDICT,
-    NOT_SETTLED,
-)  # in the order of kernels/measures/columns_of_measures.py
+# in the order of kernels/measures/columns_of_measures.py
+WORDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, NOT_SETTLED)
 LIMITS = tuple(zip(MEASURES_LIMITS, WORDS[:3], strict=True))
 
 
@@ -602,6 +610,7 @@ def goes_round(time: Floats, angle: Floats, end: float) -> bool:
 
 Lines = list[tuple[str, str]]
 NOT_COMPARED = "not computed; verdict(run, held) compares it, with held = simulate(machine, hold_balls=True)"
+NO_RESIDUAL = "balls do not turn with the rotor: no residual to count on"
 LISTED = 8  # balls that are named
 GREATER = MEASURES_LIMITS[-1]  # times the greatest deflection without balls, from which on the headline says so
 LEAST_SHARE = 1e-3  # of an unbalance, below which an extrapolated residual is not said in figures
@@ -622,7 +631,8 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
             else ""
         )
         added = "planes added up, " * (len(verdict.planes) > 1)
-        rows.append(("residual unbalance", f"{moment_text(verdict.residual)}{of} ({added}mean at the end)"))
+        counts = "" if verdict.turns_with_rotor else f"; {NO_RESIDUAL}"
+        rows.append(("residual unbalance", f"{moment_text(verdict.residual)}{of} ({added}mean at the end){counts}"))
     if len(verdict.planes) > 1:
         for plane in verdict.planes:
             share = f", {share_text(plane.residual / plane.unbalance)}" if plane.unbalance > 0.0 else ""
@@ -657,7 +667,8 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
             f"{grade_name(v)} ({velocity_text(1e-3 * v)})" if v > 0.0 else "no unbalance"
             for v in (verdict.grade_after, verdict.grade_before)
         )
-        rows.append(("ISO 21940-11", f"{after}; without balls {before}"))
+        reached = after if verdict.turns_with_rotor else "no grade, as balls do not turn with the rotor"
+        rows.append(("ISO 21940-11", f"{reached}; without balls {before}"))
     if verdict.peak is not None:
         where = f"{verdict.peak.place}: " if len(verdict.places) > 1 else ""
         rows.append(("greatest deflection", f"{where}{_peak(verdict.peak, speed_text)}, from the rest position"))
