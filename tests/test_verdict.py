@@ -139,6 +139,7 @@ def test_the_first_line_says_which_balls_are_stalled_just_below_the_critical_spe
         (row,) = [row for row in page.decisive if "the run-up" in row.question]
         assert row.question == f"residual unbalance, {balls}, at the end of the run-up"
         assert row.enough == enough
+        assert row.found.endswith("no grade") == (judged is not settled)
     still = ab.verdict(ab.simulate(slow, duration=20.0, hold_balls=True))
     assert still.stall is None
     assert still.turns_with_rotor

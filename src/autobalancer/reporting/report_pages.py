@@ -355,6 +355,8 @@ def quality_page(summary: Summary, left: float, judged: Verdict, grade: float | 
     enough = [value <= allowed and name != fails for name, value, _ in known]
     heads: tuple[str, ...] = ("state", "unbalance", "velocity of the mass center (mm/s)", "grade reached")
     cells = [_quality_row(name, value, 1e3 * value * service.speed / mass) for name, value, _ in known]
+    if beside:
+        cells = [(*row[:2], "-", "no grade") if row[0] == at_end else row for row in cells]
     if grade is not None:
         heads = (*heads, f"G {grade:g}")
         cells = [(*row, "reached" if reached else "NOT reached") for row, reached in zip(cells, enough, strict=True)]
