@@ -81,6 +81,13 @@ def test_limits_that_are_kept_are_kept_in_fresh_runs_with_another_seed(found: De
     assert stalled(case.found).mean() <= spec.limits["stall_probability"]
 
 
+def test_the_interval_of_a_share_that_ends_near_100_percent_has_no_exponent(found: Designed) -> None:
+    same = xr.ones_like(found["stall"])
+    often = found.assign(stall=same, stall_low=0.89 * same, stall_high=0.999 * same)
+    column = next(column for column in often.columns() if column.head == "stall")
+    assert set(column.values) == {"100 (89 to 100)"}
+
+
 def test_a_larger_unbalance_leaves_fewer_candidates() -> None:
     few = changed(unbalance="594 g*mm", candidates={"count": [2, 3, 4], "fluids": ["silicone oil 20"]})
     spec, more = read_spec(few), read_spec({**few, "unbalance": "1200 g*mm"})
