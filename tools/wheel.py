@@ -77,7 +77,8 @@ def build() -> Path:
     subprocess.run([sys.executable, "-m", "build", "--sdist", "--outdir", BUILD / "source"], cwd=ROOT, check=True)
     (archive,) = (BUILD / "source").glob("*.tar.gz")
     with tarfile.open(archive) as packed:
-        packed.extractall(BUILD / "source", filter="data")
+        packed.extraction_filter = getattr(tarfile, "data_filter", None)  # Python 3.11 has it from 3.11.4 on
+        packed.extractall(BUILD / "source")
     source = archive.with_name(archive.name.removesuffix(".tar.gz"))
     shutil.rmtree(BUILD / "notes", ignore_errors=True)
     (BUILD / "notes").mkdir()
