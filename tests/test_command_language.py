@@ -27,6 +27,7 @@ from autobalancer.cli.stability import usual_speeds as usual
 from autobalancer.cli.terminal import sheet
 from autobalancer.cli.terminal import sheet as words
 from autobalancer.cli.terminal.command import public
+from autobalancer.cli.terminal.group import places
 from autobalancer.cli.terminal.options import parameter_values, speed_range
 from autobalancer.cli.terminal.progress_bar import Console
 from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv
@@ -505,8 +506,10 @@ def test_the_six_first_commands_stand_first_and_each_belongs_to_a_topic() -> Non
     text = say("--help")
     panels = re.findall(r"\u256d\u2500 (.+?) \u2500", text)
     assert panels[:2] == ["Options", "First"]
-    assert len(Commands.topics["First"]) == 6
-    listed = [name for names in Commands.topics.values() for name in names]
+    assert len(places()["First"]) == 6
+    groups = [name for inner in Commands.topics.values() for name in inner]
+    assert set(places()) == {topic for topic in Commands.topics if topic != "Deep chambers"} | set(groups)
+    listed = [*groups, *(name for topic, names in places().items() if topic not in groups for name in names)]
     assert len(listed) == len(set(listed))
     assert set(listed) == {path[0] for path in COMMANDS}
 

@@ -18,22 +18,16 @@ from autobalancer.tables import Column
 if TYPE_CHECKING:
     from autobalancer.catalog.product_tables import FluidState, SuitableBearing
 
-
-app = typer.Typer(
-    help="Look up bearings, ball materials, friction, fluids and published rigs.",
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-)
-
 FluidName = Annotated[str | None, "Fluid around the balls, at --temperature; without it no buoyancy."]
 Temperature = Annotated[Any, In("K"), 'Such as "40 degC".']
 Limit = Annotated[float | None, In("m"), 'Such as "60 mm".']
+
+TOPIC = "catalog"  # where the help of autobalancer lists the commands below
 
 
 # ``autobalancer catalog bearings`` and ``bearing``.
 
 
-@app.command()
 @command(out=None)
 def bearings(
     unbalance: Annotated[float | None, In("kg*m"), 'Unbalance to compensate, such as "594 g*mm".'] = None,
@@ -115,7 +109,6 @@ def _digits(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-@app.command()
 @command(out=None)
 def bearing(name: Annotated[str, typer.Argument(help='Designation, such as "16021".')]) -> Reply:
     """Show one bearing and what a race with bearing = "..." takes from it.
@@ -163,7 +156,6 @@ def bearing(name: Annotated[str, typer.Argument(help='Designation, such as "1602
 # ``autobalancer catalog fluids``, ``fluid`` and ``blend``.
 
 
-@app.command()
 @command(out=None)
 def fluids(
     temperature: Annotated[
@@ -199,7 +191,6 @@ def _state(entry: Any, kelvin: float) -> dict[str, Any]:
         return {"name": entry.name, **nothing, "source": entry.source, "remark": remark}
 
 
-@app.command()
 @command(out=None)
 def fluid(
     name: Annotated[str, typer.Argument(help='Such as "silicone oil 20" or "glycerol 50 wt%".')],
@@ -212,7 +203,6 @@ def fluid(
     return _fluid(ab.catalog.fluid(name, temperature))
 
 
-@app.command()
 @command("catalog.blend", take="basis", out=None)
 def blend(
     first: Annotated[str, typer.Argument(help="Name of the first oil.")],
@@ -255,7 +245,6 @@ def _fluid(state: FluidState) -> Reply:
 # ``autobalancer catalog materials``, ``friction``, ``rigs`` and ``rig``.
 
 
-@app.command()
 @command(out=None)
 def materials() -> Reply:
     """List the materials of balls with their densities.
@@ -272,7 +261,6 @@ def materials() -> Reply:
     return Reply(found, heading="Materials of balls", columns=columns)
 
 
-@app.command()
 @command(out=None)
 def friction() -> Reply:
     """List published coefficients of friction between a ball and its race, with what they were found on.
@@ -292,7 +280,6 @@ def friction() -> Reply:
     return Reply(found, heading="Friction", facts=facts, columns=columns, brief=True, lines=[differ])
 
 
-@app.command()
 @command(out=None)
 def rigs() -> Reply:
     """List the published rigs that come as machine files.
@@ -306,7 +293,6 @@ def rigs() -> Reply:
     return Reply(None, numbers, "Published rigs", columns=columns, lines=[one])
 
 
-@app.command()
 @command(out=None, csv=False)
 def rig(
     name: Annotated[str, typer.Argument(help='Such as "rodrigues_rig"; catalog rigs lists them.')],
@@ -327,7 +313,6 @@ def rig(
 # ``autobalancer catalog drag-laws`` and ``capability``.
 
 
-@app.command("drag-laws")
 @command(out=None, draw="")
 def drag_laws(
     reynolds: Annotated[list[float] | None, "Reynolds number to show. May be repeated."] = None,
@@ -379,7 +364,6 @@ def _plateau(law: Any) -> float | None:
     return float(law.product(end)) / end if 0.0 < end < math.inf else None
 
 
-@app.command()
 @command(out=None)
 def capability(
     orbit_radius: Annotated[float, In("m"), 'Radius of the circle of ball centers, such as "77 mm".'],

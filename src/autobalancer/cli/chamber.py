@@ -19,13 +19,6 @@ if TYPE_CHECKING:
 
     from autobalancer.tables import Column
 
-
-app = typer.Typer(
-    help="Studies of machines with deep chambers: amplitudes over balls and friction, the best design, reactions, step size.",
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-)
-
 Chambers = Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")]
 Step = Annotated[float | None, In("s"), 'Of the integration, such as "1e-6 s"; by default from the contact time.']
 Last = Annotated[float | None, In("s"), "Time at the end that is the steady state; by default a tenth."]
@@ -35,8 +28,9 @@ RESUME_TEXT = "the archive keeps what was computed, and the same command goes on
 LOST = "nothing is kept without --archive"
 PICTURES = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")  # of one run
 
+TOPIC = "chamber"  # where the help of autobalancer lists the commands below
 
-@app.command()
+
 @command("chamber.amplitudes", draw="chamber_amplitudes", out="_amplitudes.nc", bar="runs")
 def amplitudes(
     machine: Chambers,
@@ -96,7 +90,6 @@ def amplitudes(
     return Reply(found, columns=[], facts=(), heading="", notes=(), csv=result_csv(found), also=pictures)
 
 
-@app.command()
 @command("chamber.archived_run", out=None, csv=False, bar="run")
 def reactions(
     machine: Annotated[Path, typer.Argument(help="Machine file with chambers.")],
@@ -155,7 +148,6 @@ def reactions(
     )
 
 
-@app.command("step-size")
 @command("chamber.step_size", take="restitution phases scheme", draw="chamber_step_size", bar="collisions")
 def step_size(
     stiffness_over_mass: Annotated[float, "k/m of a ball in m^-0.5 s^-2."] = 1e10,
@@ -196,7 +188,6 @@ def _print_failed_points(found: Any) -> None:
         typer.secho(f"no result at {where}: {reason}", fg="yellow", err=True)
 
 
-@app.command()
 @command("chamber.design", draw="chamber_designs", out="_designs.nc", bar="runs")
 def design(
     machine: Chambers,
@@ -277,7 +268,6 @@ def design(
     return Reply(found, numbers | {"around": as_plain(changed)}, more=around_best, also=[also])
 
 
-@app.command()
 @command(out=None, csv=False)
 def bounds(machine: Chambers) -> Reply:
     """What the balls of a deep chamber can do at best, from closed forms, without a run.
@@ -295,7 +285,6 @@ def _pair(option: str, text: str, sample: str) -> tuple[str, str]:
     return name, value
 
 
-@app.command()
 @command(out=None, draw="")
 def archive(
     folder: Annotated[Path, typer.Argument(help="Folder of the archive.")],

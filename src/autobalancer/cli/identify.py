@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from autobalancer.rotordynamics.identification.fit import FreeParameter
     from autobalancer.tables import Column
 
+TOPIC = "From measurements"  # where the help of autobalancer lists the commands below
+
 
 @command("rotor.identify", take="loss loss_scale starts", draw="", allowed=(*MACHINE, *RESULT))
 def identify(

@@ -11,59 +11,20 @@ from autobalancer.cli.terminal.group import Group
 
 
 class Commands(Group):
-    """All commands by topic: a module of this folder, and the name of the function or group of commands in it."""
+    """Topics and groups of commands; a command says its own in its decorator."""
 
     topics = {
-        "First": {
-            "example": "samples.example",
-            "check": "stability.check",
-            "simulate": "run.simulate",
-            "plot": "pictures.plot",
-            "animate": "pictures.animate",
-            "borders": "stability.borders",
+        "First": {},
+        "Files and results": {"catalog": "Look up bearings, ball materials, friction, fluids and published rigs."},
+        "Stability": {},
+        "Many runs": {},
+        "Rotor": {},
+        "Fluid in a race": {},
+        "From measurements": {"measure": "From measured signals and films to numbers with their uncertainty."},
+        "Deep chambers": {
+            "chamber": "Studies of machines with deep chambers: amplitudes over balls and friction, the best design, "
+            "reactions, step size."
         },
-        "Files and results": {
-            "keys": "samples.keys",
-            "catalog": "catalog.app",
-            "run-measures": "run.run_measures",
-            "compare": "many_runs.compare",
-            "report": "many_runs.report",
-            "app": "samples.app",
-        },
-        "Stability": {
-            "eigenvalues": "stability.eigenvalues",
-            "map": "stability.map_",
-            "branches": "stability.branches",
-            "basin": "many_runs.basin",
-        },
-        "Many runs, and decisions by them": {
-            "ensemble": "many_runs.ensemble",
-            "study": "many_runs.study",
-            "envelopes": "many_runs.envelopes",
-            "design": "many_runs.design",
-            "stepped-response": "run.stepped_response",
-        },
-        "Rotor": {
-            "modes": "rotor.modes",
-            "campbell": "rotor.campbell",
-            "response": "rotor.response",
-            "torsional-modes": "rotor.torsional_modes",
-            "torsional-response": "rotor.torsional_response",
-            "liquid-response": "rotor.liquid_response",
-            "equivalent-planar": "rotor.equivalent_planar",
-        },
-        "Fluid in a race": {
-            "annulus-flow": "rotor.annulus_flow",
-            "ball-drag": "rotor.ball_drag",
-            "equilibrium-angle": "rotor.equilibrium_angle",
-        },
-        "From measurements": {
-            "measure": "measured.app",
-            "receptance": "identify.receptance",
-            "identify": "identify.identify",
-            "rubber": "measured.rubber",
-        },
-        "Deep chambers": {"chamber": "chamber.app"},
     }
 
 

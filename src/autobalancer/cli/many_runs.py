@@ -25,6 +25,8 @@ from autobalancer.errors import QuestionError
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 SURE = "95 %: the share of very many {} is in this interval with a probability of 95 %"
 
+TOPIC = "Many runs"  # where the help of autobalancer lists the commands below
+
 
 # ``autobalancer ensemble``: thousands of run-ups of one machine, and how they end.
 
@@ -124,7 +126,9 @@ WORST = {
 }
 
 
-@command("basin", take="random seed acceleration:rad/s^2 hold:s", draw="basin", unit="speed", bar="runs")
+@command(
+    "basin", take="random seed acceleration:rad/s^2 hold:s", draw="basin", unit="speed", bar="runs", topic="Stability"
+)
 def basin(
     machine: MachineFile,
     speed: Annotated[float, In("rad/s"), 'Final rotor speed, such as "1200 rpm".'],
@@ -238,7 +242,7 @@ def _axis(option: str, text: str) -> tuple[str, list[float]]:
 # ``autobalancer compare``: several machines side by side, or a run and what was measured.
 
 
-@command(draw="", unit="speed")
+@command(draw="", unit="speed", topic="Files and results")
 def compare(
     machines: Annotated[
         list[Path],
@@ -425,7 +429,7 @@ def envelopes(
 # ``autobalancer report``: a machine on pages that can be signed.
 
 
-@command("report", take="starts seed", out=None, csv=False, bar="pages")
+@command("report", take="starts seed", out=None, csv=False, bar="pages", topic="Files and results")
 def report(
     machine: MachineFile,
     out: Annotated[

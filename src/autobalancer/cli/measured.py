@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from autobalancer.results.answers.kinds import RubberFit
 
+TOPIC = "measure"  # where the help of autobalancer lists the commands below
+
 
 # Options of the commands that read measured signals, and the signals that they describe.
 
@@ -319,7 +321,7 @@ def rubber_reply(found: RubberFit) -> Reply:
 # ``autobalancer rubber``: rubber that softens with the amplitude, from measured loops and resonances.
 
 
-@command("measure.rubber", take="law spacing viscous", draw="rubber", allowed=MACHINE)
+@command("measure.rubber", take="law spacing viscous", draw="rubber", allowed=MACHINE, topic="From measurements")
 def rubber(
     tables: Annotated[
         list[Path],
@@ -658,19 +660,3 @@ def drag_from_lag(
         ("left of the speed", f"{found.scatter:.3g} rad/s"),
     ]
     return Reply(found, heading="Drag from the lag of a ball", facts=facts)
-
-
-# ``autobalancer measure``: the group and its commands; a new command is a function above and a word below.
-
-
-app = typer.Typer(
-    name="measure",
-    help="From measured signals and films to numbers with their uncertainty.",
-    no_args_is_help=True,
-)
-for _command in (
-    *(signals, orders, spectrum, order_map, damping, orbit, envelope, record, rubber_signals),
-    *(balance, four_run, run_down, trial_mass, split_mass),
-    *(race_shape, rest_friction, drag_from_lag, balls, film),
-):
-    app.command(_command.__name__.replace("_", "-"))(_command)

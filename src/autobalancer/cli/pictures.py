@@ -184,7 +184,7 @@ KINDS = (
 )
 
 
-@command(out=None, csv=False, unit="speed")
+@command(out=None, csv=False, unit="speed", topic="First 4")
 def plot(
     result: Annotated[Path, typer.Argument(help="Result file, folder of a run in an archive, or a machine file.")],
     out: Annotated[Path, "Folder, or one picture: .png, .svg or .pdf."] = Path("."),
@@ -275,7 +275,7 @@ def _meant(kind: str) -> str:
 # ``autobalancer animate``: a film of a result file.
 
 
-@command(out=None, csv=False, unit="speed")
+@command(out=None, csv=False, unit="speed", topic="First 5")
 def animate(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
     out: Annotated[

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from autobalancer.tables import Column
 
+TOPIC = "Rotor"  # where the help of autobalancer lists the commands below
+
 
 SpeedRange = Annotated[
     Any, Speeds(COUNT), '"from:to" or "from:to:count", such as "600 rpm:5500 rpm:400", or one speed.'
@@ -214,7 +216,11 @@ def equivalent_planar(
 
 
 @command(
-    "flow.ball_drag", take="gap:m motion ball_ahead:m mesh_gap fineness balancer race", draw="ball_drag", bar="flow"
+    "flow.ball_drag",
+    take="gap:m motion ball_ahead:m mesh_gap fineness balancer race",
+    draw="ball_drag",
+    bar="flow",
+    topic="Fluid in a race",
 )
 def ball_drag(
     machine: MachineFile,
@@ -258,6 +264,7 @@ def ball_drag(
     draw="flow",
     unit="speed",
     bar="flow",
+    topic="Fluid in a race",
 )
 def annulus_flow(
     machine: MachineFile,
@@ -314,7 +321,7 @@ def _points(text: str) -> tuple[int, int] | None:
 LINES = 20  # of a curve, on the screen
 
 
-@command(draw="", unit="speed")
+@command(draw="", unit="speed", topic="Fluid in a race")
 def equilibrium_angle(
     machine: MachineFile,
     speeds: Annotated[

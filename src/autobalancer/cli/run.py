@@ -28,7 +28,7 @@ Spread = Annotated[float, "Relative difference in mass of equal balls that pass 
 # ``autobalancer simulate``: one run, with a progress bar, kept even if interrupted.
 
 
-@command(out=".nc", unit="speed")
+@command(out=".nc", unit="speed", topic="First 3")
 def simulate(
     context: typer.Context,
     machine: MachineFile,
@@ -229,7 +229,7 @@ def _speed(speed: float) -> str:
 # ``autobalancer run-measures``: the measures of a result file.
 
 
-@command(out=None, unit="speed")
+@command(out=None, unit="speed", topic="Files and results")
 def run_measures(
     result: Annotated[Path, typer.Argument(help="Result file, or folder of a run in an archive.")],
     last: Annotated[
@@ -261,6 +261,7 @@ def run_measures(
     out=None,
     unit="speed",
     bar="speeds",
+    topic="Many runs",
 )
 def stepped_response(
     machine: MachineFile,

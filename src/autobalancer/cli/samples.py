@@ -11,7 +11,6 @@ from typing import Annotated, cast
 import typer
 
 from autobalancer.cli.terminal.command import Reply, check_suffix, command, print_json
-from autobalancer.cli.terminal.options import Json
 
 SINGULAR = {
     "machines": "machine",
@@ -22,78 +21,66 @@ SINGULAR = {
 }
 
 
+@command(out=None, csv=False, topic="First 1")
 def example(
     names: Annotated[list[str] | None, typer.Argument(help='Such as "discoidal"; without one all are listed.')] = None,
-    out: Annotated[Path | None, typer.Option(help="Other name for one file, or a folder.")] = None,
+    out: Annotated[Path | None, "Other name for one file, or a folder."] = None,
     everything: Annotated[bool, typer.Option("--all", help="Write all of them.")] = False,
     show: Annotated[bool, typer.Option("--print", help="Print the file and write nothing.")] = False,
-    as_json: Json = False,
-) -> None:
+    as_json: bool = False,
+) -> Reply:
     """List the samples that come with the package, or write some into this folder: machines, rigs, measurements.
 
     Example: autobalancer example discoidal
     """
+    import tomllib
+
     from autobalancer.errors import QuestionError
     from autobalancer.files.samples import KINDS, sample_files, sample_names, write_example
+    from autobalancer.safe_file import write_text_safely
 
     wanted = [name for kind in KINDS for name in sample_names(kind)] if everything else names or []
     if not wanted:
-        _list(as_json)
-        return
+        return _list()
     if show or as_json:
         if len(wanted) > 1:
             raise QuestionError(f"--print, --json: given {len(wanted)} names; must be one")
-        _print(sample_files(wanted[0])[0], as_json)
-        return
+        sample = sample_files(wanted[0])[0]
+        text = sample.read_text(encoding="utf-8")
+        return Reply(
+            None, tomllib.loads(text) if sample.suffix == ".toml" else text.splitlines(), code=text.rstrip("\n")
+        )
     if out is not None and out.suffix:
         if len(wanted) > 1 or len(sample_files(wanted[0])) > 1:
             raise QuestionError(f"--out: given {out}; must be a folder for several files")
-        _write_as(sample_files(wanted[0])[0], out)
-        return
-    for name in wanted:
-        for path in write_example(name, out or Path()):
-            typer.echo(f"written: {path}")
-
-
-def _write_as(sample: Path, out: Path) -> None:
-    from autobalancer.safe_file import write_text_safely
-
-    check_suffix("--out", out, (sample.suffix,))
-    typer.echo(f"written: {write_text_safely(out, sample.read_text(encoding='utf-8'))}")
-
-
-def _print(sample: Path, as_json: bool) -> None:
-    import tomllib
-
-    text = sample.read_text(encoding="utf-8")
-    if as_json and sample.suffix == ".toml":
-        print_json(tomllib.loads(text))
-    elif as_json:
-        print_json(text.splitlines())
+        sample = sample_files(wanted[0])[0]
+        check_suffix("--out", out, (sample.suffix,))
+        written = [write_text_safely(out, sample.read_text(encoding="utf-8"))]
     else:
-        typer.echo(text, nl=False)
+        written = [path for name in wanted for path in write_example(name, out or Path())]
+    return Reply(None, code="\n".join(f"written: {path}" for path in written))
 
 
-def _list(as_json: bool) -> None:
+def _list() -> Reply:
     from autobalancer.cli.terminal.sheet import print_sentences
     from autobalancer.files.samples import KINDS, sample_names
 
     found = {kind: {name: _about(name) for name in sample_names(kind)} for kind in KINDS}
-    if as_json:
-        print_json(
-            [
-                {"name": name, "kind": SINGULAR[kind], "title": title, "description": text}
-                for kind, listed in found.items()
-                for name, (title, text) in listed.items()
-            ]
-        )
-        return
-    for kind, listed in found.items():
-        typer.secho(kind, bold=True, underline=True)
-        for name, (title, text) in listed.items():
-            typer.secho(name, bold=True)
-            print_sentences(_first_sentence(text) or title, indent="  ", first="  ")
-    typer.echo("Get one: autobalancer example NAME; all of them: autobalancer example --all")
+    plain = [
+        {"name": name, "kind": SINGULAR[kind], "title": title, "description": text}
+        for kind, listed in found.items()
+        for name, (title, text) in listed.items()
+    ]
+
+    def show() -> None:
+        for kind, listed in found.items():
+            typer.secho(kind, bold=True, underline=True)
+            for name, (title, text) in listed.items():
+                typer.secho(name, bold=True)
+                print_sentences(_first_sentence(text) or title, indent="  ", first="  ")
+        typer.echo("Get one: autobalancer example NAME; all of them: autobalancer example --all")
+
+    return Reply(None, plain, show=show)
 
 
 def _first_sentence(text: str) -> str:
@@ -118,7 +105,7 @@ def _about(name: str) -> tuple[str, str]:
 # ``autobalancer keys``: what a file may contain.
 
 
-@command(out=None)
+@command(out=None, topic="Files and results")
 def keys(
     table: Annotated[
         str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
@@ -166,11 +153,10 @@ def keys(
 # ``autobalancer app``: the bench as a web page.
 
 
+@command(out=None, csv=False, topic="Files and results")
 def app(
-    port: Annotated[int, typer.Option(help="At which the page is served.")] = 8123,
-    host: Annotated[
-        str, typer.Option(help="Address to listen on; any but this computer's own needs a token.")
-    ] = "127.0.0.1",
+    port: Annotated[int, "At which the page is served."] = 8123,
+    host: Annotated[str, "Address to listen on; any but this computer's own needs a token."] = "127.0.0.1",
     token: Annotated[
         list[str] | None,
         typer.Option(
@@ -179,12 +165,10 @@ def app(
             "With another host and without it, one is made and printed.",
         ),
     ] = None,
-    folder: Annotated[
-        Path | None, typer.Option(help="Where runs are kept; by default autobalancer-bench in your home folder.")
-    ] = None,
+    folder: Annotated[Path | None, "Where runs are kept; by default autobalancer-bench in your home folder."] = None,
     time_limit: Annotated[float, typer.Option(min=1.0, help="Seconds that a run may take.")] = 600.0,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-    as_json: Json = False,
+    as_json: bool = False,
 ) -> None:
     """Open the bench in a browser: describe, check and run machines on one page. Ctrl-C ends it.
 
@@ -193,7 +177,6 @@ def app(
     Example: autobalancer app
     """
     from autobalancer.app.serve import FOLDER, serve
-    from autobalancer.cli.terminal.command import print_json
     from autobalancer.cli.terminal.group import stop_code
     from autobalancer.cli.terminal.sheet import print_sentences
 

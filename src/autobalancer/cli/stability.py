@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from autobalancer.stability.maps.curve import BorderCurve
     from autobalancer.tables import Column
 
+TOPIC = "Stability"  # where the help of autobalancer lists the commands below
+
 
 Unbalance = Annotated[float | None, In("kg*m"), 'Such as "594 g*mm"; by default that of the machine.']
 Speed = Annotated[float | None, In("rad/s"), 'Rotor speed where it is not varied, such as "1200 rpm".']
@@ -30,7 +32,7 @@ Speed = Annotated[float | None, In("rad/s"), 'Rotor speed where it is not varied
 # ``autobalancer check``: what can be said of a machine before it runs.
 
 
-@command(out=None, unit="speed")
+@command(out=None, unit="speed", topic="First 2")
 def check(machine: MachineFile) -> Reply:
     """Check a machine file and print its masses, critical speeds, capability, drag and border speeds.
 
@@ -65,7 +67,7 @@ def _other_kind(path: Path) -> Reply | None:
 # ``autobalancer borders``: the border speeds of a machine, over a parameter, and the least viscosity for a speed.
 
 
-@command(draw="", unit="speed")
+@command(draw="", unit="speed", topic="First 6")
 def borders(
     machine: MachineFile,
     unbalance: Annotated[float | None, In("kg*m"), 'Such as "594 g*mm"; by default the largest of the machine.'] = None,

@@ -332,6 +332,7 @@ def command(
     unit: str = "",
     bar: str = "",
     csv: bool = True,
+    topic: str = "",
 ) -> Callable[[Callable[..., Any]], Asking]:
     """Make a command of a function, which returns an answer or a :class:`Reply`; one without a body asks ``function``.
 
@@ -353,34 +354,29 @@ def command(
         Text of the progress bar of a function with ``progress``.
     csv
         Whether there is --csv.
+    topic
+        Under which the help lists it, or its group; by default TOPIC of the module. ``group.py`` reads it off the source.
     """
-
     return lambda body: Asking(body, function, take, draw, out, allowed, unit, bar, csv)
 
 
+@dataclass(eq=False)
 class Asking:
     """A command as a function of its options, which are worked out when they are asked for."""
 
-    def __init__(
-        self,
-        body: Callable[..., Any],
-        function: str,
-        take: str,
-        draw: str | None,
-        out: str | None,
-        allowed: Sequence[str],
-        unit: str,
-        bar: str,
-        csv: bool,
-    ) -> None:
-        self.__name__, self.__doc__, self.__module__, self.__annotations__ = (
-            body.__name__,
-            body.__doc__,
-            body.__module__,
-            {},
-        )
-        self.body, self.function, self.take, self.draw, self.out = body, function, take, draw, out
-        self.allowed, self.unit, self.bar, self.csv = allowed, unit, bar, csv
+    body: Callable[..., Any]
+    function: str
+    take: str
+    draw: str | None
+    out: str | None
+    allowed: Sequence[str]
+    unit: str
+    bar: str
+    csv: bool
+
+    def __post_init__(self) -> None:
+        self.__name__, self.__doc__, self.__module__ = self.body.__name__, self.body.__doc__, self.body.__module__
+        self.__annotations__ = {}
 
     @cached_property
     def asked(self) -> Public | None:
@@ -425,8 +421,10 @@ class Asking:
                 from autobalancer.cli.terminal.progress_bar import progress_bar
 
                 options["progress"] = stack.enter_context(progress_bar(self.bar or "done"))
-            if "files" in inspect.signature(self.body).parameters:
-                options["files"] = files
+            wanted = inspect.signature(self.body).parameters
+            options |= {
+                name: value for name, value in (("files", files), ("as_json", forms["as_json"])) if name in wanted
+            }
             found = self.body(**options)
             if found is None:
                 assert self.asked is not None
@@ -562,7 +560,7 @@ def _own_parameters(body: Callable[..., Any]) -> tuple[list[Parameter], dict[str
     """Parameters of a command, and the blocks of options among them, whose fields stand in their place."""
     hints, blocks, found = get_type_hints(body, include_extras=True), dict[str, type](), list[Parameter]()
     for one in inspect.signature(body).parameters.values():
-        if one.kind is Parameter.VAR_KEYWORD or one.name in ("files", "progress"):
+        if one.kind is Parameter.VAR_KEYWORD or one.name in ("files", "progress", "as_json"):
             continue
         kind = hints[one.name]
         if kind is typer.Context:

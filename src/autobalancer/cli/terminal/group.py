@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import re
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar
@@ -29,24 +31,43 @@ class Command:
     written: list[Path] = []
 
 
+HEAD = re.compile(r"^@command\((.*?)\)\ndef (\w+)\(", re.MULTILINE | re.DOTALL)
+
+
+@cache
+def places() -> dict[str, dict[str, str]]:
+    """By topic, or group, its commands and where they are below autobalancer.cli: as the sources say, none is imported."""
+    found: list[tuple[str, str, str]] = []
+    for file in sorted(Path(__file__).parents[1].glob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        usual = re.search(r'^TOPIC = "(.*)"', text, re.MULTILINE)
+        for options, name in HEAD.findall(text):
+            said = re.search(r'topic="(.*?)"', options) or usual
+            found.append((said[1] if said else "Others", name, f"{file.stem}.{name}"))
+    listed: dict[str, dict[str, str]] = {}
+    for topic, name, place in sorted(found, key=lambda one: one[0] if one[0][-1].isdigit() else ""):
+        listed.setdefault(topic.rstrip(" 0123456789"), {})[name.rstrip("_").replace("_", "-")] = place
+    return listed
+
+
 class OnDemand(Mapping[str, Any]):
     """Commands by name, each imported and its options read when it is asked for: that of all takes longer than most answers."""
 
-    def __init__(self, topics: Mapping[str, Mapping[str, str]]) -> None:
+    def __init__(self, topics: Mapping[str, Mapping[str, str]], groups: Mapping[str, str]) -> None:
         self._places = {name: place for commands in topics.values() for name, place in commands.items()}
         self._topics = {name: topic for topic, commands in topics.items() for name in commands}
-        self._read: dict[str, Any] = {}
+        self._groups, self._read = groups, dict[str, Any]()
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self._read:
-            found = self._imported(name)
-            if isinstance(found, typer.Typer):
-                command = typer.main.get_group(found)
-                command.name = name
-            else:
-                alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
-                alone.command(name)(found)
-                command = typer.main.get_command(alone)  # type: ignore[assignment]
+        if name not in self._read and name in self._groups:
+            inner, text = OnDemand({"": places()[name]}, {}), self._groups[name]
+            self._read[name] = Listing(
+                name=name, commands=inner, help=text, no_args_is_help=True, rich_markup_mode="rich"
+            )
+        elif name not in self._read:
+            alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
+            alone.command(name)(self._imported(name))
+            command = typer.main.get_command(alone)
             command.help = _unbroken(command.help or "")
             self._read[name] = command
         return self._read[name]
@@ -62,22 +83,19 @@ class OnDemand(Mapping[str, Any]):
 
     def listed(self, name: str) -> Any:
         """A command as a list of commands shows it: its name and its help."""
-        found = self._imported(name)
-        text = found.info.help if isinstance(found, typer.Typer) else found.__doc__
-        return TyperCommand(name, help=_unbroken(text or ""), rich_help_panel=self._topics[name])
+        text = self._groups[name] if name in self._groups else self._imported(name).__doc__
+        return TyperCommand(name, help=_unbroken(text or ""), rich_help_panel=self._topics[name] or None)
 
     def _imported(self, name: str) -> Any:
         module, _, attribute = self._places[name].rpartition(".")
         return getattr(import_module(f"autobalancer.cli.{module}"), attribute)
 
 
-class Group(TyperGroup):
-    """One readable message for everything a user can get wrong; warnings without lines of code."""
+class Listing(TyperGroup):
+    """A list of commands, which are imported when they are asked for."""
 
-    topics: ClassVar[Mapping[str, Mapping[str, str]]]  # by topic where each command is, below autobalancer.cli
-
-    def __init__(self, *, commands: Any = None, **options: Any) -> None:
-        super().__init__(commands=OnDemand(self.topics), **options)  # type: ignore[arg-type]  # a mapping will do
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
         self._listing = False
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
@@ -101,6 +119,20 @@ class Group(TyperGroup):
         found = super().shell_complete(ctx, incomplete)
         self._listing = False
         return found
+
+
+class Group(Listing):
+    """One readable message for everything a user can get wrong; warnings without lines of code."""
+
+    topics: ClassVar[
+        Mapping[str, Mapping[str, str]]
+    ]  # in their order; by topic the groups of commands, with their help
+
+    def __init__(self, *, commands: Any = None, **options: Any) -> None:
+        known, groups = places(), {name: text for inner in self.topics.values() for name, text in inner.items()}
+        order = dict.fromkeys([*self.topics, *(topic for topic in known if topic not in groups)])
+        listed = {topic: {**dict.fromkeys(self.topics.get(topic, ()), ""), **known.get(topic, {})} for topic in order}
+        super().__init__(commands=OnDemand(listed, groups), **options)
 
     def invoke(self, ctx: Any) -> Any:
         words = [*getattr(ctx, "_protected_args", ()), *ctx.args]  # gone when a command has run
