@@ -94,9 +94,10 @@ def test_balls_at_the_bottom_neither_settle_nor_go_around() -> None:
     assert np.isnan(ball_settling_time(lazy)).all()
     assert not balls_carried(lazy).any()
     assert balls_carried(RUN).all()
-    found = chamber_measures(lazy)
+    found = ab.run_measures(lazy, unbalance=0.008)
     assert float(found["share_carried"]) == 0.0
-    assert np.isnan(float(found["settling_time"]))
+    assert np.isnan([float(found[name]) for name in ("settling_time", "residual_unbalance", "residual_couple")]).all()
+    assert np.isnan(residual_of_balls(lazy, 0.008)["static"]).all(), "no curve over time either"
 
 
 def test_the_balls_balance_what_is_opposite_to_them() -> None:

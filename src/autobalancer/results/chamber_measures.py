@@ -155,6 +155,16 @@ def balls_carried(run: xr.Dataset, last: float | None = None) -> xr.DataArray:
     )
 
 
+def balls_with_rotor(run: xr.Dataset, last: float | None = None) -> NDArray[np.bool_]:
+    """Which balls turn with the rotor in steady state, (n,): they go around with it, and make no turn in it.
+
+    Only where all of them do is there a residual unbalance.
+    """
+    place = ball_places_in_rotor(run.isel(time=window(run, last))).values
+    slip = np.ptp(np.unwrap(np.angle(place[:, :, 1] + 1j * place[:, :, 2]), axis=0), axis=0)
+    return np.asarray(balls_carried(run, last).values & (slip < 2.0 * np.pi))
+
+
 def ball_settling_time(run: xr.Dataset, tolerance: float = 1.0, last: float | None = None) -> xr.DataArray:
     """Time (s) in the run from which each ball stays within ``tolerance`` ball radii of its mean steady place in the rotor.
 
@@ -229,16 +239,22 @@ def residual_of_balls(
 
     ``chamber_places`` (chambers,) are the middles of the chambers along the axis, m; by default those of the run.
 
-    Zero ``static`` is static balance, zero of both is dynamic balance.
+    Zero ``static`` is static balance, zero of both is dynamic balance. nan where a ball does not go around with the rotor.
     """
-    own = balls_unbalance(run, chamber_places)
+    own, place = balls_unbalance(run, chamber_places), ball_places_in_rotor(run).values
+    # how far each ball slips in the revolution of the rotor around a sample
+    slip = np.unwrap(np.angle(place[:, :, 1] + 1j * place[:, :, 2]), axis=0)
+    turned = np.maximum.accumulate(np.abs(run["rotor_angle"].values - run["rotor_angle"].values[0]))
+    begin = np.clip(turned - np.pi, 0.0, max(turned[-1] - 2.0 * np.pi, 0.0))
+    first, end = (np.searchsorted(turned, at) for at in (begin, np.minimum(begin + 2.0 * np.pi, turned[-1])))
+    around = (np.abs(slip[end] - slip[first]) < (1.0 - CARRIED) * (turned[end] - turned[first])[:, None]).all(axis=1)
     dataset = xr.Dataset(coords={"time": run["time"]})
     for name, given, text, unit in (
         ("static", unbalance, "residual unbalance", "kg m"),
         ("couple", couple, "residual couple unbalance", "kg m^2"),
     ):
         part = own[name].values
-        size = np.abs(part[:, 0] + 1j * part[:, 1] + given)
+        size = np.where(around, np.abs(part[:, 0] + 1j * part[:, 1] + given), np.nan)
         dataset[name] = ("time", size, {"long_name": text, "units": unit})
     return Labeled.of_run(run, "Residual unbalance", dataset)
 
@@ -364,7 +380,8 @@ class ChamberRecorded:
         """What the balls leave of the unbalance in steady state; ``None`` if it is not known."""
         if self.unbalance is None:
             return None
-        return residual_of_balls(self.run.isel(time=self.steady), self.unbalance, self.couple, self.places)
+        left = residual_of_balls(self.run.isel(time=self.steady), self.unbalance, self.couple, self.places)
+        return left.where(balls_with_rotor(self.run, self.last).all())
 
 
 PARAMETERS = {"ball_mass_total": "kg", "ball_diameter": "m", "depth": "m", "duration": "s", "step": "s", "sample": "s"}

@@ -296,7 +296,8 @@ class Verdict:
     (kg m^2) its couple about the middle between them; ``static_unbalance`` and ``couple_unbalance`` are those of their
     unbalances. ``parts`` are those of the run between jumps of the unbalance; none without a jump. ``without_held``
     says that no run with held balls was given, ``bodies`` what rolls, "balls" or "cylinders". ``stall`` says which balls
-    are stalled at the end, None where none is; ``goes_round`` whether a ball goes round in the rotor then.
+    are stalled at the end, None where none is; ``goes_round`` whether a ball goes round in the rotor then; ``turning``
+    how many balls of a deep chamber turn with it, and of how many.
     """
 
     word: str
@@ -324,6 +325,7 @@ class Verdict:
     forecast: Forecast | None = None
     stall: Stall | None = None
     goes_round: bool = False
+    turning: tuple[int, int] | None = None
 
     @property
     def state_of_balls(self) -> str:
@@ -633,6 +635,8 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
         added = "planes added up, " * (len(verdict.planes) > 1)
         counts = "" if verdict.turns_with_rotor else f"; {NO_RESIDUAL}"
         rows.append(("residual unbalance", f"{moment_text(verdict.residual)}{of} ({added}mean at the end){counts}"))
+    elif not verdict.turns_with_rotor and not math.isnan(verdict.unbalance):
+        rows.append(("residual unbalance", NO_RESIDUAL))
     if len(verdict.planes) > 1:
         for plane in verdict.planes:
             share = f", {share_text(plane.residual / plane.unbalance)}" if plane.unbalance > 0.0 else ""
@@ -662,12 +666,13 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
         name = f"{support.name}: " if len(verdict.supports) > 1 else ""
         text = f"{name}{static}vibrating {force_text(support.vibrating)}"
         rows.append(("support forces" if not number else "", text + _text_without(support.without_balls, force_text)))
-    if not math.isnan(verdict.grade_after):
-        after, before = (
+    if not math.isnan(verdict.grade_before):
+        reached, before = (
             f"{grade_name(v)} ({velocity_text(1e-3 * v)})" if v > 0.0 else "no unbalance"
             for v in (verdict.grade_after, verdict.grade_before)
         )
-        reached = after if verdict.turns_with_rotor else "no grade, as balls do not turn with the rotor"
+        if not verdict.turns_with_rotor:
+            reached = "no grade, as balls do not turn with the rotor"
         rows.append(("ISO 21940-11", f"{reached}; without balls {before}"))
     if verdict.peak is not None:
         where = f"{verdict.peak.place}: " if len(verdict.places) > 1 else ""
@@ -716,10 +721,12 @@ def _text_without(value: float, text: Callable[[float], str]) -> str:
 
 
 def _stalled(verdict: Verdict, speed_text: Callable[[float], str]) -> str:
-    """How many balls are stalled at the end, at which speed, and for how long."""
+    """How many balls are stalled at the end, at which speed, and for how long; of a deep chamber how many turn with the rotor."""
     stall = verdict.stall
     if stall is None:
-        return ""
+        turning, balls = verdict.turning or (0, 0)
+        turn = f"turn{'s' * (turning < 2)} with the rotor"
+        return "" if turning == balls else f", {turning or 'none'} of {balls} balls {turn}"
     at = f"{speed_text(stall.speed)} while the rotor turns at {speed_text(stall.rotor_speed)}"
     return f", {len(stall.balls)} of {stall.of} balls stalled at {at}, for {significant(stall.duration)} s"
 

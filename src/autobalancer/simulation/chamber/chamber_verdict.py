@@ -15,7 +15,7 @@ from autobalancer.laws.capabilities import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine_kinds import CHAMBERS
 from autobalancer.results.chamber_measures import (
-    balls_carried,
+    balls_with_rotor,
     bodies_of,
     chamber_settling,
     residual_of_balls,
@@ -88,13 +88,14 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     speed = float(run["speed"].values[steady].mean())
     without = body_without_balancing(machine, speed)
     ratio = float(vibration[0]) / without if without > 0.0 else np.nan
-    residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean())
+    turning = balls_with_rotor(run, last)
+    residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean()) if turning.all() else np.nan
     mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
     # what turns with the rotor is judged, not a free vibration that dies away
-    free, turning = _free_vibration(run, z - static[0], steady)
+    free, synchronous = _free_vibration(run, z - static[0], steady) if turning.all() else ("", np.nan)
     if free:
-        ratio = turning / without if without > 0.0 else np.nan
-    word, because = _because(run, z - static[0], without, free)
+        ratio = synchronous / without if without > 0.0 else np.nan
+    word, because = _because(run, z - static[0], without, free, uneven=not turning.all())
     return Verdict(
         word=word or verdict_word(ratio),
         because=because or free,
@@ -110,6 +111,8 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
         settling=_settling(run, last),
         notes=_notes(run),
         bodies=bodies_of(run),
+        goes_round=not turning.all(),
+        turning=(int(turning.sum()), turning.size),
         **_beside(run, held),
     )
 
@@ -176,7 +179,7 @@ def _free_vibration(run: xr.Dataset, away: Complexes, steady: slice) -> tuple[st
     """A text where a free vibration still decays, else none; and the size of what turns with the rotor, m."""
     angle, time = run["rotor_angle"].values, run["time"].values
     before = slice(max(0, 2 * steady.start - steady.stop), steady.start)
-    if before.stop - before.start < 2 or not bool(balls_carried(run).all()):
+    if before.stop - before.start < 2:
         return "", np.nan
     (_, turning), rest = _turning(away[steady], angle[steady]), []
     for part in (before, steady):
@@ -192,7 +195,7 @@ def _free_vibration(run: xr.Dataset, away: Complexes, steady: slice) -> tuple[st
     ), turning
 
 
-def _because(run: xr.Dataset, away: Complexes, without: float, free: str) -> tuple[str, str]:
+def _because(run: xr.Dataset, away: Complexes, without: float, free: str, *, uneven: bool) -> tuple[str, str]:
     stopped = _stopped(run)
     if stopped:
         return NO_VERDICT, stopped
@@ -205,7 +208,6 @@ def _because(run: xr.Dataset, away: Complexes, without: float, free: str) -> tup
             else "the speed is a critical speed of a body without damping"
         )
     time = run["time"].values
-    uneven = not bool(balls_carried(run).all())
     middles, size = time, np.abs(away)
     if free:  # what turns with the rotor in each twentieth
         edges = np.linspace(0, time.size, TWENTIETHS + 1).astype(int)
@@ -234,7 +236,7 @@ def _bearings(steady: xr.Dataset) -> tuple[SupportVerdict, ...]:
 
 
 def _grade(unbalance: float, mass: float, speed: float) -> float:
-    return balance_grade(unbalance, mass, abs(speed)) if speed != 0.0 else np.nan
+    return balance_grade(unbalance, mass, abs(speed)) if speed != 0.0 and not np.isnan(unbalance) else np.nan
 
 
 def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
