@@ -210,3 +210,6 @@ def test_the_command_line_prints_the_averaged_border_of_a_rotor_that_tilts() -> 
     )
     assert "averaged border" in answer.output
     assert "at this unbalance, from the averaged eigenvalue problem" in answer.output
+    # stable in a range of speeds and unstable above it: the range stands where else the speed stands
+    assert "stable 2005.6 rpm to 3111.6 rpm only" in answer.output
+    assert "never" not in answer.output

@@ -144,6 +144,13 @@ def test_a_linear_rotor_comes_to_rest_whether_trial_masses_stay_on_or_not(left_o
     original, influence = some_rotor(2)
     found = balance(runs_of(original, influence, left_on=left_on))
     np.testing.assert_allclose(original + influence @ masses(found), 0.0, atol=1e-12)
+    # what is on the rotor in the last run comes off, or stays and only the change is put on
+    said = dict(found.facts())["masses of the runs"]
+    on = found.run_mass.values[-1] * np.exp(1j * found.run_mass_angle.values[-1])
+    assert said.count(" in plane ") == np.count_nonzero(on) == 1 + left_on
+    assert said.startswith("either take off") == left_on
+    change = found.change.values * np.exp(1j * found.change_angle.values)
+    np.testing.assert_allclose(original + influence @ (on + change), 0.0, atol=1e-12)
     np.testing.assert_allclose(
         found.influence.values * np.exp(1j * found.influence_phase.values), influence, atol=1e-12
     )

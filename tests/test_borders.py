@@ -518,7 +518,7 @@ def test_where_only_some_positions_of_the_balls_are_stable_nothing_says_that_non
     (exact,) = (border for border in ab.stability.borders(drum, only=["exact border"]) if border.name == "exact border")
     assert math.isinf(exact.speed)
     first = max(
-        border_of(member, p)[0] for member in balanced_states(p) if member.place == 0.3
+        border_of(member, p).speed for member in balanced_states(p) if member.place == 0.3
     )  # of those that are tried
     assert exact.best == pytest.approx(first, rel=1e-12) == pytest.approx(395.0 * math.pi / 30.0, rel=1e-3)
     assert repr(exact).startswith(

@@ -37,6 +37,7 @@ def test_exact_amplitudes_give_the_exact_correction(correction):
     found = four_run(job(seen(correction)))
     assert first(found) == pytest.approx(correction, rel=1e-7)
     assert float(found.sensitivity[0, 0]) == pytest.approx(3e-3, rel=1e-7)
+    assert float(found.miss[0]) < 1e-6
     c, h = closed_form(seen(correction), np.array([0.0, *(0.02 * np.exp(1j * np.radians(p)) for p in PLACES)]))
     assert (c, h) == (pytest.approx(correction, rel=1e-9), pytest.approx(3e-3, rel=1e-9))
 
@@ -73,6 +74,7 @@ def test_three_runs_have_two_answers_and_the_fourth_decides():
     assert both.sizes["solution"] == 2
     assert min(abs(places - correction)) < 1e-8
     assert both.misfit.max() < 1e-6
+    assert "only a fourth run shows" in both.facts()[0][1]
     assert first(four_run(job(a))) == pytest.approx(correction, rel=1e-7)
 
 
@@ -100,6 +102,19 @@ def test_one_percent_of_noise_leaves_three_percent_and_two_degrees_as_stated():
     assert scatter[0] < 0.03
     assert np.degrees(scatter[1]) < 2.0
     np.testing.assert_allclose(np.mean(stated, axis=0), scatter, rtol=0.35)  # of 40 jobs: 11 %, three times
+
+
+def test_how_far_the_circles_miss_each_other_is_a_share_of_what_the_trial_mass_does():
+    readings = seen(0.03 * np.exp(2j))
+    readings[1] += 0.1 * 3e-3 * 0.02  # one reading by a tenth of the effect: h times the trial mass
+    found = four_run(job(readings), deviation=0.05)
+    away = found.missed.values[:, 0] * 0.05 * readings
+    assert float(found.miss[0]) == pytest.approx(np.sqrt((away**2).sum()) / (float(found.sensitivity[0, 0]) * 0.02))
+    assert 0.01 < float(found.miss[0]) < 0.1  # the correction and h take up the rest
+    (circles, trial) = (text for _, text in found.facts())
+    assert f"{100.0 * float(found.miss[0]):.2g} % of what the trial mass does" in circles
+    assert "distrust" in circles
+    assert trial.startswith("take it off")
 
 
 def test_angles_against_rotation_are_the_mirror_image():

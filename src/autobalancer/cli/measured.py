@@ -374,7 +374,14 @@ def balance(
     found = ab.measure.balance(
         file, largest=largest, planes=plane or None, deviation=deviation, influence=influence, runout=vectors, **options
     )
-    return Reply(found, more=(("Split over holes", _holes(found, holes, mass)),) if holes is not None else ())
+    if holes is None:
+        return Reply(found)
+    tables = [("Corrections split over holes, masses of the runs taken off", _holes(found, "correction", holes, mass))]
+    if found.attrs["left_on"]:
+        tables.append(
+            ("Changes split over holes, masses of the last run left on", _holes(found, "change", holes, mass))
+        )
+    return Reply(found, more=tuple(tables))
 
 
 def _runout(text: str) -> Any:
@@ -389,14 +396,12 @@ def _runout(text: str) -> Any:
     return vector_of(amplitude.strip(), phase.strip(), sensor.strip() or "1")
 
 
-def _holes(found: Any, holes: int, masses: list[str] | None) -> list[Column]:
-    """Where the correction of each plane goes, and what is left."""
-    unit = found["correction"].attrs["units"]
+def _holes(found: Any, of: str, holes: int, masses: list[str] | None) -> list[Column]:
+    """Where the correction, or the change, of each plane goes, and what is left."""
+    unit = found[of].attrs["units"]
     sign, factor = ("g", 1e3) if unit == "kg" else ("g mm", 1e6)
     rows: list[tuple[str, float, float, float]] = []
-    for name, size, angle in zip(
-        found["plane"].values, found["correction"].values, found["correction_angle"].values, strict=True
-    ):
+    for name, size, angle in zip(found["plane"].values, found[of].values, found[f"{of}_angle"].values, strict=True):
         wanted = f"{size:.17g} {'kg' if unit == 'kg' else 'kg*m'}"
         split = ab.measure.split_mass(wanted, float(angle), holes=holes, masses=masses)
         rows += [

@@ -95,6 +95,7 @@ def borders(
     from autobalancer.assembly.terms import unknown
     from autobalancer.errors import RangeWarning, unwarned
     from autobalancer.files.machine_file import load_race_machine
+    from autobalancer.results.display_units import moment_text
     from autobalancer.stability.friction import held_by_friction
     from autobalancer.stability.maps.exact import NAMES, theory_of
     from autobalancer.stability.summary import friction_rows
@@ -119,6 +120,8 @@ def borders(
     if not over:
         return Reply(None, answer, described.name, (), _columns(answer["borders"]), lines=lines, brief=True)
     curve = _curve(described, over, names, up_to)
+    own = "" if unbalance is None else f", but with an unbalance of {moment_text(unbalance)}"
+    lines = [f"beside the table, the machine as its file describes it{own}:", *lines]
     answer["over"] = {str(key): curve[key].values for key in (*curve.dims, *curve.data_vars)}
     return Reply(
         curve,
@@ -182,12 +185,13 @@ def _usual(name: str) -> Any:
 
 def _columns(borders: list[dict[str, Any]]) -> list[Column]:
     from autobalancer.results.display_units import speed_axis
-    from autobalancer.tables import Column, border_cell
+    from autobalancer.stability.border import Border
+    from autobalancer.tables import Column
 
     unit = speed_axis(speed_sign())
     return [
         Column("border", [border["name"] for border in borders]),
-        Column("speed", [border_cell(border["speed"], unit.factor, border["best"]) for border in borders], unit.sign),
+        Column("speed", [Border(**border).cell(unit.factor) for border in borders], unit.sign),
         Column("note", [border["note"] for border in borders], wraps=True),
     ]
 

@@ -134,16 +134,16 @@ def _orthotropic(p: Plane) -> Border:
     searched = p.highest_searched
     ranges = stable_ranges(p)
     last = next((one for one in ranges if one[0] < searched <= one[1]), None)
-    others = [f"{low:.6g} to {high:.6g} rad/s" for low, high in ranges if (low, high) != last]
-    notes = [f"stable also {', '.join(others)}"] if last and others else []
+    windows = tuple(one for one in ranges if one != last)
     if last is None:
-        stable = f"; stable {', '.join(others)}" if others else ""
-        return Border(WORST, math.inf, f"drag or damping is too small{stable}")
+        return Border(WORST, math.inf, "drag or damping is too small", windows=windows)
+    others = [f"{low:.6g} to {high:.6g} rad/s" for low, high in windows]
+    notes = [f"stable also {', '.join(others)}"] if others else []
     if p.moment.size == 1:
         notes.insert(0, "sufficient only")
     if math.isfinite(last[1]):
         notes.append(f"up to {last[1]:.6g} rad/s")
-    return Border(WORST, last[0], "; ".join(notes))
+    return Border(WORST, last[0], "; ".join(notes), windows=windows)
 
 
 def minimum_drag(machine: MachineArgument, speed: float = math.inf) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.machine import Machine
 from autobalancer.notebook import picture_html
-from autobalancer.tables import SOME, Table, rpm_and_si
+from autobalancer.tables import Table, border_cell, rpm_and_si
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,8 @@ class Border:
     """One border speed: ``speed`` in rad/s, infinite for never, nan where there is none; ``note`` says why.
 
     Not ``known`` is one that is not computed for such a machine; its speed is nan, too. Where balls can balance at many
-    positions, ``speed`` is that of the worst of them and ``best`` (rad/s) that of the best; else ``best`` is nan.
+    positions, ``speed`` is that of the worst of them and ``best`` (rad/s) that of the best; else ``best`` is nan. ``windows``
+    (rad/s) are ranges below ``speed`` in which it is stable, too.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Border:
     note: str
     known: bool = True
     best: float = math.nan
+    windows: tuple[tuple[float, float], ...] = ()
 
     def __repr__(self) -> str:
         return f"{self.name}: {self.text(rpm_and_si)}{f'; {self.note}' if self.note else ''}"
@@ -40,7 +42,23 @@ class Border:
             return "not known"
         if self.only_some:
             return f"from {speed_text(self.best)} at the best positions of the balls, never at all positions"
+        if math.isinf(self.speed) and self.windows:
+            return f"stable {self.ranges(speed_text)} only"
         return "never" if math.isinf(self.speed) else speed_text(self.speed)
+
+    def ranges(self, speed_text: Callable[[float], str]) -> str:
+        """The ranges below it in words."""
+        return ", ".join(f"{speed_text(low)} to {speed_text(high)}" for low, high in self.windows)
+
+    def cell(self, factor: float) -> float | str | None:
+        """What a column shows of it, in a unit of which ``factor`` are 1 rad/s."""
+        if math.isinf(self.speed) and self.windows:
+            return ", ".join(f"{low * factor:.5g} to {high * factor:.5g}" for low, high in self.windows)
+        return border_cell(self.speed, factor, self.best)
+
+    def noted(self, text: str) -> Border:
+        """With something said before its note."""
+        return replace(self, note="; ".join(filter(None, (text, self.note))))
 
 
 def ignoring(machine: Machine, border: Border, theory: Theory) -> Border:
@@ -56,15 +74,12 @@ class Borders(Table[Border]):
 
     def row(self, entry: Border) -> tuple[str, ...]:
         """Name, speed and note."""
-        cells = (SOME, SOME) if entry.only_some else _speed_cells(entry.speed)
-        return (entry.name, *cells, entry.note)
+        cells = (entry.cell(factor) for factor in (1.0, 30.0 / math.pi))
+        return (
+            entry.name,
+            *("-" if one is None else format(one, "" if isinstance(one, str) else ".6g") for one in cells),
+            entry.note,
+        )
 
     def _repr_html_(self) -> str:
         return super()._repr_html_() + picture_html(self, "borders", "border speeds, one below the other")
-
-
-def _speed_cells(speed: float) -> tuple[str, str]:
-    """A speed in rad/s and rpm."""
-    if not math.isfinite(speed):
-        return ("never", "never") if speed > 0.0 else ("-", "-")
-    return f"{speed:.6g}", f"{speed * 30.0 / math.pi:.6g}"

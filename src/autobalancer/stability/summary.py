@@ -493,7 +493,7 @@ def _below(exact: Border, highest: float, planar: bool) -> str:
             "stable ones (autobalancer ensemble), autobalancer borders --minimum-viscosity-at which fluid makes all stable"
         )
     below = "the highest speed is below the exact border; "
-    if "stable also" in exact.note or ", stable " in exact.note:
+    if exact.windows:
         return f"{below}there the balanced state is stable only in the ranges that the note of this border names"
     nowhere = " at any position of the balls" if not math.isnan(exact.best) else ""
     return (
@@ -546,11 +546,15 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
     if exact is None or math.isnan(exact.speed):
         why = summary.no_borders_because or (exact.note if exact is not None else "no exact border")
         return f"not known before a run ({why}); autobalancer simulate tells"
-    since = exact.text(said) if math.isinf(exact.speed) else f"from {said(exact.speed)} on"
+    inside = top is not None and any(low < top < high for low, high in exact.windows)
+    since = f"from {said(exact.speed)} on"
+    if inside or math.isinf(exact.speed):
+        since = f"{exact.ranges(said)} only" if exact.windows else exact.text(said)
     stable = "the balanced state is never stable" if since == "never" else f"the balanced state is stable {since}"
-    slow = (
-        "" if release is None or math.isnan(release.speed) else f", stalled balls are released at {said(release.speed)}"
-    )
+    slow = ""
+    if release is not None and not math.isnan(release.speed):
+        when = f"are released at {said(release.speed)}" if math.isfinite(release.speed) else "are never released"
+        slow = f", stalled balls {when}"
     if top is None:
         return f"if the drive gets there: {stable}{slow}; autobalancer simulate tells"
     at = f"at {said(top)}"
@@ -567,7 +571,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
             f"{at} at some positions of the balls: at the best ones from {said(exact.best)} on, at all of them {always}; "
             f"autobalancer ensemble FILE --seeds 100 shows how often; {thicker}"
         )
-    if top <= exact.speed:
+    if top <= exact.speed and not inside:
         return f"no, not {at}: {stable}; run faster, or {thicker}"
     if release is not None and release.speed >= top:
         when = "never" if math.isinf(release.speed) else f"at {said(release.speed)} only"

@@ -29,7 +29,7 @@ from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
-from autobalancer.tables import Column
+from autobalancer.tables import Column, whole_degrees
 from autobalancer.units import optional_argument
 
 # Correction masses for which the vibration that remains is least: in the mean square, or the greatest one.
@@ -745,4 +745,21 @@ class Balancing(Answer):
         if (count := self.attrs.get("runout_readings")) is not None:
             text = f"subtracted from {count} reading{'s' * (count > 1)}" if count else "none is subtracted"
             facts.append(("run-out", text))
-        return facts
+        return [*facts, ("masses of the runs", self._of_trial_masses())]
+
+    def _of_trial_masses(self) -> str:
+        """Whether the masses with which the last run was made come off or stay."""
+        sign, factor = shown_unit(self["run_mass"].attrs["units"])
+        on = [
+            f"{significant(factor * size)} {sign} at {whole_degrees(angle)} deg in plane {plane}"
+            for plane, size, angle in zip(
+                self["all_planes"].values, self["run_mass"].values[-1], self["run_mass_angle"].values[-1], strict=True
+            )
+            if size > 0.0
+        ]
+        if not on:
+            return "all off, as in the last run; the corrections are for a rotor without them"
+        off = f"take off {', '.join(on)} of the last run: the corrections are for a rotor without masses of the runs"
+        if not self.attrs.get("left_on"):
+            return off
+        return f"either {off}; or leave them on, and put on only what is in the columns 'change by' and 'at'"

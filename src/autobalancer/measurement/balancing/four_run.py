@@ -15,6 +15,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.balancing.balance import polar_deviations, shown_unit
 from autobalancer.measurement.balancing.runs import Angles, BalanceRun, Job, balance_runs, job_of
 from autobalancer.results.answers.answer import Answer
+from autobalancer.results.display_units import significant
 from autobalancer.results.provenance import provenance
 from autobalancer.tables import Column, whole_degrees
 from autobalancer.units import optional_argument
@@ -148,6 +149,10 @@ def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float 
     texts = ("correction mass", "its standard deviation", "angle of the correction mass", "its standard deviation",
              "amplitude for a unit of mass", "its standard deviation", "misfit in standard deviations")  # fmt: skip
     units = (mass, mass, "rad", "rad", f"{unit}/({mass})", f"{unit}/({mass})", "1")
+    # how far the circles are from one point, beside what the trial mass does
+    apart = missed * np.where(np.isfinite(job.along), job.along, 0.0)
+    effect = values["sensitivity"][:, 0] * np.abs(job.masses[:, 0]).max()
+    miss = np.sqrt((apart**2).sum(axis=0) / spare) / effect
     data = {
         name: (("channel", "solution"), values[name], {"long_name": text, "units": si})
         for name, text, si in zip(names, texts, units, strict=True)
@@ -155,6 +160,7 @@ def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float 
     answer = xr.Dataset(
         {
             **data,
+            "miss": ("channel", miss, {"long_name": "misfit over the effect of the trial mass", "units": "1"}),
             "amplitude": (("run", "channel"), job.readings.real, {"long_name": "amplitude read", "units": unit}),
             "missed": (
                 ("run", "channel"),
@@ -198,6 +204,24 @@ class FourRun(Answer):
     drawn_by = "four_run"
     row_of = "channel"
     needed: ClassVar[tuple[str, ...]] = ("correction", "correction_angle")
+
+    def facts(self) -> list[tuple[str, str]]:
+        """How far the circles are from meeting in one point and when to distrust it, and that the trial mass comes off."""
+        few = self.sizes["run"] < 4
+        return [
+            *(
+                (
+                    f"circles of {self['sensor'].values[c]}",
+                    "three circles always meet: only a fourth run shows whether the runs belong together"
+                    if few
+                    else f"miss one point by {significant(100.0 * float(self['miss'][c]), 2)} % of what the trial mass does, "
+                    f"{significant(float(self['misfit'][c, 0]), 2)} standard deviations of the readings; up to "
+                    f"{ODD**0.5:g} it is noise, beyond that distrust the correction, beyond {IMPOSSIBLE**0.5:g} there is none",
+                )
+                for c in range(self.sizes["channel"])
+            ),
+            ("trial mass", "take it off: the correction is for the rotor without it"),
+        ]
 
     def columns(self, unit: str = "") -> list[Column]:
         """Mass and angle for each sensor and speed; two rows where the runs do not decide."""

@@ -327,7 +327,7 @@ def _question(
         p = of(m)
         if speed <= p.never_below:
             return False
-        verdicts = (border_of(state, p)[0] <= speed for state in balanced_states(p))
+        verdicts = (border_of(state, p).speed <= speed for state in balanced_states(p))
         return all(verdicts) if worst else any(verdicts)
 
     return exact

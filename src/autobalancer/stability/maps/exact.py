@@ -58,31 +58,27 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
     members = balanced_states(p)
     result = [border_of(member, p) for member in members]
     # why there is none, in words: a reason that holds at any speed, or balls that would overlap
-    if any(not math.isnan(speed) for speed, _ in result):  # positions that exist only at some speeds do not count
-        result = [one for one in result if not math.isnan(one[0])]
-    if p.forces is None and all(math.isinf(speed) for speed, _ in result):
+    # positions that exist only at some speeds do not count
+    result = [one for one in result if not math.isnan(one.speed)] or result
+    if p.forces is None and all(math.isinf(one.speed) for one in result):
         because = _why_never(machine, p.as_station, p.highest_searched)
-        result = [(speed, "; ".join(filter(None, (because, note)))) for speed, note in result]
+        result = [one.noted(because) for one in result]
     if abs(p.unbalance) > p.greatest_resultant * (1.0 + 1e-9):
         short = f"side by side the balls can balance {moment_text(p.greatest_resultant, 4)} only: here they would have to overlap"
-        result = [
-            (speed, "; ".join(filter(None, (short, note)))) for speed, note in result if not math.isnan(speed)
-        ] or result
+        result = [one.noted(short) for one in result if not math.isnan(one.speed)] or result
     if isinstance(members[0], ForcedBalls):
-        result = [(speed, "; ".join(filter(None, (members[0].left_at(speed), note)))) for speed, note in result]
+        result = [one.noted(members[0].left_at(one.speed)) for one in result]
     # one position, or the worst and the best of a continuum
     low, high = min(result, key=_rank), max(result, key=_rank)
     if len(members) == 1:
-        return [Border("exact border", *result[0])]
-    if math.isnan(high[0]):  # nowhere is there any of them
-        return [Border("exact border", *high), Border("exact border, best case", *high)]
-    which = f"worst of {len(result)} positions of the balls, {_range(members)}best {_say(low[0])}"
-    if math.isinf(high[0]) and math.isfinite(low[0]):
+        return result
+    best = replace(low, name="exact border, best case")
+    if math.isnan(high.speed):  # nowhere is there any of them
+        return [high, best]
+    which = f"worst of {len(result)} positions of the balls, {_range(members)}best {_say(low.speed)}"
+    if math.isinf(high.speed) and math.isfinite(low.speed):
         which += ", worst never"
-    return [
-        Border("exact border", high[0], "; ".join(filter(None, (which, high[1]))), best=low[0]),
-        Border("exact border, best case", low[0], "; ".join(filter(None, ("best of these positions", low[1])))),
-    ]
+    return [replace(high, best=low.speed).noted(which), best.noted("best of these positions")]
 
 
 def _why_never(machine: Machine, st: Stations, highest: float) -> str:
@@ -101,10 +97,8 @@ def _why_never(machine: Machine, st: Stations, highest: float) -> str:
     )
 
 
-def border_of(
-    state: Balanced, p: Described, highest: float | None = None, lowest: float | None = None
-) -> tuple[float, str]:
-    """Lowest speed from which on a state is stable up to the highest one that is searched, and a note.
+def border_of(state: Balanced, p: Described, highest: float | None = None, lowest: float | None = None) -> Border:
+    """The border of a state: the lowest speed from which on it is stable up to the highest one that is searched.
 
     By default from the lower critical speed to the highest one that is searched.
     """
@@ -117,14 +111,12 @@ def border_of(
     if undamped and not windows:
         note = f"{note}; {' and '.join(undamped)} without damping"
     if not windows and note.startswith("no balanced state"):
-        return math.nan, note
+        return Border("exact border", math.nan, note)
     if not windows or windows[-1][1] < high:
-        tail = f"none up to {high:.4g} rad/s"
-        if windows:
-            tail = f"{tail}, stable {', '.join(f'{a:.4g} to {b:.4g} rad/s' for a, b in windows)}"
-        return math.inf, "; ".join(filter(None, (tail, note)))
+        tail = f"{'unstable beyond' if windows else 'none'} up to {high:.4g} rad/s"
+        return Border("exact border", math.inf, note, windows=tuple(windows)).noted(tail)
     below = f"stable also {', '.join(f'{a:.4g} to {b:.4g} rad/s' for a, b in windows[:-1])}" if windows[1:] else ""
-    return windows[-1][0], "; ".join(filter(None, (below, note)))
+    return Border("exact border", windows[-1][0], note, windows=tuple(windows[:-1])).noted(below)
 
 
 @singledispatch
@@ -156,7 +148,7 @@ def worst_case(p: Plane) -> Border:
     if math.isinf(speed):
         return Border(name, speed, "of balls at right angles (|S2| = 0)")
     for share in SPREADS[1:]:
-        other, _ = border_of(EqualBalls(p, spread=share * balancer.count), p)
+        other = border_of(EqualBalls(p, spread=share * balancer.count), p).speed
         if other > speed * (1.0 + 1e-9):
             speed, spread = other, share
     where = (
@@ -187,16 +179,17 @@ def worst_case_at_one_station(st: Stations) -> Border:
 
 def _worst_spread(members: Sequence[Balanced], p: Described) -> Border:
     """The worst of members for each of ``SPREADS``."""
-    items = [(*border_of(member, p), share) for member, share in zip(members, SPREADS, strict=True)]
-    speed, note, share = max(items, key=lambda one: one[0])
-    where = f"for |S2|/N = {share:g}, of {len(SPREADS)} that were tried"
-    return Border(
-        "exact border, worst case", speed, "; ".join(filter(None, (where, note if math.isinf(speed) else "")))
+    items = [(border_of(member, p), share) for member, share in zip(members, SPREADS, strict=True)]
+    border, share = max(items, key=lambda one: one[0].speed)
+    if not math.isinf(border.speed):  # ranges below it are those of other borders
+        border = replace(border, note="", windows=())
+    return replace(border, name="exact border, worst case").noted(
+        f"for |S2|/N = {share:g}, of {len(SPREADS)} that were tried"
     )
 
 
-def _rank(found: tuple[float, str]) -> float:
-    return -math.inf if math.isnan(found[0]) else found[0]
+def _rank(border: Border) -> float:
+    return -math.inf if math.isnan(border.speed) else border.speed
 
 
 def _say(speed: float) -> str:
@@ -495,13 +488,13 @@ def averaged_border_of(p: Described, worst_case: bool, searched: tuple[float, fl
     low, high = searched or (st.scale_speed, p.highest_searched)
     members = _any_unbalance(st) if worst_case else members_of(st, averaged_station_growth)
     items = [border_of(member, st, high, low) for member in members]
-    items = [item for item in items if not math.isnan(item[0])] or items[:1]
-    speed, note = max(items, key=lambda one: one[0])
+    items = [item for item in items if not math.isnan(item.speed)] or items[:1]
+    border = max(items, key=lambda one: one.speed)
     where = "worst case over the unbalance" if worst_case else "at this unbalance"
     if not worst_case and len(items) > 1:
         where += f", worst of {len(items)} positions of the balls"
-    text = "; ".join(filter(None, (f"{where}, from the averaged eigenvalue problem", note)))
-    return Border(AVERAGED_WORST_CASE if worst_case else AVERAGED, speed, text)
+    border = replace(border, name=AVERAGED_WORST_CASE if worst_case else AVERAGED)
+    return border.noted(f"{where}, from the averaged eigenvalue problem")
 
 
 def _any_unbalance(st: Stations) -> list[Balanced]:
