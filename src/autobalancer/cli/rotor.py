@@ -177,7 +177,7 @@ def liquid_response(machine: MachineFile, speeds: SpeedRange) -> Reply:
       --speeds "100 rpm:1000 rpm:400" --plot liquid.png
     """
     found = ab.rotor.liquid_response(machine, speeds)
-    return Reply(found, facts=found.rows(speed_text))
+    return Reply(found, facts=found.facts(speed_text))
 
 
 # ``autobalancer equivalent-planar``: the planar oscillator that replaces a rotor at the plane of its balls.

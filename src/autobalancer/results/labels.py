@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import xarray as xr
 
@@ -160,3 +162,19 @@ def label(dataset: xr.Dataset) -> xr.Dataset:
         more = {"frame": entry.frame, "symbol": entry.symbol}
         variable.attrs.update({key: text for key, text in more.items() if text})
     return dataset
+
+
+def labeled(
+    data: Mapping[str, tuple[Any, ...]],
+    coordinates: Mapping[str, tuple[Any, ...]] | None = None,
+    attributes: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """A dataset of variables and coordinates that say what they are: dimensions, values, long name and, if it has one, unit."""
+
+    def variables(entries: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
+        return {
+            name: (dims, values, dict(zip(("long_name", "units"), about, strict=False)))
+            for name, (dims, values, *about) in entries.items()
+        }
+
+    return xr.Dataset(variables(data), variables(coordinates or {}), attributes)

@@ -9,17 +9,16 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-import xarray as xr
 from scipy.optimize import linear_sum_assignment
 
 from autobalancer.assembly.drive_train import torsion_of
 from autobalancer.assembly.rotors import LateralModel
 from autobalancer.assembly.rotors.critical import Critical, critical_whirls
-from autobalancer.assembly.rotors.equivalent_stiffness import Softened
 from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists
+from autobalancer.results.labels import labeled
 from autobalancer.roots import root
 from autobalancer.rotordynamics.natural_modes import (
     Branches,
@@ -38,12 +37,15 @@ from autobalancer.rotordynamics.natural_modes import (
     free_motions,
     mode_names,
     rotor_of,
+    station_coordinates,
     tracked,
     whole_direction,
 )
 from autobalancer.rotordynamics.response import ModeMotion, at_amplitude, rubber_of
 from autobalancer.rotordynamics.torsion import shape_name, undamped_torsion
 from autobalancer.units import argument, list_argument, optional_argument
+
+THEORIES = ("natural frequencies without damping", "damped natural frequencies")
 
 
 def campbell(
@@ -108,14 +110,8 @@ def campbell(
         words[place] = whole_direction(Whirl(ellipses.forward[place], ellipses.backward[place]))
     values = branches.eigenvalue
     lacking = np.isnan(values)
-    result = xr.Dataset(
-        coords={
-            "branch": ("branch", np.arange(1, count + 1), {"long_name": "branch, counted from 1"}),
-            "speed": ("speed", omega, {"long_name": "rotor speed", "units": "rad/s"}),
-        }
-    )
     both, decay = ("branch", "speed"), decay_rates(values)
-    data: dict[str, tuple[Any, Any, str, str]] = {
+    data: dict[str, tuple[Any, ...]] = {
         "name": (
             "branch",
             np.array(mode_names(model, branches.vector[:, 0], axis), dtype=object),
@@ -135,30 +131,26 @@ def campbell(
     data["intersection_branch"] = (at, np.array([c[2] + 1 for c in crossed], np.int64), "branch", "")
     nearest = [words[c[2], int(np.argmin(np.abs(omega - c[0])))] for c in crossed]
     data["intersection_whirl"] = (at, np.array(nearest, dtype=object), "direction of whirl", "")
-    for key, (dims, numbers, text, unit) in data.items():
-        result[key] = (dims, numbers, {"long_name": text, "units": unit})
+    # torsion: frequencies without damping, the same at all speeds, and where they meet multiples of the speed
     if twists(machine.drive):
-        result = result.assign(_torsional_lines(machine, lines, float(omega[0]), float(omega[-1])))
-    result.attrs = attributes(machine, f"Campbell diagram of {machine.name}", balls=balls) | {
-        "theory": "damped natural frequencies" if damped else "natural frequencies without damping",
+        train = torsion_of(machine)
+        rates, shapes = undamped_torsion(train)
+        names = np.array([shape_name(train.names, shape) for shape in shapes], dtype=object)
+        met = sorted((rate / h, h) for rate in rates for h in lines if omega[0] <= rate / h <= omega[-1])
+        at = "torsional_intersection"
+        data["torsional_frequency"] = ("torsion", rates, "torsional natural frequency", "rad/s")
+        data["torsional_name"] = ("torsion", names, "name of the torsional mode")
+        data[f"{at}_speed"] = (at, np.array([w for w, _ in met]), "where torsion meets it", "rad/s")
+        data[f"{at}_harmonic"] = (at, np.array([h for _, h in met]), "frequency over speed")
+    coordinates = {
+        "branch": ("branch", np.arange(1, count + 1), "branch, counted from 1"),
+        "speed": ("speed", omega, "rotor speed", "rad/s"),
+    }
+    about = attributes(machine, f"Campbell diagram of {machine.name}", balls=balls) | {
+        "theory": THEORIES[damped],
         "harmonics": [float(h) for h in lines],
     }
-    return Campbell.of(result)
-
-
-def _torsional_lines(machine: Machine, harmonics: Sequence[float], first: float, last: float) -> dict[str, Any]:
-    """Variables of a diagram: frequencies without damping, the same at all speeds, and where they meet multiples of the speed."""
-    model = torsion_of(machine)
-    rates, shapes = undamped_torsion(model)
-    names = [shape_name(model.names, shape) for shape in shapes]
-    met = sorted((rate / h, h) for rate in rates for h in harmonics if first <= rate / h <= last)
-    at = "torsional_intersection"
-    return {
-        "torsional_frequency": ("torsion", rates, {"long_name": "torsional natural frequency", "units": "rad/s"}),
-        "torsional_name": ("torsion", np.array(names, dtype=object), {"long_name": "name of the torsional mode"}),
-        f"{at}_speed": (at, np.array([w for w, _ in met]), {"long_name": "where torsion meets it", "units": "rad/s"}),
-        f"{at}_harmonic": (at, np.array([h for _, h in met]), {"long_name": "frequency over speed"}),
-    }
+    return Campbell.of(labeled(data, coordinates, about))
 
 
 def checked_harmonics(harmonics: Sequence[float], owner: str) -> list[float]:
@@ -210,7 +202,6 @@ def _refined(
 
 
 GRID = 600  # intervals in which the roots of tables are sought
-CriticalList = list[Critical]
 
 
 def critical_speeds(
@@ -258,47 +249,38 @@ def critical_speeds(
         raise QuestionError(f"critical_speeds: highest: given {highest:g} rad/s; must be greater than zero")
     limit = min(math.inf if highest is None else float(highest), model.top_speed)
     lossless = np.abs(model.stiffness - model.stiffness.swapaxes(1, 2)).max() <= 1e-12 * np.abs(model.stiffness).max()
+    result: list[Critical] = []
     if damped or not lossless:
         if not math.isfinite(limit):
             why = "with damping" if damped else "with cross-coupled stiffness"
             raise QuestionError(f"critical_speeds: highest: missing; {why} a speed is needed up to which to search")
-        result = _by_branches(model, limit, lines, damped)
+        motions = cache(lambda speed: free_motions(model, speed, damped=damped))
+        grid = np.linspace(0.0, limit, 201)
+        branches = tracked(motions, grid, model.mass, model.size)
+        for speed, h, branch in intersections(model, branches, grid, lines, motions):
+            near = int(np.argmin(np.abs(grid - speed)))
+            result.append(Critical(speed, h, branches.vector[branch, near]))
     else:
         result = [entry for h in lines for entry in critical_whirls(model, h, limit, intervals=GRID)]
     result = sorted((entry for entry in result if entry[0] <= limit), key=lambda entry: entry[0])
-    return _dataset(machine, model, result, balls, damped)
-
-
-def _dataset(machine: Machine, model: LateralModel, found: CriticalList, balls: bool, damped: bool) -> CriticalSpeeds:
+    # the shape of each: its name and the sense of its whirl
     axis = along_axis(machine, model)
-    vectors = np.array([vector for *_, vector in found]).reshape(len(found), model.size)
+    vectors = np.array([vector for *_, vector in result]).reshape(len(result), model.size)
     vectors = vectors / np.sqrt(np.einsum("ij,jk,ik->i", vectors.conj(), model.mass, vectors).real)[:, None]
     ellipses = ellipses_of(model, vectors, axis)
     words = [whole_direction(Whirl(f, b)) for f, b in zip(ellipses.forward, ellipses.backward, strict=True)]
-    result = xr.Dataset()
-    data: dict[str, tuple[Any, str, str]] = {
-        "critical_speed": (np.array([w for w, *_ in found], np.float64), "critical speed", "rad/s"),
-        "harmonic": (np.array([h for _, h, _ in found], np.float64), "frequency over speed", ""),
-        "whirl": (np.array(words, dtype=object), "direction of whirl", ""),
-        "name": (np.array(mode_names(model, vectors, axis), dtype=object), "name of the mode", ""),
-    }
-    for key, (numbers, text, unit) in data.items():
-        result[key] = ("critical", numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Critical speeds of {machine.name}", balls=balls) | {
-        "theory": "damped natural frequencies" if damped else "natural frequencies without damping"
-    }
-    return CriticalSpeeds.of(result)
-
-
-def _by_branches(model: LateralModel, limit: float, harmonics: Sequence[float], damped: bool) -> CriticalList:
-    motions = cache(lambda speed: free_motions(model, speed, damped=damped))
-    grid = np.linspace(0.0, limit, 201)
-    branches = tracked(motions, grid, model.mass, model.size)
-    result: CriticalList = []
-    for speed, h, branch in intersections(model, branches, grid, harmonics, motions):
-        near = int(np.argmin(np.abs(grid - speed)))
-        result.append(Critical(speed, h, branches.vector[branch, near]))
-    return result
+    at = "critical"
+    dataset = labeled(
+        {
+            "critical_speed": (at, np.array([w for w, *_ in result], np.float64), "critical speed", "rad/s"),
+            "harmonic": (at, np.array([h for _, h, _ in result], np.float64), "frequency over speed", ""),
+            "whirl": (at, np.array(words, dtype=object), "direction of whirl", ""),
+            "name": (at, np.array(mode_names(model, vectors, axis), dtype=object), "name of the mode", ""),
+        },
+        None,
+        attributes(machine, f"Critical speeds of {machine.name}", balls=balls) | {"theory": THEORIES[damped]},
+    )
+    return CriticalSpeeds.of(dataset)
 
 
 # Natural frequencies and mode shapes of a rotor at one speed.
@@ -362,29 +344,33 @@ def modes(
     # rubber is as stiff as its amplitude makes it
     if rubber_amplitude is not None:
         rubber_amplitude = float(argument("rubber_amplitude", rubber_amplitude, "m"))
-        soft = _soft(machine, model, rubber_amplitude, motion)
+        if not (math.isfinite(rubber_amplitude) and rubber_amplitude >= 0.0):
+            raise QuestionError(
+                f"modes: rubber_amplitude: given {rubber_amplitude:g} m; must be finite and not negative"
+            )
+        if motion not in get_args(ModeMotion):
+            raise QuestionError(f"modes: motion: given {motion!r}; must be line, circle or ellipse")
+        soft = rubber_of(machine, model)
+        if soft is None:
+            raise QuestionError(
+                "modes: rubber_amplitude: this machine has no rubber that softens with the amplitude; leave it out"
+            )
         found = at_amplitude(soft, omega, found, rubber_amplitude, motion)
     ellipses, station_ellipses = (ellipses_of(model, found.vector, places) for places in (axis, at))
-    words = [whole_direction(_row(ellipses, i)) for i in range(found.count)]
+    words = [whole_direction(Whirl(f, b)) for f, b in zip(ellipses.forward, ellipses.backward, strict=True)]
     values = found.eigenvalue
     decay = decay_rates(values)
-    result = xr.Dataset(
-        coords={
-            "mode": ("mode", np.arange(1, found.count + 1), {"long_name": "mode, counted from 1"}),
-            "place": ("place", axis.positions, {"long_name": "position along the axis", "units": "m"}),
-            "station": ("station", np.array(at.names, dtype=object), {"long_name": "station"}),
-            "position": ("station", at.positions, {"long_name": "position along the axis", "units": "m"}),
-        }
-    )
-    data: dict[str, tuple[Any, Any, str, str]] = {
+    # frequency without damping of the mode with the most alike shape
+    undamped = np.abs(values)
+    if rubber_amplitude is None:
+        plain = free_motions(model, omega, damped=False)
+        rows, columns = linear_sum_assignment(-correlation(found.vector, plain.vector, model.mass))
+        undamped = np.full(found.count, math.nan)
+        undamped[rows] = plain.eigenvalue.imag[columns]
+    data: dict[str, tuple[Any, ...]] = {
         "name": ("mode", np.array(mode_names(model, found.vector, axis), dtype=object), "name of the mode", ""),
         "frequency": ("mode", values.imag, "natural frequency, damped", "rad/s"),
-        "undamped_frequency": (
-            "mode",
-            _undamped(model, omega, found) if rubber_amplitude is None else np.abs(values),
-            "natural frequency without damping",
-            "rad/s",
-        ),
+        "undamped_frequency": ("mode", undamped, "natural frequency without damping", "rad/s"),
         "damping_ratio": ("mode", decay / np.abs(values), "damping ratio", ""),
         "decay_rate": ("mode", decay, "decay rate", "1/s"),
         "whirl": ("mode", np.array(words, dtype=object), "direction of whirl", ""),
@@ -399,45 +385,21 @@ def modes(
             for kind, numbers in (("real", values_at.real), ("imag", values_at.imag)):
                 text = f"{'real' if kind == 'real' else 'imaginary'} part of the amplitude along {letter}"
                 data[f"{prefix}{letter}_{kind}"] = (("mode", dim), numbers, text, "")
-    for key, (dims, numbers, text, unit) in data.items():
-        result[key] = (dims, numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Natural frequencies of {machine.name}", balls=balls) | {
+    coordinates = {
+        "mode": ("mode", np.arange(1, found.count + 1), "mode, counted from 1"),
+        "place": ("place", axis.positions, "position along the axis", "m"),
+        **station_coordinates(at),
+    }
+    about = attributes(machine, f"Natural frequencies of {machine.name}", balls=balls) | {
         "speed": omega,
         "rubber_amplitude": math.nan if rubber_amplitude is None else rubber_amplitude,
         "decay_rates_without_frequency": (-every.real).tolist(),
         "x_and_y": "alike" if model.isotropic else "different",
     }
-    return Modes.of(result)
-
-
-def _soft(machine: Machine, model: LateralModel, size: float, motion: ModeMotion) -> Softened:
-    """The rubber of a machine that is asked for modes at an amplitude."""
-    if not (math.isfinite(size) and size >= 0.0):
-        raise QuestionError(f"modes: rubber_amplitude: given {size:g} m; must be finite and not negative")
-    if motion not in get_args(ModeMotion):
-        raise QuestionError(f"modes: motion: given {motion!r}; must be line, circle or ellipse")
-    soft = rubber_of(machine, model)
-    if soft is None:
-        raise QuestionError(
-            "modes: rubber_amplitude: this machine has no rubber that softens with the amplitude; leave it out"
-        )
-    return soft
+    return Modes.of(labeled(data, coordinates, about))
 
 
 def check_count(count: int, owner: str) -> None:
     """A number of modes is a whole number from 1."""
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise QuestionError(f"{owner}: modes: given {count!r}; must be a whole number from 1")
-
-
-def _row(ellipses: Whirl, number: int) -> Whirl:
-    return Whirl(ellipses.forward[number], ellipses.backward[number])
-
-
-def _undamped(model: LateralModel, speed: float, found: FreeMotions) -> Floats:
-    """Frequency without damping of the mode with the most alike shape."""
-    plain = free_motions(model, speed, damped=False)
-    frequencies = np.full(found.count, math.nan)
-    rows, columns = linear_sum_assignment(-correlation(found.vector, plain.vector, model.mass))
-    frequencies[rows] = plain.eigenvalue.imag[columns]
-    return frequencies

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
@@ -28,6 +27,7 @@ from autobalancer.assembly.rotors.lateral_model import Complexes
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Disk, Machine, PlanarRotor, ShaftMaterial, ShaftRotor, ShaftSegment, Support, Unbalance
+from autobalancer.results.labels import labeled
 from autobalancer.rotordynamics.natural_modes import PlanarOscillators, attributes
 
 # Rotors of ROSS (Timbó et al. 2020) as shaft rotors.
@@ -359,13 +359,11 @@ def equivalent_planar(
     items = [_direction(model, rows.deflection, axis, frequency) for axis in range(1 if model.isotropic else 2)]
     both = [items[0], items[-1]]
     grid = _grid(speeds, both, model)
-    data = xr.Dataset(
-        coords={
-            "way": ("way", np.array(METHODS, dtype=object), {"long_name": "way to the oscillator"}),
-            "direction": ("direction", np.array(["x", "y"], dtype=object), {"long_name": "direction"}),
-            "speed": ("speed", grid, {"long_name": "rotor speed", "units": "rad/s"}),
-        }
-    )
+    coordinates = {
+        "way": ("way", np.array(METHODS, dtype=object), "way to the oscillator"),
+        "direction": ("direction", np.array(["x", "y"], dtype=object), "direction"),
+        "speed": ("speed", grid, "rotor speed", "rad/s"),
+    }
     md, d, ds, mds = ("way", "direction"), "direction", ("direction", "speed"), ("way", "direction", "speed")
     constants = np.array([[one.constants[m] for one in both] for m in METHODS])
     curves = [_curves(model, rows.deflection, axis % len(items), frequency, one, grid) for axis, one in enumerate(both)]
@@ -377,7 +375,7 @@ def equivalent_planar(
     holds = np.array(
         [[border(grid, entry, tolerance, one.mode.speed) for entry, one in zip(row, both, strict=True)] for row in away]
     )
-    entries: dict[str, tuple[Any, Any, str, str]] = {
+    data = {
         "stiffness": (md, constants[..., 0], "stiffness of the oscillator", "N/m"),
         "mass": (md, constants[..., 1], "mass of the oscillator", "kg"),
         "damping": (md, constants[..., 2], "damping of the oscillator", "N*s/m"),
@@ -396,8 +394,6 @@ def equivalent_planar(
         "deviation": (mds, away, "relative deviation of the oscillator's receptance", ""),
         "other_modes_share": (ds, others, "share of the other modes in the receptance without damping", ""),
     }
-    for key, (dims, numbers, text, unit) in entries.items():
-        data[key] = (dims, numbers, {"long_name": text, "units": unit})
     chosen = METHODS.index(method)
     planar, notes = planar_machine(
         machine, model, rows, place, constants[chosen], [item.mode for item in items], method, frequency,
@@ -408,7 +404,7 @@ def equivalent_planar(
         notes.append(
             "no mode carries half of the static deflection at the place; a single oscillator is a poor model here"
         )
-    data.attrs = attributes(machine, f"Planar oscillators of {machine.name} at {place}", balls=False) | {
+    about = attributes(machine, f"Planar oscillators of {machine.name} at {place}", balls=False) | {
         "place": place,
         "chosen": method,
         "frequency": frequency,
@@ -416,7 +412,7 @@ def equivalent_planar(
         "planar_machine": planar.name,
         "notes": notes,
     }
-    return EquivalentPlanar(planar, PlanarOscillators.of(data))
+    return EquivalentPlanar(planar, PlanarOscillators.of(labeled(data, coordinates, about)))
 
 
 def _direction(model: LateralModel, row: Floats, axis: int, kind: Kind) -> _Direction:
@@ -442,11 +438,11 @@ def _direction(model: LateralModel, row: Floats, axis: int, kind: Kind) -> _Dire
 
 @dataclass(frozen=True)
 class _Curves:
-    """Receptance of the rotor, and without damping in total and of the mode alone."""
+    """Receptance of the rotor, and without damping in total and of the mode alone; each (S,)."""
 
-    whole: Any
-    undamped: Any
-    mode: Any
+    whole: Complexes
+    undamped: Complexes
+    mode: Floats
 
 
 def _curves(model: LateralModel, row: Floats, axis: int, kind: Kind, one: _Direction, grid: Floats) -> _Curves:
@@ -480,29 +476,13 @@ def _grid(speeds: Floats | None, both: list[_Direction], model: LateralModel) ->
 # Over which speeds one oscillator stands for a rotor.
 
 
-class Curves(Protocol):
-    """Receptance of the rotor, and without damping in total and of one mode; each (S,)."""
-
-    @property
-    def whole(self) -> Any:
-        """With damping."""
-
-    @property
-    def undamped(self) -> Any:
-        """Without damping."""
-
-    @property
-    def mode(self) -> Any:
-        """Of the mode alone, without damping."""
-
-
-def deviation(curves: Curves, speeds: Floats, stiffness: float, mass: float, damping: float) -> Floats:
+def deviation(curves: _Curves, speeds: Floats, stiffness: float, mass: float, damping: float) -> Floats:
     """Relative deviation of the receptance of an oscillator from that of the rotor."""
     own = 1.0 / (stiffness - speeds**2 * mass + 1j * speeds * damping)
     return np.asarray(np.abs(own - curves.whole) / np.abs(curves.whole))
 
 
-def other_share(curves: Curves) -> Floats:
+def other_share(curves: _Curves) -> Floats:
     """Share of all other modes in the receptance without damping; it may exceed one."""
     return np.asarray(np.abs(curves.undamped - curves.mode) / np.abs(curves.undamped))
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.terms import Theory, unknown
@@ -19,6 +18,7 @@ from autobalancer.laws.ring_of_liquid import Floats, Ring, growth_rate
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import speed_axis
+from autobalancer.results.labels import labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
 from autobalancer.tables import Column, rpm_and_si
@@ -84,7 +84,28 @@ def liquid_response(machine: Machine | str | Path, speeds: Sequence[float | str]
         complex(unbalance),
         _slowest(machine, rings),
     )
-    return _labelled(machine, omega, balance)
+    moments = np.array([balance.moment(r) for r in balance.looked])
+    rows = [_state_at(balance, float(w), moments) for w in omega]
+    least, greatest, phase, moment = (np.array([row[i] for row in rows]) for i in range(4))
+    alone, frozen = (_linear(balance, omega, mass) for mass in (balance.mass, balance.mass + balance.liquid))
+    growth = growth_rate(balance.rings, balance.mass, balance.stiffness, omega)
+    walls = np.array([row[4] for row in rows], dtype=object)
+    result = labeled(
+        {
+            "deflection": ("speed", least, "steady deflection with the liquid", "m"),
+            "greatest_deflection": ("speed", greatest, "greatest steady deflection with the liquid", "m"),
+            "phase": ("speed", phase, "phase of the deflection against the unbalance", "rad"),
+            "without_liquid": ("speed", alone, "deflection without the liquid", "m"),
+            "frozen": ("speed", frozen, "deflection with frozen liquid", "m"),
+            "share": ("speed", least / alone, "share of the deflection without liquid that remains", "1"),
+            "liquid_moment": ("speed", moment, "first moment of the liquid about the center of the rotor", "kg m"),
+            "growth_rate": ("speed", growth, "growth rate of small motions without damping", "1/s"),
+            "wall": ("speed", walls, "what the outer wall of the rings is like"),
+        },
+        {"speed": ("speed", omega, "rotor speed", "rad/s")},
+        _attributes(machine, balance),
+    )
+    return LiquidResponse.of(result)
 
 
 def _rotor(machine: Machine) -> PlanarRotor:
@@ -121,7 +142,7 @@ class _Balance:
     ) -> None:
         self.rings, self.mass, self.stiffness, self.damping = rings, mass, stiffness, damping
         self.unbalance, self.slowest = unbalance, slowest
-        self.liquid, self.full = _shares_of_mass(rings)
+        self.liquid, self.full = sum(ring.mass for ring in rings), sum(ring.full_mass for ring in rings)  # kg
         thin, far = min(ring.layer for ring in rings), FARTHEST * min(ring.radius for ring in rings)
         self.looked = np.concatenate([[0.0], np.geomspace(1e-3 * thin, far, LOOKS)])
 
@@ -156,37 +177,6 @@ class _Balance:
         if any(math.isnan(ring.moment(deflection)) for ring in self.rings):
             return WALLS[2]
         return WALLS[any(deflection > ring.layer for ring in self.rings)]
-
-
-def _shares_of_mass(rings: tuple[Ring, ...]) -> tuple[float, float]:
-    """Masses of the liquid and of the full rings together, kg."""
-    return sum(ring.mass for ring in rings), sum(ring.full_mass for ring in rings)
-
-
-def _labelled(machine: Machine, omega: Floats, balance: _Balance) -> LiquidResponse:
-    moments = np.array([balance.moment(r) for r in balance.looked])
-    rows = [_state_at(balance, float(w), moments) for w in omega]
-    least, greatest, phase, moment = (np.array([row[i] for row in rows]) for i in range(4))
-    alone = _linear(balance, omega, balance.mass)
-    growth = growth_rate(balance.rings, balance.mass, balance.stiffness, omega)
-    values = {
-        "deflection": (least, "steady deflection with the liquid", "m"),
-        "greatest_deflection": (greatest, "greatest steady deflection with the liquid", "m"),
-        "phase": (phase, "phase of the deflection against the unbalance", "rad"),
-        "without_liquid": (alone, "deflection without the liquid", "m"),
-        "frozen": (_linear(balance, omega, balance.mass + balance.liquid), "deflection with frozen liquid", "m"),
-        "share": (least / alone, "share of the deflection without liquid that remains", "1"),
-        "liquid_moment": (moment, "first moment of the liquid about the center of the rotor", "kg m"),
-        "growth_rate": (growth, "growth rate of small motions without damping", "1/s"),
-    }
-    data: dict[str, Any] = {
-        name: ("speed", array, {"long_name": text, "units": unit}) for name, (array, text, unit) in values.items()
-    }
-    walls = np.array([row[4] for row in rows], dtype=object)
-    data["wall"] = ("speed", walls, {"long_name": "what the outer wall of the rings is like"})
-    dataset = xr.Dataset(data, {"speed": ("speed", omega, {"long_name": "rotor speed", "units": "rad/s"})})
-    dataset.attrs = _attributes(machine, balance)
-    return LiquidResponse.of(dataset)
 
 
 def _state_at(balance: _Balance, speed: float, moments: Floats) -> tuple[float, float, float, float, str]:
@@ -258,12 +248,8 @@ class LiquidResponse(Answer):
     drawn_by = "liquid_response"
     row_of, needed = "speed", ("deflection", "without_liquid", "share")
 
-    def facts(self) -> Sequence[tuple[str, str]]:
-        """Masses, critical speeds, and where small motions grow."""
-        return self.rows()
-
-    def rows(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
-        """The same with speeds as ``said`` writes them."""
+    def facts(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
+        """Masses, critical speeds, and where small motions grow; speeds as ``said`` writes them."""
         a = self.attrs
         share = 100.0 * a["rotor_mass"] / (a["rotor_mass"] + a["full_mass"])
         rows = [
@@ -281,7 +267,8 @@ class LiquidResponse(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """Speed, deflection without and with liquid, their ratio, and what the wall of the ring is like."""
-        at = self._some()
+        count = self.sizes["speed"]
+        at = self.isel(speed=np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)))
         shown = speed_axis(unit or self.shown_in)
         return [
             Column("speed", at["speed"].values * shown.factor, shown.sign, ".5g"),
@@ -295,8 +282,3 @@ class LiquidResponse(Answer):
     def remarks(self) -> Sequence[str]:
         """What is not in it."""
         return (str(self.attrs["leaves_out"]), *super().remarks())
-
-    def _some(self) -> LiquidResponse:
-        count = self.sizes["speed"]
-        rows = np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int))
-        return LiquidResponse.of(self.isel(speed=rows))

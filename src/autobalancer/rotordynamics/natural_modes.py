@@ -55,7 +55,8 @@ def free_motions(model: LateralModel, speed: float, *, damped: bool = True) -> F
     if model.isotropic:
         mass, turning, stiffness = model.complex_matrices(speed)
         if not damped:
-            turning = turning - _joined(model.damping_at(speed), n)
+            damping = model.damping_at(speed)
+            turning = turning - (damping[:n, :n] + 1j * damping[n : 2 * n, :n])
         values, shapes = _solved(mass, turning, stiffness)
         full = np.zeros((values.size, model.size), np.complex128)
         backward = values.imag < 0.0
@@ -69,16 +70,20 @@ def free_motions(model: LateralModel, speed: float, *, damped: bool = True) -> F
     else:
         values, full = _real_part(model, speed, slice(None), damped)
         later = np.zeros(values.size, np.bool_)
-    return _sorted(values, full, model.mass, later)
+    # motions that swing, by frequency, of unit kinetic norm and with their greatest entry real
+    swings = np.abs(values.imag) > CREEPING * np.abs(values)
+    order = np.flatnonzero(swings)
+    order = order[np.argsort((values.imag * (1.0 + 1e-9 * later))[order], kind="stable")]
+    chosen = full[order]
+    norm = np.sqrt(np.einsum("ij,jk,ik->i", chosen.conj(), model.mass, chosen).real)
+    chosen = chosen / np.where(norm > 0.0, norm, 1.0)[:, None]
+    largest = np.take_along_axis(chosen, np.argmax(np.abs(chosen), axis=1)[:, None], 1)
+    return FreeMotions(values[order], chosen * np.exp(-1j * np.angle(largest)), np.sort(values.real[~swings])[::-1])
 
 
 def correlation(one: Complexes, other: Complexes, mass: Floats) -> Floats:
     """Modal assurance criterion weighted with M, (modes, modes), of vectors of unit kinetic norm."""
     return np.asarray(np.abs(one.conj() @ mass @ other.T) ** 2)
-
-
-def _joined(matrix: Floats, n: int) -> Complexes:
-    return np.asarray(matrix[:n, :n] + 1j * matrix[n : 2 * n, :n], np.complex128)
 
 
 def _real_part(model: LateralModel, speed: float, block: slice, damped: bool) -> tuple[Complexes, Complexes]:
@@ -109,18 +114,6 @@ def _solved(mass: Any, turning: Any, stiffness: Any) -> tuple[Complexes, Complex
     matrix[n:, n:] = -adjoint @ turning @ basis
     values, vectors = eig(matrix)
     return values.astype(np.complex128), np.asarray((basis @ (vectors[:n] / scale[:, None])).T, np.complex128)
-
-
-def _sorted(values: Complexes, vectors: Complexes, mass: Floats, later: np.ndarray) -> FreeMotions:
-    swings = np.abs(values.imag) > CREEPING * np.abs(values)
-    order = np.flatnonzero(swings)
-    order = order[np.argsort((values.imag * (1.0 + 1e-9 * later))[order], kind="stable")]
-    chosen = vectors[order]
-    norm = np.sqrt(np.einsum("ij,jk,ik->i", chosen.conj(), mass, chosen).real)
-    chosen = chosen / np.where(norm > 0.0, norm, 1.0)[:, None]
-    largest = np.take_along_axis(chosen, np.argmax(np.abs(chosen), axis=1)[:, None], 1)
-    turned = chosen * np.exp(-1j * np.angle(largest))
-    return FreeMotions(values[order], turned, np.sort(values.real[~swings])[::-1])
 
 
 def decay_rates(values: Complexes) -> Floats:
@@ -211,10 +204,14 @@ def mode_names(model: LateralModel, vectors: Complexes, axis: Places) -> list[st
     """
     names: list[str] = []
     counted: dict[str, int] = {}
+    n = model.pairs
     for vector in vectors:
-        share_x, share_y, other = _shares(model, vector)
-        if other > 0.5:
-            names.append(_other(model, vector))
+        energy = (vector.conj() * (model.mass @ vector)).real
+        share_x, share_y, others = (float(part.sum()) for part in (energy[:n], energy[n : 2 * n], energy[2 * n :]))
+        if others > 0.5:
+            most = model.coordinates[2 * n + int(np.argmax(energy[2 * n :]))]
+            kind = "axial" if most.startswith("z ") else "torsional" if most.startswith("turning") else ""
+            names.append(f"{kind}, {most}" if kind else most)
             continue
         ellipses = ellipses_of(model, vector, axis)
         kind = _kind(ellipses, axis.positions)
@@ -233,21 +230,6 @@ def ellipses_of(model: LateralModel, vectors: Complexes, places: Places) -> Whir
     n = model.pairs
     rows = places.deflection.T
     return whirl(vectors[..., :n] @ rows, vectors[..., n : 2 * n] @ rows)
-
-
-def _shares(model: LateralModel, vector: Complexes) -> tuple[float, float, float]:
-    """Shares of the kinetic energy along x, y and the other coordinates."""
-    n = model.pairs
-    energy = (vector.conj() * (model.mass @ vector)).real
-    return float(energy[:n].sum()), float(energy[n : 2 * n].sum()), float(energy[2 * n :].sum())
-
-
-def _other(model: LateralModel, vector: Complexes) -> str:
-    energy = (vector.conj() * (model.mass @ vector)).real
-    energy[: 2 * model.pairs] = 0.0
-    most = model.coordinates[int(np.argmax(energy))]
-    kind = "axial" if most.startswith("z ") else "torsional" if most.startswith("turning") else ""
-    return f"{kind}, {most}" if kind else most
 
 
 def _kind(ellipses: Whirl, positions: Floats) -> str:
@@ -364,6 +346,14 @@ class Places:
     names: list[str]
     positions: Floats
     deflection: Floats  # (places, pairs)
+
+
+def station_coordinates(places: Places) -> dict[str, tuple[Any, ...]]:
+    """The stations of a labeled result with their positions."""
+    return {
+        "station": ("station", np.array(places.names, dtype=object), "station"),
+        "position": ("station", places.positions, "position along the axis", "m"),
+    }
 
 
 def rotor_of(machine: Machine | str | Path, *, balls: bool) -> tuple[Machine, LateralModel]:

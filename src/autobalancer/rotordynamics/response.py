@@ -6,7 +6,7 @@ import cmath
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -22,13 +22,13 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.labels import labeled
 from autobalancer.roots import least
 from autobalancer.rotordynamics.natural_modes import (
     FreeMotions,
     Places,
     Response,
     ResponsePeaks,
-    Whirl,
     along_axis,
     attributes,
     checked_speeds,
@@ -38,6 +38,7 @@ from autobalancer.rotordynamics.natural_modes import (
     greatest_mean,
     mean_of_greatest,
     rotor_of,
+    station_coordinates,
     turning,
     whirl,
 )
@@ -127,8 +128,7 @@ def response(
     owner = "response"
     machine, model = rotor_of(machine, balls=balls or ball_angles is not None)
     omega = checked_speeds(speeds, model, owner)
-    if quantity not in UNITS:
-        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
+    order = _order(quantity, owner)
     places = chosen_places(machine, model, stations, owner)
     load = load_of(machine, model, unbalance, ball_angles, owner)
     soft = rubber_of(machine, model)
@@ -140,7 +140,7 @@ def response(
                 f"{owner}: time: given {len(when)} times for {omega.size} speeds; give four or more that ascend, one for each "
                 "speed, without smooth, and for a rotor without rubber that softens"
             )
-        motion = _followed(model, np.asarray(when, np.float64), omega, load.load, list(UNITS).index(quantity))
+        motion = _followed(model, np.asarray(when, np.float64), omega, load.load, order)
         n = model.pairs
         x, y = (motion[:, k * n : (k + 1) * n] @ places.deflection.T for k in (0, 1))
         return _labeled(machine, omega, places, (x, y), load, quantity, balls, ball_angles)
@@ -149,11 +149,18 @@ def response(
     # on rubber that softens the stiffness belongs to the amplitude that it gives
     steady = None if soft is None else steadily(soft, omega, load.load, owner)
     x, y = amplitudes(model, omega, load, places, soft) if steady is None else motion_at(steady, model, places)
-    rate = (1j * omega[:, None]) ** list(UNITS).index(quantity)
+    rate = (1j * omega[:, None]) ** order
     response = _labeled(machine, omega, places, (x * rate, y * rate), load, quantity, balls, ball_angles)
     if soft is not None and steady is not None:
         add_rubber(response, soft, steady)
     return response
+
+
+def _order(quantity: str, owner: str) -> int:
+    """How often the displacement is differentiated."""
+    if quantity not in UNITS:
+        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
+    return list(UNITS).index(quantity)
 
 
 def _labeled(
@@ -166,14 +173,34 @@ def _labeled(
     balls: bool,
     ball_angles: Sequence[float | str] | None,
 ) -> Response:
+    (x, y), unit, both = seen, UNITS[quantity], ("speed", "station")
+    ellipses, turned = whirl(x, y), np.exp(-1j * load.direction)
+    mean, greatest = mean_of_greatest(ellipses), greatest_mean(ellipses)
+    data = {
+        "x_real": (both, x.real, f"real part of the {quantity} along x", unit),
+        "x_imag": (both, x.imag, f"imaginary part of the {quantity} along x", unit),
+        "y_real": (both, y.real, f"real part of the {quantity} along y", unit),
+        "y_imag": (both, y.imag, f"imaginary part of the {quantity} along y", unit),
+        "forward": (both, np.abs(ellipses.forward), "radius of the forward circle", unit),
+        "backward": (both, np.abs(ellipses.backward), "radius of the backward circle", unit),
+        "semi_major": (both, ellipses.semi_major, f"greatest {quantity}, major semi-axis", unit),
+        "semi_minor": (both, np.abs(ellipses.semi_minor), f"least {quantity}, minor semi-axis", unit),
+        "inclination": (both, ellipses.inclination, "angle of the major axis from x", "rad"),
+        "whirl": (both, ellipses.direction, "direction of whirl", ""),
+        "phase": (both, np.angle(ellipses.forward * turned), "phase of the forward circle to the unbalance", "rad"),
+        "x_phase": (both, np.angle(x * turned), "phase along x to the unbalance", "rad"),
+        "y_phase": (both, np.angle(1j * y * turned), "phase along y to the unbalance", "rad"),
+        "mean_of_greatest": ("speed", mean, f"mean over the stations of the greatest {quantity} of each", unit),
+        "greatest_mean": ("speed", greatest, f"greatest value in time of the mean {quantity} over the stations", unit),
+    }
+    coordinates = {"speed": ("speed", omega, "rotor speed", "rad/s"), **station_coordinates(places)}
     title = f"Unbalance response of {machine.name}"
-    dataset = _dataset(omega, places, *seen, load.direction, quantity)
-    dataset.attrs = attributes(machine, title, balls=balls or ball_angles is not None) | {
+    about = attributes(machine, title, balls=balls or ball_angles is not None) | {
         "quantity": quantity,
         "unbalance_angle_in_rotor": load.direction,
         "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
     }
-    return Response.of(dataset)
+    return Response.of(labeled(data, coordinates, about))
 
 
 def amplitudes(
@@ -241,6 +268,8 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
     force = load if isotropic else force
     size = force.size
     mass = model.complex_matrices(0.0)[0] if isotropic else model.mass
+    g = model.gyroscopic
+    gyroscopic = np.asarray(g[:n, :n] + 1j * g[n : 2 * n, :n] if isotropic else g, np.complex128)
 
     # M (Q'' + 2 i w Q' + (i w' - w^2) Q) + (C + w G)(Q' + i w Q) + (K + w' G/2) Q = load, solved for Q' and Q''
     def of_speed(at: Floats) -> tuple[Complexes, Complexes]:
@@ -253,7 +282,7 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
             for v in (w if model.speeds.size > 1 else (0.0, 1.0))
         ]
         turning, stiff = (np.array([part[k] for part in parts], np.complex128) for k in (0, 1))
-        whirl = turning[1] - turning[0] if model.speeds.size == 1 else _gyroscopic(model, isotropic)
+        whirl = turning[1] - turning[0] if model.speeds.size == 1 else gyroscopic
         w, up = w[:, None, None], up[:, None, None]
         if model.speeds.size == 1:
             turning, stiff = turning[0] + w * whirl, stiff[0] + 0.0 * w
@@ -305,56 +334,6 @@ def _followed(model: LateralModel, time: Floats, speeds: Floats, load: Complexes
     if isotropic:
         q = np.concatenate([q, -1j * q, np.zeros((time.size, model.size - 2 * n))], axis=1)
     return np.asarray(q, np.complex128)
-
-
-def _gyroscopic(model: LateralModel, isotropic: bool) -> Complexes:
-    n, g = model.pairs, model.gyroscopic
-    return np.asarray(g[:n, :n] + 1j * g[n : 2 * n, :n] if isotropic else g, np.complex128)
-
-
-def _dataset(
-    speeds: Floats, places: Places, x: Complexes, y: Complexes, angle: float, quantity: Quantity
-) -> xr.Dataset:
-    ellipses: Whirl = whirl(x, y)
-    unit, both = UNITS[quantity], ("speed", "station")
-    turned = np.exp(-1j * angle)
-    data: dict[str, tuple[Any, Any, str, str]] = {
-        "x_real": (both, x.real, f"real part of the {quantity} along x", unit),
-        "x_imag": (both, x.imag, f"imaginary part of the {quantity} along x", unit),
-        "y_real": (both, y.real, f"real part of the {quantity} along y", unit),
-        "y_imag": (both, y.imag, f"imaginary part of the {quantity} along y", unit),
-        "forward": (both, np.abs(ellipses.forward), "radius of the forward circle", unit),
-        "backward": (both, np.abs(ellipses.backward), "radius of the backward circle", unit),
-        "semi_major": (both, ellipses.semi_major, f"greatest {quantity}, major semi-axis", unit),
-        "semi_minor": (both, np.abs(ellipses.semi_minor), f"least {quantity}, minor semi-axis", unit),
-        "inclination": (both, ellipses.inclination, "angle of the major axis from x", "rad"),
-        "whirl": (both, ellipses.direction, "direction of whirl", ""),
-        "phase": (both, np.angle(ellipses.forward * turned), "phase of the forward circle to the unbalance", "rad"),
-        "x_phase": (both, np.angle(x * turned), "phase along x to the unbalance", "rad"),
-        "y_phase": (both, np.angle(1j * y * turned), "phase along y to the unbalance", "rad"),
-        "mean_of_greatest": (
-            "speed",
-            mean_of_greatest(ellipses),
-            f"mean over the stations of the greatest {quantity} of each",
-            unit,
-        ),
-        "greatest_mean": (
-            "speed",
-            greatest_mean(ellipses),
-            f"greatest value in time of the mean {quantity} over the stations",
-            unit,
-        ),
-    }
-    result = xr.Dataset(
-        coords={
-            "speed": ("speed", speeds, {"long_name": "rotor speed", "units": "rad/s"}),
-            "station": ("station", np.array(places.names, dtype=object), {"long_name": "station"}),
-            "position": ("station", places.positions, {"long_name": "position along the axis", "units": "m"}),
-        }
-    )
-    for key, (dims, numbers, text, units) in data.items():
-        result[key] = (dims, numbers, {"long_name": text, "units": units})
-    return result
 
 
 # Speeds so close that straight lines between the values show every resonance as it is.
@@ -433,13 +412,11 @@ def response_peaks(
         )
     if measure not in get_args(Measure):
         raise QuestionError(f"{owner}: measure: given {measure!r}; must be one of {', '.join(get_args(Measure))}")
-    if quantity not in UNITS:
-        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
+    order = _order(quantity, owner)
     if samples < 3:
         raise QuestionError(f"{owner}: samples: given {samples}; must be at least 3")
     places = chosen_places(machine, model, stations, owner)
     load = load_of(machine, model, unbalance, None, owner)
-    order = list(UNITS).index(quantity)
     summed = mean_of_greatest if measure == "mean_of_greatest" else greatest_mean
 
     soft = rubber_of(machine, model)
@@ -454,16 +431,15 @@ def response_peaks(
     for i in np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] >= level[2:])) + 1:
         speed, depth = least(lambda w: -height(np.array([w]))[0], grid[i - 1], grid[i + 1], xtol=1e-10 * grid[i])
         peaks.append((speed, -depth))
-    result = xr.Dataset()
-    for column, (name, text, unit) in enumerate(
-        (("peak_speed", "speed of the peak", "rad/s"), ("peak_amplitude", "amplitude at the peak", UNITS[quantity]))
-    ):
-        result[name] = ("peak", [entry[column] for entry in peaks], {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Peaks of the unbalance response of {machine.name}", balls=balls) | {
-        "measure": measure,
-        "quantity": quantity,
-        "stations": places.names,
-    }
+    result = labeled(
+        {
+            "peak_speed": ("peak", [speed for speed, _ in peaks], "speed of the peak", "rad/s"),
+            "peak_amplitude": ("peak", [size for _, size in peaks], "amplitude at the peak", UNITS[quantity]),
+        },
+        None,
+        attributes(machine, f"Peaks of the unbalance response of {machine.name}", balls=balls)
+        | {"measure": measure, "quantity": quantity, "stations": places.names},
+    )
     return ResponsePeaks.of(result)
 
 
@@ -517,28 +493,25 @@ def whirl_orbits(
     angle = np.linspace(0.0, 2.0 * np.pi, points)
     here, everywhere = (whirl(*(part[0] for part in amplitudes(model, omega[:1], load, p, soft))) for p in (at, axis))
     orbit, line = turning(here, angle), turning(everywhere, angle)
-    result = xr.Dataset(
-        coords={
-            "rotor_angle": ("rotor_angle", angle, {"long_name": "rotor angle", "units": "rad"}),
-            "station": ("station", np.array(at.names, dtype=object), {"long_name": "station"}),
-            "position": ("station", at.positions, {"long_name": "position along the axis", "units": "m"}),
-            "place": ("place", axis.positions, {"long_name": "position along the axis", "units": "m"}),
-        }
+    title, around, along = f"Whirl orbits of {machine.name}", ("station", "rotor_angle"), ("place", "rotor_angle")
+    result = labeled(
+        {
+            "x": (around, orbit.real, "deflection along x", "m"),
+            "y": (around, orbit.imag, "deflection along y", "m"),
+            "axis_x": (along, line.real, "deflection of the axis along x", "m"),
+            "axis_y": (along, line.imag, "deflection of the axis along y", "m"),
+            "whirl": ("station", here.direction, "direction of whirl", ""),
+            "semi_major": ("station", here.semi_major, "greatest deflection, major semi-axis", "m"),
+            "semi_minor": ("station", np.abs(here.semi_minor), "least deflection, minor semi-axis", "m"),
+            "inclination": ("station", here.inclination, "angle of the major axis from x", "rad"),
+        },
+        {
+            "rotor_angle": ("rotor_angle", angle, "rotor angle", "rad"),
+            **station_coordinates(at),
+            "place": ("place", axis.positions, "position along the axis", "m"),
+        },
+        attributes(machine, title, balls=balls or ball_angles is not None) | {"speed": float(omega[0])},
     )
-    for name, dims, numbers, text, unit in (
-        ("x", ("station", "rotor_angle"), orbit.real, "deflection along x", "m"),
-        ("y", ("station", "rotor_angle"), orbit.imag, "deflection along y", "m"),
-        ("axis_x", ("place", "rotor_angle"), line.real, "deflection of the axis along x", "m"),
-        ("axis_y", ("place", "rotor_angle"), line.imag, "deflection of the axis along y", "m"),
-        ("whirl", "station", here.direction, "direction of whirl", ""),
-        ("semi_major", "station", here.semi_major, "greatest deflection, major semi-axis", "m"),
-        ("semi_minor", "station", np.abs(here.semi_minor), "least deflection, minor semi-axis", "m"),
-        ("inclination", "station", here.inclination, "angle of the major axis from x", "rad"),
-    ):
-        result[name] = (dims, numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Whirl orbits of {machine.name}", balls=balls or ball_angles is not None) | {
-        "speed": float(omega[0])
-    }
     return Labeled.of(result)
 
 
@@ -616,14 +589,6 @@ ROUND = 1e-6  # of an ellipse that counts as a circle
 UNMOVED = 1e-9  # of the largest coordinate
 
 
-def _halfway(before: LateralModel | None, model: LateralModel) -> LateralModel:
-    """Between two models, so that a shape and the stiffness that follows from it do not swing about each other."""
-    if before is None:
-        return model
-    stiffness, damping = 0.5 * (before.stiffness + model.stiffness), 0.5 * (before.damping + model.damping)
-    return replace(model, stiffness=stiffness, damping=damping)
-
-
 def on_ellipses(soft: Softened, stretch: Complexes, size: Floats, frequency: float) -> LateralModel:
     """The rotor with springs that act as its rubber does in ellipses of a shape (M, 2) and sizes (M,), m."""
     stiffness, damping = soft.sliding.stiffness, soft.sliding.damping
@@ -646,11 +611,8 @@ def rubber_of(machine: Machine, model: LateralModel) -> Softened | None:
 
 def add_rubber(dataset: xr.Dataset, soft: Softened, steady: Ellipses) -> None:
     """Add deflection, stiffness and loss of each piece of rubber, and what the first harmonic leaves out."""
-    dataset.coords["rubber"] = (
-        "rubber",
-        np.array([mount.name for mount in soft.mounts], dtype=object),
-        {"long_name": "rubber"},
-    )
+    names = np.array([mount.name for mount in soft.mounts], dtype=object)
+    dataset.coords["rubber"] = ("rubber", names, {"long_name": "rubber"})
     for name, numbers, text, unit in (
         ("rubber_amplitude", steady.amplitude, "greatest deflection of the rubber", "m"),
         ("rubber_minor", steady.minor, "least deflection of the rubber, negative where it turns backward", "m"),
@@ -691,7 +653,11 @@ def at_amplitude(soft: Softened, speed: float, start: FreeMotions, amplitude: fl
                 break  # a shape that leaves the rubber at rest
             sizes, frequency = amplitude * size / size.max(), float(values[k].imag)
             if motion == "ellipse":
-                model = _halfway(model, on_ellipses(soft, stretch, sizes, frequency))
+                # halfway from the model before, so that shape and stiffness do not swing about each other
+                before, model = model, on_ellipses(soft, stretch, sizes, frequency)
+                if before is not None:
+                    stiffness, damping = before.stiffness + model.stiffness, before.damping + model.damping
+                    model = replace(model, stiffness=0.5 * stiffness, damping=0.5 * damping)
             else:
                 model = soft.at_amplitude(sizes, frequency, motion)
             every = free_motions(model, speed)

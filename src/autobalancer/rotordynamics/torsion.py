@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from scipy.linalg import eig, eigh
 from scipy.optimize import bisect, linear_sum_assignment
 
-from autobalancer.assembly.drive_train import Complexes, Floats, Shake, Torsion, damping_at, shakes_of, torsion_of
+from autobalancer.assembly.drive_train import Complexes, Floats, Torsion, damping_at, shakes_of, torsion_of
 from autobalancer.assembly.terms import Theory
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer, at_speed
+from autobalancer.results.labels import labeled
 from autobalancer.rotordynamics.natural_modes import attributes
 from autobalancer.tables import Column, rpm_and_si
 from autobalancer.units import argument, list_argument
@@ -64,28 +64,25 @@ def torsional_modes(machine: Machine | str | Path, speed: float | str = 0.0) -> 
     model = torsion_of(machine)
     found = free_torsion(model, damping_at(machine, model, speed))
     values = found.eigenvalue
-    result = xr.Dataset(
-        coords={
-            "mode": ("mode", np.arange(1, values.size + 1), {"long_name": "mode, counted from 1"}),
-            "part": ("part", np.array(model.names, dtype=object), {"long_name": "what turns"}),
-            "inertia": ("part", model.inertia, {"long_name": "inertia", "units": "kg m^2"}),
-        }
-    )
     names = np.array([shape_name(model.names, shape) for shape in found.shape], dtype=object)
     both = ("mode", "part")
-    for key, dims, numbers, text, unit in (
-        ("name", "mode", names, "name of the mode", ""),
-        ("frequency", "mode", values.imag, "natural frequency, damped", "rad/s"),
-        ("undamped_frequency", "mode", found.undamped, "natural frequency without damping", "rad/s"),
-        ("damping_ratio", "mode", -values.real / np.abs(values), "damping ratio", ""),
-        ("decay_rate", "mode", -values.real, "decay rate", "1/s"),
-        ("angle_real", both, found.shape.real, "real part of the angle", ""),
-        ("angle_imag", both, found.shape.imag, "imaginary part of the angle", ""),
-    ):
-        result[key] = (dims, numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(
-        machine, f"Torsional natural frequencies of {machine.name}", balls=False, theory=Theory.TORSION
-    ) | {"speed": speed}
+    result = labeled(
+        {
+            "name": ("mode", names, "name of the mode", ""),
+            "frequency": ("mode", values.imag, "natural frequency, damped", "rad/s"),
+            "undamped_frequency": ("mode", found.undamped, "natural frequency without damping", "rad/s"),
+            "damping_ratio": ("mode", -values.real / np.abs(values), "damping ratio", ""),
+            "decay_rate": ("mode", -values.real, "decay rate", "1/s"),
+            "angle_real": (both, found.shape.real, "real part of the angle", ""),
+            "angle_imag": (both, found.shape.imag, "imaginary part of the angle", ""),
+        },
+        {
+            "mode": ("mode", np.arange(1, values.size + 1), "mode, counted from 1"),
+            "part": ("part", np.array(model.names, dtype=object), "what turns"),
+            "inertia": ("part", model.inertia, "inertia", "kg m^2"),
+        },
+        _attributes(machine, "Torsional natural frequencies") | {"speed": speed},
+    )
     return TorsionalModes.of(result)
 
 
@@ -131,34 +128,34 @@ def torsional_critical_speeds(
     # undamped: each natural frequency over each harmonic
     rates, shapes = undamped_torsion(model)
     answer = sorted((rate / h, h, i) for h in lines for i, rate in enumerate(rates))
-    result = xr.Dataset()
-    for key, numbers, text, unit in (
-        ("critical_speed", np.array([w for w, _, _ in answer], np.float64), "critical speed of torsion", "rad/s"),
-        ("harmonic", np.array([h for _, h, _ in answer], np.float64), "frequency over speed", ""),
-        ("name", _texts(shape_name(model.names, shapes[i]) for _, _, i in answer), "name of the mode", ""),
-        (
-            "excited_by",
-            _texts(", ".join(causes.get(h, ())) for _, h, _ in answer),
-            "what excites it in this machine",
-            "",
-        ),
-    ):
-        result[key] = ("critical", numbers, {"long_name": text, "units": unit})
     # damped: where a line of harmonics meets a damped frequency
     damped = _crossings(machine, model, lines, max((w for w, _, _ in answer), default=0.0))
-    for key, place, text, unit in (
-        ("crossing_speed", 0, "speed at which a damped frequency is met", "rad/s"),
-        ("crossing_harmonic", 1, "frequency over speed", ""),
-        ("crossing_damping_ratio", 3, "damping ratio of the mode there", ""),
-    ):
-        result[key] = (
-            "crossing",
-            np.array([row[place] for row in damped], np.float64),
-            {"long_name": text, "units": unit},
-        )
-    result["crossing_name"] = ("crossing", _texts(row[2] for row in damped), {"long_name": "name of the mode"})
-    result.attrs = attributes(
-        machine, f"Torsional critical speeds of {machine.name}", balls=False, theory=Theory.TORSION
+
+    def texts(entries: Iterable[str]) -> np.ndarray:
+        return np.array(list(entries), dtype=object)
+
+    def numbers(rows: Sequence[tuple[Any, ...]], place: int) -> Floats:
+        return np.array([row[place] for row in rows], np.float64)
+
+    at, met = "critical", "crossing"
+    result = labeled(
+        {
+            "critical_speed": (at, numbers(answer, 0), "critical speed of torsion", "rad/s"),
+            "harmonic": (at, numbers(answer, 1), "frequency over speed", ""),
+            "name": (at, texts(shape_name(model.names, shapes[i]) for _, _, i in answer), "name of the mode", ""),
+            "excited_by": (
+                at,
+                texts(", ".join(causes.get(h, ())) for _, h, _ in answer),
+                "what excites it in this machine",
+                "",
+            ),
+            "crossing_speed": (met, numbers(damped, 0), "speed at which a damped frequency is met", "rad/s"),
+            "crossing_harmonic": (met, numbers(damped, 1), "frequency over speed", ""),
+            "crossing_damping_ratio": (met, numbers(damped, 3), "damping ratio of the mode there", ""),
+            "crossing_name": (met, texts(row[2] for row in damped), "name of the mode"),
+        },
+        None,
+        _attributes(machine, "Torsional critical speeds"),
     )
     return TorsionalCriticalSpeeds.of(result)
 
@@ -188,8 +185,8 @@ def _crossings(
     return sorted(crossings)
 
 
-def _texts(texts: object) -> np.ndarray:
-    return np.array(list(texts), dtype=object)  # type: ignore[call-overload]
+def _attributes(machine: Machine, what: str) -> dict[str, Any]:
+    return attributes(machine, f"{what} of {machine.name}", balls=False, theory=Theory.TORSION)
 
 
 # Free torsional motions of a drive train.
@@ -297,62 +294,42 @@ def torsional_response(
     angle = np.zeros((omega.size, len(orders), model.inertia.size), np.complex128)
     twist = np.zeros((omega.size, len(orders), len(model.links)), np.complex128)
     torque = np.zeros_like(twist)
+    # angles, twists and torques at each frequency
     for i, w in enumerate(omega):
         damping = damping_at(machine, model, float(w))
         for j, h in enumerate(orders):
-            angle[i, j], twist[i, j], torque[i, j] = _response_at(model, damping, by_order[h], h * float(w))
-    return _dataset(machine, model, omega, by_order, (angle, twist, torque))
-
-
-def _response_at(
-    model: Torsion, damping: Floats, shakes: list[Shake], rate: float
-) -> tuple[Complexes, Complexes, Complexes]:
-    """Angles, twists and torques at a frequency, rad/s."""
-    dynamic = model.stiffness + 1j * rate * damping - rate**2 * np.diag(model.inertia)
-    own = model.own[:, 0] + 1j * rate * model.own[:, 1]
-    load, error = np.zeros(model.inertia.size, np.complex128), np.zeros(own.size, np.complex128)
-    for shake in shakes:
-        if shake.link >= 0:
-            error[shake.link] += shake.amplitude
-            load += shake.row * own[shake.link] * shake.amplitude
-        else:
-            load += shake.row * shake.amplitude
-    angle = np.asarray(np.linalg.solve(dynamic, load), np.complex128)
-    twist = np.asarray(model.twist @ angle, np.complex128)
-    return angle, twist, own * (twist - error)
-
-
-def _dataset(
-    machine: Machine,
-    model: Torsion,
-    speeds: Floats,
-    by_order: dict[float, list[Shake]],
-    found: tuple[Complexes, Complexes, Complexes],
-) -> TorsionalResponse:
-    angle, twist, torque = found
-    causes = [", ".join(shake.what for shake in shakes) for shakes in by_order.values()]
-    result = xr.Dataset(
-        coords={
-            "speed": ("speed", speeds, {"long_name": "rotor speed", "units": "rad/s"}),
-            "harmonic": ("harmonic", np.array(list(by_order)), {"long_name": "frequency over speed"}),
-            "excited_by": ("harmonic", np.array(causes, dtype=object), {"long_name": "what excites it"}),
-            "link": ("link", np.array(model.links, dtype=object), {"long_name": "what is behind the link"}),
-            "part": ("part", np.array(model.names, dtype=object), {"long_name": "what turns"}),
-        }
-    )
+            rate = h * float(w)
+            dynamic = model.stiffness + 1j * rate * damping - rate**2 * np.diag(model.inertia)
+            own = model.own[:, 0] + 1j * rate * model.own[:, 1]
+            load, error = np.zeros(model.inertia.size, np.complex128), np.zeros(own.size, np.complex128)
+            for shake in by_order[h]:
+                if shake.link >= 0:
+                    error[shake.link] += shake.amplitude
+                    load += shake.row * own[shake.link] * shake.amplitude
+                else:
+                    load += shake.row * shake.amplitude
+            angle[i, j] = np.linalg.solve(dynamic, load)
+            twist[i, j] = model.twist @ angle[i, j]
+            torque[i, j] = own * (twist[i, j] - error)
+    causes = [", ".join(shake.what for shake in own) for own in by_order.values()]
     links, parts = ("speed", "harmonic", "link"), ("speed", "harmonic", "part")
-    for key, dims, numbers, text, unit in (
-        ("twist", links, np.abs(twist), "amplitude of the twist", "rad"),
-        ("twist_phase", links, np.angle(twist), "phase of the twist", "rad"),
-        ("link_torque", links, np.abs(torque), "amplitude of the torque", "N m"),
-        ("angle", parts, np.abs(angle), "amplitude of the angle beside steady turning", "rad"),
-    ):
-        result[key] = (dims, numbers, {"long_name": text, "units": unit})
-    result.attrs = attributes(machine, f"Torsional response of {machine.name}", balls=False, theory=Theory.TORSION)
+    result = labeled(
+        {
+            "twist": (links, np.abs(twist), "amplitude of the twist", "rad"),
+            "twist_phase": (links, np.angle(twist), "phase of the twist", "rad"),
+            "link_torque": (links, np.abs(torque), "amplitude of the torque", "N m"),
+            "angle": (parts, np.abs(angle), "amplitude of the angle beside steady turning", "rad"),
+        },
+        {
+            "speed": ("speed", omega, "rotor speed", "rad/s"),
+            "harmonic": ("harmonic", np.array(orders), "frequency over speed"),
+            "excited_by": ("harmonic", np.array(causes, dtype=object), "what excites it"),
+            "link": ("link", np.array(model.links, dtype=object), "what is behind the link"),
+            "part": ("part", np.array(model.names, dtype=object), "what turns"),
+        },
+        _attributes(machine, "Torsional response"),
+    )
     return TorsionalResponse.of(result)
-
-
-# Torsional natural frequencies as lines of a Campbell diagram.
 
 
 # What the questions about torsion answer, as tables.
