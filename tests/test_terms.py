@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 from tests.references.every_key import OIL, machine, machines, variants
 
 import autobalancer as ab
+from autobalancer.assembly.rotors.lateral_model import LateralModel, matrices
 from autobalancer.assembly.terms import TERMS, Theory, declared_for, unknown
 from autobalancer.catalog.resolve import capability_of, resolve
 from autobalancer.errors import QuestionError
-from autobalancer.machine import Balancer, PlanarRotor, Race
+from autobalancer.machine import Balancer, PlanarRotor, Race, RigidRotor, Support
 from autobalancer.machine.keys import TAGS, parts_at, tables_of
 from autobalancer.machine.machine import Machine
-from autobalancer.machine.part import Part, Ratio, key
+from autobalancer.machine.part import Mass, Part, Ratio, key
+from autobalancer.machine.rotors.body import RotorModel
+from autobalancer.sketch import layout_of
 
 ALL_PARTS = [part for table in tables_of(Machine) for part in table.parts]
 DISC = ab.load_machine("examples/machines/discoidal.toml")
@@ -247,3 +251,40 @@ def test_a_run_with_a_term_that_is_ignored_settles_elsewhere_and_the_statement_s
     run = ab.simulate(rubbing, duration=30.0, seed=3, progress=False)
     ended, turned = run["ball_angle_in_rotor"].values[-1], states["ball_angle_in_rotor"].values[0]
     assert np.abs(np.angle(np.exp(1j * (ended - turned)))).max() > 1e-2
+
+
+class HeavyRotor(RotorModel):
+    """A rotor model of one's own: a rigid rotor with a second mass."""
+
+    kind: Literal["heavy"] = "heavy"
+    body: RigidRotor = key("the rotor without it")
+    more: Mass = key("fixed at the mass center")
+
+    @property
+    def supports(self) -> tuple[Support, ...]:
+        return self.body.supports
+
+    @property
+    def inertia(self) -> float:
+        return self.body.inertia
+
+    @property
+    def stiffness_proportional_damping(self) -> float:
+        return float(self.body.stiffness_proportional_damping)
+
+
+@matrices.register
+def _heavy(rotor: HeavyRotor, gravity: float = 0.0) -> LateralModel:
+    bare = matrices(rotor.body, gravity)
+    return replace(bare, mass=bare.mass + rotor.more * np.diag([1.0, 0.0, 1.0, 0.0]))
+
+
+def test_a_rotor_model_is_its_keys_and_its_matrices_and_every_theory_knows_it_and_it_is_drawn() -> None:
+    plain = ab.example("two_plane_rotor")
+    own = plain.model_copy(update={"rotor": HeavyRotor(body=plain.rotor, more=2.0)})
+    heavier = ab.with_parameter(plain, "rotor.mass", plain.rotor.mass + 2.0)
+    assert ab.rotor.critical_speeds(own)["critical_speed"].values == pytest.approx(
+        ab.rotor.critical_speeds(heavier)["critical_speed"].values, rel=1e-12
+    )
+    assert all(unknown(own, theory) == unknown(plain, theory) for theory in Theory)
+    assert [spring.place for spring in layout_of(own).springs] == [s.position for s in plain.rotor.supports]

@@ -12,9 +12,10 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Circle, Rectangle
 
 from autobalancer.assembly.drive_train import unbalance_factor
+from autobalancer.assembly.rotors import spring_model
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
 from autobalancer.files.machine_file import any_machine
-from autobalancer.machine import Machine, ModalRotor, MultibodyRotor, PlanarRotor, RigidRotor, ShaftRotor
+from autobalancer.machine import Machine, MultibodyRotor, RigidRotor, ShaftRotor
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.machine import LiquidRing
 from autobalancer.machine.rotors.body import GROUND
@@ -105,9 +106,7 @@ def _unbalances(given: Machine) -> list[Vector]:
         if one.is_couple:
             continue
         value = one.vector * unbalance_factor(one, 0.0)
-        where = (
-            "" if isinstance(given.rotor, PlanarRotor) or one.station is None else f" at {_station_label(one.station)}"
-        )
+        where = "" if given.rotor.one_plane or one.station is None else f" at {_station_label(one.station)}"
         found.append(Vector(value, f"unbalance{where} {moment_text(abs(value))}", UNBALANCE))
     return found
 
@@ -339,7 +338,7 @@ def layout_of(machine: Machine) -> Layout:
     middle = _middle(machine)
 
     def place(station: float | str | None) -> float:
-        if isinstance(machine.rotor, (ModalRotor, PlanarRotor)) or station is None:
+        if machine.rotor.one_plane or station is None:
             return middle
         return named.get(station, middle) if isinstance(station, str) else float(station)
 
@@ -406,7 +405,7 @@ def _middle(machine: Machine) -> float:
 
 def _rotor(machine: Machine, carried: list[float], reach: float) -> tuple[list[Block], list[Spring], str]:
     rotor = machine.rotor
-    if isinstance(rotor, (ModalRotor, PlanarRotor)):
+    if rotor.one_plane:
         radius = ROOM * reach or ALONE
         half = 0.5 * SLAB * radius
         springs = [Spring(place, radius) for place in (-half, half)]
@@ -423,7 +422,12 @@ def _rotor(machine: Machine, carried: list[float], reach: float) -> tuple[list[B
         return [axis, body], [Spring(place, _radius_at([body, axis], place)) for place in held], note
     if isinstance(rotor, ShaftRotor):
         return (*_shaft(rotor, reach), "")
-    return (*_bodies(rotor, carried, reach), "bodies are cylinders of their masses and inertias")
+    if isinstance(rotor, MultibodyRotor):
+        return (*_bodies(rotor, carried, reach), "bodies are cylinders of their masses and inertias")
+    held = [float(support.position) for support in getattr(rotor, "supports", ())]
+    places = [*(place for place, _ in spring_model(machine).axis.line()), *held, *carried]
+    axis = _axis(places, 0.06 * max(max(places) - min(places), reach))
+    return [axis], [Spring(place, axis.radius) for place in held], "of the rotor its axis and its supports are drawn"
 
 
 def _shaft(rotor: ShaftRotor, reach: float) -> tuple[list[Block], list[Spring]]:

@@ -42,7 +42,8 @@ class Theory(Enum):
 class Term:
     """A term of the equations, or a group of them that all theories treat alike.
 
-    ``keys`` are of the form ``Class: key key; Class: *``; a star stands for all keys of a family of plug-ins.
+    ``keys`` are of the form ``Class: key key; Class: *``; a star stands for all keys of the class, of a family of plug-ins or of
+    rotor models, that are declared nowhere by name.
     """
 
     name: str
@@ -100,9 +101,7 @@ def _meets(machine: Machine) -> bool:
 TERMS = (
     Term(
         "mass, springs and dampers of the rotor",
-        "PlanarRotor: mass stiffness critical_speed damping damping_ratio half_power_bandwidth; "
-        "RigidRotor: mass transverse_inertia polar_inertia stiffness_proportional_damping; "
-        "ShaftRotor: stiffness_proportional_damping; Resonance: mass frequency damping_ratio; "
+        "RotorModel: *; Resonance: mass frequency damping_ratio; "
         "Support: position stiffness damping cross_stiffness tilt_stiffness tilt_damping; SpeedTable: speed stiffness damping; "
         "ShaftMaterial: density youngs_modulus shear_modulus poisson_ratio; "
         "ShaftSegment: length diameter inner_diameter elements shear_coefficient; "
@@ -324,7 +323,8 @@ def weightless(machine: Machine) -> Machine:
 def declared_for(part: type[Part], key: str) -> tuple[Term, ...]:
     """The terms that a key of a part makes; empty if nobody has declared it."""
     owners = [base.__name__ for base in part.__mro__]
-    return tuple(term for owner in owners for at in (key, "*") for term in _declared().get((owner, at), ()))
+    by_name, by_star = ([term for owner in owners for term in _declared().get((owner, at), ())] for at in (key, "*"))
+    return tuple(by_name or by_star)
 
 
 @cache

@@ -1,6 +1,6 @@
 """The nouns: frozen, validated descriptions in SI, and no algorithms.
 
-Leaves, such as drag laws, have a file each outside of this package; their classes are found here, too.
+Leaves, such as drag laws, have a file each outside of this package; their classes are found here, and so are rotor models.
 """
 
 from typing import TYPE_CHECKING
@@ -68,7 +68,7 @@ from autobalancer.machine.machine import (
 )
 from autobalancer.machine.part import Quantity, key
 from autobalancer.machine.plugins import Leaf, leaves_of
-from autobalancer.machine.rotors import Rotor
+from autobalancer.machine.rotors import MODELS, Rotor
 from autobalancer.machine.rotors.body import Body
 from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
 from autobalancer.machine.rotors.modal import ModalRotor, Resonance
@@ -184,7 +184,7 @@ __all__ = [
 
 FAMILIES: tuple[type[Leaf], ...] = (Drag, Force, FrictionLaw, Joint, ShearLaw)
 
-for _leaf in (leaf for family in FAMILIES for leaf in leaves_of(family)):
+for _leaf in (*MODELS, *(leaf for family in FAMILIES for leaf in leaves_of(family))):
     if globals().setdefault(_leaf.__name__, _leaf) is not _leaf:
         raise MachineError(
             f"{_leaf.__module__}: autobalancer.machine has another {_leaf.__name__}; give the class a new name"

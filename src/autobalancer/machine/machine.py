@@ -35,7 +35,6 @@ from autobalancer.machine.part import (
 )
 from autobalancer.machine.rotors import Rotor
 from autobalancer.machine.rotors.modal import ModalRotor
-from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.machine.station import Place, Station
 from autobalancer.notebook import picture_html
@@ -392,7 +391,7 @@ class Machine(Part):
         problems: list[Problem] = [
             (("stations", i, "name"), f"{name!r} is given twice") for i, name in enumerate(names) if name in names[:i]
         ]
-        planar, a_rotor = isinstance(self.rotor, (PlanarRotor, ModalRotor)), f"a {self.rotor.kind} rotor"
+        planar, a_rotor = self.rotor.one_plane, f"a {self.rotor.kind} rotor"
         for kind in ("balancers", "unbalances", "excitations"):
             for i, part in enumerate(getattr(self, kind)):
                 if not hasattr(part, "station"):

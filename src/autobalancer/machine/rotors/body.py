@@ -1,8 +1,8 @@
-"""A rigid body of a rig."""
+"""What every rotor model has, and the rigid body of a rig."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import model_validator
 
@@ -10,6 +10,16 @@ from autobalancer.machine.part import Mass, Name, Part, Position, Quantity, key
 
 GROUND = "ground"
 BodyInertia = Annotated[float, Quantity("kg*m^2", non_negative=True)]
+
+
+class RotorModel(Part):
+    """A rotor on its supports; ``kind`` is a ``Literal`` of one word, by which machine files name it.
+
+    It has ``inertia``, ``supports`` and ``stiffness_proportional_damping``, which drives and support forces ask for. Its keys are
+    mass, springs and dampers to every theory, unless ``assembly/terms.py`` says otherwise.
+    """
+
+    one_plane: ClassVar[bool] = False  # no length and no tilt: all is in one plane
 
 
 class Body(Part):

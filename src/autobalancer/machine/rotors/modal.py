@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from autobalancer.machine.part import Inertia, Listed, Mass, Part, Quantity, key
+from autobalancer.machine.rotors.body import RotorModel
 from autobalancer.machine.rotors.support import Support
 
 
@@ -20,7 +21,7 @@ class Resonance(Part):
     )
 
 
-class ModalRotor(Part):
+class ModalRotor(RotorModel):
     r"""Modes at the one plane in which unbalance and balls are, alike in all directions.
 
     The receptance there is $\sum_k 1 / (m_k (\sigma^2 + 2 D_k w_k \sigma + w_k^2))$: each mode is damped by itself, and
@@ -28,6 +29,7 @@ class ModalRotor(Part):
     """
 
     kind: Literal["modal"] = "modal"
+    one_plane: ClassVar[bool] = True
     resonances: Annotated[tuple[Resonance, ...], Field(min_length=1), Listed] = key("of the rotor on its supports")
     inertia: Inertia | None = key(
         "polar, about the shaft, without balls; required where a torque drives", None, symbol="J_p"

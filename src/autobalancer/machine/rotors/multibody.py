@@ -7,13 +7,13 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from autobalancer.errors import MachineError, Problem
-from autobalancer.machine.part import Listed, Part, key
+from autobalancer.machine.part import Listed, key
 from autobalancer.machine.plugins import OneOf
-from autobalancer.machine.rotors.body import GROUND, Body
+from autobalancer.machine.rotors.body import GROUND, Body, RotorModel
 from autobalancer.machine.rotors.joint import Joint, PointJoint
 
 
-class MultibodyRotor(Part):
+class MultibodyRotor(RotorModel):
     """Rigid ``bodies``, rotating and standing, with ``joints`` between them and to the ground.
 
     Positions count along the axis from an origin of your choice. ``modes`` is how many pairs of modes a simulation in

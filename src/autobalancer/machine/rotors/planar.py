@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import model_validator
 
 from autobalancer.errors import MachineError, Problem, UnitError
-from autobalancer.machine.part import Damping, Inertia, Mass, Part, Quantity, Stiffness, key
+from autobalancer.machine.part import Damping, Inertia, Mass, Quantity, Stiffness, key
+from autobalancer.machine.rotors.body import RotorModel
 from autobalancer.machine.rotors.support import Hardening, Rubber
 from autobalancer.units import WrittenFloat, to_si
 
@@ -45,7 +46,7 @@ DampingRatio = Annotated[float | tuple[float, float], Quantity("", non_negative=
 Bandwidth = Annotated[float, BandwidthQuantity("", non_negative=True)]
 
 
-class PlanarRotor(Part):
+class PlanarRotor(RotorModel):
     """A rotor with two lateral degrees of freedom, isotropic or orthotropic.
 
     ``mass`` is without balls but with everything that is screwed to the rotor. A pair of values is along x and y.
@@ -58,6 +59,7 @@ class PlanarRotor(Part):
     """
 
     kind: Literal["planar"] = "planar"
+    one_plane: ClassVar[bool] = True
     mass: Mass = key("without balls, with all attached parts, and races full of fluid", symbol="M")
     stiffness: Stiffness | None = key("of all supports together; this or `critical_speed`", None, symbol="k")
     critical_speed: CriticalSpeed | None = key(

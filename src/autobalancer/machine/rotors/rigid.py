@@ -6,11 +6,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from autobalancer.machine.part import Inertia, Listed, Mass, Part, Time, key
+from autobalancer.machine.part import Inertia, Listed, Mass, Time, key
+from autobalancer.machine.rotors.body import RotorModel
 from autobalancer.machine.rotors.support import Support
 
 
-class RigidRotor(Part):
+class RigidRotor(RotorModel):
     """A rigid rotor with four lateral degrees of freedom; positions count from its mass center along the axis.
 
     Mass and inertias are without balls. ``stiffness_proportional_damping`` is the factor t in C = t K, s, added to what

@@ -22,6 +22,7 @@ from autobalancer.machine.part import (
     Time,
     key,
 )
+from autobalancer.machine.rotors.body import RotorModel
 from autobalancer.machine.rotors.support import Support
 
 # A rigid body fixed to a shaft.
@@ -147,7 +148,7 @@ class ShaftSegment(Part):
 SAME = 1e-9  # share of the length below which two places are one
 
 
-class ShaftRotor(Part):
+class ShaftRotor(RotorModel):
     """A shaft that bends and shears, with rigid ``disks``; positions count from its left end, where z = 0.
 
     ``segments`` follow each other from the left end. ``stiffness_proportional_damping`` is the factor t in C = t K, s, with

@@ -99,8 +99,8 @@ class Beside:
         ui.html("<h2>Beside a run</h2>", sanitize=False)
         with ui.row().classes("items-center gap-2 w-full"):
             self.run = ui.select({}, label="run of the archive").props("dense outlined options-dense")
-            self.run.style("width: 380px").props('data-at="_beside run"')
-            ui.button("Put _beside", on_click=self.ask).props('outline no-caps data-at="_beside"')
+            self.run.style("width: 380px").props('data-at="beside run"')
+            ui.button("Put beside", on_click=self.ask).props('outline no-caps data-at="beside"')
             self.drive = ui.button("Take its speed as the drive", on_click=self.take).props(
                 'flat no-caps data-at="take drive"'
             )
@@ -108,9 +108,9 @@ class Beside:
                 self.drive,
                 "the machine on the page Describe turns as was measured: drive.profile and start.rotor_angle",
             )
-            self.work = Work(bench, "_beside")
-        self.out = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="_beside picture"')
-        self.words = ui.html("", sanitize=False).classes("w-full").props('data-at="_beside words"')
+            self.work = Work(bench, "beside")
+        self.out = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="beside picture"')
+        self.words = ui.html("", sanitize=False).classes("w-full").props('data-at="beside words"')
 
     def refresh(self) -> None:
         """Read the archive again."""
@@ -126,7 +126,7 @@ class Beside:
         self.drive.set_visibility(isinstance(data, Signals) and turning(data))
 
     def ask(self) -> None:
-        """Put the measurement _beside the chosen run."""
+        """Put the measurement beside the chosen run."""
         data, run, asked = self.data, self.run.value, PictureOptions(**vars(self.asked()))
         if data is None:
             return
@@ -139,7 +139,7 @@ class Beside:
             words = f'<pre class="said">{escape(found.told())}</pre>'
             said = f'<div class="note">{escape(note)}</div>' if note else ""
             return svg_of(
-                picture(found), f"measured _beside the run of {found.attrs.get('machine_name', '')}"
+                picture(found), f"measured beside the run of {found.attrs.get('machine_name', '')}"
             ), words + said
 
         def then(job: Job) -> None:
@@ -150,7 +150,7 @@ class Beside:
             self.out.set_content(drawn)
             self.words.set_content(words)
 
-        self.work.start("put _beside", work, then)
+        self.work.start("put beside", work, then)
 
     def take(self) -> None:
         """Give the machine of the page the measured speed."""
@@ -173,7 +173,7 @@ class Beside:
 
 
 def _beside(archive: Archive, run: str, measured: xr.Dataset, asked: PictureOptions, job: Job) -> tuple[Overlay, str]:
-    """A measurement _beside a run, and what was done for it.
+    """A measurement beside a run, and what was done for it.
 
     A run of the archive has about two thousand samples. Where these are too few, the same machine is run again, with more.
 
@@ -193,7 +193,7 @@ def _beside(archive: Archive, run: str, measured: xr.Dataset, asked: PictureOpti
             raise
     machine = parse_machine(archive.text(run), "machine")
     if not isinstance(machine, Machine):
-        raise QuestionError("a run of a deep chamber cannot be put _beside a measurement")
+        raise QuestionError("a run of a deep chamber cannot be put beside a measurement")
     again = simulate_races(
         machine,
         duration=float(known.attrs["end_time"]),
