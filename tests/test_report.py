@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.measure import Sensor, record
 from autobalancer.reporting import report_pages as blocks
 from autobalancer.reporting import report_pages as machine_pages
-from autobalancer.reporting.report import balls_page, write_pdf
+from autobalancer.reporting.report import balls_page, sources_page, write_pdf
 from autobalancer.reporting.report_pages import Listing, Paragraph, Report, Rows, Section, drawing
 
 pytest.importorskip("jinja2")
@@ -119,6 +120,23 @@ def test_a_capability_at_the_limit_is_hardly_enough() -> None:
         assert text in str(page.blocks[-1])
         if word == "hardly":
             assert "Look at: capability of the balls, all races (hardly)" in str(blocks.first_page([page]).blocks[0])
+
+
+def test_a_speed_below_a_border_is_said_to_be_below_it_and_an_eccentricity_has_its_own_source() -> None:
+    found = ab.check(MACHINE)
+    (exact,) = (border.speed for border in found.borders if border.name == "exact border")
+    for share, text in ((0.9, "; the highest speed is 10 % below it"), (1.25, "; the highest speed is 25 % above it")):
+        page = machine_pages.margin_page(replace(found, highest_speed=share * exact))
+        (decisive,) = (one for one in page.decisive if one.question == "exact border")
+        assert decisive.found.endswith(text)
+        assert "-" not in decisive.found
+        assert decisive.enough == ("yes" if share > 1.0 else "NO")
+    for name, source in (("discoidal", "ISO 2768-2"), ("design", "ISO 492"), ("eccentric_race", "this machine file")):
+        machine = ab.example(name)
+        (sources, *_) = sources_page(machine, ab.check(machine), None).blocks
+        (said,) = (text for what, text in sources.rows if what == "eccentricity of a race")
+        assert source in said
+        assert [one for one in ("ISO 2768-2", "ISO 492", "this machine file") if one in said] == [source]
 
 
 def test_a_run_that_is_partly_balanced_is_not_enough() -> None:

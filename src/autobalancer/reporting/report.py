@@ -8,7 +8,9 @@ import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.util import find_spec
+from inspect import signature
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -16,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.api import check, simulate, verdict
+from autobalancer.api import check, run_measures, simulate, verdict
 from autobalancer.assembly.quantities import value_of, with_quantity
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
@@ -33,6 +35,7 @@ from autobalancer.plots.studies import design as design_picture
 from autobalancer.progress import shows_progress, silent
 from autobalancer.reporting.report_pages import (
     NO,
+    PAGES,
     YES,
     Block,
     Decisive,
@@ -42,24 +45,13 @@ from autobalancer.reporting.report_pages import (
     Report,
     Rows,
     Section,
-    basin_page,
-    capability_page,
     columns_table,
     drawing,
-    drawing_page,
     facts,
-    facts_page,
-    fan_page,
     first_page,
     html_text,
-    map_page,
-    margin_page,
-    measured_page,
-    quality_page,
-    residual_of,
-    run_page,
+    report_page,
     starts_page,
-    study_pages,
     yes_or_no,
 )
 from autobalancer.results.answers.studied import Studied
@@ -68,7 +60,6 @@ from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
 from autobalancer.rotordynamics.receptance.receptances import FittedReceptance
 from autobalancer.safe_file import as_path, ready_to_write, write_safely, write_text_safely
-from autobalancer.simulation.record import Samples
 from autobalancer.stability.summary import Summary
 from autobalancer.studies.design.candidate import ROUNDING
 from autobalancer.studies.design.design_file import PREFIX
@@ -78,29 +69,7 @@ from autobalancer.studies.ensemble.ensemble import bytes_of_a_member, ensemble
 from autobalancer.studies.study.chunk import standing_numbers
 from autobalancer.tables import speeds_in
 
-TENTH = 10  # of the random starts, with which small changes are tried
-PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
 FORMS = {".html": ("jinja2", "fills in its pages"), ".pdf": ("typst", "sets PDF files")}  # the package for each
-LIMITS = (
-    "The numbers are those of a model. It knows the machine only as far as the machine file at the end describes it, and ideal "
-    "parts where nothing is said: round races on the axis without friction, rigid supports behind the springs, a fluid that "
-    "fills the race.",
-    "Border speeds say where balancing is stable for small disturbances; the run-up and the random starts say what happens on "
-    "the way. Before a machine is built, measure a run-up and compare it.",
-)
-
-SOURCES = (
-    (
-        "equations of motion, averaged border, release speed",
-        "Spannan (2021), On the dynamic modelling of automatic ball balancers",
-    ),
-    ("balance quality grades", "ISO 21940-11"),
-    ("class of an eccentric race that is not given", "ISO 2768-2"),
-    ("pressure between ball and race", "Johnson (1985), Contact mechanics; limit: ISO 76"),
-    ("intervals of shares", "Wilson (1927), J. Am. Stat. Assoc. 22"),
-    ("Sobol' indices", "Saltelli et al. (2010) and Jansen (1999), Comput. Phys. Commun. 181 and 117"),
-    ("intervals of rank correlations", "Fieller, Hartley and Pearson (1957), Biometrika 44"),
-)
 
 
 @shows_progress
@@ -167,18 +136,32 @@ def report(
     name = str(machine) if isinstance(machine, (str, Path)) else "machine.toml"
     described = balls_in_races(machine)
     refuse_beyond_memory("report", starts, "starts", bytes_of_a_member(described, False), "; ask for fewer")
-    wanted = _ReportOptions(
-        name=Path(name).name,
-        grade=None if grade is None else grade_argument(grade),
-        study=_study(study, described),
-        study_file=str(study) if isinstance(study, (str, Path)) else "study.nc",
-        measured=load_measured(measured) if isinstance(measured, (str, Path)) else measured,
-        measured_file=str(measured) if isinstance(measured, (str, Path)) else "MEASURED",
-        starts=starts,
-        seed=seed,
+    limit = None if grade is None else grade_argument(grade)
+    chosen = _study(study, described)
+    beside = load_measured(measured) if isinstance(measured, (str, Path)) else measured
+    run = simulate(described, seed=seed, progress=False)  # first, as it says what the machine lacks
+    summary = check(described)
+    assert isinstance(summary, Summary)
+    pages = _pages(
+        Reported(
+            machine=described,
+            file=Path(name).name,
+            grade=limit,
+            study=None if isinstance(chosen, Designed) else chosen,
+            designed=chosen if isinstance(chosen, Designed) else None,
+            study_file=str(study) if isinstance(study, (str, Path)) else "study.nc",
+            measured=beside,
+            measured_file=str(measured) if isinstance(measured, (str, Path)) else "MEASURED",
+            starts=starts,
+            seed=seed,
+            run=run,
+            held=simulate(described, seed=seed, hold_balls=True, progress=False),
+            summary=summary,
+            command=f"autobalancer simulate {Path(name).name} --seed {seed} --out run.nc",
+        ),
+        progress,
     )
     # pages are data; HTML and PDF are two ways to print them
-    pages = _pages(described, wanted, progress)
     report = Report(f"{described.name}: automatic ball balancer", _identity(described, name), tuple(pages))
     if path.suffix.lower() == ".pdf":
         write_pdf(report, path)
@@ -188,76 +171,53 @@ def report(
 
 
 @dataclass(frozen=True)
-class _ReportOptions:
-    """What a report is asked for; files as they are named in commands."""
+class Reported:
+    """What pages are made of: a page gets of these what its parameters name. Files are named as in commands."""
 
-    name: str
+    machine: Machine
+    file: str
     grade: float | None
-    study: Studied | Designed | None
+    study: Studied | None
+    designed: Designed | None
     study_file: str
     measured: xr.Dataset | None
     measured_file: str
     starts: int
     seed: int
+    run: xr.Dataset  # its run-up
+    held: xr.Dataset  # the same with its balls held
+    summary: Summary
+    command: str  # makes the run-up again
+
+    @property
+    def half(self) -> int | None:
+        """Random starts where half as many are enough; None without any."""
+        return max(self.starts // 2, 2) if self.starts else None
+
+    @cached_property
+    def judged(self) -> Any:
+        """The verdict on the run-up."""
+        return verdict(self.run, self.held)
+
+    @property
+    def left(self) -> float:
+        """Residual unbalance at the end of the run-up, kg m; nan if it has none."""
+        measures = run_measures(self.run)
+        return float(np.sum(measures["residual_unbalance"].values)) if "residual_unbalance" in measures else math.nan
 
 
-def _pages(machine: Machine, wanted: _ReportOptions, progress: Callable[[int, int], None] | None) -> list[Section]:
-    file, seed, starts = wanted.name, wanted.seed, wanted.starts
-    total = 12 + 3 * bool(starts) + 2 * (wanted.study is not None) + (wanted.measured is not None)
+def _pages(reported: Reported, progress: Callable[[int, int], None] | None) -> list[Section]:
+    """All pages that ``PAGES`` has for it, the first page in front."""
+    wanted = [one for one, needs in PAGES if not needs or getattr(reported, needs) is not None]
     done: list[Section] = []
-
-    def add(*pages: Section) -> None:
-        done.extend(pages)
+    for count, one in enumerate(wanted, 1):
+        made = one(**{name: getattr(reported, name) for name in signature(one).parameters})
+        done += made if isinstance(made, list) else [made]
         if progress is not None:
-            progress(min(len(done), total), total)
-
-    run = simulate(machine, seed=seed, progress=False)  # first, as it says what the machine lacks
-    summary = check(machine)
-    assert isinstance(summary, Summary)
-    held = simulate(machine, seed=seed, hold_balls=True, progress=False)
-    command = f"autobalancer simulate {file} --seed {seed} --out run.nc"
-    half = max(starts // 2, 2)
-    if isinstance(wanted.study, Designed):
-        add(*design_pages(wanted.study, machine, wanted.study_file))
-    # the machine, and whether its balls can balance it
-    add(facts_page(summary), drawing_page(machine), capability_page(summary))
-    judged = verdict(run, held)
-    add(quality_page(summary, residual_of(run), judged, wanted.grade, command), run_page(run, held, judged, command))
-    if starts:
-        again = f"autobalancer envelopes {file} --members {half} --seed {seed} --coast-down"
-        add(fan_page(machine, half, seed, again))
-    if wanted.measured is not None:
-        count = _samples(machine, summary)
-        fine = simulate(machine, seed=seed, save=[Samples(count)], progress=False)
-        again = f"{command} --samples {count}\nautobalancer compare run.nc {wanted.measured_file}"
-        add(measured_page(fine, wanted.measured, again))
-    # how far it is from where that fails
-    add(margin_page(summary), map_page(machine, summary))
-    if starts:
-        top = summary.highest_speed
-        if top is not None:
-            turning = f'autobalancer basin {file} --speed "{top:.17g} rad/s" --random {half} --seed {seed}'
-            add(basin_page(machine, top, half, seed, turning))
-        many: Any = ensemble(machine, seeds=starts, seed=seed, progress=silent)
-        add(starts_page(many, f"autobalancer ensemble {file} --seeds {starts} --seed {seed}"))
-    add(change_page(machine, file, -(-starts // TENTH), seed))
-    if isinstance(wanted.study, Studied):
-        add(*study_pages(wanted.study, wanted.study_file))
-    # what the numbers rest on
-    add(balls_page(machine, summary, run, command))
-    left = str(run.attrs.get("drag_warning", ""))
-    own = [Paragraph(f"This machine leaves the range of its drag law: {left}.", strong=True)] if left else []
-    add(Section("Limits", [*own, *(Paragraph(text) for text in LIMITS)]))
-    add(
-        Section(
-            "Sources",
-            [Rows((), SOURCES), Paragraph(machine.description)] if machine.description else [Rows((), SOURCES)],
-        )
-    )
-    add(Section("Machine file", [Listing(machine_text(machine))]))
-    for page in done:
-        page.replay = page.replay.replace("machine.toml", file)
-        page.blocks = [_in_rpm(block) for block in page.blocks]
+            progress(count, len(wanted))
+    for section in done:
+        section.replay = section.replay.replace("machine.toml", reported.file)
+        section.blocks = [_in_rpm(block) for block in section.blocks]
     return [first_page(done), *done]
 
 
@@ -269,13 +229,6 @@ def _in_rpm(block: Block) -> Block:
 def _speeds_in_rpm(text: str) -> str:
     """A text with its speeds in rpm."""
     return speeds_in(text, 30.0 / math.pi, "rpm")
-
-
-def _samples(machine: Machine, summary: Summary) -> int:
-    """So many samples of the run-up that vibration can be compared."""
-    assert machine.run is not None
-    turns = float(machine.run.duration) * (summary.highest_speed or 0.0) / (2.0 * math.pi)
-    return int(min(max(PER_TURN * turns, 2000.0), MOST_SAMPLES)) + 1
 
 
 def _identity(machine: Machine, name: str) -> tuple[tuple[str, str], ...]:
@@ -399,7 +352,8 @@ WIDTH = 24  # designs in the table
 OPEN = "undecided"  # too few runs to say
 
 
-def design_pages(designed: Designed, machine: Machine, file: str) -> list[Section]:
+@report_page(first=True, needs="designed")
+def design_pages(designed: Designed, machine: Machine, study_file: str) -> list[Section]:
     """The design from which a machine was chosen.
 
     Raises
@@ -409,7 +363,7 @@ def design_pages(designed: Designed, machine: Machine, file: str) -> list[Sectio
     """
     command = f"autobalancer design {quote(str(designed.attrs.get('specification_file', 'design.toml')))}"
     place = _place(designed, machine)
-    page = Section(f"Design {designed.attrs['design_name']}", replay=f"{command}  # written to {file}")
+    page = Section(f"Design {designed.attrs['design_name']}", replay=f"{command}  # written to {study_file}")
     best = designed.best()
     label, count = str(best["label"].values[place - 1]), best.sizes["design"]
     page.blocks += [Paragraph(f"This machine is place {place} of {count}: {label}.", strong=True)]
@@ -570,6 +524,7 @@ PRESSED = (
 )
 
 
+@report_page()
 def balls_page(machine: Machine, summary: Summary, run: xr.Dataset, command: str) -> Section:
     """Force and pressure between ball and race at the highest speed; slip during a run.
 
@@ -693,6 +648,7 @@ STANDING = {  # numbers that need no run, by their names in results
 }
 
 
+@report_page(after=starts_page)
 def change_page(machine: Machine, file: str, starts: int, seed: int) -> Section:
     """What changes of a tenth do to borders, capability, and run-ups from random starts.
 
@@ -703,10 +659,11 @@ def change_page(machine: Machine, file: str, starts: int, seed: int) -> Section:
     file
         Its name in commands.
     starts
-        Random starts of each value; 0 for no runs.
+        Random starts of the report, a tenth of them for each value; 0 for no runs.
     seed
         Of the first of them.
     """
+    starts = -(-starts // 10)
     page, requested = Section("What small changes do"), [f"autobalancer borders {file}"]
     here, _ = standing_numbers(machine, STANDING)
     known = [name for name, key in STANDING.items() if math.isfinite(here[key]) and here[key] > 0.0]
@@ -790,3 +747,52 @@ def _both(ratios: list[float]) -> str:
 
 def _signed(percent: float) -> str:
     return "0" if abs(percent) < 0.05 else f"{'+' if percent > 0.0 else '−'}{significant(abs(percent), 2)}"
+
+
+# The last pages: what the model leaves out, sources, the machine file.
+
+
+LIMITS = (
+    "The numbers are those of a model. It knows the machine only as far as the machine file at the end describes it, and ideal "
+    "parts where nothing is said: round races on the axis without friction, rigid supports behind the springs, a fluid that "
+    "fills the race.",
+    "Border speeds say where balancing is stable for small disturbances; the run-up and the random starts say what happens on "
+    "the way. Before a machine is built, measure a run-up and compare it.",
+)
+
+SOURCES = (
+    (
+        "equations of motion, averaged border, release speed",
+        "Spannan (2021), On the dynamic modelling of automatic ball balancers",
+    ),
+    ("balance quality grades", "ISO 21940-11"),
+    ("pressure between ball and race", "Johnson (1985), Contact mechanics; limit: ISO 76"),
+    ("intervals of shares", "Wilson (1927), J. Am. Stat. Assoc. 22"),
+)
+OF_A_STUDY = (
+    ("Sobol' indices", "Saltelli et al. (2010) and Jansen (1999), Comput. Phys. Commun. 181 and 117"),
+    ("intervals of rank correlations", "Fieller, Hartley and Pearson (1957), Biometrika 44"),
+)
+
+
+@report_page()
+def limits_page(run: xr.Dataset) -> Section:
+    """What the model leaves out, and whether this machine leaves the range of a law."""
+    left = str(run.attrs.get("drag_warning", ""))
+    own = [Paragraph(f"This machine leaves the range of its drag law: {left}.", strong=True)] if left else []
+    return Section("Limits", [*own, *(Paragraph(text) for text in LIMITS)])
+
+
+@report_page()
+def sources_page(machine: Machine, summary: Summary, study: Studied | None) -> Section:
+    """The literature of what this report uses."""
+    planes = summary.off_center.planes if summary.off_center is not None else ()
+    off = dict.fromkeys("this machine file" if plane.given else f"not given; {plane.source}" for plane in planes)
+    rows = (*SOURCES, *(("eccentricity of a race", text) for text in off), *(OF_A_STUDY if study is not None else ()))
+    return Section("Sources", [Rows((), rows), *([Paragraph(machine.description)] if machine.description else [])])
+
+
+@report_page()
+def file_page(machine: Machine) -> Section:
+    """The whole machine file."""
+    return Section("Machine file", [Listing(machine_text(machine))])

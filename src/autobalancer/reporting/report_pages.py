@@ -5,16 +5,16 @@ from __future__ import annotations
 import base64
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from shlex import quote
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import xarray as xr
 
 import autobalancer.plots.stability.stability_map as pictures
-from autobalancer.api import compare, run_measures
+from autobalancer.api import compare, simulate
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.laws.capabilities import grade_name, permissible_unbalance
 from autobalancer.machine import Machine
@@ -26,14 +26,16 @@ from autobalancer.plots.studies import envelopes as envelopes_picture
 from autobalancer.plots.studies import sensitivity as sensitivity_picture
 from autobalancer.plots.studies import study as study_picture
 from autobalancer.progress import silent
-from autobalancer.results.answers.studied import Ensemble, Studied
-from autobalancer.results.display_units import length_text, moment_text, significant
+from autobalancer.results.answers.studied import Studied
+from autobalancer.results.display_units import length_text, moment_text, side_text, significant
 from autobalancer.results.verdict import BALANCED, NO_RESIDUAL, PARTLY, WORSE, Verdict, verdict_lines
+from autobalancer.simulation.record import Samples
 from autobalancer.sketch import machine as sketch
 from autobalancer.stability.maps.stability_map import map as stability_map
 from autobalancer.stability.summary import Summary
 from autobalancer.studies.basin import basin
 from autobalancer.studies.design.designs import USUAL
+from autobalancer.studies.ensemble.ensemble import ensemble
 from autobalancer.studies.study.study import envelopes, sensitivity
 from autobalancer.tables import SOME, Column, rpm_and_si
 
@@ -241,6 +243,28 @@ def html_text(report: Report) -> str:
     return page.render(report=report, about=Rows((), report.about), block=block)
 
 
+# The list of pages. A page is a function with ``@report_page``; what it needs of the report it names as its parameters.
+
+
+Page = Callable[..., Section | list[Section]]
+Made = TypeVar("Made", bound=Page)
+PAGES: list[tuple[Page, str]] = []  # in their order, each with what must be there
+
+
+def report_page(*, after: Page | None = None, first: bool = False, needs: str = "") -> Callable[[Made], Made]:
+    """Make a function a page of every report: behind another one, as the ``first`` one, or behind all so far.
+
+    Its parameters are names of what a report is made of, of which ``needs`` must be there.
+    """
+
+    def listed(function: Made) -> Made:
+        behind = [one for one, _ in PAGES].index(after) + 1 if after is not None else len(PAGES)
+        PAGES.insert(0 if first else behind, (function, needs))
+        return function
+
+    return listed
+
+
 # Pages that need no run: drawing of the numbers of a machine, capability, balance quality, border speeds, stress.
 
 
@@ -252,6 +276,7 @@ DECIDES = ("release speed", "exact border")
 UNITS = {"viscosity": (1e6, "mm^2/s"), "drag": (1.0, "N*m*s")}
 
 
+@report_page()
 def facts_page(summary: Summary) -> Section:
     """What is known before a run."""
     page = Section("Machine", [facts(summary.rows(rpm_and_si))], "autobalancer check machine.toml")
@@ -261,6 +286,7 @@ def facts_page(summary: Summary) -> Section:
     return page
 
 
+@report_page()
 def drawing_page(machine: Machine) -> Section:
     """Rotor, supports, planes, races and balls."""
     page = Section("Drawing", replay="autobalancer plot machine.toml --out pictures")
@@ -269,6 +295,7 @@ def drawing_page(machine: Machine) -> Section:
     return page
 
 
+@report_page()
 def capability_page(summary: Summary) -> Section:
     """What the balls of each race, and of each plane, can balance, and what they have to."""
     page = Section("Capability", replay="autobalancer check machine.toml")
@@ -316,6 +343,7 @@ def capability_page(summary: Summary) -> Section:
     return page
 
 
+@report_page()
 def quality_page(summary: Summary, left: float, judged: Verdict, grade: float | None, command: str) -> Section:
     """Balance quality before, and with the balls as the run-up leaves them, against the grade that is asked for.
 
@@ -407,6 +435,7 @@ def residuals_left(summary: Summary, size: str) -> list[tuple[str, float, str]]:
     return rows
 
 
+@report_page()
 def margin_page(summary: Summary) -> Section:
     """Border speeds, amplification and margins from the service speed."""
     page = Section("Border speeds and margins", replay="autobalancer borders machine.toml")
@@ -415,16 +444,12 @@ def margin_page(summary: Summary) -> Section:
     top = summary.highest_speed
     rows = []
     for border in summary.borders:
-        margin = (
-            "-"
-            if top is None or not math.isfinite(border.speed)
-            else f"{significant(100.0 * (top - border.speed) / border.speed)} %"
-        )
+        margin = "-" if top is None or not math.isfinite(border.speed) else side_text(top, border.speed)
         rows.append((border.name, border.text(rpm_and_si), margin, border.note))
         if border.name in DECIDES and top is not None and not math.isnan(border.speed):
             said = border.text(rpm_and_si)
             if math.isfinite(border.speed):
-                said += f"; the highest speed is {margin} above it"
+                said += f"; the highest speed is {margin} it"
             some = border.best < top <= border.speed
             page.decisive.append(
                 Decisive(
@@ -436,18 +461,19 @@ def margin_page(summary: Summary) -> Section:
             )
     if rows:
         page.blocks.append(
-            Rows(("border", "speed", "highest speed above it by", "note"), tuple(rows), (False, False, True, False))
+            Rows(("border", "speed", "highest speed against it", "note"), tuple(rows), (False, False, True, False))
         )
     for speed, ratio in zip(summary.critical_speeds, summary.damping_ratios, strict=False):
         text = f"Critical speed {rpm_and_si(speed)}: damping ratio {100.0 * ratio:.3g} %"
         if ratio > 0.0:
             text += f", amplification factor {0.5 / ratio:.3g}"
         if top is not None:
-            text += f"; separation margin of the highest speed {significant(100.0 * abs(top - speed) / speed)} %"
+            text += f"; separation margin: the highest speed is {side_text(top, speed)} it"
         page.blocks.append(Paragraph(f"{text}."))
     return page
 
 
+@report_page()
 def map_page(machine: Machine, summary: Summary) -> Section:
     """Where balancing is stable over speed and viscosity, or drag."""
     page = Section("Where balancing is stable")
@@ -490,10 +516,12 @@ def _value(machine: Machine, name: str) -> float:
 # Pages of runs: one run-up as picture and verdict, many from random starts as shares and quantiles.
 
 
+PER_TURN, MOST_SAMPLES = 40, 400_000  # of a run that is compared with a measurement
 SCATTER = 0.01  # of a peak, below which its distribution is not drawn
 RUN_COLUMNS = ("balanced", "peak_deflection", "settling_time")
 
 
+@report_page(after=quality_page)
 def run_page(run: xr.Dataset, held: xr.Dataset, judged: Verdict, command: str) -> Section:
     """The run-up with its verdict, compared with the same machine with its balls held."""
     headline, rows, notes = verdict_lines(judged, rpm_and_si)
@@ -515,48 +543,45 @@ def run_page(run: xr.Dataset, held: xr.Dataset, judged: Verdict, command: str) -
     return page
 
 
-def residual_of(run: xr.Dataset) -> float:
-    """Residual unbalance at the end of a run, kg m; nan if it has none."""
-    result = run_measures(run)
-    values = result["residual_unbalance"].values if "residual_unbalance" in result else np.array([np.nan])
-    return float(np.sum(values))
-
-
-def starts_page(ensemble: Ensemble, command: str) -> Section:
+@report_page(needs="half")
+def starts_page(machine: Machine, file: str, starts: int, seed: int) -> Section:
     """How run-ups from random starts end."""
-    page = Section(f"{ensemble.sizes['member']} random starts of the balls", replay=command)
-    page.blocks.append(columns_table(ensemble.columns("rpm")))
+    many: Any = ensemble(machine, seeds=starts, seed=seed, progress=silent)
+    page = Section(
+        f"{starts} random starts of the balls", replay=f"autobalancer ensemble {file} --seeds {starts} --seed {seed}"
+    )
+    page.blocks.append(columns_table(many.columns("rpm")))
     page.blocks.append(Paragraph("95 %: the share of very many starts is in this interval with a probability of 95 %."))
-    page.blocks += [Paragraph(text) for text in (*ensemble.spread(), *ensemble.without())]
-    share, low, high = (100.0 * one for one in ensemble.share_of(ensemble["balanced"].values))
+    page.blocks += [Paragraph(text) for text in (*many.spread(), *many.without())]
+    share, low, high = (100.0 * one for one in many.share_of(many["balanced"].values))
     page.decisive.append(
         Decisive(
             "run-ups from random starts",
             f"{share:.3g} % ({low:.3g} to {high:.3g} %) end balanced",
-            condition=f"{ensemble.sizes['member']} starts of the machine file, with its unbalance and its fluid",
+            condition=f"{starts} starts of the machine file, with its unbalance and its fluid",
         )
     )
-    peaks = ensemble["peak_deflection"].values
+    peaks = many["peak_deflection"].values
     known = peaks[np.isfinite(peaks)]
     if known.size and np.ptp(known) > SCATTER * known.max():
         page.blocks.append(
-            drawing(
-                ensemble_distribution(ensemble, "peak_deflection"), "Share of the starts below each peak deflection."
-            )
+            drawing(ensemble_distribution(many, "peak_deflection"), "Share of the starts below each peak deflection.")
         )
     return page
 
 
-def fan_page(machine: Machine, starts: int, seed: int, command: str) -> Section:
-    """Run-up and coast-down from random starts, as percentiles."""
+@report_page(after=run_page, needs="half")
+def fan_page(machine: Machine, file: str, half: int, seed: int) -> Section:
+    """Run-up and coast-down from random starts, half as many, as percentiles."""
+    command = f"autobalancer envelopes {file} --members {half} --seed {seed} --coast-down"
     page = Section("Run-up and coast-down", replay=command)
     down = True
     try:
-        fan = envelopes(machine, members=starts, coast_down=True, seed=seed, progress=silent)
+        fan = envelopes(machine, members=half, coast_down=True, seed=seed, progress=silent)
     except QuestionError as reason:
         down = False
         page.blocks.append(Paragraph(f"No coast-down: {reason}"))
-        fan = envelopes(machine, members=starts, seed=seed, progress=silent)
+        fan = envelopes(machine, members=half, seed=seed, progress=silent)
     top = np.array([fan[f"below_{percent}"].values for percent in (50, 95, 100)])
     half = top.shape[1] // 2 if down else top.shape[1]
     parts = [("run-up", top[:, :half]), *([("coast-down", top[:, half:])] if down else [])]
@@ -573,14 +598,19 @@ def fan_page(machine: Machine, starts: int, seed: int, command: str) -> Section:
     return page
 
 
-def basin_page(machine: Machine, speed: float, starts: int, seed: int, command: str) -> Section:
-    """Which states are reached at the highest speed, from random angles of the balls."""
+@report_page(after=map_page, needs="half")
+def basin_page(machine: Machine, summary: Summary, file: str, half: int, seed: int) -> list[Section]:
+    """Which states are reached at the highest speed, from random angles of the balls, half as many."""
+    speed = summary.highest_speed
+    if speed is None:
+        return []
+    command = f'autobalancer basin {file} --speed "{speed:.17g} rad/s" --random {half} --seed {seed}'
     page = Section("Basins at the highest speed", replay=command)
     try:
-        result = basin(machine, speed, random=starts, seed=seed, progress=silent)
+        result = basin(machine, speed, random=half, seed=seed, progress=silent)
     except AutobalancerError as reason:
         page.blocks.append(Paragraph(f"Not stated: {reason}"))
-        return page
+        return [page]
     page.blocks.append(columns_table(result.columns("rpm")))
     page.blocks.append(
         Paragraph(
@@ -589,13 +619,22 @@ def basin_page(machine: Machine, speed: float, starts: int, seed: int, command: 
         )
     )
     page.blocks += [Paragraph(text) for text in result.remarks()]
-    return page
+    return [page]
 
 
-def measured_page(run: xr.Dataset, measured: xr.Dataset, command: str) -> Section:
-    """What was measured beside the run-up."""
+@report_page(after=fan_page, needs="measured")
+def measured_page(
+    machine: Machine, summary: Summary, seed: int, measured: xr.Dataset, measured_file: str, command: str
+) -> Section:
+    """What was measured beside the run-up, which has so many samples here that vibration can be compared."""
+    assert machine.run is not None
+    turns = float(machine.run.duration) * (summary.highest_speed or 0.0) / (2.0 * math.pi)
+    count = int(min(max(PER_TURN * turns, 2000.0), MOST_SAMPLES)) + 1
+    run = simulate(machine, seed=seed, save=[Samples(count)], progress=False)
     result = compare(run, measured)
-    page = Section("Measured and computed", replay=command)
+    page = Section(
+        "Measured and computed", replay=f"{command} --samples {count}\nautobalancer compare run.nc {measured_file}"
+    )
     if rows := result.facts():
         page.blocks.append(facts(rows))
     page.blocks.append(columns_table(result.columns("rpm")))
@@ -604,18 +643,19 @@ def measured_page(run: xr.Dataset, measured: xr.Dataset, command: str) -> Sectio
     return page
 
 
-def study_pages(studied: Studied, file: str) -> list[Section]:
+@report_page(needs="study")
+def study_pages(study: Studied, study_file: str) -> list[Section]:
     """A study with its pictures, and which scatter drives it."""
-    command = f"autobalancer study {quote(str(studied.attrs.get('study_file', 'study.toml')))} --out {quote(file)}"
-    page = Section(f"Study {studied.attrs.get('study_name', '')}".strip(), replay=command)
-    page.blocks.append(facts(_option_rows(studied)))
-    page.blocks.append(columns_table(studied.columns("rpm")))
-    page.blocks += [Paragraph(text) for text in studied.remarks()]
+    command = f"autobalancer study {quote(str(study.attrs.get('study_file', 'study.toml')))} --out {quote(study_file)}"
+    page = Section(f"Study {study.attrs.get('study_name', '')}".strip(), replay=command)
+    page.blocks.append(facts(_option_rows(study)))
+    page.blocks.append(columns_table(study.columns("rpm")))
+    page.blocks += [Paragraph(text) for text in study.remarks()]
     pages = [page]
     driven, requested = Section("Which scatter drives the result"), list[str]()
-    for name in (name for name in RUN_COLUMNS if name in studied):
-        _add(page.blocks, lambda name=name: drawing(study_picture(studied, name), f"{_words(name)} over the study."))
-        if _add(driven.blocks, lambda name=name: _driven(studied, name)):
+    for name in (name for name in RUN_COLUMNS if name in study):
+        _add(page.blocks, lambda name=name: drawing(study_picture(study, name), f"{_words(name)} over the study."))
+        if _add(driven.blocks, lambda name=name: _driven(study, name)):
             requested.append(f"{command} --sensitivity {name}")
     driven.replay = "\n".join(requested)
     if driven.blocks:

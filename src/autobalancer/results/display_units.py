@@ -65,6 +65,12 @@ def significant(value: float, digits: int = 3) -> str:
     return f"{value:.0f}" if 10.0 ** (digits - 1) <= abs(value) < 1e6 else f"{value:.{digits}g}"
 
 
+def side_text(value: float, reference: float) -> str:
+    """On which side of a reference a value is, and how far in percent of it: ``"2.2 % below"``."""
+    share = 100.0 * (value / reference - 1.0)
+    return f"{significant(abs(share))} % {'above' if share >= 0.0 else 'below'}"
+
+
 def worded(text: str, bodies: str) -> str:
     """A text about balls as one about these ``bodies``, such as "cylinders"."""
     return re.sub(r"\bball(s?)\b", rf"{bodies[:-1]}\1", text)

@@ -572,7 +572,8 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
             f"autobalancer ensemble FILE --seeds 100 shows how often; {thicker}"
         )
     if top <= exact.speed and not inside:
-        return f"no, not {at}: {stable}; run faster, or {thicker}"
+        cure = "run faster, or " if math.isfinite(exact.speed) else "run there, or " if exact.windows else ""
+        return f"no, not {at}: {stable}; {cure}{thicker}"
     if release is not None and release.speed >= top:
         when = "never" if math.isinf(release.speed) else f"at {said(release.speed)} only"
         return f"{at} yes, but not after a slow run-up: balls that stall are released {when}; {thicker}, a faster run-up, too"
@@ -625,7 +626,7 @@ def _left_over(summary: Summary, needs: list[float]) -> tuple[float, bool, list[
 def friction_rows(held: HeldByFriction, said: SpeedText, *, brief: bool = False) -> list[Row]:
     """What friction holds: rows for each plane with balls, only the first of them if ``brief``, or that there is none."""
     rows = _plane_rows("friction", held, [plane.rows[: 1 if brief else None] for plane in held.planes], said)
-    return [*rows, ("friction", held.note)] if held.note else rows
+    return [*rows, ("friction, theory" if rows else "friction", held.note)] if held.note else rows
 
 
 def _eccentricity(summary: Summary) -> list[Row]:

@@ -16,6 +16,7 @@ import xarray as xr
 from autobalancer.machine import Machine
 from autobalancer.plots.stability.stability_map import map as draw_map
 from autobalancer.plots.style import DRAWING, quantity_axis
+from autobalancer.results.display_units import side_text
 from autobalancer.tables import border_cell
 
 
@@ -235,7 +236,4 @@ def _rpm(speed: float, best: float) -> str:
 
 
 def _side(speed: float, border: float) -> str:
-    if not math.isfinite(border):
-        return ""
-    share = 100.0 * abs(speed / border - 1.0)
-    return f"{share:{'.0f' if share >= 10.0 else '.2g'}} % {'above' if speed >= border else 'below'}"
+    return side_text(speed, border) if math.isfinite(border) else ""
