@@ -48,6 +48,32 @@ def context(chromium: Any) -> Iterator[Any]:
 @pytest.fixture
 def page(context: Any, server: Server) -> Iterator[Any]:
     """A page of 1280 by 860; afterwards it must have asked no other host, and have had no errors."""
+    with watched(context, server) as (opened, faultless):
+        yield opened
+        faultless()
+
+
+@pytest.fixture(scope="module")
+def first_page(context: Any, server: Server) -> Iterator[Any]:
+    with watched(context, server) as opened:
+        yield opened
+
+
+@pytest.fixture
+def same_page(first_page: Any, server: Server, request: pytest.FixtureRequest) -> Iterator[Any]:
+    """The same page for all tests of a module that begin on Describe: it is dear to load. A failed test leaves a new one."""
+    opened, faultless = first_page
+    if opened.url.partition("#")[0] != server.address or request.session.testsfailed:
+        opened.goto(server.address)
+    opened.get_by_role("tab", name="Describe").click()
+    at(opened, "name").wait_for()
+    yield opened
+    faultless()
+
+
+@contextlib.contextmanager
+def watched(context: Any, server: Server) -> Iterator[tuple[Any, Callable[[], None]]]:
+    """A page, and what sees to it that it has asked no other host and had no errors."""
     opened = context.new_page()
     opened.set_default_timeout(PATIENCE)
     asked: list[str] = []
@@ -56,15 +82,18 @@ def page(context: Any, server: Server) -> Iterator[Any]:
     opened.on("pageerror", lambda error: errors.append(str(error)))
     opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
     opened.goto(server.address)
-    opened.wait_for_selector('[data-at="name"]')
-    yield opened
+    at(opened, "name").wait_for()
+
+    def faultless() -> None:
+        others = [url for url in asked if not url.startswith((server.address, "data:", "blob:"))]
+        assert not others, f"requests to other hosts: {others}"
+        lost = ("ERR_CONNECTION", "WebSocket")  # said while a test starts the server again
+        assert not [text for text in errors if not any(words in text for words in lost)]
+
+    yield opened, faultless
     opened.evaluate("localStorage.clear()")
     opened.close()
     context.clear_cookies()
-    others = [url for url in asked if not url.startswith((server.address, "data:", "blob:"))]
-    assert not others, f"requests to other hosts: {others}"
-    lost = ("ERR_CONNECTION", "WebSocket")  # said while a test starts the server again
-    assert not [text for text in errors if not any(words in text for words in lost)]
 
 
 def at(page: Any, place: str) -> Any:

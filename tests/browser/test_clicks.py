@@ -12,7 +12,12 @@ from tools.browser import Server
 
 pytestmark = pytest.mark.browser
 expect = pytest.importorskip("playwright.sync_api").expect
-TIMES = 5
+TIMES = 3
+
+
+@pytest.fixture
+def page(same_page: Any) -> Any:
+    return same_page
 
 
 def runs(server: Server) -> int:

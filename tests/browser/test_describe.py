@@ -13,6 +13,11 @@ pytestmark = pytest.mark.browser
 expect = pytest.importorskip("playwright.sync_api").expect
 
 
+@pytest.fixture
+def page(same_page: Any) -> Any:
+    return same_page
+
+
 ORBIT = "balancers[1].races[1].orbit_radius"
 
 

@@ -15,6 +15,11 @@ expect = pytest.importorskip("playwright.sync_api").expect
 WHAT_DRIVES = re.compile("what drives the scatter of peak deflection")
 
 
+@pytest.fixture
+def page(same_page: Any) -> Any:
+    return same_page
+
+
 def opened(page: Any) -> None:
     """Go to the page Studies; what it needs is loaded with the first visit."""
     page.get_by_role("tab", name="Studies").click()
