@@ -28,7 +28,7 @@ width = "13.8 mm"
 height = "20 mm"
 contact = { restitution = 0.6 }
 fluid = { name = "silicone oil 20", temperature = "25 degC" }
-drag = { law = "cd_re", cd_re = 387 }
+drag = { law = "cd_times_re", cd_times_re = 387 }
 [[balancers.races.balls]]
 count = 6
 diameter = "12.3 mm"

@@ -31,14 +31,14 @@ run = { duration = "0.3 s" }
 [[balancers]]
 [[balancers.races]]
 orbit_radius = "100 mm"
-drag = { law = "beta", beta = "1e-3 N*m*s" }
+drag = { law = "viscous", damping = "1e-3 N*m*s" }
 balls = [{ count = 2, mass = "3 g", density = "7800 kg/m^3", start_angles = ["60 deg", "200 deg"] }]
 """
 SOUGHT = {  # path: how far the true value may be from that of the rig, and bounds of the fit, as factors
     "rotor.stiffness": (0.02, 0.5, 2.0),
     "rotor.damping": (0.15, 0.3, 3.0),
     "unbalances[1].moment": (0.15, 0.3, 3.0),
-    "balancers[1].races[1].drag.beta": (0.15, 0.3, 3.0),
+    "balancers[1].races[1].drag.damping": (0.15, 0.3, 3.0),
 }
 NOISE, RATE = "40 dB", 1000.0  # of each sensor; Hz
 SIZE = (320, 240)  # of a picture: a ball is 9 pixels across

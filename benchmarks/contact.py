@@ -26,7 +26,7 @@ def bench() -> list[dict[str, Any]]:
     """40 run-ups of two balls over drag and unbalance: rigid contact, no contact, soft contact."""
     machines = [
         ab.with_parameter(
-            ab.with_parameter(ab.load_machine(MACHINE), f"{RACE}drag.beta", beta), "unbalances[1].mass", mass
+            ab.with_parameter(ab.load_machine(MACHINE), f"{RACE}drag.damping", beta), "unbalances[1].mass", mass
         )
         for beta, mass in SET
     ]

@@ -40,7 +40,7 @@ def columns(count: int) -> dict[str, np.ndarray]:
 
 def without_contact() -> Machine:
     """The machine of the stall-and-release run-up with balls that pass through each other."""
-    return ab.with_parameter(load_race_machine(MACHINE), "balancers[1].races[1].coincidence", True)
+    return ab.with_parameter(load_race_machine(MACHINE), "balancers[1].races[1].collisions", False)
 
 
 class Found(NamedTuple):

@@ -41,7 +41,7 @@ def bench() -> list[dict[str, Any]]:
     for start in ("carried", "fixed"):
         begin = perf_counter()
         for drag in DAMPINGS:
-            dragged = with_value_at(machine, "balancers[1].races[1].drag.beta", drag)
+            dragged = with_value_at(machine, "balancers[1].races[1].drag.damping", drag)
             stepped_response(dragged, SPEEDS, start=start, **question)
         times[start] = perf_counter() - begin
     theirs, error = scipy_seconds(machine)

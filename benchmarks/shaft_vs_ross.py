@@ -89,7 +89,7 @@ def ours(shaft: dict[str, Any], tolerance: float = 1e-6) -> np.ndarray:
         "unbalances": [{"moment": UNBALANCE, "station": station, "schedule": {"time": [0.0, RISE], "factor": [0.0, 1.0]}}],
         "balancers": [{
             "station": station,
-            "races": [{"orbit_radius": ORBIT, "drag": {"law": "beta", "beta": DRAG}, "balls": [balls]}],
+            "races": [{"orbit_radius": ORBIT, "drag": {"law": "viscous", "damping": DRAG}, "balls": [balls]}],
         }],
         "drive": {"kind": "speed", "profile": {"kind": "constant", "speed": SPEED}},
     })  # fmt: skip

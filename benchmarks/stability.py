@@ -83,7 +83,7 @@ def orthotropic_rotors() -> list[dict[str, Any]]:
         ("orthotropic_eccentric_race_map_s", eccentric, (50.0, 180.0), "a race off the axis"),
         ("rodrigues_rig_map_s", ab.catalog.rig("rodrigues_rig"), (120.0, 600.0), "a rotor that tilts in two planes"),
     ):
-        drag = float(machine.balancers[0].races[0].drag.beta)
+        drag = float(machine.balancers[0].races[0].drag.damping)
         grid = {"speed": np.linspace(*speeds, UNEVEN[0]), "drag": drag * np.geomspace(0.2, 5.0, UNEVEN[1])}
         time = processor_seconds(lambda machine=machine, grid=grid: ab.stability.map(machine, grid))
         note = f"{UNEVEN[0] * UNEVEN[1]} points and all borders, {text}; time of all processors"

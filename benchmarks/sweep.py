@@ -11,7 +11,7 @@ from benchmarks import compared, seconds
 from benchmarks._run_up import MACHINE
 
 VARIATIONS = {
-    "balancers[1].races[1].drag.beta": np.geomspace(5e-5, 5e-4, 40).tolist(),
+    "balancers[1].races[1].drag.damping": np.geomspace(5e-5, 5e-4, 40).tolist(),
     "unbalances[1].mass": np.linspace(2e-3, 6e-3, 25).tolist(),
 }
 RUNS = 1000

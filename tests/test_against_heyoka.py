@@ -51,14 +51,14 @@ def machine(races: list[dict[str, Any]], **changes: Any) -> Machine:
         "axis": "vertical",
         "rotor": {"mass": 10.0, "stiffness": 6.25e5, "damping": 100.0, "inertia": 0.05},
         "unbalances": [{"moment": 5e-4, "angle": 0.3}],
-        "balancers": [{"races": [race | {"coincidence": True} for race in races]}],
+        "balancers": [{"races": [race | {"collisions": False} for race in races]}],
         "drive": {"kind": "torque", "torque": 8.0, "damping": 5e-3},
         "start": {"speed": 150.0},
     }
     return Machine(**(data | changes))
 
 
-DRAG = {"law": "beta", "beta": 1.5e-4}
+DRAG = {"law": "viscous", "damping": 1.5e-4}
 CENTERED = {"orbit_radius": 0.1, "drag": DRAG, "balls": [BALL | {"count": 2, "start_angles": [1.0, -1.9]}]}
 OFF_CENTER = {
     "race_radius": 0.1,
@@ -70,7 +70,7 @@ OFF_CENTER = {
 WET = {
     "orbit_radius": 0.07,
     "fluid": {"density": 900.0, "viscosity": 2e-5},
-    "drag": {"law": "cd_re", "cd_re": 300.0},
+    "drag": {"law": "cd_times_re", "cd_times_re": 300.0},
     "balls": [{"diameter": 0.012, "density": 7800.0, "start_angles": -2.0, "start_speeds": -15.0}],
 }
 CASES = {

@@ -87,7 +87,11 @@ def machine(
     added: float = 0.0,
 ) -> Machine:
     """The same in the words of the package; ``added`` as a fluid of hardly any buoyancy and much virtual mass."""
-    race: dict[str, Any] = {"orbit_radius": ARM, "eccentricity": offset, "drag": {"law": "beta", "beta": beta}}
+    race: dict[str, Any] = {
+        "orbit_radius": ARM,
+        "eccentricity": offset,
+        "drag": {"law": "viscous", "damping": beta},
+    }
     balls = {"count": 2, "mass": BALL, "motion": "point", "start_angles": list(angles)}
     if added:
         volume = np.pi / 6 * 0.01**3
@@ -104,7 +108,7 @@ def machine(
         gravity=gravity,
         rotor={"mass": MASS, "stiffness": list(stiffness), "damping": list(damping), "inertia": INERTIA},
         unbalances=[{"moment": UNBALANCE}],
-        balancers=[{"races": [race | {"balls": [balls], "coincidence": True}]}],
+        balancers=[{"races": [race | {"balls": [balls], "collisions": False}]}],
         drive={"kind": "torque", "torque": torque, "damping": brake},
         start={"speed": speed},
     )

@@ -96,7 +96,7 @@ def test_the_values_of_a_point_go_into_the_text_and_nothing_else_changes(machine
 @pytest.mark.parametrize(
     ("sample", "wanted", "written"),
     [
-        ("rigid_rotor", {"speed": 3000.0 * RPM, "drag": 2e-4}, ('end = "3000 rpm"', 'beta = "0.0002 N*m*s"')),
+        ("rigid_rotor", {"speed": 3000.0 * RPM, "drag": 2e-4}, ('end = "3000 rpm"', 'damping = "0.0002 N*m*s"')),
         ("two_plane_rotor", {"speed": 3000.0 * RPM}, ('speed = "3000 rpm"',)),
         ("discoidal", {"stiffness": 4e4}, ('stiffness = "40 kN/m"',)),
     ],

@@ -18,7 +18,6 @@ from autobalancer.machine import (
     Balancer,
     Balls,
     Constant,
-    DragTorque,
     Machine,
     PlanarRotor,
     PrescribedSpeed,
@@ -26,6 +25,7 @@ from autobalancer.machine import (
     RigidRotor,
     Support,
     Unbalance,
+    ViscousDrag,
 )
 from autobalancer.stability.averaged import (
     averaged_station_eigenvalues,
@@ -44,7 +44,7 @@ RIGHT_ANGLES = np.array([0.25, -0.25, 0.25, -0.25]) * math.pi
 
 def symmetric(polar: float) -> Machine:
     """A rigid rotor with two equal planes and two equal supports at the same distance from its mass center."""
-    race = Race(orbit_radius=0.05, drag=DragTorque(beta=DRAG), balls=(Balls(mass=0.004, count=2, motion="point"),))
+    race = Race(orbit_radius=0.05, drag=ViscousDrag(damping=DRAG), balls=(Balls(mass=0.004, count=2, motion="point"),))
     return Machine(
         name="symmetric",
         axis="vertical",
@@ -72,7 +72,7 @@ def one_plane_amid(along_y: float, damping_y: float) -> Machine:
     """The rotor with all balls in its middle, where they and the unbalance do not tilt it."""
     machine = with_supports(symmetric(0.03), along_y, damping_y)
     race = machine.balancers[0].races[0]
-    heavy = race.model_copy(update={"drag": DragTorque(beta=2.0 * DRAG)})
+    heavy = race.model_copy(update={"drag": ViscousDrag(damping=2.0 * DRAG)})
     unbalance = Unbalance(moment=1.5e-4, station=0.0)
     return machine.model_copy(
         update={"balancers": (Balancer(station=0.0, races=(heavy,)),), "unbalances": (unbalance,)}

@@ -137,11 +137,13 @@ def test_the_line_of_a_result_is_the_drag_of_a_machine_file(tmp_path: Path) -> N
     law = ab.load_machine(path).balancers[0].races[0].drag
     assert law is not None
     assert law.law == "table"
-    np.testing.assert_allclose(np.multiply(law.reynolds, law.coefficient), found["cd_re"], rtol=1e-3)
-    assert float(found.cd_re[1] / found.cd_re[0]) == pytest.approx(1.0, abs=0.02), "Stokes' range ends above Re = 5"
+    np.testing.assert_allclose(np.multiply(law.reynolds, law.coefficient), found["cd_times_re"], rtol=1e-3)
+    assert float(found.cd_times_re[1] / found.cd_times_re[0]) == pytest.approx(1.0, abs=0.02), (
+        "Stokes' range ends above Re = 5"
+    )
     decades = math.log10(0.1 * 6.15e-3 / 1e-5)
-    film = decades * found.attrs["cd_re_per_decade"]
-    assert float(found.cd_re[0] - found.cd_re_of_mesh[0]) == pytest.approx(film)
+    film = decades * found.attrs["cd_times_re_per_decade"]
+    assert float(found.cd_times_re[0] - found.cd_times_re_of_mesh[0]) == pytest.approx(film)
 
 
 @pytest.mark.slow
@@ -154,7 +156,7 @@ def test_two_balls_of_a_race_take_more_fluid_along_than_one_and_feel_less_drag()
         for count in (1, 2)
     )
     assert float(two.through_flow[0]) > 1.5 * float(one.through_flow[0])
-    assert float(two.cd_re[0]) < 0.95 * float(one.cd_re[0])
+    assert float(two.cd_times_re[0]) < 0.95 * float(one.cd_times_re[0])
 
 
 @pytest.mark.slow
@@ -173,8 +175,10 @@ def test_a_ball_behind_another_is_shielded_and_both_are_drawn_and_kept(tmp_path:
     channel = ab.flow.Channel(0.0123, 0.0138, 0.02, 0.07695)
     options = {"gap": 1e-5, "mesh_gap": 0.1, "fineness": 0.5}
     alone, pair = (ab.flow.ball_drag(channel, [0.0, 20.0], **options, ball_ahead=far) for far in (None, 0.016))  # type: ignore[arg-type]
-    assert 0.9 < float(pair.cd_re[0] / alone.cd_re[0]) < 1.0, "slow fluid has to be pushed past each of them"
-    behind, ahead = pair.cd_re.values, pair.cd_re_ahead.values
+    assert 0.9 < float(pair.cd_times_re[0] / alone.cd_times_re[0]) < 1.0, (
+        "slow fluid has to be pushed past each of them"
+    )
+    behind, ahead = pair.cd_times_re.values, pair.cd_times_re_ahead.values
     assert behind[0] == pytest.approx(ahead[0], rel=0.05), "slow flow takes no side; a mesh as coarse as this one does"
     assert behind[1] / behind[0] < ahead[1] / ahead[0], "with inertia the ball behind feels less"
     ab.save_run(pair, tmp_path / "pair.nc")
@@ -199,7 +203,7 @@ def test_the_command_prints_what_the_function_finds(tmp_path: Path) -> None:
     answer = CliRunner().invoke(app, [*command, "--json"])
     assert answer.exit_code == 0, answer.output
     found = ab.flow.ball_drag(DISCOIDAL, [0.0], gap=1e-5, mesh_gap=0.1, fineness=0.5)
-    assert json.loads(answer.output)["cd_re"] == pytest.approx(found["cd_re"].values.tolist())
+    assert json.loads(answer.output)["cd_times_re"] == pytest.approx(found["cd_times_re"].values.tolist())
     refused = CliRunner().invoke(app, [*command[:2], "--gap", "10"])
     assert refused.exit_code == 2
 

@@ -46,11 +46,11 @@ ROD = {"body": "pendulum", "mass": 0.02, "inertia": 4e-5}
 def race(*groups: dict[str, Any], eccentricity: float = 1e-3, beta: float = 0.0, **other: Any) -> dict[str, Any]:
     """One of 0.08 m around a point beside the shaft."""
     return {
-        "coincidence": True,
+        "collisions": False,
         "orbit_radius": 0.08,
         "eccentricity": eccentricity,
         "eccentricity_angle": 0.7,
-        "drag": {"law": "beta", "beta": beta},
+        "drag": {"law": "viscous", "damping": beta},
         "balls": list(groups),
         **other,
     }
@@ -271,7 +271,7 @@ def test_pendulums_pass_each_other_unless_they_have_heads_in_one_plane(diameter:
     contact = {} if diameter is None else {"contact": {"restitution": 1.0, "stiffness": 1e7}}
     still = {"kind": "speed", "profile": {"kind": "constant", "speed": 0.0}}
     rotor = {"mass": 1e9, "stiffness": 1e15, "damping": 0.0}
-    case = machine(race(arms, eccentricity=0.0, coincidence=False, **contact), rotor=rotor, drive=still, start={})
+    case = machine(race(arms, eccentricity=0.0, collisions=True, **contact), rotor=rotor, drive=still, start={})
     run = ab.simulate(case, duration=0.1, save=ab.Samples(1001))
     apart = np.diff(run.ball_angle_in_rotor.values, axis=1).ravel()
     if diameter is None:
@@ -305,7 +305,7 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "large bearing": ({**ROD, "bearing_radius": 0.08}, {}, "must be smaller than the orbit radius, 80 mm"),
     "rubbing pendulums": (
         ROD,
-        {"coincidence": False, "contact": {"restitution": 0.5, "friction": 0.1}},
+        {"collisions": True, "contact": {"restitution": 0.5, "friction": 0.1}},
         "only rolling",
     ),
     "resolved pendulum": (ROD, {"resolved": RESOLVED}, "a pendulum is guided by its bearing"),

@@ -45,7 +45,7 @@ def rig(
 ) -> Machine:
     """The discoidal rig of table 6.4 with oil of 0.65 mm^2/s; its mass of 12.27 kg contains two balls."""
     balls = balls or [{"count": 2, "mass": "6.656 g", "diameter": "12.3 mm"}]
-    race = {"orbit_radius": 0.07695, "drag": {"law": "beta", "beta": beta}, "balls": balls}
+    race = {"orbit_radius": 0.07695, "drag": {"law": "viscous", "damping": beta}, "balls": balls}
     return Machine(
         name="rig",
         axis="vertical",
@@ -162,7 +162,7 @@ def test_the_direction_of_the_unbalance_and_a_mirrored_machine_make_no_differenc
 
 
 def test_two_races_with_a_ball_each_are_one_race_with_two() -> None:
-    race = {"orbit_radius": 0.07695, "drag": {"law": "beta", "beta": 5.468e-6}}
+    race = {"orbit_radius": 0.07695, "drag": {"law": "viscous", "damping": 5.468e-6}}
     ball = {"mass": "6.656 g", "diameter": "12.3 mm"}
     assert speeds(rig(races=[{**race, "balls": [ball]}] * 2)) == pytest.approx(speeds(rig()), rel=1e-12)
 
@@ -365,7 +365,7 @@ def test_the_border_over_the_unbalance_peaks_where_the_balls_are_at_right_angles
 
 
 def test_a_border_curve_has_the_borders_of_each_machine_and_can_be_stored(tmp_path: Path) -> None:
-    path, values = "balancers[1].races[1].drag.beta", [1e-5, "1e-4 N*m*s"]
+    path, values = "balancers[1].races[1].drag.damping", [1e-5, "1e-4 N*m*s"]
     by_path, by_name = ab.stability.border_curve(rig(), path, values), ab.stability.border_curve(rig(), "drag", values)
     for number, beta in enumerate((1e-5, 1e-4)):
         for name, speed in speeds(rig(beta=beta)).items():
@@ -459,7 +459,7 @@ def test_a_check_says_what_it_did_not_find_in_time_and_the_question_itself_has_n
 ) -> None:
     race = {
         "orbit_radius": 0.07695,
-        "drag": {"law": "beta", "beta": 5e-6},
+        "drag": {"law": "viscous", "damping": 5e-6},
         "friction": {"rolling_resistance": 1e-4, "adherence": 1e-4},
         "balls": [{"count": 2, "mass": 1e-3, "diameter": 2e-3}],
     }

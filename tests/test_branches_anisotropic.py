@@ -17,12 +17,12 @@ from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import (
     Balancer,
     Balls,
-    DragTorque,
     Machine,
     PlanarRotor,
     PrescribedSpeed,
     Race,
     Unbalance,
+    ViscousDrag,
 )
 from autobalancer.machine.drive import Constant
 from autobalancer.simulation.record import Samples
@@ -157,7 +157,7 @@ def test_balance_ends_where_the_balls_just_make_up_for_the_unbalance_on_any_supp
 def test_a_run_leaves_its_state_where_the_branch_turns_back() -> None:
     ball = DISCOIDAL.balancers[0].races[0].balls[0].model_copy(update={"count": 1, "start_angles": (0.0,)})
     machine = with_value_at(uneven(DISCOIDAL, 0.1), f"{RACE}.balls", (ball,))
-    machine = with_value_at(machine, f"{RACE}.drag", {"law": "beta", "beta": BETA})
+    machine = with_value_at(machine, f"{RACE}.drag", {"law": "viscous", "damping": BETA})
     machine = with_value_at(machine, "unbalances[1].mass", 3e-3)
     found = branches(machine, "speed", 53.0, 57.0, from_state="coincident", switch=False)
     fold = float(specials(found, "fold")[0]["special_parameter"])
@@ -178,7 +178,7 @@ def test_a_run_leaves_its_state_where_the_branch_turns_back() -> None:
 
 
 def test_beyond_the_hopf_point_balls_swing_in_a_run_as_its_coefficient_says() -> None:
-    machine = with_value_at(uneven(DISCOIDAL, 0.1), f"{RACE}.drag", {"law": "beta", "beta": BETA})
+    machine = with_value_at(uneven(DISCOIDAL, 0.1), f"{RACE}.drag", {"law": "viscous", "damping": BETA})
     found = branches(machine, "speed", 70.0, 66.0, largest_step=0.1)
     (point,) = specials(found, "Hopf")
     assert str(point["criticality"].values) == "supercritical"
@@ -200,7 +200,7 @@ def test_the_curve_of_hopf_points_on_anisotropic_supports_is_the_exact_border() 
     curve = bifurcation_curves(machine, "Hopf", "speed", 70.0, 60.0, "drag", BETA, 1.5 * BETA, largest_step=0.3)
     assert curve.sizes["point"] > 4
     for part in (curve.isel(point=0), curve.isel(point=-1)):
-        other = with_value_at(machine, f"{RACE}.drag", {"law": "beta", "beta": float(part["second_parameter"])})
+        other = with_value_at(machine, f"{RACE}.drag", {"law": "viscous", "damping": float(part["second_parameter"])})
         (border,) = (b.speed for b in ab.stability.borders(other) if b.name == "exact border")
         assert float(part["parameter"]) == pytest.approx(border, rel=1e-9)
 
@@ -221,7 +221,7 @@ def test_the_curve_of_folds_on_anisotropic_supports_goes_through_the_folds_of_it
 def test_beyond_a_period_doubling_a_ball_repeats_after_a_whole_turn_only() -> None:
     """On a race hardly larger than the deflection it would swing once a turn by itself; what holds it varies twice a turn."""
     ball = Balls(mass=0.01, motion="point", start_angles=(-0.1,))
-    race = Race(orbit_radius=0.002, drag=DragTorque(beta=1e-7), balls=(ball,))
+    race = Race(orbit_radius=0.002, drag=ViscousDrag(damping=1e-7), balls=(ball,))
     machine = Machine(
         name="small race",
         axis="vertical",

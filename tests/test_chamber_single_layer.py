@@ -45,7 +45,7 @@ def planar() -> Machine:
     balls = BALLS | {"motion": "rolling", "start_angles": list(ANGLES)}
     race = {
         "orbit_radius": ORBIT,
-        "drag": {"law": "beta", "beta": DRAG * ORBIT**2},
+        "drag": {"law": "viscous", "damping": DRAG * ORBIT**2},
         "resolved": resolved,
         "balls": [balls],
     }

@@ -47,8 +47,8 @@ def planar(**balls: Any) -> Machine:
                     "races": [
                         {
                             "orbit_radius": 0.1,
-                            "coincidence": True,
-                            "drag": {"law": "beta", "beta": 2e-4},
+                            "collisions": False,
+                            "drag": {"law": "viscous", "damping": 2e-4},
                             "balls": [{"count": 2, "mass": 3e-3, "diameter": 9e-3} | balls],
                         }
                     ]

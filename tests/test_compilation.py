@@ -40,7 +40,7 @@ rotor = {"mass": 10.0, "stiffness": 6e5, "damping": 80.0, "inertia": 0.05}
 drive = {"kind": "torque", "torque": 3.0}
 forces = [{"kind": "race_springs", "stiffness": 30.0}, {"kind": "radial_spring", "stiffness": 9e3, "free_length": 0.05}]
 balls = [{"mass": 4e-3, "motion": "point", "count": 2, "start_angles": [0.5, 2.0]}]
-race = {"orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-4}, "forces": forces, "balls": balls}
+race = {"orbit_radius": 0.1, "drag": {"law": "viscous", "damping": 1e-4}, "forces": forces, "balls": balls}
 parts = {"unbalances": [{"moment": 4e-4}], "balancers": [{"races": [race]}], "drive": drive}
 machine = Machine(name="second", axis="vertical", rotor=rotor, **parts)
 run = ab.simulate(machine, duration=1.0, save=[Samples(30), Envelope(5), LastRevolutions(1, 8)],

@@ -101,7 +101,7 @@ def test_all_unbalances_of_a_rotor_that_tilts_change_together() -> None:
     ("name", "path", "symbol"),
     [
         ("viscosity", "balancers[1].races[1].fluid.viscosity", r"\nu"),
-        ("drag", "balancers[1].races[1].drag.beta", r"\beta"),
+        ("drag", "balancers[1].races[1].drag.damping", r"\beta"),
         ("ball_mass", "balancers[2].races[1].balls[1].mass", "m"),
         ("unbalance", "unbalances[1].moment", "U"),
         ("stiffness", "rotor.stiffness", "k"),

@@ -43,7 +43,7 @@ HOMES = {
         "friction",
         "contact",
         "slipstream",
-        "coincidence",
+        "collisions",
         "partitions",
         "harmonics",
         "roundness",
@@ -63,7 +63,7 @@ WHOLE: dict[str, Any] = {
                     "width": 0.02,
                     "height": 0.02,
                     "fluid": {"density": 955.0, "viscosity": 2e-5},
-                    "drag": {"law": "cd_re", "cd_re": 387.0},
+                    "drag": {"law": "cd_times_re", "cd_times_re": 387.0},
                     "balls": [{"diameter": 0.012, "density": 7800.0}],
                 }
             ]
@@ -133,7 +133,7 @@ def test_every_entry_that_a_page_shows_is_accepted_in_its_place(page: str, own_l
         if key == "balls" and not {"mass", "diameter"} & set(value[0] if isinstance(value, list) else value):
             place |= {"bearing": "16021"}  # whose balls they are
         if key == "balls" and "point" in line:
-            place |= {"orbit_radius": place.pop("race_radius"), "drag": {"law": "beta", "beta": 1e-4}}
+            place |= {"orbit_radius": place.pop("race_radius"), "drag": {"law": "viscous", "damping": 1e-4}}
         assemble(parse_machine(tomli_w.dumps(data), line))
 
 

@@ -35,7 +35,7 @@ def test_the_catalog_takes_the_geometry_of_a_race() -> None:
     size = ["--ball-diameter", "12.3 mm", "--orbit-radius", "76.95 mm"]
     rows = json.loads(RUNNER.invoke(app, ["drag-laws", "--json", "--clear-width", "9.225 mm", *size]).output)
     assert rows[-1]["name"] == "race_geometry"
-    assert rows[-1]["cd_re"] == pytest.approx(386.949, abs=0.01)
+    assert rows[-1]["cd_times_re"] == pytest.approx(386.949, abs=0.01)
     with pytest.raises(QuestionError, match="together"):
         RUNNER.invoke(app, ["drag-laws", *size], catch_exceptions=False)
     with pytest.raises(QuestionError, match="greater than zero"):

@@ -13,10 +13,10 @@ from autobalancer.assembly.guided_balls import FluidRows, UniformTable
 from autobalancer.errors import QuestionError, RangeWarning
 from autobalancer.kernels.laws.curves import drag_force
 from autobalancer.laws import drag_coefficient as laws
-from autobalancer.laws.drag_coefficient import DragCurve, annulus_cd_re, linear_drag
+from autobalancer.laws.drag_coefficient import DragCurve, annulus_cd_times_re, linear_drag
 
 MEASURED = laws.table([0.5, 3.0, 40.0, 55.0, 2500.0, 2e4], [760.0, 131.0, 12.0, 9.3, 0.81, 0.6])
-GEOMETRY = ab.laws.race_geometry(annulus_cd_re(2.10, 0.07))
+GEOMETRY = ab.laws.race_geometry(annulus_cd_times_re(2.10, 0.07))
 LAWS = [*ab.laws.drag_laws(), GEOMETRY, laws.joined(300.0, 0.5), MEASURED]
 NAMES = [f"{law.name}-{i}" for i, law in enumerate(LAWS)]
 
@@ -89,7 +89,7 @@ def test_the_race_geometry_goes_on_beyond_ten_from_its_stokes_value() -> None:
     assert GEOMETRY.log_slope(10.0) == pytest.approx(-1.0, abs=1e-12)
     assert GEOMETRY.coefficient(1e5) == pytest.approx(0.74, rel=1e-12)
     # the cross section behind (6.9)
-    assert ab.laws.race_geometry(annulus_cd_re(1.5, 0.0799)).coefficient(500.0) == pytest.approx(
+    assert ab.laws.race_geometry(annulus_cd_times_re(1.5, 0.0799)).coefficient(500.0) == pytest.approx(
         ab.laws.discoidal(0.74).coefficient(500.0), rel=1e-3
     )
 
@@ -186,7 +186,7 @@ def test_force_is_half_rho_a_cd_u_squared_against_the_motion_and_beta_at_rest(la
     area = np.pi * 0.0123**2 / 4.0
     expected = 0.5 * 886.0 * area * law.coefficient(np.abs(u) * 0.0123 / 3.1e-5) * u * np.abs(u)
     np.testing.assert_allclose(curve.force(u), expected, rtol=1e-13)
-    beta = linear_drag(law.cd_re, 886.0, 3.1e-5, 0.5 * 0.0123, 0.077)
+    beta = linear_drag(law.cd_times_re, 886.0, 3.1e-5, 0.5 * 0.0123, 0.077)
     assert curve.viscous * 0.077**2 == pytest.approx(beta, rel=1e-14)
     assert curve.torque(1e-9, 0.077) == pytest.approx(beta * 1e-9, rel=1e-12)
     assert pickle.loads(pickle.dumps(curve)) == curve

@@ -32,19 +32,19 @@ def machine(drag: dict[str, Any], fluid: dict[str, Any] | None = None) -> Machin
 
 
 @pytest.mark.parametrize(
-    ("drag", "cd_re"),
+    ("drag", "cd_times_re"),
     [
         ({"law": "sphere_on_plane"}, 322.0),
         ({"law": "race_geometry", "clear_width": 0.009225}, 386.949),
-        ({"law": "cd_re", "cd_re": 387.0}, 387.0),
+        ({"law": "cd_times_re", "cd_times_re": 387.0}, 387.0),
         ({"law": "discoidal", "range": "linear"}, 387.0),
         ({"law": "free_sphere", "range": "linear"}, 24.0),
     ],
 )
-def test_a_linear_law_has_beta_and_no_curve(drag: dict[str, Any], cd_re: float) -> None:
+def test_a_linear_law_has_beta_and_no_curve(drag: dict[str, Any], cd_times_re: float) -> None:
     ball = resolve(machine(drag))[0]
     oil = ab.catalog.fluid("silicone oil 20", 298.15)
-    beta = cd_re * 0.7853981633974483 * oil.density * oil.viscosity * 0.00615 * 0.07695**2
+    beta = cd_times_re * 0.7853981633974483 * oil.density * oil.viscosity * 0.00615 * 0.07695**2
     assert ball.drag_curve is None
     assert ball.drag == pytest.approx(beta, rel=1e-4)
 
@@ -56,7 +56,7 @@ def test_a_linear_law_has_beta_and_no_curve(drag: dict[str, Any], cd_re: float) 
         ({"law": "discoidal"}, ab.laws.discoidal(0.60)),
         ({"law": "discoidal", "plateau": 0.74}, ab.laws.discoidal(0.74)),
         ({"law": "free_sphere"}, ab.laws.free_sphere()),
-        ({"law": "cd_re", "cd_re": 300.0, "range": "whole", "plateau": 0.5}, laws.joined(300.0, 0.5)),
+        ({"law": "cd_times_re", "cd_times_re": 300.0, "range": "whole", "plateau": 0.5}, laws.joined(300.0, 0.5)),
         ({"law": "table", "reynolds": [1, 100], "coefficient": [300, 9]}, laws.table([1, 100], [300, 9])),
     ],
 )
@@ -96,8 +96,11 @@ def test_warm_oil_drags_less_slowly_and_hardly_less_fast() -> None:
 @pytest.mark.parametrize(
     ("drag", "message"),
     [
-        ({"law": "cd_re", "cd_re": 300.0, "range": "whole"}, "give the drag coefficient at high Reynolds numbers"),
-        ({"law": "cd_re", "cd_re": 300.0, "plateau": 0.6}, "no effect on a linear law"),
+        (
+            {"law": "cd_times_re", "cd_times_re": 300.0, "range": "whole"},
+            "give the drag coefficient at high Reynolds numbers",
+        ),
+        ({"law": "cd_times_re", "cd_times_re": 300.0, "plateau": 0.6}, "no effect on a linear law"),
         ({"law": "race_geometry", "clear_width": 0.01, "plateau": 0.6}, "no effect on a linear law"),
         ({"law": "sphere_on_plane", "range": "all"}, "'linear' or 'whole'"),
         ({"law": "stokes"}, "given 'stokes'; must be one of .*'discoidal', 'free_sphere', "),
@@ -134,7 +137,7 @@ def test_a_linear_law_far_beyond_its_range_is_told_and_a_given_beta_is_not() -> 
 
 def test_balls_of_any_sizes_that_touch_are_the_sum_of_their_radii_apart() -> None:
     sizes = [{"count": 1, "diameter": d, "density": 7800.0} for d in ("10 mm", "6 mm")]
-    race = {"race_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": sizes}
+    race = {"race_radius": 0.08, "drag": {"law": "viscous", "damping": 1e-4}, "balls": sizes}
     machine = with_value_at(
         ab.load_machine("examples/machines/stall_and_release.toml"), "balancers", [{"races": [race]}]
     )

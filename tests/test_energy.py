@@ -21,7 +21,7 @@ def machine(
     *, axis: str = "vertical", isotropic: bool = True, damping: float = 0.0, beta: float = 0.0, **top: Any
 ) -> Machine:
     """Two races, one of them off center, with unequal rolling balls, a fluid around some; nothing drives."""
-    drag = {"law": "beta", "beta": beta}
+    drag = {"law": "viscous", "damping": beta}
     data: dict[str, Any] = {
         "name": "free",
         "axis": axis,
@@ -36,7 +36,7 @@ def machine(
             {
                 "races": [
                     {
-                        "coincidence": True,
+                        "collisions": False,
                         "race_radius": 0.1,
                         "eccentricity": 1e-3,
                         "eccentricity_angle": 0.7,
@@ -47,7 +47,7 @@ def machine(
                         ],
                     },
                     {
-                        "coincidence": True,
+                        "collisions": False,
                         "orbit_radius": 0.08,
                         "fluid": {"density": 900.0, "viscosity": 1e-5},
                         "drag": drag,
@@ -169,7 +169,7 @@ def test_a_free_pendulum_of_one_ball_has_the_period_of_the_elliptic_integral() -
                 "races": [
                     {
                         "orbit_radius": 0.1,
-                        "drag": {"law": "beta", "beta": 0.0},
+                        "drag": {"law": "viscous", "damping": 0.0},
                         "balls": [{"diameter": 0.01, "mass": 4e-3, "start_angles": [-np.pi / 2 + 2.0]}],
                     }
                 ]

@@ -110,7 +110,7 @@ TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
     ("columns", "seeds", "machine"),
     [
         ({"drag": [1e-4, 2e-4, 3e-4], "unbalances[1].mass": [2e-3, 4e-3, 5e-3]}, None, STALL),
-        ({"balancers[1].races[1].drag.beta": [1e-4, 2e-4, 3e-4], "unbalance": [2e-4, 3e-4, 4e-4]}, None, STALL),
+        ({"balancers[1].races[1].drag.damping": [1e-4, 2e-4, 3e-4], "unbalance": [2e-4, 3e-4, 4e-4]}, None, STALL),
         ({"drag": [1e-4, 2e-4]}, 3, STALL),
         (
             {"ball_angle[1]": [0.1, 0.2, 5.0], "ball_angle[2]": [1.0, 4.0, 2.0], "ball_speed[1]": [0.0, 1.0, 2.0]},
@@ -118,7 +118,11 @@ TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
             STALL,
         ),
         ({"viscosity": ["10 mm^2/s", 2e-5, 3e-5], "unbalances[1].mass": [2e-3, 4e-3, 5e-3]}, 2, DISCOIDAL),
-        ({"balancers[1].races[1].drag.cd_re": [300.0, 350.0, 400.0], "drive.profile.time": TIMES}, None, DISCOIDAL),
+        (
+            {"balancers[1].races[1].drag.cd_times_re": [300.0, 350.0, 400.0], "drive.profile.time": TIMES},
+            None,
+            DISCOIDAL,
+        ),
         ({"rotor.mass": [9.0, 10.0, 12.0], "stiffness": [1e5, 6e5, 9e6], "unbalance": [2e-4, 3e-4, 4e-4]}, None, STALL),
         ({"damping": [80.0, 90.0, 100.0], "drag": [1e-4, 2e-4, 3e-4], "rotor.inertia": [0.04, 0.05, 0.06]}, 2, STALL),
         ({"temperature": ["15 degC", "25 degC", "35 degC"], "rotor.mass": [12.0, 12.2, 12.4]}, 2, DISCOIDAL),

@@ -240,7 +240,7 @@ SIMPLE: dict[str, Any] = {
             "races": [
                 {
                     "orbit_radius": 0.1,
-                    "drag": {"law": "beta", "beta": 2e-4},
+                    "drag": {"law": "viscous", "damping": 2e-4},
                     "balls": [{"count": 2, "diameter": 0.01, "mass": 4e-3, "start_angles": [0.5, 2.5]}],
                 }
             ]

@@ -22,12 +22,12 @@ from autobalancer.machine import (
     Balancer,
     Balls,
     Constant,
-    DragTorque,
     Machine,
     PlanarRotor,
     PrescribedSpeed,
     Race,
     Unbalance,
+    ViscousDrag,
 )
 from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.basins import Turn
@@ -47,7 +47,7 @@ def machine(races: list[list[float]], *, offsets: list[complex] | None = None, u
             orbit_radius=0.1,
             eccentricity=abs(e),
             eccentricity_angle=float(np.angle(e)),
-            drag=DragTorque(beta=2e-4),
+            drag=ViscousDrag(damping=2e-4),
             balls=tuple(Balls(mass=m, motion="point") for m in masses),
         )
         for masses, e in zip(races, offsets, strict=True)
@@ -241,13 +241,13 @@ def test_states_in_which_balls_of_their_size_would_overlap_are_said_to_be_those_
     assert found["overlapping"].values.tolist() == [name == "coincident" for name in found["name"].values]
     assert "coincident*" in repr(found)
     assert "balls of this size would overlap" in repr(found)
-    passing = with_value_at(machine, "balancers[1].races[1].coincidence", True)
+    passing = with_value_at(machine, "balancers[1].races[1].collisions", False)
     assert not ab.stability.equilibria(passing, "1200 rpm")["overlapping"].any()
     assert "would overlap" not in repr(ab.stability.equilibria(passing, "1200 rpm"))
 
 
 def test_coincident_and_balanced_exchange_stability_near_the_critical_speed() -> None:
-    described = with_value_at(CASES["two equal"], "balancers[1].races[1].drag.beta", 5e-3)
+    described = with_value_at(CASES["two equal"], "balancers[1].races[1].drag.damping", 5e-3)
     below, above = ab.stability.equilibria(described, 200.0), ab.stability.equilibria(described, 300.0)
     stable_below = set(below["name"].values[below["verdict"].values == "stable"])
     stable_above = set(above["name"].values[above["verdict"].values == "stable"])

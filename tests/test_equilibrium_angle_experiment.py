@@ -45,7 +45,7 @@ def test_the_simulated_ball_of_a_machine_file_climbs_as_the_statics_say() -> Non
     assert (found["angle_with_pressure"] < found["angle"]).all()
 
 
-@pytest.mark.parametrize("law", [{"law": "cd_re", "cd_re": 387.0}, {"law": "beta", "beta": 6.7e-4}])
+@pytest.mark.parametrize("law", [{"law": "cd_times_re", "cd_times_re": 387.0}, {"law": "viscous", "damping": 6.7e-4}])
 def test_with_linear_drag_the_sine_of_the_angle_is_proportional_to_the_speed(law: dict[str, object]) -> None:
     machine = ab.with_parameter(
         ab.with_parameter(ab.load_machine(MACHINE), RACE + "drag", law), RACE + "friction", None
@@ -53,7 +53,7 @@ def test_with_linear_drag_the_sine_of_the_angle_is_proportional_to_the_speed(law
     speeds = np.array([0.5, 1.0, 2.0])
     angle = ab.measure.equilibrium_angle(machine, speeds)["angle"].values
     given = angle_machine(machine)
-    beta = law.get("beta", math.pi / 8.0 * 387.0 * 950.0 * 50e-6 * 0.0123 * 0.07695**2)
+    beta = law.get("damping", math.pi / 8.0 * 387.0 * 950.0 * 50e-6 * 0.0123 * 0.07695**2)
     np.testing.assert_allclose(np.sin(angle), beta * speeds / (given.race.weight * 0.07695), rtol=1e-9)  # type: ignore[operator]
     assert given.law.log_slope(1e4) == -1.0
     assert ab.laws.linear_drag_law(24.0).outside(1e9) == ""
@@ -159,7 +159,7 @@ def test_tables_that_cannot_be_read_are_refused_in_words(tmp_path: Path, text: s
         ("axis", "vertical", "axis = 'horizontal'"),
         (RACE + "balls", [{"count": 2, "diameter": 0.0123, "density": 7800.0}], "has 2 balls"),
         (RACE + "eccentricity", 1e-5, "not circular and centered on the axis"),
-        (RACE + "drag", {"law": "beta", "beta": 0.0}, "the ball has no drag"),
+        (RACE + "drag", {"law": "viscous", "damping": 0.0}, "the ball has no drag"),
     ],
 )
 def test_machines_that_do_not_fit_the_experiment_are_refused(path: str, value: object, says: str) -> None:

@@ -23,7 +23,7 @@ BALANCER = {
     "races": [
         {
             "orbit_radius": 0.08,
-            "drag": {"law": "beta", "beta": 2e-4},
+            "drag": {"law": "viscous", "damping": 2e-4},
             "balls": [{"count": 2, "mass": 5e-3, "motion": "point", "start_angles": [0.5, 3.0]}],
         }
     ],

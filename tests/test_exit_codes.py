@@ -70,7 +70,7 @@ def test_a_run_that_ended_at_once_has_no_measures_but_an_outcome(tmp_path: Path)
 def test_a_stiff_ball_is_named_before_the_run() -> None:
     machine = ab.load_machine(MACHINES / "discoidal.toml")
     race = "balancers[1].races[1]"
-    stiff = ab.with_parameter(machine, f"{race}.drag", {"law": "beta", "beta": 1e6})
+    stiff = ab.with_parameter(machine, f"{race}.drag", {"law": "viscous", "damping": 1e6})
     assert isinstance(stiff, Machine)
     with pytest.warns(
         DurationWarning, match=r"drag brakes ball . with a time constant of [\d.e-]+ s, so 0.1 s take about"
@@ -82,7 +82,7 @@ def test_a_stiff_ball_is_named_before_the_run() -> None:
 
 def test_a_stiff_ball_is_no_burden_to_long_steps() -> None:
     machine = ab.load_machine(MACHINES / "discoidal.toml")
-    stiff = ab.with_parameter(machine, "balancers[1].races[1].drag", {"law": "beta", "beta": 1e6})
+    stiff = ab.with_parameter(machine, "balancers[1].races[1].drag", {"law": "viscous", "damping": 1e6})
     assert isinstance(stiff, Machine)
     with warnings.catch_warnings():
         warnings.simplefilter("error", DurationWarning)

@@ -14,7 +14,7 @@ from autobalancer.measure import MeasuredRunUp, Sensor, Tacho, fit_run_up, recor
 from autobalancer.rotordynamics.identification.fit import Trial
 from references.seen_balls import seen_by_a_camera
 
-DAMPING, DRAG, STIFFNESS = "rotor.damping", "balancers[1].races[1].drag.beta", "rotor.stiffness"
+DAMPING, DRAG, STIFFNESS = "rotor.damping", "balancers[1].races[1].drag.damping", "rotor.stiffness"
 MOMENT = "unbalances[1].moment"
 
 

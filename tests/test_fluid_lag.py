@@ -28,7 +28,7 @@ def ramp(lag: str, **changes: Any) -> Machine:
         "width": "13.8 mm",
         "height": "20 mm",
         "fluid": {"density": 900.0, "viscosity": "1000 mm^2/s", "lag": lag},
-        "drag": {"law": "beta", "beta": 1.0},
+        "drag": {"law": "viscous", "damping": 1.0},
         "balls": [{"diameter": "12.3 mm", "density": 7800.0, "start_angles": [0.3]}],
     }
     data: dict[str, Any] = {
@@ -180,7 +180,7 @@ def test_basins_take_fluid_along_that_a_run_up_left_behind_and_at_constant_speed
     held, ramped = [], []
     for lag in ("none", "full"):
         machine = ramp(lag, rotor=soft, unbalances=[{"mass": "5 g", "radius": "100 mm"}])
-        machine = with_value_at(machine, "balancers[1].races[1].drag.beta", 1e-3)
+        machine = with_value_at(machine, "balancers[1].races[1].drag.damping", 1e-3)
         machine = with_value_at(machine, "balancers[1].races[1].fluid.viscosity", "20 mm^2/s")
         held.append(basin(machine, 30.0, {"ball_angle[1]": [0.3, 2.0]}))
         ramped.append(float(basin(machine, 30.0, {"acceleration": [3000.0]})["final_ball_angle_in_rotor"][0, 0]))

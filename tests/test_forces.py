@@ -39,10 +39,10 @@ def energy_along(angles: np.ndarray, orbit: float) -> np.ndarray:
 def planar(forces: Any, **top: Any) -> Machine:
     """Three unequal balls off center on a light rotor that nothing drives or damps."""
     race = {
-        "coincidence": True,
+        "collisions": False,
         "orbit_radius": 0.1,
         "eccentricity": 1e-3,
-        "drag": {"law": "beta", "beta": 0.0},
+        "drag": {"law": "viscous", "damping": 0.0},
         "forces": forces,
         "balls": [
             {"diameter": 0.01, "mass": 4e-3, "start_angles": 1.0},
@@ -132,9 +132,9 @@ def test_springs_keep_the_energy_and_the_angular_momentum_of_balls_that_bounce()
 def test_two_balls_at_the_bottom_are_held_apart_by_the_springs_between_them() -> None:
     """Race at rest, axis horizontal: m g eps sin a = k eps^2 (2 pi - 4 a), each ball at a from the bottom."""
     race = {
-        "coincidence": True,
+        "collisions": False,
         "orbit_radius": 0.1,
-        "drag": {"law": "beta", "beta": 3e-4},
+        "drag": {"law": "viscous", "damping": 3e-4},
         "forces": {"kind": "race_springs", "stiffness": 2.0, "free_length": 0.02},
         "balls": [{"mass": 0.05, "motion": "point", "count": 2, "start_angles": [-2.0, -1.0]}],
     }
@@ -158,8 +158,8 @@ def test_rods_relieve_the_wall_of_a_guided_ball() -> None:
     """N = m eps w^2 - k (eps - l) where nothing else acts."""
     race = {
         "orbit_radius": 0.1,
-        "coincidence": True,
-        "drag": {"law": "beta", "beta": 1e-4},
+        "collisions": False,
+        "drag": {"law": "viscous", "damping": 1e-4},
         "friction": {"rolling_resistance": 1e-6},
         "forces": {"kind": "radial_spring", "stiffness": 100.0, "free_length": 0.08},
         "balls": [{"diameter": 0.01, "mass": 0.004, "count": 2, "start_angles": [0.0, np.pi]}],
@@ -180,7 +180,7 @@ def test_a_resolved_ball_on_a_rod_leaves_the_wall_below_its_speed_and_hovers() -
     stiffness, length, speed = 100.0, 0.05, 90.0
     race = {
         "race_radius": 0.105,
-        "drag": {"law": "beta", "beta": 5e-3},
+        "drag": {"law": "viscous", "damping": 5e-3},
         "resolved": {"stiffness": 1e5, "restitution": 0.3, "sliding_friction": 0.1, "slip_speed": 0.01},
         "forces": {"kind": "radial_spring", "stiffness": stiffness, "free_length": length},
         "balls": [{"diameter": 0.01, "mass": 0.004, "count": 2, "start_angles": [0.0, np.pi]}],
@@ -214,7 +214,7 @@ def chamber(force: dict[str, Any], gap: float) -> dict[str, Any]:
     return {
         "race_radius": 0.105,
         "width": 0.03,
-        "drag": {"law": "beta", "beta": 1e-3},
+        "drag": {"law": "viscous", "damping": 1e-3},
         "resolved": {
             "stiffness": 1e5,
             "restitution": 0.3,
@@ -271,8 +271,8 @@ def test_pins_hold_balls_until_the_whirl_of_the_rotor_pulls_harder_than_what_is_
     pins = {"kind": "pins", "count": 2, "angle": "90 deg", "hold": hold, "reach": "2 mm", "release_speed": release}
     race = {
         "orbit_radius": 0.1,
-        "coincidence": True,
-        "drag": {"law": "beta", "beta": 5e-3},
+        "collisions": False,
+        "drag": {"law": "viscous", "damping": 5e-3},
         "forces": pins,
         "balls": [{"mass": 0.01, "motion": "point", "count": 2, "start_angles": ["90 deg", "-90 deg"]}],
     }
@@ -306,9 +306,9 @@ def test_pins_do_nothing_from_their_release_speed_on() -> None:
 def test_two_magnetized_balls_at_the_bottom_rest_where_weight_and_repulsion_balance() -> None:
     """m g eps sin a = F eps cos a with F = 3 mu_0 M^2/(4 pi d^4) at the distance d = 2 eps sin a."""
     race = {
-        "coincidence": True,
+        "collisions": False,
         "orbit_radius": 0.1,
-        "drag": {"law": "beta", "beta": 3e-4},
+        "drag": {"law": "viscous", "damping": 3e-4},
         "forces": {"kind": "repelling_balls", "moment": 2.0},
         "balls": [{"mass": 0.05, "motion": "point", "count": 2, "start_angles": [-2.0, -1.0]}],
     }

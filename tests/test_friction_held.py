@@ -146,7 +146,7 @@ def test_worst_and_typical_residual_of_random_machines_are_those_of_simulated_on
 def test_residuals_of_both_planes_are_those_of_runs_of_the_whole_machine(adherence: float) -> None:
     two = machine(adherence, name="two_plane_rotor.toml")
     for number in (1, 2):
-        two = with_value_at(two, f"balancers[{number}].races[1].coincidence", True)
+        two = with_value_at(two, f"balancers[{number}].races[1].collisions", False)
     said, st = ab.stability.held_by_friction(two), stations(two, largest=True)
     need, rng, left = required(st, said.speed), np.random.default_rng(3), []
     for _ in range(60):

@@ -38,7 +38,11 @@ def planar(hardening: dict[str, Any] | None, **top: Any) -> Machine:
 
 def rigid(hardening: dict[str, Any]) -> Machine:
     """A rotor that tilts, on one bearing that hardens and one that does not, with a ball; all in space-fixed axes."""
-    race = {"orbit_radius": 0.05, "drag": {"law": "beta", "beta": 0.0}, "balls": [{"mass": 0.01, "motion": "point"}]}
+    race = {
+        "orbit_radius": 0.05,
+        "drag": {"law": "viscous", "damping": 0.0},
+        "balls": [{"mass": 0.01, "motion": "point"}],
+    }
     supports = [
         {"position": -0.1, "stiffness": [2e5, 3e5], "hardening": hardening},
         {"position": 0.15, "stiffness": 2e5},
@@ -166,7 +170,7 @@ def test_a_verdict_on_hardening_bearings_compares_with_a_run_with_held_balls() -
     """Held balls meet the same bearings: without unbalance nothing moves, and with it as much as the exact circle."""
     balls = {
         "orbit_radius": 0.05,
-        "drag": {"law": "beta", "beta": 1e-3},
+        "drag": {"law": "viscous", "damping": 1e-3},
         "balls": [{"count": 2, "mass": 1e-3, "motion": "point"}],
     }
     rotor = {"mass": MASS - 2e-3, "stiffness": STIFFNESS, "damping": 400.0, "hardening": {"cubic_stiffness": CUBIC}}
@@ -237,7 +241,7 @@ def test_a_rig_in_a_nonlinear_bearing_runs_up_like_the_planar_machine_it_equals(
     """Pulled, unbalanced, with free balls: the rig does not tilt, so its equations are those of the plane."""
     race = {
         "orbit_radius": 0.05,
-        "drag": {"law": "beta", "beta": 1e-3},
+        "drag": {"law": "viscous", "damping": 1e-3},
         "balls": [{"count": 2, "mass": 5e-3, "motion": "point", "start_angles": [0.3, 2.0]}],
     }
     common: dict[str, Any] = {
@@ -358,7 +362,7 @@ def test_a_run_says_that_a_bearing_moved_beyond_its_table() -> None:
 def test_a_skewed_rest_of_a_planar_rotor_is_refused_by_its_theories_and_known_to_modes() -> None:
     balls = {
         "orbit_radius": 0.05,
-        "drag": {"law": "beta", "beta": 1e-3},
+        "drag": {"law": "viscous", "damping": 1e-3},
         "balls": [{"count": 2, "mass": 1e-3, "motion": "point"}],
     }
     rotor = {"mass": MASS, "stiffness": STIFFNESS, "damping": 40.0}

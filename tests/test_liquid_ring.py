@@ -250,7 +250,7 @@ def test_a_check_says_what_the_rings_hold() -> None:
 def test_balls_and_liquid_on_one_rotor_are_refused() -> None:
     race = {
         "orbit_radius": 0.1,
-        "drag": {"law": "beta", "beta": 1e-4},
+        "drag": {"law": "viscous", "damping": 1e-4},
         "balls": [{"count": 2, "mass": 0.01, "motion": "point"}],
     }
     with pytest.raises(MachineError, match="balls and rings of liquid on one rotor"):

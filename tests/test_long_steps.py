@@ -35,7 +35,7 @@ LONG, PAIR = "exponential_collocation", "dormand_prince_8"
 def balls(count: int, mass: float = 2.5e-3, beta: float = 1.5e-4, spread: float = 6.0, **race: Any) -> dict[str, Any]:
     angles = list(np.linspace(0.0, spread, count + 1)[:-1] - 2.8)
     one = {"count": count, "mass": mass, "diameter": 8e-3, "start_angles": angles}
-    circle = {"coincidence": True, "orbit_radius": 0.1, "drag": {"law": "beta", "beta": beta}, "balls": [one]}
+    circle = {"collisions": False, "orbit_radius": 0.1, "drag": {"law": "viscous", "damping": beta}, "balls": [one]}
     return {"balancers": [{"races": [circle | race]}]}
 
 
@@ -183,7 +183,7 @@ def test_the_free_whirl_inside_long_steps_is_the_closed_form() -> None:
 def test_stop_and_go_gives_the_same_bits_as_one_go(contact: str) -> None:
     """Also where the pair takes over and hands back, and where balls strike."""
     soft = {"contact": {"stiffness": 1e5, "restitution": 0.14}} if contact == "soft" else {}
-    machine = run_up(**(CORNERED | balls(3, spread=0.3, coincidence=contact == "none", **soft)))
+    machine = run_up(**(CORNERED | balls(3, spread=0.3, collisions=contact != "none", **soft)))
     save: list[Sampling] = [Samples(300), Envelope(40), LastRevolutions(3, 16)]
     events = [Event("deflection", 3e-4), Event("speed", 100.0)]
     results = []
@@ -246,7 +246,7 @@ def test_the_last_revolution_is_whole_where_one_step_turns_the_rotor_more_often(
 
 def test_the_pair_takes_over_while_balls_touch_softly() -> None:
     machine = run_up(
-        **balls(3, spread=0.3, coincidence=False, contact={"stiffness": 1e5, "restitution": 0.14}),
+        **balls(3, spread=0.3, collisions=True, contact={"stiffness": 1e5, "restitution": 0.14}),
         start={"speed": 300.0},
     )
     exact, _ = states(machine, 1.0, PAIR, 1e-13)
@@ -272,7 +272,7 @@ def test_rigid_contacts_open_and_close_inside_long_steps_as_with_the_pair(name: 
     """Balls gather while the speed is held near the critical one, then part."""
     circle = TOUCHING[name]["balancers"][0]["races"][0]
     machine = run_up(
-        balancers=[{"races": [circle | {"coincidence": False}]}], drive={"kind": "speed", "profile": STALLING}
+        balancers=[{"races": [circle | {"collisions": True}]}], drive={"kind": "speed", "profile": STALLING}
     )
     exact, _ = states(machine, 5.0, PAIR, 1e-12)
     for tolerance in (1e-6, 1e-9):

@@ -46,7 +46,7 @@ def miss(found: np.ndarray, exact: np.ndarray, balls: int) -> float:
 def real_race(**race: Any) -> Machine:
     """A planar rotor run up through 63 rad/s; its balls roll with resistance in an oval race, against drag that is not linear."""
     real = {
-        "coincidence": True,
+        "collisions": False,
         "orbit_radius": 0.077,
         "width": 0.014,
         "height": 0.014,
@@ -198,7 +198,7 @@ def striking(restitution: float) -> Machine:
     machine = tilting(isotropic=True, damping=0.0, beta=0.0, tilting_races="full")
     for balancer in (1, 2):
         race = f"balancers[{balancer}].races[1]."
-        machine = with_value_at(machine, race + "coincidence", False)
+        machine = with_value_at(machine, race + "collisions", True)
         machine = with_value_at(machine, race + "contact", {"restitution": restitution})
     return machine
 

@@ -185,7 +185,7 @@ REFUSED: dict[str, tuple[tuple[str | int, ...], Any, tuple[str, ...]]] = {
     "too much said about a ball": ((*BALLS, "mass"), "5 g", ("diameter, mass and density", "leave one out")),
     "too little said about a ball": ((*BALLS, "density"), None, ("give two of 'diameter', 'mass' and 'density'",)),
     "both radii of a race": ((*RACE, "race_radius"), "80 mm", ("either 'orbit_radius'", "or 'race_radius'")),
-    "drag without a fluid": ((*RACE, "fluid"), None, ("'cd_re' needs a fluid", "add 'fluid'")),
+    "drag without a fluid": ((*RACE, "fluid"), None, ("'cd_times_re' needs a fluid", "add 'fluid'")),
     "unknown drag law": ((*RACE, "drag", "law"), "magic", ("drag.law: given 'magic'", "'race_geometry'")),
     "floating ball": ((*BALLS, "density"), "500 kg/m^3", ("balls[1]: the ball", "floats", "displaces")),
     "unknown fluid": ((*RACE, "fluid", "name"), "honey", ("fluid.name: no fluid is called 'honey'", "catalog fluids")),
@@ -359,8 +359,8 @@ RACES = part(
         "race_radius": quantity("m", 0.05, 0.3, ("mm", 1e-3)),
         "fluid": FLUIDS,
         "drag": st.one_of(
-            part({"law": st.just("beta"), "beta": BRAKES}),
-            part({"law": st.just("cd_re"), "cd_re": st.floats(1.0, 1000.0)}),
+            part({"law": st.just("viscous"), "damping": BRAKES}),
+            part({"law": st.just("cd_times_re"), "cd_times_re": st.floats(1.0, 1000.0)}),
             st.just({"law": "sphere_on_plane"}),
         ),
         "balls": st.lists(BALL_GROUPS, min_size=1, max_size=3),
@@ -504,7 +504,7 @@ damping_ratio = "3 %"
 [[balancers]]
 [[balancers.races]]
 orbit_radius = "70 mm"
-drag = { law = "beta", beta = 1e-4 }
+drag = { law = "viscous", damping = 1e-4 }
 balls = [{ count = 2, mass = "7 g", motion = "point" }]
 [drive]
 kind = "speed"

@@ -81,7 +81,7 @@ def with_slow_balls(machine: Machine) -> Machine:
     """Balls that hardly feel the fluid and turn at half the speed."""
     race = "balancers[1].races[1]"
     slow = ab.with_parameter(machine, f"{race}.balls[1].start_speeds", [-250.0, -260.0])
-    return ab.with_parameter(slow, f"{race}.drag.beta", 1e-6)
+    return ab.with_parameter(slow, f"{race}.drag.damping", 1e-6)
 
 
 STEADY = {

@@ -163,7 +163,7 @@ def test_a_run_that_kept_nothing_cannot_be_measured() -> None:
 
 def test_a_sweep_gives_what_single_runs_give_on_any_number_of_threads() -> None:
     machine = ab.load_machine(MACHINES / "eccentric_race.toml")
-    variations = {"balancers[1].races[1].drag.beta": [5e-4, "1e-3 N*m*s"], "rotor.damping": [80.0, 120.0, 160.0]}
+    variations = {"balancers[1].races[1].drag.damping": [5e-4, "1e-3 N*m*s"], "rotor.damping": [80.0, 120.0, 160.0]}
     one = ab.sweep(machine, variations, duration=4.0, workers=1)
     two = ab.sweep(machine, variations, duration=4.0, workers=2)
     xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
@@ -174,7 +174,7 @@ def test_a_sweep_gives_what_single_runs_give_on_any_number_of_threads() -> None:
     assert ab.sweep(machine, {"axis": ["vertical", "horizontal"]}, duration=0.1)["axis"].attrs["units"] == ""
     single = ab.with_parameter(machine, "rotor.damping", 120.0)
     run = ab.simulate(single, duration=4.0, save=ab.Envelope(500), tolerance=1e-7)
-    cell = one.isel(rotor_damping=1).sel(balancers_1_races_1_drag_beta=1e-3)
+    cell = one.isel(rotor_damping=1).sel(balancers_1_races_1_drag_damping=1e-3)
     assert float(cell["peak_deflection"]) == pytest.approx(float(ab.peak_deflection(run)["deflection"]), rel=1e-12)
     np.testing.assert_allclose(
         np.abs(cell["ball_angle_to_unbalance"]), np.abs(np.angle(np.exp(1j * run["envelope_ball_angle_in_rotor"][-1])))
@@ -316,11 +316,14 @@ def test_a_sweep_that_cannot_be_names_the_paths_that_fit_or_the_variation(
 
 
 def test_a_sweep_over_whole_parts_has_them_as_texts_and_can_be_saved(tmp_path: Path) -> None:
-    laws = [{"law": "beta", "beta": "1e-4 N*m*s"}, {"law": "beta", "beta": "2e-4 N*m*s"}]
+    laws = [{"law": "viscous", "damping": "1e-4 N*m*s"}, {"law": "viscous", "damping": "2e-4 N*m*s"}]
     path = "balancers[1].races[1].drag"
     whole = ab.sweep(MACHINES / "discoidal.toml", {path: laws}, duration=0.5)
     axis = whole["balancers_1_races_1_drag"]
-    assert axis.values.tolist() == ["law = beta, beta = 1e-4 N*m*s", "law = beta, beta = 2e-4 N*m*s"]
+    assert axis.values.tolist() == [
+        "law = viscous, damping = 1e-4 N*m*s",
+        "law = viscous, damping = 2e-4 N*m*s",
+    ]
     ab.save_run(whole, tmp_path / "laws.nc")
     assert ab.load_run(tmp_path / "laws.nc")["balancers_1_races_1_drag"].equals(axis)
     numbers = ab.sweep(MACHINES / "discoidal.toml", {"drag": [1e-4, 2e-4]}, duration=0.5)  # a plain name of the same

@@ -26,7 +26,7 @@ drive = { kind = "speed", profile = { kind = "ramp", end = "4000 rpm", duration 
 [[balancers]]
 [[balancers.races]]
 bearing = "61832"
-drag = { law = "beta", beta = "2e-4 N*m*s" }
+drag = { law = "viscous", damping = "2e-4 N*m*s" }
 balls = [{ count = 2, material = "steel" }]
 """
 

@@ -112,7 +112,10 @@ def test_stability_knows_a_law_from_outside() -> None:
     ours, theirs, rough = speeds({"law": "free_sphere"}), speeds(OwnSphere()), speeds(OwnSphere(rough=2.0))
     assert theirs == pytest.approx(ours, rel=2e-3, nan_ok=True)
     assert rough["release speed"] < 0.97 * ours["release speed"]
-    assert resolve(with_drag(OwnLinear()))[0].drag == resolve(with_drag({"law": "cd_re", "cd_re": 387.0}))[0].drag
+    assert (
+        resolve(with_drag(OwnLinear()))[0].drag
+        == resolve(with_drag({"law": "cd_times_re", "cd_times_re": 387.0}))[0].drag
+    )
 
 
 def test_a_law_without_fluid_gives_its_torque() -> None:

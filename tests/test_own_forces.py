@@ -57,8 +57,8 @@ run = { duration = "1 s" }
 [[balancers]]
 [[balancers.races]]
 orbit_radius = "100 mm"
-coincidence = true
-drag = { law = "beta", beta = 0.0 }
+collisions = false
+drag = { law = "viscous", damping = 0.0 }
 balls = [{ mass = "10 g", motion = "point", start_angles = [1.0], start_speeds = [8.0] }]
 [[balancers.races.forces]]
 kind = "plain_drag"

@@ -139,7 +139,7 @@ def released(acceleration: float) -> float:
     time = 90.0 / acceleration
     profile = {"kind": "ramp", "start": 300.0, "end": 390.0, "duration": time}
     machine = with_value_at(STALL, "drive", {"kind": "speed", "profile": profile})
-    machine = with_value_at(machine, f"{RACE}.coincidence", True)
+    machine = with_value_at(machine, f"{RACE}.collisions", False)
     for key, value in (("start_angles", (0.0, 0.1)), ("start_speeds", (-50.0, -50.0))):
         machine = with_value_at(machine, f"{RACE}.balls[1].{key}", value)
     run = simulate(machine, duration=time, save=[Samples(36_001)], mass_spread=0.0)

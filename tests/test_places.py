@@ -32,7 +32,7 @@ run = { duration = "6 s" }
 [[balancers]]
 [[balancers.races]]
 orbit_radius = "230 mm"
-drag = { law = "beta", beta = "6e-3 N*m*s" }
+drag = { law = "viscous", damping = "6e-3 N*m*s" }
 balls = [{ count = 10, diameter = "20 mm", material = "steel" }]
 """
 
@@ -97,7 +97,7 @@ run = { duration = "30 s" }
 [[balancers]]
 [[balancers.races]]
 orbit_radius = "76.95 mm"
-drag = { law = "beta", beta = "8e-6 N*m*s" }
+drag = { law = "viscous", damping = "8e-6 N*m*s" }
 balls = [{ count = 2, diameter = "12.3 mm", density = "7800 kg/m^3", start_angles = ["40 deg", "250 deg"] }]
 """
 
@@ -140,13 +140,13 @@ supports = [
 station = "left"
 [[balancers.races]]
 orbit_radius = "40 mm"
-drag = { law = "beta", beta = 2e-5 }
+drag = { law = "viscous", damping = 2e-5 }
 balls = [{ count = 2, mass = "1.5 g", motion = "point" }]
 [[balancers]]
 station = "300 mm"
 [[balancers.races]]
 orbit_radius = "40 mm"
-drag = { law = "beta", beta = 2e-5 }
+drag = { law = "viscous", damping = 2e-5 }
 balls = [{ count = 2, mass = "1 g", motion = "point" }]
 """
 

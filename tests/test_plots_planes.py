@@ -35,7 +35,9 @@ def two() -> xr.Dataset:
 def drum() -> xr.Dataset:
     """A horizontal machine with eight balls of 33 g in two races on 12 kN/m, above its critical speed."""
     ball = {"count": 4, "mass": 0.033, "diameter": 0.02}
-    races = [{"orbit_radius": radius, "drag": {"law": "beta", "beta": 5e-3}, "balls": [ball]} for radius in (0.23, 0.2)]
+    races = [
+        {"orbit_radius": radius, "drag": {"law": "viscous", "damping": 5e-3}, "balls": [ball]} for radius in (0.23, 0.2)
+    ]
     machine = Machine(
         name="drum",
         axis="horizontal",

@@ -165,7 +165,7 @@ def test_guided_balls_rub_like_resolved_ones_that_do_not_slip() -> None:
     start = _statics(friction, beta, speed) + BOTTOM
     balls = {"count": 2, "mass": MASS, "diameter": DIAMETER, "start_speeds": [-speed] * 2}
     balls["start_angles"] = [start - HALF, start + HALF]
-    race = {"drag": {"law": "beta", "beta": beta}}
+    race = {"drag": {"law": "viscous", "damping": beta}}
     law = {"restitution": 0.2, "sliding_friction": 2.0, "slip_speed": 2e-3, "stiffness": 2e4}
     one = chamber(speed=speed, axis="horizontal", balls=balls, race=race, ball_friction=friction, **law)
     guided = {"contact": pair(friction, slip_speed=2e-3), "resolved": None, "friction": {"rolling_resistance": 1e-12}}
@@ -205,7 +205,7 @@ def test_without_friction_nothing_of_it_is_there() -> None:
 def test_friction_between_balls_that_cannot_rub_is_refused() -> None:
     def race(**more: Any) -> Race:
         ball = {"mass": 0.01, "diameter": 0.01, "motion": more.pop("motion", "rolling")}
-        return Race(orbit_radius=0.1, drag={"law": "beta", "beta": 0.0}, balls=[ball], contact=pair(0.2), **more)
+        return Race(orbit_radius=0.1, drag={"law": "viscous", "damping": 0.0}, balls=[ball], contact=pair(0.2), **more)
 
     race()
     with pytest.raises(MachineError, match="set motion = 'rolling'"):

@@ -134,7 +134,7 @@ def test_runs_with_contacts_and_balls_at_rest_converge_with_the_tolerance(parts:
 
 
 def test_balls_that_may_coincide_pass_through_each_other() -> None:
-    machine = standing(axis="vertical", angles=[0.0, 0.5], speeds=[3.0, -3.0], coincidence=True)
+    machine = standing(axis="vertical", angles=[0.0, 0.5], speeds=[3.0, -3.0], collisions=False)
     found = states_of(machine, np.array([0.0, 0.5]))[-1]
     np.testing.assert_allclose(found[8:10], [3.0, -3.0], rtol=1e-9)
     assert found[6] > found[7]
@@ -197,7 +197,10 @@ def test_partitions_hold_their_balls() -> None:
 
 def _race(**more: object) -> Race:
     return Race(
-        orbit_radius=0.1, drag={"law": "beta", "beta": 0.0}, balls=[{"diameter": 0.01, "density": 7800}], **more
+        orbit_radius=0.1,
+        drag={"law": "viscous", "damping": 0.0},
+        balls=[{"diameter": 0.01, "density": 7800}],
+        **more,
     )
 
 
@@ -225,7 +228,7 @@ def test_a_first_harmonic_is_an_eccentric_race_to_first_order() -> None:
                     "races": [
                         {
                             "orbit_radius": 0.1,
-                            "drag": {"law": "beta", "beta": 0.0},
+                            "drag": {"law": "viscous", "damping": 0.0},
                             "friction": {},
                             "balls": [{"mass": 0.1, "diameter": 0.01}],
                             **race,
@@ -291,8 +294,8 @@ def test_impossible_friction_contact_and_profiles_are_refused() -> None:
         Roundness(deviations=[1e-6 * math.sin(i * math.pi / 12) for i in range(24)], harmonics=12)
     with pytest.raises(MachineError, match="either 'harmonics' or a measured 'roundness'"):
         _race(harmonics=[{"order": 2, "amplitude": 1e-4}], roundness={"deviations": [0.0] * 26})
-    with pytest.raises(MachineError, match="coincidence"):
-        _race(coincidence=True, contact={"restitution": 0.5})
+    with pytest.raises(MachineError, match="collisions"):
+        _race(collisions=False, contact={"restitution": 0.5})
     with pytest.raises(MachineError, match="must be between 1 and 60"):
         _race(harmonics=[{"order": 0, "amplitude": 1e-4}])
 

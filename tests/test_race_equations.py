@@ -21,8 +21,8 @@ def random_race(random: np.random.Generator, *, dissipation: bool = True) -> dic
     u = random.uniform
     race: dict[str, Any] = {
         "orbit_radius": u(0.08, 0.12),
-        "coincidence": True,
-        "drag": {"law": "beta", "beta": u(1e-5, 1e-3) if dissipation else 0.0},
+        "collisions": False,
+        "drag": {"law": "viscous", "damping": u(1e-5, 1e-3) if dissipation else 0.0},
         "eccentricity": u(0.0, 5e-3),
         "eccentricity_angle": u(-3.0, 3.0),
         "harmonics": [{"order": k, "amplitude": u(-2e-3, 2e-3), "angle": u(-3.0, 3.0)} for k in (1, 2, 3)],

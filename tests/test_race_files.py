@@ -21,7 +21,7 @@ drive = { kind = "speed", profile = { kind = "constant", speed = 100 } }
 [[balancers]]
 [[balancers.races]]
 orbit_radius = "80 mm"
-drag = { law = "beta", beta = 1e-4 }
+drag = { law = "viscous", damping = 1e-4 }
 balls = [{ diameter = "10 mm", material = "steel" }]
 """
 ROUND = 'roundness = { file = "roundness.csv", harmonics = 5 }\n'

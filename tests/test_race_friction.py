@@ -96,7 +96,7 @@ def _rotor(delta: float, mu: float, damping: float = 0.0) -> Machine:
     ball = {"mass": 0.01, "diameter": 0.01, "start_angles": [math.pi + delta]}
     race = {
         "orbit_radius": ORBIT,
-        "drag": {"law": "beta", "beta": 1e-4},
+        "drag": {"law": "viscous", "damping": 1e-4},
         "friction": {"rolling_resistance": 0.5 * mu, "adherence": mu},
         "balls": [ball],
     }
@@ -254,12 +254,12 @@ def test_a_ball_that_turns_round_and_back_within_a_step_is_seen_to_stop(method: 
     """
     race = {
         "race_radius": 0.1,
-        "drag": {"law": "beta", "beta": 3.766e-4},
+        "drag": {"law": "viscous", "damping": 3.766e-4},
         "balls": [
             {"diameter": diameter, "material": "steel", "start_angles": [angle]}
             for diameter, angle in [(0.008, 3.036), (0.01, 4.528), (0.01, 5.086), (0.008, 5.85)]
         ],
-        "coincidence": True,
+        "collisions": False,
         "friction": {"rolling_resistance": 1.219e-4, "adherence": 1.219e-4},
     }
     machine = Machine(

@@ -28,7 +28,7 @@ from autobalancer.simulation.steppers import equations
 
 VISCOSITY = 1e-4
 OIL = {"density": 900.0, "viscosity": VISCOSITY}
-LAWS: list[dict[str, Any]] = [{"law": "beta", "beta": 2e-4}, {"law": "sphere_on_plane", "range": "whole"}]
+LAWS: list[dict[str, Any]] = [{"law": "viscous", "damping": 2e-4}, {"law": "sphere_on_plane", "range": "whole"}]
 
 
 def race(shielded: bool, angles: list[float], **changes: Any) -> Machine:
@@ -69,7 +69,7 @@ def test_the_drag_of_each_ball_has_the_factor_of_the_law(law: dict[str, Any], la
 @pytest.mark.slow
 def test_drag_is_continuous_where_balls_pass_each_other_and_where_they_turn_round() -> None:
     """All that a step of an angle or a speed changes gets smaller with the step."""
-    drag = accelerations(race(True, [0.0, 0.3, 0.7, 1.5], drag=LAWS[0], coincidence=True))
+    drag = accelerations(race(True, [0.0, 0.3, 0.7, 1.5], drag=LAWS[0], collisions=False))
 
     def jump(steps: int) -> float:
         paths = [

@@ -27,7 +27,7 @@ SPEED = 125.66  # rad/s, 1200 rpm; ten times the critical speed of the drum
 def _drum(moment: str = "125000 g*mm", **race: object) -> Machine:
     """A drum of 25 kg on soft supports of 2 Hz, with gravity in its plane."""
     balls = [{"count": 16, "diameter": "24 mm", "density": "7800 kg/m^3", "start_angles": [0.4 * i for i in range(16)]}]
-    drag = {"law": "beta", "beta": "5e-3 N*m*s"}
+    drag = {"law": "viscous", "damping": "5e-3 N*m*s"}
     return Machine.model_validate(
         {
             "name": "drum",

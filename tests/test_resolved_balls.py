@@ -133,7 +133,7 @@ def test_a_ball_with_enough_speed_loops_without_leaving_the_wall() -> None:
 def test_on_a_horizontal_axis_a_carried_ball_rides_round_above_the_square_root_of_g_over_eps(share: float) -> None:
     w = share * math.sqrt(GRAVITY / ORBIT)
     machine = chamber(
-        axis="horizontal", speed=w, race={"drag": {"law": "beta", "beta": 0.02}},
+        axis="horizontal", speed=w, race={"drag": {"law": "viscous", "damping": 0.02}},
         restitution=0.2, sliding_friction=0.3, slip_speed=0.01, balls={"start_angles": [-0.5 * math.pi]},
     )  # fmt: skip
     load = 5e-3 * (GRAVITY + w**2 * ORBIT)
@@ -154,7 +154,7 @@ def test_on_a_tilting_rotor_balls_fall_off_the_small_races_at_both_ends_and_not_
     w, (low, left) = math.sqrt(GRAVITY / 0.085), (-0.5 * math.pi, math.pi)
     races = [
         {
-            "orbit_radius": orbit, "drag": {"law": "beta", "beta": 0.02},
+            "orbit_radius": orbit, "drag": {"law": "viscous", "damping": 0.02},
             "resolved": contact(restitution=0.2, sliding_friction=0.3, slip_speed=0.01),
             "balls": [BALL | {"start_angles": [angle]}],
         }
@@ -212,7 +212,7 @@ def test_two_balls_rebound_from_each_other_and_keep_their_order() -> None:
 
 def test_balls_pass_through_each_other_where_coincidence_is_allowed() -> None:
     balls = {"count": 2, "start_angles": [0.0, 1.0], "start_speeds": [5.0, -5.0]}
-    states, _, _ = run(chamber(balls=balls, race={"coincidence": True}), [0.0, 0.15], tolerance=1e-9)
+    states, _, _ = run(chamber(balls=balls, race={"collisions": False}), [0.0, 0.15], tolerance=1e-9)
     assert states[-1, BALLS] > states[-1, BALLS + 1]
 
 
@@ -258,7 +258,7 @@ def test_an_impossible_contact_is_refused_with_the_reason(changes: dict[str, Any
 
 def test_guided_and_resolved_races_do_not_mix() -> None:
     machine = chamber()
-    guided = {"orbit_radius": 0.05, "drag": {"law": "beta", "beta": 0.0}, "balls": [BALL]}
+    guided = {"orbit_radius": 0.05, "drag": {"law": "viscous", "damping": 0.0}, "balls": [BALL]}
     mixed = [*machine.balancers, {"races": [guided]}]
     with pytest.raises(MachineError, match=r"balancers\[2\].races\[1\].resolved: missing here"):
         assemble(Machine(**{**{k: getattr(machine, k) for k in machine.model_fields_set}, "balancers": mixed}))

@@ -28,9 +28,9 @@ RUBS = {
 def loose(speed: float) -> Machine:
     """The discoidal rig on softening bushings, free to spin; its balls fall onto the wall, bounce, slide and roll."""
     changes: dict[str, Any] = {
-        RACE + "drag": {"law": "beta", "beta": 1e-5},
+        RACE + "drag": {"law": "viscous", "damping": 1e-5},
         RACE + "friction": {"rolling_resistance": 0.01},
-        RACE + "coincidence": True,
+        RACE + "collisions": False,
         RACE + "resolved": RUBS,
         RACE + "balls[1].start_speeds": [9.0, -7.0],
         "drive": {"kind": "torque", "torque": 0.0},

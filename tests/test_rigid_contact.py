@@ -32,7 +32,7 @@ def _free(restitution: float, **race: Any) -> Machine:
         "start_speeds": [9.0, -4.0, 2.0, -7.0, 3.0],
     }  # fmt: skip
     whole = {
-        "orbit_radius": ORBIT, "drag": {"law": "beta", "beta": 0.0}, "contact": {"restitution": restitution},
+        "orbit_radius": ORBIT, "drag": {"law": "viscous", "damping": 0.0}, "contact": {"restitution": restitution},
         "balls": [balls], **race,
     }  # fmt: skip
     return Machine(
@@ -177,8 +177,8 @@ def _real(rotor: dict[str, Any], drive: dict[str, Any], tilting: bool, **race: A
         {"diameter": d, "density": DENSITY, "start_angles": [a], "start_speeds": [v]}
         for d, a, v in ((0.01, 0.3, -2.0), (0.012, 0.42, -2.0), (0.008, 2.0, 1.0))
     ]
-    whole = {"race_radius": ORBIT, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls} | race
-    other = {"race_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": [balls[0]]}
+    whole = {"race_radius": ORBIT, "drag": {"law": "viscous", "damping": 1e-4}, "balls": balls} | race
+    other = {"race_radius": 0.08, "drag": {"law": "viscous", "damping": 1e-4}, "balls": [balls[0]]}
     return Machine(
         name="real", axis="horizontal", gravity=GRAVITY, rotor=rotor, drive=drive,
         unbalances=[{"moment": 1e-4}], balancers=[{"races": [whole, other]} | ({"station": "upper"} if tilting else {})],
@@ -284,7 +284,7 @@ def _pressed(contact: dict[str, Any], shift: float) -> Machine:
                 "races": [
                     {
                         "race_radius": "0.1 m",
-                        "drag": {"law": "beta", "beta": 2e-4},
+                        "drag": {"law": "viscous", "damping": 2e-4},
                         "partitions": {"count": 2, "angle": 1.0},
                         "contact": contact,
                         "balls": [steel | {"start_angles": [0.0]}, steel | {"start_angles": [2.2]}],
@@ -317,7 +317,7 @@ def test_time_goes_on_where_touching_balls_just_loosen_one_that_rests(
 ) -> None:
     race = {
         "race_radius": "0.1 m",
-        "drag": {"law": "beta", "beta": 1e-4},
+        "drag": {"law": "viscous", "damping": 1e-4},
         "friction": {"rolling_resistance": rolling, "adherence": adherence},
         "balls": [{"diameter": f"{size} mm", "material": "steel"} for size in diameters],
     }

@@ -122,7 +122,8 @@ def test_damping_moves_the_crossing_to_the_damped_frequency() -> None:
 
 def test_balls_count_as_mass_only_if_asked() -> None:
     machine = with_value_at(planar(), "balancers", [{"races": [{
-        "orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-4}, "balls": [{"mass": 0.1, "motion": "point", "count": 2}],
+        "orbit_radius": 0.1, "drag": {"law": "viscous", "damping": 1e-4},
+        "balls": [{"mass": 0.1, "motion": "point", "count": 2}],
     }]}])  # fmt: skip
     assert critical_speeds(machine, balls=False)["critical_speed"].values == pytest.approx([math.sqrt(4e3)] * 2)
     assert critical_speeds(machine)["critical_speed"].values == pytest.approx([math.sqrt(12e3 / 3.2)] * 2, rel=1e-13)
@@ -167,7 +168,11 @@ def test_a_question_that_makes_no_sense_is_refused(ask: Any, message: str) -> No
 
 def test_a_rotor_on_tabled_supports_has_the_same_critical_speeds_in_runs_borders_and_rotordynamics() -> None:
     table = {"speed": [0.0, 150.0, 250.0, 600.0], "stiffness": [25e3, 40e3, 120e3, 120e3], "damping": [30.0] * 4}
-    race = {"orbit_radius": 0.05, "drag": {"law": "beta", "beta": 2e-4}, "balls": [{"mass": 3e-3, "motion": "point"}]}
+    race = {
+        "orbit_radius": 0.05,
+        "drag": {"law": "viscous", "damping": 2e-4},
+        "balls": [{"mass": 3e-3, "motion": "point"}],
+    }
     machine = Machine.model_validate(
         {
             "name": "on tables",

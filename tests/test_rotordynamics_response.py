@@ -194,7 +194,8 @@ def test_velocity_and_acceleration_are_the_rates_of_the_displacement() -> None:
 
 def test_balls_at_rest_opposite_to_the_unbalance_balance_a_plane() -> None:
     machine = with_value_at(planar(), "balancers", [{"races": [{
-        "orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-4}, "balls": [{"mass": 2e-3, "motion": "point", "count": 2}],
+        "orbit_radius": 0.1, "drag": {"law": "viscous", "damping": 1e-4},
+        "balls": [{"mass": 2e-3, "motion": "point", "count": 2}],
     }]}])  # fmt: skip
     angle = math.acos(-3e-4 / (2.0 * 2e-4))
     left = ab.rotor.response(machine, [100.0], unbalance=3e-4, ball_angles=[angle, -angle])

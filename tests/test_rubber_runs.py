@@ -182,7 +182,7 @@ def test_every_kind_of_rotor_moves_alike_on_the_same_rubber(name: str) -> None:
 @pytest.mark.parametrize("name", ["planar", "rigid", "three bushings", "uneven"])
 def test_the_vibration_without_balls_is_that_of_a_run_with_the_balls_held(name: str) -> None:
     balls = [{"mass": 4e-3, "diameter": 0.01, "count": 2, "start_angles": [1.0, 2.0]}]
-    race = {"orbit_radius": 0.08, "eccentricity": 1e-3, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls}
+    race = {"orbit_radius": 0.08, "eccentricity": 1e-3, "drag": {"law": "viscous", "damping": 1e-4}, "balls": balls}
     planar = machine(described(), speed=SPEED, moment=UNBALANCE, balancers=[{"races": [race]}])
     data = planar.model_dump(exclude_unset=True)
     uneven = others()["rigid"]
@@ -207,7 +207,7 @@ def test_a_verdict_on_endochronic_rubber_beside_uneven_springs_needs_no_run_with
         support["rubber"]["friction"]["law"] = "endochronic"
     rotor["supports"].append({"position": 0.05, "stiffness": [1e3, 5e3]})
     balls = [{"mass": 4e-3, "diameter": 0.01, "count": 2, "start_angles": [1.0, 2.0]}]
-    race = {"orbit_radius": 0.08, "drag": {"law": "beta", "beta": 1e-4}, "balls": balls}
+    race = {"orbit_radius": 0.08, "drag": {"law": "viscous", "damping": 1e-4}, "balls": balls}
     data = machine(described(), speed=SPEED, moment=UNBALANCE, balancers=[{"races": [race]}]).model_dump(
         exclude_unset=True
     )

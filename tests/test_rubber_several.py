@@ -54,7 +54,7 @@ def in_two_planes(
     """One or two balls in each plane of a rigid rotor on two supports of rubber."""
     middle = [{**BALL, "count": len(angles[0]), "start_angles": angles[0]}]
     end = [{**BALL, "count": len(angles[1]), "start_angles": angles[1], "mass": mass}]
-    races = [{"station": name, **race(balls, coincidence=True)} for name, balls in (("middle", middle), ("end", end))]
+    races = [{"station": name, **race(balls, collisions=False)} for name, balls in (("middle", middle), ("end", end))]
     return on_supports(springs, moment=20e-6, balancers=races, **more)
 
 
@@ -111,7 +111,7 @@ def test_two_kinds_in_one_plane_are_released_in_a_run_where_the_balance_ends() -
     def make(**more: Any) -> Machine:
         light, heavy = {**BALL, "count": 1}, {**BALL, "count": 1, "mass": 0.010}
         kinds = [{**light, "start_angles": [0.35]}], [{**heavy, "start_angles": [-0.1]}]
-        balancers = [race(kind, coincidence=True) for kind in kinds]
+        balancers = [race(kind, collisions=False) for kind in kinds]
         one = machine({"mass": MASS, "rubber": described()}, moment=20e-6, balancers=balancers)
         return Machine(**{**{key: getattr(one, key) for key in one.model_fields_set}, **more})
 

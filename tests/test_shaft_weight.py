@@ -155,7 +155,7 @@ def test_a_ball_in_the_race_of_a_swinging_plumb_bob_stays_where_it_is(up: str) -
     stiff = {**LIGHT, "youngs_modulus": 2.1e15}
     hanging = {"up": up, "thrust_bearing": high, "supports": [{"position": high, "stiffness": 1e9}]}
     ball = {"mass": 1e-6, "motion": "point", "start_angles": [0.5 * math.pi]}
-    race = {"orbit_radius": 0.05, "drag": {"law": "beta", "beta": 1e-12}, "balls": [ball]}
+    race = {"orbit_radius": 0.05, "drag": {"law": "viscous", "damping": 1e-12}, "balls": [ball]}
     plumb = Machine.model_validate(
         {
             "name": "plumb bob",

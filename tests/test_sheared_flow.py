@@ -102,7 +102,7 @@ def machine(**fluid: Any) -> Machine:
         "orbit_radius": 0.077,
         "width": 0.015,
         "height": 0.02,
-        "drag": {"law": "cd_re", "cd_re": 387.0},
+        "drag": {"law": "cd_times_re", "cd_times_re": 387.0},
         "fluid": {"density": 900.0, "viscosity": 1e-3, "shear": law} | fluid,
         "balls": [{"count": 2, "diameter": 0.012, "density": 7800.0, "start_angles": [0.0, 3.0]}],
     }

@@ -24,7 +24,7 @@ def machine(shear: dict[str, Any] | ShearLaw | None, fluid: dict[str, Any] | Non
     given = fluid or {"density": 900.0, "viscosity": 1e-4}
     race = {
         "orbit_radius": 0.1,
-        "drag": more.pop("drag", {"law": "cd_re", "cd_re": 387.0}),
+        "drag": more.pop("drag", {"law": "cd_times_re", "cd_times_re": 387.0}),
         "fluid": given | ({} if shear is None else {"shear": shear}),
         "balls": [
             {"count": 2, "diameter": 0.009, "density": 7800.0, "start_angles": [0.0, math.pi], **more.pop("balls", {})}
@@ -176,7 +176,7 @@ def test_what_is_no_viscosity_is_named(shear: dict[str, Any], message: str) -> N
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"drag": {"law": "beta", "beta": 1e-4}}, "gives the torque without the viscosity"),
+        ({"drag": {"law": "viscous", "damping": 1e-4}}, "gives the torque without the viscosity"),
         ({"slipstream": True}, "slipstream: known for fluids of constant viscosity only"),
         ({"contact": {"rebound": {"critical_stokes": 10.0}, "restitution": 0.9}}, "constant viscosity"),
     ],

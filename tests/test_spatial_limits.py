@@ -50,7 +50,7 @@ def test_the_general_equations_of_a_planar_rotor_are_the_planar_ones(name: str, 
 
 RACE: dict[str, Any] = {
     "orbit_radius": 0.1,
-    "drag": {"law": "beta", "beta": 1e-4},
+    "drag": {"law": "viscous", "damping": 1e-4},
     "balls": [{"count": 2, "mass": 4e-3, "diameter": 0.01, "start_angles": [1.0, -2.0]}],
 }
 

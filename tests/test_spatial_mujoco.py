@@ -71,7 +71,7 @@ def machine(size: float, gravity: float, height: float, offset: float, races: st
         race = {
             "orbit_radius": ARM,
             "eccentricity": offset,
-            "drag": {"law": "beta", "beta": BETA},
+            "drag": {"law": "viscous", "damping": BETA},
             "balls": [balls],
         }
         return {"station": STATIONS[first] - height, "races": [race]}

@@ -128,7 +128,7 @@ def test_too_few_modes_are_refused_by_name() -> None:
 
 RACE = {
     "orbit_radius": 0.1,
-    "drag": {"law": "beta", "beta": 1e-4},
+    "drag": {"law": "viscous", "damping": 1e-4},
     "balls": [{"count": 1, "mass": 1e-3, "motion": "point"}],
 }
 RIGID = {

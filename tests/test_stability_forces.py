@@ -111,7 +111,7 @@ def closed_form(machine: Machine, speed: float, stiffness: float) -> float:
 
 def undamped(machine: Machine) -> Machine:
     return ab.with_parameter(
-        ab.with_parameter(machine, "rotor.damping", 0.0), f"{RACE}.drag", {"law": "beta", "beta": 0.0}
+        ab.with_parameter(machine, "rotor.damping", 0.0), f"{RACE}.drag", {"law": "viscous", "damping": 0.0}
     )
 
 
@@ -169,7 +169,7 @@ def test_on_a_rotor_that_is_held_two_balls_swing_on_their_springs_as_two_masses_
     ids=["springs", "magnets", "pins"],
 )
 def test_in_every_state_the_compiled_equations_rest_and_their_jacobian_has_its_eigenvalues(force: Any) -> None:
-    machine = ab.with_parameter(ab.with_parameter(PLAIN, f"{RACE}.forces", [force]), f"{RACE}.coincidence", True)
+    machine = ab.with_parameter(ab.with_parameter(PLAIN, f"{RACE}.forces", [force]), f"{RACE}.collisions", False)
     st = in_plane(machine)
     states = states_of(st, SPEED)
     assert {"balanced"} < {state.name for state in states}

@@ -16,7 +16,7 @@ from autobalancer.stability.states.rest_states import described
 def two_planes(share: float) -> Machine:
     """Rotor of 5 kg on anisotropic supports; balls, drag and unbalance all go with ``share``, the mass of a ball over its own."""
     ball, orbit = 5.0 * share, 0.05
-    race = {"orbit_radius": orbit, "drag": {"law": "beta", "beta": 8.0 * ball * orbit**2}}
+    race = {"orbit_radius": orbit, "drag": {"law": "viscous", "damping": 8.0 * ball * orbit**2}}
     race["balls"] = [{"count": 2, "mass": ball, "motion": "point"}]
     return Machine.model_validate(
         {

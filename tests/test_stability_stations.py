@@ -25,7 +25,6 @@ from autobalancer.machine import (
     Balancer,
     Balls,
     Constant,
-    DragTorque,
     Machine,
     PlanarRotor,
     PrescribedSpeed,
@@ -33,6 +32,7 @@ from autobalancer.machine import (
     RigidRotor,
     Support,
     Unbalance,
+    ViscousDrag,
 )
 from autobalancer.stability.host.stations import Stations, plane, stations
 from autobalancer.stability.maps.balanced import EqualAtOneStation, StationBalls, growth_of
@@ -66,7 +66,7 @@ def machine(
             races=(
                 Race(
                     orbit_radius=0.05,
-                    drag=DragTorque(beta=drag * (1.0 + 0.3 * number)),
+                    drag=ViscousDrag(damping=drag * (1.0 + 0.3 * number)),
                     eccentricity=abs(offset),
                     eccentricity_angle=cmath.phase(offset),
                     balls=tuple(Balls(mass=mass, motion="point") for mass in masses),
@@ -281,7 +281,7 @@ def planar() -> Machine:
                 races=(
                     Race(
                         orbit_radius=0.1,
-                        drag=DragTorque(beta=2e-4),
+                        drag=ViscousDrag(damping=2e-4),
                         balls=(Balls(count=2, mass=0.003, motion="point"), Balls(mass=0.002, motion="point")),
                     ),
                 )

@@ -14,7 +14,6 @@ from autobalancer.machine import (
     Balls,
     Constant,
     Disk,
-    DragTorque,
     Machine,
     PrescribedSpeed,
     Race,
@@ -24,6 +23,7 @@ from autobalancer.machine import (
     ShaftSegment,
     Support,
     Unbalance,
+    ViscousDrag,
 )
 from autobalancer.stability.host.reduction import basis_for, reduced
 from autobalancer.stability.host.stations import Stations, stations
@@ -37,7 +37,7 @@ SUPPORTS = tuple(Support(position=z, stiffness=2e4, damping=20.0) for z in (0.05
 
 def machine(rotor: ShaftRotor | RigidRotor, shift: float = 0.0) -> Machine:
     """Two planes with two balls each; ``shift`` is the origin of the rotor's axis."""
-    balls = Race(orbit_radius=0.05, drag=DragTorque(beta=3e-4), balls=(Balls(count=2, mass=0.004, motion="point"),))
+    balls = Race(orbit_radius=0.05, drag=ViscousDrag(damping=3e-4), balls=(Balls(count=2, mass=0.004, motion="point"),))
     return Machine(
         name="shaft",
         axis="vertical",

@@ -56,8 +56,8 @@ def machine(numbers: tuple[Any, ...], parts: tuple[float, ...] = (1.0, 1.0)) -> 
     )
     race = Race(
         orbit_radius=0.05,
-        coincidence=True,
-        drag={"law": "beta", "beta": float(beta) * sum(parts) / len(parts)},
+        collisions=False,
+        drag={"law": "viscous", "damping": float(beta) * sum(parts) / len(parts)},
         balls=[{"count": 1, "mass": 0.003 * part, "motion": "point"} for part in parts],
     )
     return Machine(
@@ -190,7 +190,7 @@ def of_three(
         Support(position=z, stiffness=k, damping=c) for z, k, c in zip((-0.12, 0.10), stiffness, damping, strict=True)
     )
     balls = [{"count": round(2.0 / part), "mass": 0.003 * part, "motion": "point"}]
-    race = Race(orbit_radius=0.05, coincidence=True, drag={"law": "beta", "beta": beta * part}, balls=balls)
+    race = Race(orbit_radius=0.05, collisions=False, drag={"law": "viscous", "damping": beta * part}, balls=balls)
     rotor = RigidRotor(mass=5.0, transverse_inertia=0.05, polar_inertia=inertia, supports=supports)
     drive = PrescribedSpeed(profile=Constant(speed=300.0))
     balancers = tuple(Balancer(station=z, races=(race,)) for z in places)
@@ -250,7 +250,7 @@ def test_of_three_planes_the_highest_fall_counts_and_what_depends_on_their_angle
 def test_planes_that_lost_synchronism_may_fall_back_together_far_above_where_one_falls_alone() -> None:
     """The second ball is three in line: both planes at 172.5 rad/s, to a state between the resonances; it alone at 132.6."""
     m = machine(AGAIN, (1.63942245,))
-    for key, value in (("balls[1].mass", 3.0 * 4.91826735e-3), ("drag.beta", 3.0 * 0.00020014839)):
+    for key, value in (("balls[1].mass", 3.0 * 4.91826735e-3), ("drag.damping", 3.0 * 0.00020014839)):
         m = with_value_at(m, f"balancers[2].races[1].{key}", value)
     found = border(m, "capture speed")
     assert found.speed == pytest.approx(172.5, abs=0.3)

@@ -216,7 +216,7 @@ def test_a_fault_in_a_study_is_named_with_its_key(changed: dict[str, Any], said:
 def test_the_balanced_share_of_a_monte_carlo_is_that_of_the_basin_map() -> None:
     speed, count = 330.0, 16
     machine = ab.load_machine(ROOT / "examples/machines/stall_and_release.toml")
-    machine = ab.with_parameter(machine, "balancers[1].races[1].coincidence", True)
+    machine = ab.with_parameter(machine, "balancers[1].races[1].collisions", False)
     middle = (np.arange(count) + 0.5) / count
     other, wide = machine.balancers[0].races[0].balls[0].start_angles[1], 0.1  # rad; nearer balls would overlap
     first, last = other + wide, other + 2.0 * np.pi - wide

@@ -210,8 +210,8 @@ def test_every_answer_names_a_key_that_nobody_declared() -> None:
 
 BALLS = {"count": 2, "diameter": 0.01, "density": 7800.0}
 KNOWN: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "linear drag": ({"drag": {"law": "beta", "beta": 1e-3}}, {}),
-    "fluid": ({"fluid": OIL, "drag": {"law": "cd_re", "cd_re": 60.0}}, {}),
+    "linear drag": ({"drag": {"law": "viscous", "damping": 1e-3}}, {}),
+    "fluid": ({"fluid": OIL, "drag": {"law": "cd_times_re", "cd_times_re": 60.0}}, {}),
     "eccentric races": ({"eccentricity": 2e-5, "eccentricity_angle": 1.0}, {}),
     "unequal balls": ({"race_radius": 0.085, "balls": [BALLS | {"count": 1}, {"mass": 0.0045, "diameter": 0.011}]}, {}),
     "points": ({"balls": [{"count": 2, "mass": 0.004, "motion": "point"}]}, {}),
@@ -227,7 +227,7 @@ KNOWN: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def test_steady_states_of_a_known_term_are_where_runs_settle(term: str) -> None:
     race, more = KNOWN[term]
     place = {"orbit_radius": 0.08} if "race_radius" not in race else {}
-    entries = place | {"drag": {"law": "beta", "beta": 1e-3}, "balls": [BALLS], "coincidence": True}
+    entries = place | {"drag": {"law": "viscous", "damping": 1e-3}, "balls": [BALLS], "collisions": False}
     one = machine({**entries, **race}, rotor=more.get("rotor"), unbalances=more.get("unbalances", [{"moment": 3e-4}]))
     states = ab.stability.equilibria(one, 120.0)
     stable = states["ball_angle_in_rotor"].values[states["verdict"].values == "stable"]
@@ -241,7 +241,7 @@ def test_a_run_with_a_term_that_is_ignored_settles_elsewhere_and_the_statement_s
     rubbing = machine(
         {
             "orbit_radius": 0.08,
-            "drag": {"law": "beta", "beta": 1e-3},
+            "drag": {"law": "viscous", "damping": 1e-3},
             "balls": [BALLS],
             "friction": {"rolling_resistance": 3e-3},
         }

@@ -148,7 +148,7 @@ def leaning(slope: float) -> Assembly:
                 "races": [
                     {
                         "orbit_radius": 0.1,
-                        "drag": {"law": "beta", "beta": 0.0},
+                        "drag": {"law": "viscous", "damping": 0.0},
                         "friction": {"rolling_resistance": 1e-3, "adherence": 1e-3},
                         "balls": [{"count": 1, "mass": 5e-3, "diameter": 0.01, "start_angles": [0.0]}],
                     }

@@ -31,9 +31,9 @@ TIMES = np.linspace(0.0, 2.0, 81)
 def machine(drive: dict[str, Any], *, balls: bool = False, **top: Any) -> Machine:
     """A rotor on unequal supports with gravity across its axis; nothing dissipates unless the drive does."""
     race = {
-        "coincidence": True,
+        "collisions": False,
         "race_radius": 0.1,
-        "drag": {"law": "beta", "beta": 0.0},
+        "drag": {"law": "viscous", "damping": 0.0},
         "balls": [
             {"count": 2, "diameter": 0.012, "density": 7800.0, "start_angles": [1.0, 3.5], "start_speeds": [0.0, -40.0]}
         ],
@@ -228,7 +228,7 @@ def test_theories_at_a_constant_speed_say_that_they_leave_the_torsion_out_and_ar
         assert said not in unknown(rigid, theory)
     speeds = [stepped_response(case, ["300 rpm"], dwell=0.05, window=0.05) for case in (rigid, twisting)]
     assert speeds[0]["amplitude"].values == speeds[1]["amplitude"].values
-    drag = "balancers[1].races[1].drag.beta"
+    drag = "balancers[1].races[1].drag.damping"
     ends = [basin(with_parameter(case, drag, 1e-3), 300.0, random=2) for case in (rigid, twisting)]
     name = "final_ball_angle_in_rotor"
     assert np.array_equal(*(end[name].values for end in ends))

@@ -52,7 +52,7 @@ def lost() -> Machine:
     """A fan in balance that loses a blade at 5 s."""
     race = {
         "orbit_radius": 0.1,
-        "drag": {"law": "beta", "beta": 1e-3},
+        "drag": {"law": "viscous", "damping": 1e-3},
         "balls": [{"count": 2, "mass": "4 g", "material": "steel", "start_angles": ["110 deg", "250 deg"]}],
     }
     return Machine(

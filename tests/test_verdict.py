@@ -179,11 +179,11 @@ def creeping(name: str) -> Machine:
     if name == "two planes":
         found = at_speed("two_plane_rotor.toml", 600.0)
         races = [f"balancers[{i}].races[1]" for i in (1, 2)]
-        return with_values(found, {f"{race}.drag": {"law": "beta", "beta": 1e-2} for race in races})
+        return with_values(found, {f"{race}.drag": {"law": "viscous", "damping": 1e-2} for race in races})
     found = with_values(
         at_speed("stall_and_release.toml", 500.0),
         {"unbalances[1].mass": 4e-3, "balancers[1].races[1].balls[1].start_angles": [0.35, 1.05]}
-        | {"balancers[1].races[1].drag.beta": 5e-2, "balancers[1].races[1].balls[1].mass": 3e-3},
+        | {"balancers[1].races[1].drag.damping": 5e-2, "balancers[1].races[1].balls[1].mass": 3e-3},
     )
     parts = {"on uneven supports": ("rotor.stiffness", (5e5, 7e5)), "lying": ("axis", "horizontal")}
     return ab.with_parameter(found, *parts[name]) if name in parts else found

@@ -40,7 +40,7 @@ RACE = {
     "width": "12 mm",
     "height": "12 mm",
     "fluid": {"density": "955 kg/m^3", "viscosity": "20 mm^2/s"},
-    "drag": {"law": "cd_re", "cd_re": 300.0},
+    "drag": {"law": "cd_times_re", "cd_times_re": 300.0},
     "balls": [
         {
             "count": 2,

@@ -53,7 +53,7 @@ def _balls_of_table_6_4(machine: Machine) -> Machine:
     """The same drag, but the ball mass of the source: effective in another oil, and without virtual mass."""
     (race,) = machine.balancers[0].races
     balls = {"count": 2, "mass": "6.656 g", "diameter": "12.3 mm"}
-    drag = {"law": "beta", "beta": resolve(machine)[0].drag}
+    drag = {"law": "viscous", "damping": resolve(machine)[0].drag}
     changed = {"orbit_radius": race.orbit_radius, "drag": drag, "balls": [balls]}
     return with_value_at(machine, "balancers[1].races", [changed])
 

@@ -17,7 +17,11 @@ from autobalancer.results.measure_table import MEASURES
 from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
 from autobalancer.simulation.run import outcome
 
-RACE = {"orbit_radius": 0.1, "drag": {"law": "beta", "beta": 1e-3}, "balls": [{"mass": 3e-3, "motion": "point"}]}
+RACE = {
+    "orbit_radius": 0.1,
+    "drag": {"law": "viscous", "damping": 1e-3},
+    "balls": [{"mass": 3e-3, "motion": "point"}],
+}
 SMALL = Machine(
     name="small",
     axis="vertical",

@@ -17,7 +17,7 @@ ab.plot.ball_drag(found)
 # %%
 # Up to Re = 10 the drag is linear, as drag laws of balls in races assume. These lines take the place of ``drag = ...``:
 
-slow, ten, thirty = found["cd_re"].values
+slow, ten, thirty = found["cd_times_re"].values
 print(found.attrs["drag"])
 print(
     f"the other ball moves the fluid too: it flows around the ring with {float(found.through_flow[0]):.0%} of their speed"
@@ -30,5 +30,7 @@ assert abs(ten / slow - 1.0) < 0.02 < thirty / slow - 1.0
 orbit = 76.95e-3
 ring = ab.flow.Channel("12.3 mm", "13.8 mm", "20 mm", orbit, 2 * 3.14159 * orbit)
 alone = ab.flow.ball_drag(ring, [0], gap="1 um")
-print(f"c_d Re = {slow:.0f} for one of two balls, {float(alone.cd_re[0]):.0f} alone, measured by Spannan (2021): 387")
-assert float(alone.cd_re[0]) > 1.05 * slow
+print(
+    f"c_d Re = {slow:.0f} for one of two balls, {float(alone.cd_times_re[0]):.0f} alone, measured by Spannan (2021): 387"
+)
+assert float(alone.cd_times_re[0]) > 1.05 * slow

@@ -13,7 +13,7 @@ import autobalancer as ab
 mass, stiffness, orbit, ball, speed, adherence = 10.0, 4e5, 0.1, 0.01, 300.0, 4e-4
 race = {
     "orbit_radius": orbit,
-    "drag": {"law": "beta", "beta": 2e-3},
+    "drag": {"law": "viscous", "damping": 2e-3},
     "friction": {"rolling_resistance": 0.5 * adherence, "adherence": adherence},
     "balls": [{"mass": ball, "diameter": 0.01}],
 }

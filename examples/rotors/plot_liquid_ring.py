@@ -20,7 +20,7 @@ print(liquid)
 
 race = {
     "orbit_radius": "240 mm",
-    "drag": {"law": "beta", "beta": "0.2 N*m*s"},
+    "drag": {"law": "viscous", "damping": "0.2 N*m*s"},
     "balls": [{"count": 2, "diameter": "42 mm", "density": "7800 kg/m^3"}],
 }
 parts = {key: getattr(drum, key) for key in ("name", "axis", "rotor", "unbalances", "drive")}

@@ -16,17 +16,17 @@ from autobalancer.machine import (
     Balancer,
     Balls,
     Constant,
-    DragTorque,
     Machine,
     PlanarRotor,
     PrescribedSpeed,
     Race,
     Schedule,
     Unbalance,
+    ViscousDrag,
 )
 
 balls = Balls(count=2, mass="4 g", material="steel", start_angles=["110 deg", "250 deg"])
-race = Race(orbit_radius="100 mm", drag=DragTorque(beta="1e-3 N*m*s"), balls=[balls])
+race = Race(orbit_radius="100 mm", drag=ViscousDrag(damping="1e-3 N*m*s"), balls=[balls])
 fan = Machine(
     name="fan",
     axis="vertical",

@@ -39,7 +39,7 @@ figure = ab.plot.nyquist(loop)
 
 race = {
     "orbit_radius": "77 mm",
-    "drag": {"law": "beta", "beta": "5.5e-6 N*m*s"},
+    "drag": {"law": "viscous", "damping": "5.5e-6 N*m*s"},
     "balls": [{"count": 2, "mass": "6.656 g", "diameter": "12 mm"}],
 }
 true = ab.machine.Machine(

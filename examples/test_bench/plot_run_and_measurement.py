@@ -17,7 +17,7 @@ run = { duration = "0.3 s" }
 [[balancers]]
 [[balancers.races]]
 orbit_radius = "100 mm"
-drag = { law = "beta", beta = "1e-3 N*m*s" }
+drag = { law = "viscous", damping = "1e-3 N*m*s" }
 balls = [{ count = 2, mass = "3 g", density = "7800 kg/m^3", start_angles = ["60 deg", "200 deg"] }]
 """
 machine = ab.parse_machine(MACHINE)

@@ -69,7 +69,7 @@ def external(figure: str, quantity: str, unit: str, target: float, obtained: flo
 def machine(drag: float) -> Machine:
     """Stall and release with 85 % of the unbalance that the balls can balance, and another drag."""
     smaller = with_value_at(load_race_machine(STALL), "unbalances[1].mass", 0.85 * 5e-3)
-    return with_value_at(smaller, "balancers[1].races[1].drag.beta", drag)
+    return with_value_at(smaller, "balancers[1].races[1].drag.damping", drag)
 
 
 def nearest(found: xr.Dataset, kind: str, speed: float, name: str = "special_parameter") -> float:

@@ -36,7 +36,7 @@ def with_balls(damping: float, washers: int = 3, *, off: float = OFF) -> Machine
     heavy = float(machine.unbalances[0].angle)
     balls = {"count": 2, "mass": BALL, "motion": "point", "start_angles": (heavy, heavy + off)}
     machine = with_value_at(machine, f"{RACE}balls[1]", balls)
-    return with_value_at(machine, f"{RACE}drag.beta", damping * BALL * ORBIT**2 * REFERENCE * RPM)
+    return with_value_at(machine, f"{RACE}drag.damping", damping * BALL * ORBIT**2 * REFERENCE * RPM)
 
 
 def as_measured(washers: int, *, run_out: bool = True, rolling: float = 0.0) -> Machine:

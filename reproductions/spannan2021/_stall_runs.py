@@ -58,9 +58,9 @@ def machine(
     race: dict[str, Any] = {
         "orbit_radius": ORBIT,
         "fluid": {"density": DENSITY, "viscosity": VISCOSITY},
-        "drag": {"law": "discoidal"} if law == "whole" else {"law": "beta", "beta": drag_of(VISCOSITY)},
+        "drag": {"law": "discoidal"} if law == "whole" else {"law": "viscous", "damping": drag_of(VISCOSITY)},
         "friction": {"rolling_resistance": rolling},
-        "coincidence": True,
+        "collisions": False,
     }
     if hanging:
         slips = {"start_angles": [APART[0] + aside, APART[1]], "start_speeds": [CRITICAL - speeds[0]] * 2}

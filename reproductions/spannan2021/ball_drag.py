@@ -28,14 +28,14 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     slides = ab.flow.ball_drag(race, [0.0], gap=1e-6, motion="sliding")
     plane = ab.flow.ball_drag(ab.flow.Channel(2.0, 40.0, 40.0), [0.0], gap=1e-5, fineness=1.5)
     save_picture(ab.plot.ball_drag(rolls), out / "ball_drag.png")
-    slow, fast = float(rolls["cd_re"][0]), float(rolls["cd_re"][-1])
+    slow, fast = float(rolls["cd_times_re"][0]), float(rolls["cd_times_re"][-1])
     grows = 10.0 ** sum(c * 2.0**power for power, c in enumerate((2.72, -1.25, 0.121, 0.0038))) * 100.0 / SLOW
     rows = [
         Found("printed", f"{ROLLS}1", "1", SLOW, slow, 39.0, GROOVE, "6.9"),
         Found("misprint", "c_d Re at Re = 100 over that of slow flow", "1", grows, fast / slow, 0.1, PRINT, "6.9"),
     ]
     still = "c_d Re of the ball that slides without turning, slow"
-    rows.append(Found("printed", still, "1", SLOW, float(slides["cd_re"][0]), 39.0, GROOVE, "6.9"))
+    rows.append(Found("printed", still, "1", SLOW, float(slides["cd_times_re"][0]), 39.0, GROOVE, "6.9"))
     note = "a gap of 1e-5 radii assumed; 6e-7 radii would give 322"
     rows.append(
         Found(
@@ -43,7 +43,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
             "c_d Re of a sphere that rolls on a plane, slow",
             "1",
             322.0,
-            float(plane["cd_re"][0]),
+            float(plane["cd_times_re"][0]),
             32.0,
             note,
             "5.21",

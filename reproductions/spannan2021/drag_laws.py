@@ -12,7 +12,7 @@ from typing import Any
 
 import autobalancer as ab
 from autobalancer.drag.discoidal import discoidal
-from autobalancer.laws.drag_coefficient import annulus_cd_re
+from autobalancer.laws.drag_coefficient import annulus_cd_times_re
 from autobalancer.plots.style import save_picture
 from reproductions import Found, Kind, compared_all
 
@@ -21,7 +21,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """Printed coefficients, and the picture."""
     save_picture(ab.plot.drag_laws(), out / "drag_laws.png")
     print_of = discoidal(0.74)
-    rows = [Found("printed", "c_d Re for W1/rb = 2.10, rb/eps = 0.07", "1", 327.0, annulus_cd_re(2.10, 0.07), 1.0,
+    rows = [Found("printed", "c_d Re for W1/rb = 2.10, rb/eps = 0.07", "1", 327.0, annulus_cd_times_re(2.10, 0.07), 1.0,
                   figure="5.22")]  # fmt: skip
     for power, (value, half) in enumerate([(2.72, 0.005), (-1.25, 0.005), (0.121, 0.0005), (0.0038, 0.00005)]):
         quantity = f"coefficient of x^{power} with the plateau 0.74"

@@ -46,7 +46,7 @@ def rig() -> Machine:
     """Two light balls in a thick fluid on orthotropic supports with a damping ratio of about 1 %."""
     race = {
         "orbit_radius": ORBIT,
-        "drag": {"law": "beta", "beta": 1e-2},
+        "drag": {"law": "viscous", "damping": 1e-2},
         "balls": [{"count": 2, "mass": BALL, "motion": "point"}],
     }
     return Machine(

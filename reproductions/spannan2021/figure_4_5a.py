@@ -29,7 +29,7 @@ BALL, CRITICAL, DAMPING = 2.5e-3 * 0.1, 250.0, 100.0  # kg m, rad/s, N s/m
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """(4.70) against (4.74), simulated growth against the exact border, and the picture."""
     machine = with_value_at(load_race_machine(MACHINE), "unbalances[1].mass", "4.5 g")
-    drag = float(machine.balancers[0].races[0].drag.beta)  # type: ignore[attr-defined]
+    drag = float(machine.balancers[0].races[0].drag.damping)  # type: ignore[attr-defined]
     share = (BALL * CRITICAL) ** 2 / (DAMPING * drag)
     axes = {"speed": np.linspace(220.0, 500.0, 281), "drag": np.geomspace(2e-5, 2e-3, 241)}
     points = {"figure 4.2 in kind": (250.0 * (1.0 + 2.0 * share), drag)}

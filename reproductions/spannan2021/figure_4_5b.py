@@ -65,7 +65,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
 
 def with_drag(machine: Machine, drag: float) -> Machine:
     """The machine with another drag torque over ball speed, N m s."""
-    return with_value_at(machine, "balancers[1].races[1].drag.beta", drag)
+    return with_value_at(machine, "balancers[1].races[1].drag.damping", drag)
 
 
 def averaged_rates(machine: Machine, drag: float) -> np.ndarray:

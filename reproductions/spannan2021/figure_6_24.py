@@ -55,7 +55,7 @@ def rig(viscosity: float, damping: float = DAMPING) -> Machine:
     """The planar stand-in; M of the source contains the balls."""
     race = {
         "orbit_radius": ORBIT,
-        "drag": {"law": "beta", "beta": drag_of(viscosity)},
+        "drag": {"law": "viscous", "damping": drag_of(viscosity)},
         "balls": [{"count": 2, "mass": BALL, "diameter": 2.0 * RADIUS}],
     }
     return Machine(

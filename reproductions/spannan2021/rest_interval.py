@@ -56,7 +56,7 @@ def machine(start: float, damping: float, drag: float, steady: bool) -> Machine:
     """The rotor with its ball at ``start`` from the balanced place, in its steady whirl or at rest."""
     race = {
         "orbit_radius": ORBIT,
-        "drag": {"law": "beta", "beta": drag},
+        "drag": {"law": "viscous", "damping": drag},
         "friction": {"rolling_resistance": 0.5 * ADHERENCE, "adherence": ADHERENCE},
         "balls": [{"mass": BALL, "diameter": 0.01, "start_angles": [math.pi + start]}],
     }

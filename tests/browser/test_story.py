@@ -98,10 +98,10 @@ def changes_without_alarm(page: Any) -> None:
     )  # what is missing stands in the check alone
     page.get_by_label("remove unbalance 2").click()
     expect(at(page, "unbalances[2].radius")).to_have_count(0)
-    taken(page, at(page, f"{RACE}.drag.law").click, "beta")
-    expect(at(page, f"{RACE}.drag.beta")).to_be_visible()
+    taken(page, at(page, f"{RACE}.drag.law").click, "viscous")
+    expect(at(page, f"{RACE}.drag.damping")).to_be_visible()
     taken(page, at(page, f"{RACE}.drag.law").click, "discoidal")
-    expect(at(page, f"{RACE}.drag.beta")).to_have_count(0)
+    expect(at(page, f"{RACE}.drag.damping")).to_have_count(0)
 
 
 def run(page: Any) -> None:

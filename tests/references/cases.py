@@ -31,9 +31,9 @@ def run_up(**changes: Any) -> Machine:
             {
                 "races": [
                     {
-                        "coincidence": True,
+                        "collisions": False,
                         "orbit_radius": 0.1,
-                        "drag": {"law": "beta", "beta": 1.5e-4},
+                        "drag": {"law": "viscous", "damping": 1.5e-4},
                         "balls": [{"count": 2, "mass": 2.5e-3, "diameter": 8e-3, "start_angles": [1.0, -1.9]}],
                     }
                 ]

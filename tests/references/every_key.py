@@ -14,8 +14,8 @@ from autobalancer.machine.path import with_entry
 CHANGE = 1.03
 BALL = {"diameter": 0.01, "density": 7800.0}
 OIL = {"density": 950.0, "viscosity": 5e-5, "virtual_mass": 2.5}
-PAIR = {"orbit_radius": 0.08, "drag": {"law": "beta", "beta": 2e-4}, "balls": [{"count": 2, **BALL}]}
-WET = {**PAIR, "fluid": OIL, "drag": {"law": "cd_re", "cd_re": 60.0}}
+PAIR = {"orbit_radius": 0.08, "drag": {"law": "viscous", "damping": 2e-4}, "balls": [{"count": 2, **BALL}]}
+WET = {**PAIR, "fluid": OIL, "drag": {"law": "cd_times_re", "cd_times_re": 60.0}}
 RUBBING = {"friction": {"rolling_resistance": 1e-3, "adherence": 2e-3}}
 PLANAR = {"kind": "planar", "mass": 10.0, "stiffness": 4e4, "damping": 60.0, "inertia": 0.1}
 CONSTANT = {"kind": "speed", "profile": {"kind": "constant", "speed": 120.0}}
@@ -123,7 +123,7 @@ def machines() -> Iterator[Machine]:
         yield machine(PAIR | walls, rotor=wide, drive={"kind": "speed", "profile": profile})
     rubber = {"stiffness": 3e4, "damping": 20.0, "friction": {"breakaway_amplitude": [1e-4], "stiffness": [5e3]},
               "maxwell": {"relaxation_time": [0.01], "stiffness": [5e3]}}  # fmt: skip
-    yield machine(PAIR | RUBBING | {"coincidence": True}, rotor={"kind": "planar", "mass": 10.0, "rubber": rubber})
+    yield machine(PAIR | RUBBING | {"collisions": False}, rotor={"kind": "planar", "mass": 10.0, "rubber": rubber})
     for force in FORCES:
         yield machine(PAIR | {"forces": [force]})
     climbing = {"kind": "inclined_race", "incline": 0.5, "inner_radius": 0.078, "outer_radius": 0.085}
@@ -146,7 +146,7 @@ def machines() -> Iterator[Machine]:
     yield machine(WET | RUBBING | {"resolved": hertz | {"rest_speed": 1e-3}})
     yield machine(PAIR | {"resolved": {"stiffness": 1e6, "damping": 1.0, "sliding_friction": 0.1, "slip_speed": 0.01}})
     for drag in (
-        {"law": "cd_re", "cd_re": 60.0, "range": "whole", "plateau": 0.2},
+        {"law": "cd_times_re", "cd_times_re": 60.0, "range": "whole", "plateau": 0.2},
         {"law": "table", "reynolds": [0.1, 10.0, 1000.0], "coefficient": [500.0, 6.0, 0.6]},
         {"law": "race_geometry", "clear_width": 1e-3},
         {"law": "discoidal"},

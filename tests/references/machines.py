@@ -62,11 +62,11 @@ def _unbalance(random: np.random.Generator, scheduled: bool) -> dict[str, Any]:
 
 def _race(random: np.random.Generator) -> dict[str, Any]:
     u = random.uniform
-    race: dict[str, Any] = {"coincidence": True, "drag": {"law": "beta", "beta": u(1e-5, 1e-3)}, "balls": []}
+    race: dict[str, Any] = {"collisions": False, "drag": {"law": "viscous", "damping": u(1e-5, 1e-3)}, "balls": []}
     if random.integers(2):
         race["fluid"] = {"density": u(700.0, 1200.0), "viscosity": u(1e-6, 1e-4), "virtual_mass": u(0.0, 2.0)}
         if random.integers(2):
-            race["drag"] = {"law": "cd_re", "cd_re": u(24.0, 400.0)}
+            race["drag"] = {"law": "cd_times_re", "cd_times_re": u(24.0, 400.0)}
     if random.integers(3):
         race["eccentricity"], race["eccentricity_angle"] = u(0.0, 5e-3), u(-3.0, 3.0)
     unequal = bool(random.integers(2))

@@ -50,7 +50,7 @@ def chamber(
                 "races": [
                     {
                         "orbit_radius": 0.1,
-                        "drag": {"law": "beta", "beta": 0.0},
+                        "drag": {"law": "viscous", "damping": 0.0},
                         "resolved": contact(**resolved),
                         "balls": [BALL | (balls or {})],
                         **(race or {}),
@@ -78,7 +78,7 @@ def free(*, axis: str = "vertical", race: dict[str, Any] | None = None, **resolv
                         "eccentricity": 2e-3,
                         "eccentricity_angle": 1.0,
                         "width": 0.03,
-                        "drag": {"law": "beta", "beta": 0.0},
+                        "drag": {"law": "viscous", "damping": 0.0},
                         "contact": {"restitution": 1.0},
                         "resolved": contact(stiffness=2e4, **resolved),
                         "balls": [

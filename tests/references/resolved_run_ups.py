@@ -70,8 +70,8 @@ def run_up(
                 "races": [
                     {
                         "orbit_radius": ORBIT,
-                        "coincidence": True,
-                        "drag": {"law": "beta", "beta": 3e-4},
+                        "collisions": False,
+                        "drag": {"law": "viscous", "damping": 3e-4},
                         "balls": [{"count": 2, "mass": 2.5e-3, "diameter": 8e-3, "start_angles": [1.0, -1.9]}],
                         **race,
                         **({"resolved": resolved} if resolved else {}),

@@ -22,7 +22,7 @@ def tilting(
     *, isotropic: bool = False, damping: float = 25.0, beta: float = 2e-5, motion: str = "rolling", **top: Any
 ) -> Machine:
     """Critical speeds near 170 and 260 rad/s; 2 + 2 unequal balls, one race off center, static and couple unbalance."""
-    drag = {"law": "beta", "beta": beta}
+    drag = {"law": "viscous", "damping": beta}
     data: dict[str, Any] = {
         "name": "tilting",
         "axis": "vertical",
@@ -50,7 +50,7 @@ def tilting(
                 "station": "lower",
                 "races": [
                     {
-                        "coincidence": True,
+                        "collisions": False,
                         "race_radius": 0.085,
                         "drag": drag,
                         "balls": [
@@ -64,7 +64,7 @@ def tilting(
                 "station": "upper",
                 "races": [
                     {
-                        "coincidence": True,
+                        "collisions": False,
                         "race_radius": 0.075,
                         "eccentricity": 1e-3,
                         "eccentricity_angle": 0.7,

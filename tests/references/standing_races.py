@@ -35,7 +35,7 @@ def standing(
         "start_angles": [BOTTOM + angle for angle in angles],
         "start_speeds": speeds or [0.0] * len(angles),
     }
-    whole = {"orbit_radius": ORBIT, "drag": {"law": "beta", "beta": beta}, "balls": [balls], **race}
+    whole = {"orbit_radius": ORBIT, "drag": {"law": "viscous", "damping": beta}, "balls": [balls], **race}
     return Machine(
         name="standing race",
         axis=axis,

@@ -21,7 +21,7 @@ RACE = "balancers[1].races[1]"
 def stall_machine(share: float, drag: float) -> Machine:
     """The stall-and-release machine with a share of the unbalance that its balls can balance, and another drag."""
     machine = with_value_at(STALL, "unbalances[1].mass", share * 5e-3)
-    return with_value_at(machine, f"{RACE}.drag.beta", drag)
+    return with_value_at(machine, f"{RACE}.drag.damping", drag)
 
 
 def with_balls(count: int, mass: str) -> Machine:

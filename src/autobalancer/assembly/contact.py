@@ -207,7 +207,7 @@ def set_contacts(machine: Machine, balls: tuple[Ball, ...], angles: Floats, rows
     for b, balancer in enumerate(machine.balancers):
         for number, race in enumerate(balancer.races):
             members = [i for i, ball in enumerate(balls) if (ball.balancer, ball.race) == (b, number)]
-            solid = not race.coincidence and all(balls[i].diameter > 0.0 for i in members)
+            solid = race.collisions and all(balls[i].diameter > 0.0 for i in members)
             if race.partitions is not None:
                 _set_walls(race, balls, members, angles, rows, frequency, tables)
             if solid and len(members) > 1:

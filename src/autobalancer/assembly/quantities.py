@@ -14,7 +14,7 @@ import numpy as np
 from autobalancer.assembly.drive_train import profile_pieces
 from autobalancer.assembly.system import total_mass
 from autobalancer.catalog.resolve import WORDS, fluid_numbers, resolve, roller_face, settled
-from autobalancer.drag.beta import DragTorque
+from autobalancer.drag.viscous import ViscousDrag
 from autobalancer.errors import MachineError, QuestionError, UnitError
 from autobalancer.machine import Balls, Fluid, Friction, Machine, PlanarRotor, PrescribedSpeed, Race, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
@@ -68,7 +68,7 @@ def with_quantity(machine: Machine, name: str, value: Any) -> Machine:
     if name == "viscosity":
         return _with_races(machine, lambda where, race: race_with_viscosity(where, race, value))
     if name == "drag":
-        return _with_races(machine, lambda where, race: {"drag": DragTorque(beta=value)})
+        return _with_races(machine, lambda where, race: {"drag": ViscousDrag(damping=value)})
     if name == "rolling_resistance":
         return _with_races(machine, lambda where, race: {"friction": race_with_rolling(race, value)})
     if name == "temperature":
@@ -231,7 +231,7 @@ def _is_path(name: str) -> bool:
     if name not in QUANTITIES and "." not in name:
         raise QuestionError(
             f"quantity {name!r}: no such name; there are {', '.join(QUANTITIES)}, "
-            "and paths such as 'rotor.damping' or 'balancers[1].races[1].drag.beta'"
+            "and paths such as 'rotor.damping' or 'balancers[1].races[1].drag.damping'"
         )
     return name not in QUANTITIES
 

@@ -121,7 +121,7 @@ def _fill(row: Any, machine: Machine, race: Race, ball: Ball) -> None:
     row.center_x = ball.eccentricity.real
     row.center_y = ball.eccentricity.imag
     row.station = ball.balancer
-    row.race = -1 if race.coincidence else 1000 * ball.balancer + ball.race
+    row.race = 1000 * ball.balancer + ball.race if race.collisions else -1
     row.gap = gap
     row.hertz = int(hertz)
     row.wall_stiffness = outer_k

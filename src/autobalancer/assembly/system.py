@@ -640,7 +640,7 @@ def equal_groups(machine: Machine, balls: tuple[Ball, ...]) -> list[list[int]]:
     for number, ball in enumerate(balls):
         race = machine.balancers[ball.balancer].races[ball.race]
         mates = [other for other in balls if (other.balancer, other.race) == (ball.balancer, ball.race)]
-        if race.coincidence or any(other.diameter == 0.0 for other in mates):
+        if not race.collisions or any(other.diameter == 0.0 for other in mates):
             alike = (ball.balancer, ball.race, ball.mass, ball.diameter, ball.orbit_radius, ball.spin_ratio)
             groups.setdefault(alike, []).append(number)
     return [members for members in groups.values() if len(members) > 1]

@@ -91,7 +91,7 @@ def _tilts(machine: Machine) -> bool:
 def _meets(machine: Machine) -> bool:
     """Whether balls of known size can meet."""
     return any(
-        race.ball_count > 1 and not race.coincidence
+        race.ball_count > 1 and race.collisions
         for b, balancer in enumerate(machine.balancers)
         for r, race in enumerate(balancer.races)
         if any(ball.diameter for ball in resolve(machine) if (ball.balancer, ball.race) == (b, r))
@@ -196,7 +196,7 @@ TERMS = (
     ),
     Term(
         "contact between balls",
-        "Contact: restitution stiffness; Race: coincidence; "
+        "Contact: restitution stiffness; Race: collisions; "
         "Rebound: yield_speed exponent speeds factors critical_stokes",
         frozenset(),
         ALL - {BASIN},

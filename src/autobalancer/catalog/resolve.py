@@ -281,7 +281,7 @@ def _refuse_neighbors(race: Race, balls: list[Ball], problems: list[Problem]) ->
         problems.append(
             (("balls",), "start_angles are given for some balls of this race; give them for all or for none")
         )
-    for i, one in enumerate(() if race.coincidence else given):
+    for i, one in enumerate(given if race.collisions else ()):
         for other in given[i + 1 :]:
             apart = abs(math.remainder(float(one.start_angle or 0.0) - float(other.start_angle or 0.0), 2.0 * math.pi))
             needed = 0.5 * occupied_angle([one, other])
@@ -417,7 +417,7 @@ def ball_drag(
     if radius == 0.0:
         return 0.0, None
     law = law_of(part, ball)
-    beta = linear_drag(law.cd_re, density, viscosity, radius, orbit)
+    beta = linear_drag(law.cd_times_re, density, viscosity, radius, orbit)
     return beta, None if isinstance(law, LinearLaw) else DragCurve(law, density, viscosity, 2.0 * radius)
 
 

@@ -325,11 +325,11 @@ def drag_laws(
     Example: autobalancer catalog drag-laws --reynolds 100 --reynolds 24000 --plot drag.png
     """
     from autobalancer.drag.race_geometry import race_geometry
-    from autobalancer.laws.drag_coefficient import DragLaw, annulus_cd_re
+    from autobalancer.laws.drag_coefficient import DragLaw, annulus_cd_times_re
 
     laws: tuple[DragLaw, ...] = ab.laws.drag_laws()
     if clear_width is not None and ball_diameter is not None and orbit_radius is not None:
-        ratio = annulus_cd_re(2.0 * clear_width / ball_diameter, 0.5 * ball_diameter / orbit_radius)
+        ratio = annulus_cd_times_re(2.0 * clear_width / ball_diameter, 0.5 * ball_diameter / orbit_radius)
         laws = (*laws, race_geometry(ratio))
     elif clear_width is not None or ball_diameter is not None or orbit_radius is not None:
         raise QuestionError("give --clear-width, --ball-diameter and --orbit-radius together")
@@ -337,7 +337,7 @@ def drag_laws(
     if min(at) <= 0.0:
         raise QuestionError(f"--reynolds: given {min(at):g}; must be greater than zero")
     coefficients = [(law.product(at) / at).tolist() for law in laws]
-    names = ("name", "cd_re", "stokes_end", "highest", "source")
+    names = ("name", "cd_times_re", "stokes_end", "highest", "source")
     rows = [
         {name: getattr(law, name) for name in names}
         | {"plateau": _plateau(law), "reynolds": at, "coefficient": coefficients[i]}
@@ -345,14 +345,14 @@ def drag_laws(
     ]
     columns = [
         Column("law", [law.name for law in laws]),
-        Column("c_d Re", [law.cd_re for law in laws], form=".4g"),
+        Column("c_d Re", [law.cd_times_re for law in laws], form=".4g"),
         Column("linear to Re", [law.stokes_end for law in laws], form="g"),
         *(Column(f"c_d at Re {re:g}", [row[i] for row in coefficients], form=".4g") for i, re in enumerate(at)),
         Column("plateau", [_plateau(law) for law in laws], form=".3g"),
         Column("holds to Re", [law.highest for law in laws], form=".3g"),
         Column("source", [law.source for law in laws], wraps=True),
     ]
-    also = "Also: race_geometry with clear_width, cd_re with a plateau, and table. Reynolds numbers are those of the diameter."
+    also = "Also: race_geometry with clear_width, cd_times_re with plateau, and table. Reynolds numbers are of the diameter."
     return Reply(None, rows, "Drag laws", columns=columns, lines=[also], draw=lambda: ab.plot.drag_laws(laws))
 
 

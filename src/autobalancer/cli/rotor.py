@@ -241,12 +241,12 @@ def ball_drag(
     options |= {"reynolds": reynolds} if reynolds else {}
     found = ab.flow.ball_drag(machine, **options)
     about = found.attrs
-    heads = {"cd_re": "c_d Re", "drag_coefficient": "c_d", "lift": "lift/(mu r U)", "through_flow": "mean flow/U"}
+    heads = {"cd_times_re": "c_d Re", "drag_coefficient": "c_d", "lift": "lift/(mu r U)", "through_flow": "mean flow/U"}
     columns = [
         Column("Re", found["reynolds"].values),
         *(Column(head, found[key].values) for key, head in heads.items()),
     ]
-    gap = f"{1e6 * about['gap']:.4g} um; ten times less adds {about['cd_re_per_decade']:.3g} to c_d Re"
+    gap = f"{1e6 * about['gap']:.4g} um; ten times less adds {about['cd_times_re_per_decade']:.3g} to c_d Re"
     facts = [
         ("gap", gap),
         ("mesh", f"{about['elements']} elements, gap of {about['mesh_gap']:.3g} ball radii"),

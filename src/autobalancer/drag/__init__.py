@@ -14,7 +14,7 @@ class DragLaws(Table[DragLaw]):
 
     def row(self, entry: DragLaw) -> tuple[str, ...]:
         """Name, product at rest, highest Reynolds number and source."""
-        return (entry.name, f"{entry.cd_re:g}", f"{entry.highest:g}", entry.source)
+        return (entry.name, f"{entry.cd_times_re:g}", f"{entry.highest:g}", entry.source)
 
 
 def drag_laws() -> DragLaws:

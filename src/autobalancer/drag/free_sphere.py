@@ -46,7 +46,7 @@ class SphereLaw(DragLaw):
         return np.asarray(re * growth / self._value(re))
 
     def _value(self, re: Any) -> Any:
-        return self.cd_re + _cheng(re) - _cheng(self.stokes_end)
+        return self.cd_times_re + _cheng(re) - _cheng(self.stokes_end)
 
 
 def free_sphere() -> SphereLaw:

@@ -6,7 +6,14 @@ from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
-from autobalancer.laws.drag_coefficient import PLANE_PLATEAU, CubicLaw, DragLaw, annulus_cd_re, joined, linear_drag_law
+from autobalancer.laws.drag_coefficient import (
+    PLANE_PLATEAU,
+    CubicLaw,
+    DragLaw,
+    annulus_cd_times_re,
+    joined,
+    linear_drag_law,
+)
 from autobalancer.machine.balancer.fluid import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import Length, Positive, key
 
@@ -31,13 +38,13 @@ class AnnulusDrag(Drag):
 
     def curve(self, ball: BallInRace) -> DragLaw:
         """(5.22) for this ball, see :func:`race_geometry`."""
-        cd_re = annulus_cd_re(float(self.clear_width) / ball.radius, ball.radius / ball.orbit_radius)
+        cd_times_re = annulus_cd_times_re(float(self.clear_width) / ball.radius, ball.radius / ball.orbit_radius)
         plateau = PLANE_PLATEAU if self.plateau is None else float(self.plateau)
-        return race_geometry(cd_re, plateau) if self.range == "whole" else linear_drag_law(cd_re)
+        return race_geometry(cd_times_re, plateau) if self.range == "whole" else linear_drag_law(cd_times_re)
 
 
-def race_geometry(cd_re: float, plateau: float = PLANE_PLATEAU) -> CubicLaw:
-    """``cd_re`` = c_d Re of :func:`annulus_cd_re` (Spannan 2021, 5.22) up to Re = 10; beyond, where nothing was measured,
+def race_geometry(cd_times_re: float, plateau: float = PLANE_PLATEAU) -> CubicLaw:
+    """``cd_times_re`` of :func:`annulus_cd_times_re` (Spannan 2021, 5.22) up to Re = 10; beyond, where nothing was measured,
     joined to the ``plateau`` of a sphere on a plane (5.21)."""
     source = f"Spannan (2021), (5.22), beyond Re = 10 assumed: joined to the plateau {plateau:g}"
-    return joined(cd_re, plateau, "race_geometry", source)
+    return joined(cd_times_re, plateau, "race_geometry", source)

@@ -117,8 +117,8 @@ def ball_drag(
     Returns
     -------
     xarray.Dataset
-        Over ``reynolds``: ``drag_coefficient`` and ``cd_re`` of what has to push the ball, with a ball ahead also its
-        ``cd_re_ahead``; ``force``, ``torque`` and ``lift`` of the fluid, ``through_flow``; over ``(x, y)`` the
+        Over ``reynolds``: ``drag_coefficient`` and ``cd_times_re`` of what has to push the ball, with a ball ahead also its
+        ``cd_times_re_ahead``; ``force``, ``torque`` and ``lift`` of the fluid, ``through_flow``; over ``(x, y)`` the
         velocity in the plane of the ball centers, at the last Reynolds number. ``attrs["drag"]`` is the law as lines of a machine
         file.
 
@@ -247,9 +247,9 @@ def mesh_gap_of(narrow: float, mesh_gap: float | None, channel: Channel) -> floa
 LABELS = {
     "reynolds": ("Reynolds number of the ball", "1"),
     "drag_coefficient": ("drag coefficient", "1"),
-    "cd_re": ("drag coefficient times Reynolds number", "1"),
-    "cd_re_of_mesh": ("drag coefficient times Reynolds number at the gap of the mesh", "1"),
-    "cd_re_ahead": ("drag coefficient times Reynolds number of the ball ahead", "1"),
+    "cd_times_re": ("drag coefficient times Reynolds number", "1"),
+    "cd_times_re_of_mesh": ("drag coefficient times Reynolds number at the gap of the mesh", "1"),
+    "cd_times_re_ahead": ("drag coefficient times Reynolds number of the ball ahead", "1"),
     "force": ("force of the fluid against the motion over mu r U", "1"),
     "torque": ("torque of the fluid against rolling over mu r^2 U", "1"),
     "lift": ("force of the fluid away from the outer wall over mu r U", "1"),
@@ -284,14 +284,14 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
     numbers = np.array(solved.numbers)
     along, lift, torque = (np.array([getattr(f, key) for f, _ in solved.flows]) for key in BallForces._fields)
     force, turned = along - slopes.force * film, torque + slopes.torque * film
-    cd_re, of_mesh = (4.0 / math.pi * (f + share * t) for f, t in ((force, turned), (along, torque)))
+    cd_times_re, of_mesh = (4.0 / math.pi * (f + share * t) for f, t in ((force, turned), (along, torque)))
     x, y, velocity = plane(solved.last)
     with np.errstate(divide="ignore"):
-        coefficient = cd_re / numbers
+        coefficient = cd_times_re / numbers
     over = {
         "drag_coefficient": coefficient,
-        "cd_re": cd_re,
-        "cd_re_of_mesh": of_mesh,
+        "cd_times_re": cd_times_re,
+        "cd_times_re_of_mesh": of_mesh,
         "force": force,
         "torque": turned,
         "lift": lift,
@@ -299,7 +299,7 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
     }
     if solved.others:
         added = share * slopes.torque * film - slopes.force * film
-        over["cd_re_ahead"] = np.array([4.0 / math.pi * (f.drag(share) + added) for f in solved.others])
+        over["cd_times_re_ahead"] = np.array([4.0 / math.pi * (f.drag(share) + added) for f in solved.others])
     data = {key: ("reynolds", values) for key, values in over.items()}
     fields = {f"velocity_{key}": (("x", "y"), part) for key, part in zip("xy", velocity, strict=True)}
     radius = channel.ball_radius
@@ -314,11 +314,11 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
         "rolling_share": share,
         "gap": solved.gap * radius,
         "mesh_gap": shape.gap,
-        "cd_re_per_decade": 4.0 / math.pi * math.log(10.0) * (share * slopes.torque - slopes.force),
+        "cd_times_re_per_decade": 4.0 / math.pi * math.log(10.0) * (share * slopes.torque - slopes.force),
         "mesh_error": solved.error,
         "ball_ahead": shape.second * radius,
         "elements": int(solved.last.spaces.velocity.mesh.nelements),
-        "drag": drag_lines(numbers, cd_re),
+        "drag": drag_lines(numbers, cd_times_re),
         **asdict(channel),
     }
     return Labeled.of(dataset)
@@ -330,14 +330,14 @@ def slopes_of(shape: Shape, share: float) -> FilmSlopes:
     return film_slopes(share * speed, speed, shape.outer)
 
 
-def drag_lines(numbers: Floats, cd_re: Floats) -> str:
+def drag_lines(numbers: Floats, cd_times_re: Floats) -> str:
     """The law as lines of a race in a machine file; where c_d Re falls by an error of the mesh, it is kept."""
     moving = numbers > 0.0
     first = [] if moving.all() else [min([STOKES_END, *(numbers[moving] / 3.0)])]
     points = np.concatenate([first, numbers[moving]])
-    kept = np.maximum.accumulate(cd_re)
+    kept = np.maximum.accumulate(cd_times_re)
     if points.size == 1:
-        return f'drag = {{ law = "cd_re", cd_re = {kept[0]:.4g} }}'
+        return f'drag = {{ law = "cd_times_re", cd_times_re = {kept[0]:.4g} }}'
     rows = {"reynolds": points, "coefficient": kept / points}
     lines = [f"drag.{key} = [{', '.join(f'{value:.4g}' for value in values)}]" for key, values in rows.items()]
     return "\n".join(['drag.law = "table"', *lines])

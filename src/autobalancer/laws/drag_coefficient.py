@@ -34,12 +34,12 @@ PLANE_PLATEAU = 0.74
 class DragLaw:
     """What all laws have in common; the laws there are stand in ``autobalancer/drag``.
 
-    ``cd_re`` is c_d Re in the Stokes range, ``source`` where the law comes from and what was changed.
+    ``cd_times_re`` is c_d Re in the Stokes range, ``source`` where the law comes from and what was changed.
     """
 
     name: str
     source: str
-    cd_re: float
+    cd_times_re: float
     stokes_end: float
     kept_from: float
     highest: float
@@ -49,7 +49,7 @@ class DragLaw:
         re = np.abs(np.asarray(reynolds, dtype=float))
         between = np.clip(re, self.stokes_end, self.kept_from)
         inside = np.exp(self._log_product(np.log(between))) * (re / between)
-        return np.where(re <= self.stokes_end, self.cd_re, inside)
+        return np.where(re <= self.stokes_end, self.cd_times_re, inside)
 
     def coefficient(self, reynolds: ArrayLike) -> Floats:
         """c_d; infinite at rest. Warns once with a ``RangeWarning`` if a Reynolds number is above ``highest``."""
@@ -101,7 +101,7 @@ class LinearLaw(DragLaw):
     """c_d Re a constant at any Reynolds number."""
 
     def _log_product(self, log_re: Floats) -> Floats:
-        return np.full(np.shape(log_re), np.log(self.cd_re))
+        return np.full(np.shape(log_re), np.log(self.cd_times_re))
 
     def _product_slope(self, log_re: Floats) -> Floats:
         return np.zeros(np.shape(log_re))
@@ -131,12 +131,12 @@ class SampledLaw(TableLaw):
     """Points that were computed, so near to each other that the curve between them is the law."""
 
 
-def linear_drag_law(cd_re: float, source: str = "given c_d Re") -> LinearLaw:
+def linear_drag_law(cd_times_re: float, source: str = "given c_d Re") -> LinearLaw:
     """A constant c_d Re: drag linear in the velocity at any Reynolds number.
 
     Parameters
     ----------
-    cd_re
+    cd_times_re
         Drag coefficient times Reynolds number.
     source
         Of the number, kept with the law.
@@ -151,12 +151,12 @@ def linear_drag_law(cd_re: float, source: str = "given c_d Re") -> LinearLaw:
     QuestionError
         If it is not positive.
     """
-    if not (math.isfinite(cd_re) and cd_re > 0.0):
-        raise QuestionError(f"drag law: given c_d Re = {cd_re:g}; must be positive")
-    return LinearLaw("linear", source, cd_re, np.inf, np.inf, np.inf)
+    if not (math.isfinite(cd_times_re) and cd_times_re > 0.0):
+        raise QuestionError(f"drag law: given c_d Re = {cd_times_re:g}; must be positive")
+    return LinearLaw("linear", source, cd_times_re, np.inf, np.inf, np.inf)
 
 
-def joined(cd_re: float, plateau: float, name: str = "cd_re", source: str = "") -> CubicLaw:
+def joined(cd_times_re: float, plateau: float, name: str = "cd_times_re", source: str = "") -> CubicLaw:
     """c_d Re up to Re = 10, a ``plateau`` from 20 000 on, between them the cubic that joins both in value and slope.
 
     It is the shape of (5.21) and the way in which Spannan (2021) found (6.9).
@@ -166,18 +166,18 @@ def joined(cd_re: float, plateau: float, name: str = "cd_re", source: str = "") 
     QuestionError
         If drag and drag coefficient would not both change monotonically in between.
     """
-    x, y = np.log10([10.0, 2e4]), np.log10([cd_re / 10.0, plateau])
+    x, y = np.log10([10.0, 2e4]), np.log10([cd_times_re / 10.0, plateau])
     mean = (y[1] - y[0]) / (x[1] - x[0])
     if not -2.0 / 3.0 <= mean <= -1.0 / 3.0:
-        low, high = (cd_re / 10.0 * 10.0 ** (share * (x[1] - x[0])) for share in (-2.0 / 3.0, -1.0 / 3.0))
+        low, high = (cd_times_re / 10.0 * 10.0 ** (share * (x[1] - x[0])) for share in (-2.0 / 3.0, -1.0 / 3.0))
         raise QuestionError(
-            f"given a plateau of {plateau:.4g} for c_d Re = {cd_re:.4g}; the drag law joins them smoothly for plateaus from "
+            f"given a plateau of {plateau:.4g} for c_d Re = {cd_times_re:.4g}; the law joins them smoothly for plateaus from "
             f"{low:.3g} to {high:.3g}; give one of these, or describe the law by a table"
         )
     rows = [[1.0, e, e**2, e**3] for e in x] + [[0.0, 1.0, 2.0 * e, 3.0 * e**2] for e in x]
     coefficients = np.linalg.solve(np.array(rows), np.array([*y, -1.0, 0.0]))
     source = source or "given c_d Re and plateau, joined like Spannan (2021), (6.9)"
-    return CubicLaw(name, source, cd_re, 10.0, 2e4, CRISIS, tuple(coefficients.tolist()))
+    return CubicLaw(name, source, cd_times_re, 10.0, 2e4, CRISIS, tuple(coefficients.tolist()))
 
 
 def table(reynolds: ArrayLike, coefficients: ArrayLike, source: str = "given") -> TableLaw:
@@ -282,7 +282,7 @@ def stokes_record(reynolds: float) -> dict[str, Any]:
     if reynolds > STOKES:
         text = (
             f"the Reynolds number of a ball reaches {reynolds:.3g}, but drag is linear up to about {STOKES:g} and "
-            "greater beyond; set range = 'whole' in the drag of the race (the law cd_re then needs its plateau, too)"
+            "greater beyond; set range = 'whole' in the drag of the race (the law cd_times_re then needs its plateau, too)"
         )
         warn(text, RangeWarning)
     return {"drag_reynolds": reynolds, "drag_reynolds_limit": STOKES, "drag_warning": text}
@@ -303,7 +303,7 @@ class DragCurve:
     @property
     def viscous(self) -> float:
         """Force over velocity in the Stokes range, N s/m; beta over the square of the orbit radius."""
-        return math.pi / 8.0 * self.density * self.viscosity * self.diameter * self.law.cd_re
+        return math.pi / 8.0 * self.density * self.viscosity * self.diameter * self.law.cd_times_re
 
     def reynolds(self, velocity: ArrayLike) -> Floats:
         """Reynolds number, speed times diameter over nu; ``velocity`` in m/s, relative to the fluid."""
@@ -311,7 +311,7 @@ class DragCurve:
 
     def force(self, velocity: ArrayLike) -> Floats:
         """Drag, N, along a velocity of the fluid relative to the ball, m/s; odd, of the shape of ``velocity``."""
-        share = self.law.product(self.reynolds(velocity)) / self.law.cd_re
+        share = self.law.product(self.reynolds(velocity)) / self.law.cd_times_re
         return np.asarray(self.viscous * share * np.asarray(velocity, dtype=float))
 
     def torque(self, slip: ArrayLike, orbit_radius: float) -> Floats:
@@ -342,7 +342,7 @@ class DragCurve:
         re = np.exp(log_re)
         re[0], re[-1] = low, high
         log_velocity = log_re + math.log(self.viscosity / self.diameter)
-        log_force = np.log(self.viscous * self.law.product(re) / self.law.cd_re) + log_velocity
+        log_force = np.log(self.viscous * self.law.product(re) / self.law.cd_times_re) + log_velocity
         return log_velocity, log_force, (2.0 + self.law.log_slope(re)) * (log_re[-1] - log_re[0]) / steps
 
     def range_record(self, velocity: float) -> dict[str, Any]:
@@ -367,7 +367,7 @@ class DragCurve:
 # Drag of a ball in its race in the Stokes range.
 
 
-def annulus_cd_re(width_ratio: float, radius_ratio: float) -> float:
+def annulus_cd_times_re(width_ratio: float, radius_ratio: float) -> float:
     """c_d Re of a ball in the annulus of a balancer (Spannan 2021, 5.22), for Re <= 10.
 
     ``width_ratio`` is W_1 / r_b, ``radius_ratio`` is r_b / eps.
@@ -375,12 +375,12 @@ def annulus_cd_re(width_ratio: float, radius_ratio: float) -> float:
     return float(248.0 * width_ratio ** (-11.0 / 8.0) + 245.0 + 813.0 * (radius_ratio - 0.08))
 
 
-def linear_drag(cd_re: float, density: float, viscosity: float, ball_radius: float, orbit_radius: float) -> float:
+def linear_drag(cd_times_re: float, density: float, viscosity: float, ball_radius: float, orbit_radius: float) -> float:
     """beta = (c_d Re) (pi/4) rho nu r_b eps^2 in N m s (Spannan 2021, 5.26); SI in.
 
     It is F eps over phi' with F = 1/2 rho (pi r_b^2) c_d u^2, u = eps phi', Re = u (2 r_b) / nu.
     """
-    return cd_re * math.pi / 4.0 * density * viscosity * ball_radius * orbit_radius**2
+    return cd_times_re * math.pi / 4.0 * density * viscosity * ball_radius * orbit_radius**2
 
 
 # Slipstream: a ball behind another one feels less drag (Spannan 2021, section 5.2.4).

@@ -80,13 +80,13 @@ from autobalancer.machine.rotors.support import Hardening, Rubber, RubberFrictio
 from autobalancer.machine.station import Station
 
 if TYPE_CHECKING:
-    from autobalancer.drag.beta import DragTorque
-    from autobalancer.drag.cd_re import CoefficientDrag
+    from autobalancer.drag.cd_times_re import CoefficientDrag
     from autobalancer.drag.discoidal import DiscoidalDrag
     from autobalancer.drag.free_sphere import FreeSphereDrag
     from autobalancer.drag.race_geometry import AnnulusDrag
     from autobalancer.drag.sphere_on_plane import PlaneDrag
     from autobalancer.drag.table import TableDrag
+    from autobalancer.drag.viscous import ViscousDrag
     from autobalancer.joints.bearing import BallBearing
     from autobalancer.joints.bushing import Bushing
     from autobalancer.joints.dashpot import Dashpot
@@ -119,7 +119,6 @@ __all__ = [
     "DiscoidalDrag",
     "Disk",
     "Drag",
-    "DragTorque",
     "Dwell",
     "Excitation",
     "Fluid",
@@ -179,6 +178,7 @@ __all__ = [
     "TorqueRipple",
     "TorqueTable",
     "Unbalance",
+    "ViscousDrag",
     "key",
 ]
 

@@ -226,7 +226,7 @@ OF_KEYS = {  # the same of single keys, in place of those above; a gas may have 
     ("Race", "race_radius"): (0.0, 1.0, "mm"),
     ("Race", "eccentricity"): (0.0, 0.01, "um"),
     ("Harmonic", "amplitude"): (0.0, 0.01, "um"),
-    ("DragTorque", "beta"): (0.0, 0.1, "mN*m*s"),
+    ("ViscousDrag", "damping"): (0.0, 0.1, "mN*m*s"),
     ("Fluid", "density"): (0.01, math.inf, "g/cm^3"),
     ("Limits", "peak_deflection"): (0.0, 0.1, "mm"),
     ("Limits", "residual_vibration"): (0.0, 0.1, "mm"),

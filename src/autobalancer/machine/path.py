@@ -1,4 +1,4 @@
-"""Paths into a machine, such as ``balancers[1].races[1].drag.beta``: what stands there, its unit, its label, its dimension."""
+"""Paths into a machine, such as ``balancers[1].races[1].drag.damping``: value, unit, label and dimension."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from autobalancer.errors import QuestionError
-from autobalancer.machine import DiscoidalDrag, DragTorque
+from autobalancer.machine import DiscoidalDrag, ViscousDrag
 from autobalancer.machine.balancer import Balls, Fluid, Friction
 from autobalancer.machine.keys import parts_at
 from autobalancer.machine.machine import Machine, Unbalance
@@ -32,7 +32,7 @@ def path_steps(path: str) -> list[str | int]:
         match = _STEP.fullmatch(piece)
         if match is None:
             raise QuestionError(
-                f"parameter {path!r}: cannot read {piece!r}; write it like 'balancers[1].races[1].drag.beta'"
+                f"parameter {path!r}: cannot read {piece!r}; write it like 'balancers[1].races[1].drag.damping'"
             )
         steps.append(match[1])
         steps += [int(number) - 1 for number in re.findall(r"\d+", match[2])]
@@ -94,7 +94,7 @@ def _keys_at(path: str, root: type[Part]) -> list[tuple[type[Part], str]]:
 
 
 def label_of_path(path: str) -> str:
-    """What a person calls it: ``drag beta of race 1, balancer 1``, ``stiffness of support 2``, ``rotor damping``."""
+    """What a person calls it: ``drag damping of race 1, balancer 1``, ``stiffness of support 2``, ``rotor damping``."""
     steps = path_steps(path)
     if isinstance(steps[-1], int):
         return path
@@ -202,7 +202,7 @@ class PlainName(NamedTuple):
 
 QUANTITIES = {
     "viscosity": PlainName("kinematic viscosity of the fluid", Fluid, "viscosity"),
-    "drag": PlainName("drag torque of a ball over its speed", DragTorque, "beta"),
+    "drag": PlainName("drag torque of a ball over its speed", ViscousDrag, "damping"),
     "ball_mass": PlainName("mass of a ball", Balls, "mass"),
     "ball_diameter": PlainName("diameter of a ball", Balls, "diameter"),
     "count": PlainName("number of balls", Balls, "count"),

@@ -253,7 +253,7 @@ def sweep(
     machine
         A machine or the path of a machine file.
     variations
-        Path of a parameter, such as ``"balancers[1].races[1].drag.beta"``, or a plain name of
+        Path of a parameter, such as ``"balancers[1].races[1].drag.damping"``, or a plain name of
         :data:`~autobalancer.machine.path.QUANTITIES`, such as ``"viscosity"``, to its values: SI, texts with units,
         a range as one text such as ``"1:100 mm^2/s:5:log"``, or whole parts as a dict. A single value may stand without a list.
     grid

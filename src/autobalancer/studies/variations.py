@@ -122,7 +122,7 @@ def _as_written(machine: Machine, path: str, value: str) -> Any:
 
 
 def _text(value: Any) -> str:
-    """A value in one line; a part as ``"law = beta, beta = 0.001"``."""
+    """A value in one line; a part as ``"law = viscous, damping = 0.001"``."""
     if isinstance(value, Part):
         value = value.model_dump(exclude_unset=True)
     if isinstance(value, Mapping):

@@ -181,9 +181,9 @@ def refuse_bodies(race: Any) -> None:
     if bodies == {"ball"}:
         return
     others = " and ".join(f"{body}s" for body in ("roller", "pendulum") if body in bodies)
-    if race.drag.law != "beta":
+    if race.drag.law != "viscous":
         raise ValueError(
-            f"drag: the law {race.drag.law!r} is that of spheres; for {others} give the drag torque itself, with the law 'beta'"
+            f"drag: the law {race.drag.law!r} is that of spheres; for {others} give the damping, with the law 'viscous'"
         )
     if race.slipstream:
         raise ValueError(f"slipstream: known of balls only, and this race has {others}; leave it out")
@@ -218,7 +218,7 @@ def _refuse_pendulums(race: Any) -> None:
         "resolved": "a pendulum is guided by its bearing; leave it out",
         "harmonics": "the path of a pendulum is a circle; leave it out",
         "roundness": "the path of a pendulum is a circle; leave it out",
-        "fluid": "a pendulum does not know what it displaces; leave it out and give the drag by the law 'beta'",
+        "fluid": "a pendulum does not know what it displaces; leave it out and give the drag by the law 'viscous'",
     }
     for name, reason in reasons.items():
         if getattr(race, name):
@@ -242,7 +242,7 @@ class Race(Part):
     of the rotor. ``width`` and ``height`` of the chamber, if given, must hold the balls.
 
     Balls that meet touch and keep their order: without ``contact`` they rebound with 14 % of their
-    speed, as critical damping makes them. ``coincidence`` lets them pass
+    speed, as critical damping makes them. ``collisions = false`` lets them pass
     through each other, as many models in the literature do; balls of unknown size always do. ``harmonics`` or a measured
     ``roundness`` are deviations of the orbit from its circle. In a ``slipstream`` each ball feels less drag behind the next one
     ahead of it. With ``resolved`` the balls are not guided along the race but
@@ -266,14 +266,14 @@ class Race(Part):
         "of the chamber, along the radius; must hold the balls. Used by `resolved` balls and lagging fluid", None
     )
     height: Length | None = key("of the chamber, along the shaft; must hold the balls. Used by lagging fluid", None)
-    fluid: Fluid | None = key("required by all drag laws except `beta`", None)
+    fluid: Fluid | None = key("required by all drag laws except `viscous`", None)
     drag: Annotated[Drag, OneOf(Drag)] = key("law of the drag of the fluid on the balls")
     slipstream: bool = key(
         "`true`: a ball close behind another feels less drag; needs a `fluid` and balls of one known size", False
     )
     friction: Friction | None = key("dry friction between balls and race; without it there is none", None)
     contact: Contact | None = key("how balls rebound from each other; by default with 14 % of their speed", None)
-    coincidence: bool = key("`true`: balls pass through each other, and several may rest at one place", False)
+    collisions: bool = key("`false`: balls pass through each other, and several may rest at one place", True)
     partitions: Partitions | None = key(
         "thin walls across the race; collisions with them are like those between balls", None
     )
@@ -309,9 +309,9 @@ class Race(Part):
             message = f"{INCOMPLETE}; or name the 'bearing' of the race, whose balls they are"
             raise MachineError.of("Race", [(("balls", i), message) for i in unsized])
         if self.fluid is None and self.drag.needs_fluid:
-            raise ValueError(f"drag: the law {self.drag.word()!r} needs a fluid; add 'fluid', or use the law 'beta'")
-        if self.coincidence and self.contact is not None:
-            raise ValueError("coincidence: balls that pass through each other have no 'contact'; leave one out")
+            raise ValueError(f"drag: the law {self.drag.word()!r} needs a fluid; add 'fluid', or use the law 'viscous'")
+        if not self.collisions and self.contact is not None:
+            raise ValueError("collisions: balls that pass through each other have no 'contact'; leave one out")
         if self.harmonics and self.roundness is not None:
             raise ValueError("roundness: give either 'harmonics' or a measured 'roundness', not both")
         if self.slipstream and self.fluid is None:
@@ -326,7 +326,7 @@ class Race(Part):
         if not self.drag.needs_fluid:
             raise ValueError(
                 f"fluid.shear: the drag law {self.drag.word()!r} gives the torque without the viscosity; take another one, such "
-                "as 'cd_re'"
+                "as 'cd_times_re'"
             )
         if shear.at_ball is None:
             raise ValueError(

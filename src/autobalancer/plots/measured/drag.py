@@ -79,7 +79,7 @@ def drag_laws(
 
 def _label(law: DragLaw) -> str:
     plateau = float(law.product(law.kept_from)) / law.kept_from
-    return f"{law.name.replace('_', ' ')}, {law.cd_re:.4g}/Re to {plateau:.2g}"
+    return f"{law.name.replace('_', ' ')}, {law.cd_times_re:.4g}/Re to {plateau:.2g}"
 
 
 def _axes(axes: Axes, label: str) -> None:
@@ -106,7 +106,7 @@ def ball_drag(found: RunArgument) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    found = result(found, "plot.ball_drag", "flow.ball_drag", lambda one: "cd_re" in one and "velocity_x" in one)
+    found = result(found, "plot.ball_drag", "flow.ball_drag", lambda one: "cd_times_re" in one and "velocity_x" in one)
     moving = found["reynolds"].values > 0.0
     with look():
         figure = picture(8.2, 6.4 if moving.any() else 3.6)
@@ -172,14 +172,14 @@ def _walls(dataset: xr.Dataset, x: Floats) -> list[Floats]:
 
 
 def _curve(axes: Axes, dataset: xr.Dataset, moving: NDArray[np.bool_]) -> None:
-    re, cd_re = dataset["reynolds"].values, dataset["cd_re"].values
-    axes.plot(re[moving], cd_re[moving], "o-", color=ball_color(0), label="with inertia of the fluid")
+    re, cd_times_re = dataset["reynolds"].values, dataset["cd_times_re"].values
+    axes.plot(re[moving], cd_times_re[moving], "o-", color=ball_color(0), label="with inertia of the fluid")
     if not moving.all():
-        axes.axhline(cd_re[0], color=INK, ls="--", lw=0.9, label="without")
+        axes.axhline(cd_times_re[0], color=INK, ls="--", lw=0.9, label="without")
     axes.set_xscale("log")
     axes.set_xticks(re[moving], [f"{number:.4g}" for number in re[moving]])
     axes.minorticks_off()
-    axes.set_ylim(0.0, 1.15 * float(cd_re.max()))
+    axes.set_ylim(0.0, 1.15 * float(cd_times_re.max()))
     axes.set_xlabel("Reynolds number of the ball")
     axes.set_ylabel(r"$c_d\,\mathrm{Re}$")
     axes.set_title(f"gap of {1e6 * float(dataset.attrs['gap']):.3g} µm", fontsize=9.0)

@@ -500,7 +500,7 @@ def _least(speeds: Sequence[float]) -> float:
 def _plain(balancer: Balancer) -> Balancer:
     """With round and concentric races in which balls feel drag and rolling resistance alone, as in the balances."""
     nothing = {"harmonics": (), "roundness": None, "eccentricity": 0.0, "slipstream": False, "resolved": None}
-    passing = {"coincidence": True, "contact": None, "forces": ()}
+    passing = {"collisions": False, "contact": None, "forces": ()}
     races = tuple(race.model_copy(update=nothing | passing) for race in balancer.races)
     return balancer.model_copy(update={"races": races})
 

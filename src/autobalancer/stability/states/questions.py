@@ -224,7 +224,7 @@ def overlapping(machine: Machine, states: Sequence[StationState]) -> list[bool]:
         (i, j)
         for i, j in combinations(range(len(balls)), 2)
         if (balls[i].balancer, balls[i].race) == (balls[j].balancer, balls[j].race)
-        and not races[balls[i].balancer][balls[i].race].coincidence
+        and races[balls[i].balancer][balls[i].race].collisions
     ]
     orbit, radius = np.array([[ball.orbit_radius, ball.radius] for ball in balls]).reshape(-1, 2).T
     result = []

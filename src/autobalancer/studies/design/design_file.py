@@ -216,7 +216,7 @@ def _options(machine: Machine, candidates: Candidates) -> Options:
             text = "the machine has no race; give 'bearings', or both 'orbit_radius' and 'ball_diameter'"
             raise QuestionError(text, ("candidates",))
         if candidates.drag is None:
-            text = 'missing, and the machine has no race to take it from; such as { law = "cd_re", cd_re = 387 }'
+            text = 'missing, and the machine has no race to take it from; such as { law = "cd_times_re", cd_times_re = 387 }'
             raise QuestionError(text, ("candidates", "drag"))
     fillings, blend, free = _fluids(candidates.fluids)
     for place, choice in enumerate(fillings):

@@ -30,7 +30,7 @@ from autobalancer.assembly.system import (
     unbalances_over,
 )
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
-from autobalancer.drag.beta import DragTorque
+from autobalancer.drag.viscous import ViscousDrag
 from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitError
 from autobalancer.kernels.records import CONTACT
 from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
@@ -510,7 +510,7 @@ def class_of(members: Members, number: int, names: list[str]) -> Any:
 # assembled.
 
 
-_BETA = re.compile(r"balancers\[(\d+)\]\.races\[(\d+)\]\.drag\.beta")
+_BETA = re.compile(r"balancers\[(\d+)\]\.races\[(\d+)\]\.drag\.damping")
 _PART = re.compile(r"unbalances\[(\d+)\]\.(moment|mass|radius|angle)")
 Start = tuple[int, dict[str, float]]  # seed, and the columns of starts
 
@@ -522,7 +522,7 @@ def can_follow(machine: Machine, assembly: Assembly, name: str) -> bool:
     if name == "drag":
         return bool(assembly.balls)
     if result := _BETA.fullmatch(name):
-        return isinstance(_race(machine, int(result[1]) - 1, int(result[2]) - 1).drag, DragTorque)
+        return isinstance(_race(machine, int(result[1]) - 1, int(result[2]) - 1).drag, ViscousDrag)
     if assembly.model is not Model.PLANAR or not isinstance(machine.rotor, PlanarRotor):
         return False
     if name == "unbalance":
@@ -751,7 +751,7 @@ def _apart(machine: Machine, balls: tuple[Ball, ...]) -> bool:
         given = [balls[i] for i in members if balls[i].start_angle is not None]
         if given and len(given) < len(members):
             return False
-        if not given or _race(machine, given[0].balancer, given[0].race).coincidence:
+        if not given or not _race(machine, given[0].balancer, given[0].race).collisions:
             continue
         for i, one in enumerate(given):
             for other in given[i + 1 :]:

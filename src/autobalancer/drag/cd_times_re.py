@@ -14,9 +14,9 @@ from autobalancer.machine.part import Positive, key
 class CoefficientDrag(Drag):
     """A known product of drag coefficient and Reynolds number; over the whole range also the ``plateau`` of c_d."""
 
-    law: Literal["cd_re"] = "cd_re"
+    law: Literal["cd_times_re"] = "cd_times_re"
     interface: ClassVar[int] = 1
-    cd_re: Positive = key("drag coefficient times Reynolds number", symbol=r"c_d \mathrm{Re}")
+    cd_times_re: Positive = key("drag coefficient times Reynolds number", symbol=r"c_d \mathrm{Re}")
     range: Range = key(RANGE, "linear")
     plateau: Positive | None = key("drag coefficient from Re = 20 000 on; required by `whole`", None)
 
@@ -32,5 +32,7 @@ class CoefficientDrag(Drag):
 
     def curve(self, ball: BallInRace) -> DragLaw:
         """The constant, joined to the plateau over the whole range."""
-        cd_re = float(self.cd_re)
-        return joined(cd_re, float(self.plateau or 0.0)) if self.range == "whole" else linear_drag_law(cd_re)
+        cd_times_re = float(self.cd_times_re)
+        return (
+            joined(cd_times_re, float(self.plateau or 0.0)) if self.range == "whole" else linear_drag_law(cd_times_re)
+        )
