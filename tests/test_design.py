@@ -17,9 +17,9 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.reporting.report import balls_page
 from autobalancer.studies.design.candidate import candidates, machine_of, screened
-from autobalancer.studies.design.design import judge_borders
+from autobalancer.studies.design.design import judge_borders, runs_of, stalled
 from autobalancer.studies.design.design_file import read_spec
-from autobalancer.studies.design.designs import Designed, runs_of, stalled
+from autobalancer.studies.design.designs import Designed
 
 OILS = ["silicone oil 2", "silicone oil 5", "silicone oil 20", "silicone oil 50"]
 SPEC: dict[str, Any] = {
@@ -598,7 +598,7 @@ def test_the_exact_border_is_asked_only_of_designs_that_are_released_in_time(mon
         asked.setdefault(oil, set()).update(only)
         return ab.stability.borders(machine, only=only)
 
-    monkeypatch.setattr("autobalancer.studies.design.design.borders", recorded)
+    monkeypatch.setattr("autobalancer.studies.design.candidate.borders", recorded)
     spec = read_spec(SPEC)
     for candidate in candidates(spec):
         oil = candidate.fluid

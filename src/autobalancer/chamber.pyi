@@ -7,9 +7,6 @@ from autobalancer.results.chamber_measures import residual_of_balls as residual_
 from autobalancer.results.chamber_measures import unbalance_of as unbalance_of
 from autobalancer.results.unconstrained_body import unconstrained_motion as unconstrained_motion
 from autobalancer.simulation.chamber.bounds import bounds as bounds
-from autobalancer.studies.chamber_candidates import design_sensitivity as design_sensitivity
-from autobalancer.studies.chamber_candidates import designed_machine as designed_machine
-from autobalancer.studies.chamber_design import design as design
 from autobalancer.studies.chamber_study import amplitudes as amplitudes
 from autobalancer.studies.chamber_study import archived_run as archived_run
 from autobalancer.studies.chamber_study import optimal_means as optimal_means
@@ -17,6 +14,9 @@ from autobalancer.studies.chamber_study import over_seeds as over_seeds
 from autobalancer.studies.chamber_study import pick_up_borders as pick_up_borders
 from autobalancer.studies.chamber_study import step_size as step_size
 from autobalancer.studies.chamber_study import variant as variant
+from autobalancer.studies.design.chambers import design as design
+from autobalancer.studies.design.chambers import design_sensitivity as design_sensitivity
+from autobalancer.studies.design.designs import designed_machine as designed_machine
 
 __all__ = [
     "Archive",

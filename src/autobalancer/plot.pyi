@@ -6,7 +6,6 @@ from autobalancer.plots.chamber.chamber_runs import chamber_archive as chamber_a
 from autobalancer.plots.chamber.chamber_runs import chamber_bearing_forces as chamber_bearing_forces
 from autobalancer.plots.chamber.chamber_runs import chamber_carried as chamber_carried
 from autobalancer.plots.chamber.chamber_runs import chamber_collisions as chamber_collisions
-from autobalancer.plots.chamber.chamber_runs import chamber_designs as chamber_designs
 from autobalancer.plots.chamber.chamber_runs import chamber_energy as chamber_energy
 from autobalancer.plots.chamber.chamber_runs import chamber_optimal_means as chamber_optimal_means
 from autobalancer.plots.chamber.chamber_runs import chamber_reactions as chamber_reactions
@@ -88,7 +87,6 @@ __all__ = [
     "chamber_bearing_forces",
     "chamber_carried",
     "chamber_collisions",
-    "chamber_designs",
     "chamber_energy",
     "chamber_optimal_means",
     "chamber_reactions",

@@ -188,29 +188,29 @@ def _print_failed_points(found: Any) -> None:
         typer.secho(f"no result at {where}: {reason}", fg="yellow", err=True)
 
 
-@command("chamber.design", draw="chamber_designs", out="_designs.nc", bar="runs")
+@command("chamber.design", draw="design", out="_designs.nc", bar="runs")
 def design(
     machine: Chambers,
     duration: Annotated[float, In("s"), 'Of each full run, such as "16 s".'],
     balls: Annotated[str, 'Numbers of balls, such as "5,8,12,20".'] = "",
-    diameter: Annotated[str, 'Of a ball, such as "20,25,30 mm".'] = "",
-    total_mass: Annotated[str, 'Of all balls, such as "0.8,1,1.5 kg"; instead of the diameter.'] = "",
-    density: Annotated[str, 'Of the balls, such as "7800,14900 kg/m^3".'] = "",
-    friction: Annotated[str, 'Coefficients, such as "0.3,0.5,0.7".'] = "",
-    ball_friction: Annotated[str, "The same of balls on balls; by default that of the machine."] = "",
-    viscosity: Annotated[str, 'Dynamic, of a fluid, such as "0,10,100 mPa*s"; 0 is a dry chamber.'] = "",
-    fluid_density: Annotated[str, 'Of the fluid, such as "900 kg/m^3".'] = "",
-    fill: Annotated[str, 'Share of the chamber that the fluid fills, such as "0.6".'] = "",
+    diameter: Annotated[Any, Listed("m"), 'Of a ball, such as "20,25,30 mm".'] = None,
+    total_mass: Annotated[Any, Listed("kg"), 'Of all balls, such as "0.8,1,1.5 kg"; instead of the diameter.'] = None,
+    density: Annotated[Any, Listed("kg/m^3"), 'Of the balls, such as "7800,14900 kg/m^3".'] = None,
+    friction: Annotated[Any, Listed(""), 'Coefficients, such as "0.3,0.5,0.7".'] = None,
+    ball_friction: Annotated[Any, Listed(""), "The same of balls on balls; by default that of the machine."] = None,
+    viscosity: Annotated[Any, Listed("Pa*s"), 'Dynamic, such as "0,10,100 mPa*s"; 0 is a dry chamber.'] = None,
+    fluid_density: Annotated[Any, Listed("kg/m^3"), 'Of the fluid, such as "900 kg/m^3".'] = None,
+    fill: Annotated[Any, Listed(""), 'Share of the chamber that the fluid fills, such as "0.6".'] = None,
     unbalance: Annotated[
-        str, 'For which a design must work, such as "30,60 kg*mm"; by default that of the machine.'
-    ] = "",
+        Any, Listed("kg*m"), 'For which a design must work, such as "30,60 kg*mm"; by default that of the machine.'
+    ] = None,
     limit: Annotated[
-        list[str] | None, 'Such as "vibration=20 um", "settling_time=10 s" or "pick_up=0.9". May be repeated.'
+        list[str] | None, 'Such as "residual_vibration=20 um" or "stall_probability=0". May be repeated.'
     ] = None,
     short: Annotated[float | None, In("s"), "Of a short run; by default half as long as a full one."] = None,
     last: Last = None,
     fillings: Annotated[int, typer.Option(min=1, help="Of each design that gets full runs.")] = 5,
-    finalists: Annotated[int, typer.Option(min=1, help="Designs that get full runs.")] = 4,
+    budget: Annotated[int, typer.Option(min=1, help="Designs that get full runs at most.")] = 4,
     around: Annotated[
         list[str] | None,
         'Also run the best design with a quantity changed, such as "unbalance=0.2". May be repeated.',
@@ -224,14 +224,14 @@ def design(
 
     Example: autobalancer chamber design deep_chamber.toml --duration "16 s" \\
       --balls 5,8,12,20 --total-mass "0.8,1,1.5 kg" --friction 0.5,0.7 \\
-      --limit "vibration=30 um" --archive runs --best best.toml --plot designs.png
+      --limit "residual_vibration=30 um" --archive runs --best best.toml --plot designs.png
     """
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.studies.chamber_candidates import refuse_changes
+    from autobalancer.studies.design.chambers import refuse_changes
 
     made = Files(best, allowed=MACHINE)
     candidates = {
-        "balls": balls,
+        "balls": whole_numbers("--balls", balls) if balls else (),
         "diameter": diameter,
         "total_mass": total_mass,
         "density": density,
@@ -241,7 +241,7 @@ def design(
         "fluid_density": fluid_density,
         "fill": fill,
     }
-    limits = dict(_pair("--limit", text, "vibration=20 um") for text in limit or ())
+    limits = dict(_pair("--limit", text, "residual_vibration=20 um") for text in limit or ())
     pairs = [_pair("--around", text, "unbalance=0.2") for text in around or ()]
     changes = {name: quantity("--around", text, "") for name, text in pairs}
     refuse_changes(changes)
@@ -249,14 +249,14 @@ def design(
     with on_interrupt(RESUME_TEXT if archive is not None else LOST):
         found = ab.chamber.design(
             machine,
-            {name: text for name, text in candidates.items() if text},
+            {name: values for name, values in candidates.items() if values},
             limits,
             duration=duration,
             short=short,
             last=last,
-            unbalances=unbalance or None,
+            unbalances=unbalance,
             fillings=fillings,
-            finalists=finalists,
+            budget=budget,
             **how,
         )
         changed = ab.chamber.design_sensitivity(found, changes, **how) if changes else None

@@ -31,7 +31,6 @@ WHERE_ASKED = ("impacts",)  # a cloud of thousands of dots, drawn only where it 
 RACES = ("run-up", "race", "orbit", "impacts", "drive-train")
 CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
 STUDY = ("amplitudes", "means", "carried")
-DESIGNS = ("designs",)
 ENSEMBLE = ("shares", "distribution")
 MACHINE = ("machine",)
 DESIGN = ("design",)
@@ -60,9 +59,6 @@ def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
 
     if machine_kind(result) is CHAMBERS:
         return _of_chamber(result, wishes)
-    if {"place", "stage", "total_mass"} <= set(result.data_vars):
-        _refuse(wishes, "of designs of a deep chamber", "log", "time", "start", "end", "frame", "place")
-        return {"designs": lambda: ab.plot.chamber_designs(result)}
     if {"place", "stage", "front"} <= set(result.data_vars):
         _refuse(wishes, "of a design", "log", "time", "start", "end", "frame", "place", "deflection_unit")
         return {"design": lambda: ab.plot.design(result)}
@@ -175,10 +171,10 @@ def _refuse(wishes: Wishes, what: str, *names: str) -> None:
             raise QuestionError(f"--{name.replace('_', '-')}: has no meaning for the pictures {what}; leave it out")
 
 
-ALL = tuple(dict.fromkeys((*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *MANY, *DESIGN, *MACHINE, *ANSWER)))
+ALL = tuple(dict.fromkeys((*RACES, *CHAMBER, *STUDY, *ENSEMBLE, *MANY, *DESIGN, *MACHINE, *ANSWER)))
 KINDS = (
     f"{', '.join(RACES)}; of a deep chamber {', '.join(CHAMBER)}; of its study {', '.join(STUDY)}; "
-    f"of its search for designs {', '.join(DESIGNS)}; of an ensemble {', '.join(ENSEMBLE)}; of a study of runs "
+    f"of an ensemble {', '.join(ENSEMBLE)}; of a study of runs "
     f"{', '.join(MANY)}; of a design {', '.join(DESIGN)}; "
     f"of a machine file {MACHINE[0]}; of other results {ANSWER[0]}"
 )
@@ -266,7 +262,7 @@ def _meant(kind: str) -> str:
 
     near = get_close_matches(
         kind.lower().replace("_", "-"),
-        (*RACES, *CHAMBER, *STUDY, *DESIGNS, *ENSEMBLE, *DESIGN, *MACHINE, *ANSWER, "all"),
+        (*RACES, *CHAMBER, *STUDY, *ENSEMBLE, *DESIGN, *MACHINE, *ANSWER, "all"),
         1,
     )
     return f" (did you mean {near[0]}?)" if near else ""

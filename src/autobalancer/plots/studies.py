@@ -208,7 +208,7 @@ def _label(quantity: str, unit: AxisUnit) -> str:
 # Picture of a design: how many candidates each question left, and the two objectives of those that ran.
 
 
-STAGES = ("space", "fluid", "capability", "pressure", "same race", "border", "not run", "runs")
+STAGES = ("space", "fluid", "capability", "pressure", "same race", "border", "pick-up", "limits", "not run", "runs")
 UNITS = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3)}
 COLORS = {1: BALLS[0], 0: BALLS[1], -1: ALL_BALLS}
 SAYS = {1: "keeps all limits", 0: "too few runs to say", -1: "misses a limit"}
@@ -226,7 +226,7 @@ def design(designs: RunArgument, *, title: str | None = None) -> Figure:
     Parameters
     ----------
     designs
-        From :func:`autobalancer.design`, or the path of its file.
+        From :func:`autobalancer.design` or :func:`autobalancer.chamber.design`, or the path of its file.
     title
         By default that of the answer.
 
@@ -270,7 +270,9 @@ def _front(panel: Axes, dataset: xr.Dataset, ran: xr.Dataset) -> None:
     names = [str(name) for name in dataset.attrs["objectives"]]
     for axis, name in zip("xy", names, strict=True):
         sign, factor = UNITS[dataset[name].attrs["units"]]
-        below = f", {100.0 * dataset.attrs['share']:g} % of the runs below" if f"{name}_median" in dataset else ""
+        share = float(dataset.attrs["share"])
+        all_below = f", {100.0 * share:g} % of the runs below" if share < 1.0 else ", worst run"
+        below = all_below if f"{name}_median" in dataset else ""
         getattr(panel, f"set_{axis}label")(f"{name.replace('_', ' ')}{below} ({sign})")
         if name in limits:
             draw = panel.axvline if axis == "x" else panel.axhline

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -28,7 +27,6 @@ HOMES = {  # modules, some of them above this one, imported when such an answer 
     "BorderCurve": "stability.maps.curve",
     "Branches": "stability.diagrams.explorer",
     "Campbell": "rotordynamics.natural_modes",
-    "ChamberDesigns": "results.answers.kinds",
     "ChamberRun": "simulation.chamber.chamber_run",
     "ChamberStudy": "results.answers.kinds",
     "Comparison": "results.answers.run",
@@ -160,95 +158,6 @@ class ChamberStudy(Answer):
 
 
 SIGNS = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "Pa": ("MPa", 1e-6), "s": ("s", 1.0), "N": ("N", 1.0), "1": ("", 1.0)}
-
-
-class ChamberDesigns(Answer):
-    """Designs over their numbers: what they are, where they stopped and why, and what full runs of the best left."""
-
-    __slots__ = ()
-    drawn_by = "chamber_designs"
-
-    def best(self) -> xr.Dataset:
-        """Those that ran in full, the best first."""
-        places = self["place"].values
-        order = np.argsort(places)[: int(np.isfinite(places).sum())]
-        return self.isel(design=order)
-
-    def facts(self) -> list[tuple[str, str]]:
-        """How many designs each stage left, and the limits."""
-        stages = [str(stage) for stage in self["stage"].values]
-        ruled = sum(
-            bool(reason) and stage == "bounds" for stage, reason in zip(stages, self["reason"].values, strict=True)
-        )
-        ran = int(np.isfinite(self["place"].values).sum())
-        counts = (
-            f"{len(stages)}: closed forms ruled out {ruled}, short runs {len(stages) - ruled - ran}; {ran} ran in full"
-        )
-        limits = [
-            f"{name.replace('_', ' ')} {_limit(self, name, value)}"
-            for name, value in json.loads(self.attrs["limits"]).items()
-        ]
-        sizes = ", ".join(f"{1e6 * size:.6g}" for size in self["unbalance"].values)
-        return [
-            ("designs", counts),
-            ("unbalance", f"{sizes} g mm"),
-            ("limits", "; ".join(limits) if limits else "none"),
-            ("meet all limits", str(int(self["meets"].sum()))),
-        ]
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """One row for each design that ran in full."""
-        best = self.best()
-        length = length_axis("um", 1.0)
-        pick_up = [
-            f"{100.0 * share:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f})"
-            for share, low, high in zip(
-                *(best[name].values for name in ("pick_up", "pick_up_low", "pick_up_high")), strict=True
-            )
-        ]
-        fronts = zip(best["pareto_mass"].values, best["pareto_settling"].values, strict=True)
-        return [
-            Column("design", [str(text) for text in best["label"].values], wraps=True),
-            Column("ball mass", best["total_mass"].values, "kg", ".3g"),
-            Column("mean", best["vibration_mean"].values * length.factor, length.sign, ".4g"),
-            Column("worst", best["worst_vibration"].values * length.factor, length.sign, ".4g"),
-            Column("turning", best["worst_synchronous"].values * length.factor, length.sign, ".4g"),
-            Column("carried", pick_up),
-            Column("settled", best["worst_settling_time"].values, "s", ".3g"),
-            Column("peak", 1e3 * best["worst_run_up_peak"].values, "mm", ".3g"),
-            Column("bearing", best["worst_bearing_force"].values, "N", ".3g"),
-            Column("hardest", 1e-3 * best["worst_contact_force"].values, "kN", ".3g"),
-            Column(
-                "Pareto",
-                ["".join((" mass" if a else "", " settling" if b else "")).strip() or "-" for a, b in fronts],
-                wraps=True,
-            ),
-            Column("misses", [str(text) or "-" for text in best["missed"].values], wraps=True),
-        ]
-
-    def remarks(self) -> list[str]:
-        """What few runs allow to say."""
-        runs = self.sizes["seed"]
-        share, many = 100.0 * float(self.attrs["worse_than_worst"]), "filling" if runs == 1 else "fillings"
-        return [
-            f"{runs} {many}: at most {share:.0f} % of all fillings are worse than the worst one, with 95 % confidence; "
-            f"ranges of shares have the same confidence"
-        ]
-
-    def in_si(self) -> xr.Dataset:
-        """One row for each design."""
-        return self.drop_dims(["unbalance", "seed"])
-
-    def has_table(self) -> bool:
-        """All designs with their places must be there."""
-        return {"label", "place", "stage", "worst_vibration"} <= set(self) and self["label"].dims == ("design",)
-
-
-def _limit(dataset: xr.Dataset, name: str, value: float) -> str:
-    if name == "pick_up":
-        return f"at least {100.0 * value:.3g} %"
-    sign, factor = SIGNS[dataset[f"worst_{name}"].attrs["units"]]
-    return f"at most {value * factor:.4g} {sign}"
 
 
 # What a fit of rubber found.

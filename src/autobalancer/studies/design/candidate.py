@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -16,6 +17,9 @@ from autobalancer.laws.capabilities import ball_mass, capability, largest_count,
 from autobalancer.laws.impacts import STEEL, greatest_pressure
 from autobalancer.machine import Balancer, Balls, Machine, PlanarRotor, PrescribedSpeed, Race, RunPlan, Table
 from autobalancer.results.display_units import moment_text
+from autobalancer.stability.border import Border
+from autobalancer.stability.maps.curve import minimum_viscosity
+from autobalancer.stability.maps.exact import borders
 from autobalancer.stability.summary import frame_of
 from autobalancer.studies.design.specification import MARGIN, PRESSURE, Filling, Spec
 from autobalancer.tables import rpm_and_si
@@ -450,3 +454,74 @@ def _critical(spec: Spec, design: Design) -> None:
 
 def _mm(length: float) -> str:
     return f"{1e3 * length:.4g} mm"
+
+
+# Designs whose balls stall or do not balance at an operating speed, by the exact borders; and the least oil that
+# would do.
+
+
+RELEASE, EXACT = "release speed", "exact border"
+SAYS = {RELEASE: "its balls stall at the critical speed and are released at", EXACT: "balancing is stable from"}
+
+
+def judge_borders(spec: Spec, design: Design) -> None:
+    """Ask both borders at all temperatures and both ends of the unbalance; rule the design out where one is too high.
+
+    The release speed first, which is found much faster; the exact border only of designs that it lets pass.
+    """
+    allowed = spec.slowest / (1.0 + spec.limits.get(MARGIN, 0.0))
+    for name in (RELEASE, EXACT):
+        worst, temperature, size = _worst(spec, design, name)
+        if name == RELEASE:
+            design.release = worst.speed
+        else:
+            design.border = worst.speed
+        if worst.speed > allowed:
+            said = f"{SAYS[name]} {rpm_and_si(worst.speed)} only" if math.isfinite(worst.speed) else _never(name)
+            if worst.best < worst.speed:
+                said += f" at all positions of the balls, from {rpm_and_si(worst.best)} at the best"
+            at = f" at {temperature - 273.15:.4g} °C" if spec.temperature[0] != spec.temperature[1] else ""
+            at += f" and {moment_text(size)}" if spec.unbalance[0] != spec.unbalance[1] else ""
+            reason = f"{said}{at}; needed is {rpm_and_si(allowed)} or less"
+            design.rule_out("border", reason, worst.speed / allowed - 1.0)
+            design.cure = partial(_least_viscosity_text, spec, design, name, allowed, (temperature, size))
+            return
+
+
+def _worst(spec: Spec, design: Design, name: str) -> tuple[Border, float, float]:
+    """The highest border of a name, and the temperature and unbalance of it; nan if there is none."""
+    worst = Border(name, math.nan, ""), 0.0, 0.0
+    for temperature in spec.temperatures:
+        for size in sorted({max(spec.unbalance[0], 0.02 * spec.unbalance[1]), spec.unbalance[1]}):
+            try:
+                machine = machine_of(spec, design.candidate, temperature, size)
+                (border,) = borders(machine, only=(name,))
+            except AutobalancerError:
+                continue
+            if not border.speed <= worst[0].speed and not math.isnan(border.speed):
+                worst = border, temperature, size
+    return worst
+
+
+def _never(name: str) -> str:
+    return (
+        "its balls stall at the critical speed and are never released"
+        if name == RELEASE
+        else "balancing is never stable"
+    )
+
+
+def _least_viscosity_text(spec: Spec, design: Design, name: str, allowed: float, at: tuple[float, float]) -> str:
+    """How thick the oil would have to be at its density, as the end of a reason; empty where it is not known."""
+    one, (temperature, size) = design.candidate, at
+    if len(set(one.fillings)) != 1:
+        return ""
+    has = one.fillings[0].at(temperature)[1]
+    try:
+        machine = machine_of(spec, one, temperature, size)
+        least = minimum_viscosity(machine, allowed, name)
+    except AutobalancerError:
+        return ""
+    if not has < least < math.inf:  # thinner oils may do in a window, which is no design
+        return ""
+    return f"; that takes {1e6 * least:.3g} mm²/s there, this oil has {1e6 * has:.3g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,23 +14,27 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.assembly.quantities import in_author_units, with_author_springs
+from autobalancer.assembly.places import off_center, places_of
+from autobalancer.assembly.quantities import in_author_units, with_author_springs, with_value_at
+from autobalancer.assembly.system import assemble
 from autobalancer.assembly.terms import Theory, unknown
+from autobalancer.catalog.product_tables import friction
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import machine_text
+from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.display_units import moment_text
+from autobalancer.results.answers.studied import Studied
+from autobalancer.results.display_units import length_text, moment_text
 from autobalancer.results.folder_store import Store
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.receptance.receptances import FittedReceptance, fit_text
-from autobalancer.stability.border import Border
-from autobalancer.stability.maps.curve import minimum_viscosity
-from autobalancer.stability.maps.exact import borders
+from autobalancer.simulation.fluid_lag import diffusing_lags
+from autobalancer.stability.friction import held_by_friction
 from autobalancer.studies.design.candidate import (
     Candidate,
     Design,
@@ -38,6 +43,7 @@ from autobalancer.studies.design.candidate import (
     driven,
     fewest,
     free_ring,
+    judge_borders,
     machine_of,
     own_sizes,
     planes_of,
@@ -50,19 +56,17 @@ from autobalancer.studies.design.designs import (
     SAME,
     STAGES,
     Designed,
-    judge_runs,
-    judge_scatter,
-    meets,
-    missed,
-    misses,
-    neglected_terms,
+    dataset_of,
+    numbers_of_runs,
     objective,
     ordered,
-    runs_of,
+    refuse_none,
     used,
 )
-from autobalancer.studies.design.specification import MARGIN, MEASURED, Spec, blended
-from autobalancer.tables import rpm_and_si
+from autobalancer.studies.design.specification import MEASURED, Spec, blended
+from autobalancer.studies.study.chunk import AssembledMembers
+from autobalancer.studies.study.study import study
+from autobalancer.studies.study.study_file import read_study, vary
 
 RUNS, ANSWER = "runs", "answer.nc"  # folder of the runs in that of a design, and what they said
 HOPELESS = 8  # designs that pass the closed forms, of which the scatter makes no machine: then none is looked for
@@ -280,39 +284,7 @@ def _refuse_hopeless(spec: Spec, designs: Iterable[Design]) -> None:
         refuse_none(spec, known)
 
 
-def refuse_none(spec: Spec, designs: Sequence[Design]) -> None:
-    """Refuse a specification that leaves no candidate.
-
-    Raises
-    ------
-    QuestionError
-        With how many each question ruled out, and the nearest miss of the question that ruled the last ones out.
-    """
-    if not designs:
-        raise QuestionError("candidates: there is none; races and fluids do not go together")
-    if any(not design.reason for design in designs):
-        return
-    counts = {stage: sum(design.stage == stage for design in designs) for stage in STAGES}
-    said = ", ".join(f"{stage} {count}" for stage, count in counts.items() if count)
-    last = max((design.stage for design in designs), key=STAGES.index)
-    nearest = min((design for design in designs if design.stage == last), key=lambda one: one.excess)
-    text = (
-        f"candidates: none of {len(designs)} is left; ruled out by {said}. The last ones were ruled out by {last}, the nearest: "
-        f"{nearest.candidate.label}: {nearest.reason}{nearest.cure()}"
-    )
-    raise QuestionError(". ".join([text, *spec.remarks]))
-
-
-# All candidates of a design as a labeled dataset: what they are, where they were ruled out and why, what the runs
-# left.
-
-
-SHARES = {
-    "stall": "share of the runs that end with a stalled ball or rotor",
-    "balanced": "share of the runs that end balanced",
-    **{f"{name}_over": f"share of the runs with more than the limit: {text}" for name, (_, text) in MEASURED.items()},
-}
-ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
+# The table of the candidates of a balancer.
 
 
 DESCRIBED: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name, number or text, what it is, unit
@@ -328,10 +300,6 @@ DESCRIBED: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name
     ("width", lambda d: d.candidate.ring.width, "width of a race", "m"),
     ("viscosity_cold", lambda d: d.viscosity[0], "kinematic viscosity at the lowest temperature", "m^2/s"),
     ("viscosity_warm", lambda d: d.viscosity[1], "kinematic viscosity at the highest temperature", "m^2/s"),
-    ("capability", lambda d: d.capability, "unbalance that the balls of a plane can balance", "kg m"),
-    ("capability_margin", lambda d: d.margin, "capability over what is to be balanced, the least of all planes", "1"),
-    ("ball_mass", lambda d: d.ball_mass, "mass of all balls", "kg"),
-    ("pressure", lambda d: d.pressure, "greatest pressure between ball and race (Hertz)", "Pa"),
     ("release", lambda d: d.release, "release speed, the worst of all temperatures and unbalances", "rad/s"),
     ("border", lambda d: d.border, "exact border, the worst of all temperatures and unbalances", "rad/s"),
 )
@@ -340,99 +308,18 @@ DESCRIBED: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name
 KEPT = ("title", "fit_error", "free_error", "modes", "band_low", "band_high", "warnings", "noise")
 
 
-def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> xr.Dataset:
-    """Over ``design``: candidates in their order; ``place`` is 1 for the best, nan for those that did not run.
-
-    Parameters
-    ----------
-    spec
-        What was asked.
-    designs
-        All candidates that were looked at.
-    how
-        How those that ran were chosen.
-    """
-    # order: those that keep all limits first, then by how many and by how much they miss
-    ranked = ordered(spec, [design for design in designs if design.numbers])
-    place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
-    front = {id(one): level for one, level in ranked}
-    best = next((one.machine for one, _ in ranked if one.machine is not None), None)
-    dataset = xr.Dataset(
-        attrs={**_attributes(spec, how), "left_out": neglected_terms(spec, best) if best is not None else ""}
-    )
-    dataset.attrs["borders_ignore"] = _borders_ignore(designs)
-    dataset = dataset.assign_coords(
-        design=("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
-    )
-
-    def add(name: str, values: Sequence[Any], text: str, unit: str = "") -> None:
-        kept = (
-            np.array(values, dtype=object) if values and isinstance(values[0], str) else np.asarray(values, np.float64)
-        )
-        dataset[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
-
-    add("label", _labels(designs), "what it is")
-    for name, numbers, text in (
-        ("place", place, "place among those that ran, 1 for the best"),
-        ("front", front, "number of its Pareto front among designs that keep or miss as many limits, 0 for the first"),
-    ):
-        add(name, [float(numbers.get(id(design), np.nan)) for design in designs], text)
-    add(
-        "meets",
-        [float(meets(spec, design)) if design.numbers else -1.0 for design in designs],
-        "1: keeps all limits; 0: too few runs to say; -1: does not",
-    )
-    # by how much limits are missed, or why a candidate was not run
-    beyond = [misses(spec, design) if design.numbers else {} for design in designs]
-    add("misses", [float(len(one)) for one in beyond], "limits on the runs that it misses, their number", "1")
-    add(
-        "missed",
-        [missed(spec, design) if design.numbers else design.stage for design in designs],
-        "limits that it misses, or what ruled it out",
-    )
-    add(
-        "stage",
-        [design.stage for design in designs],
-        f"what ruled it out: {', '.join(STAGES[:-1])}; {STAGES[-1]!r} if it ran",
-    )
-    add("reason", [design.reason for design in designs], "why it was ruled out")
-    add(
-        "excess",
-        [design.excess if design.reason else sum(more.values()) for design, more in zip(designs, beyond, strict=True)],
-        "how far it misses that, or limits on the runs added up, over what is allowed",
-        "1",
-    )
-    for name, of, text, unit in DESCRIBED:
-        add(name, [of(design) for design in designs], text, unit)
-    # what the runs gave: the share that the specification names, the median, shares with their intervals
-    measured: list[tuple[str, str, str]] = []
-    for name, (unit, text) in MEASURED.items():
-        at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
-        measured += [(name, at_share, unit), (f"{name}_median", f"{text}; median", unit)]
-    for name, text in SHARES.items():
-        if any(name in design.numbers for design in designs):
-            measured += [(name, text, "1"), *((f"{name}_{end}", f"{text}; {said}", "1") for end, said in ENDS.items())]
-    for name, text, unit in measured:
-        add(name, [design.numbers.get(name, np.nan) for design in designs], text, unit)
-    add(
-        "drag_warning", [design.drag_warning for design in designs], "where its balls leave the range of their drag law"
-    )
-    add("passage", [design.passage for design in designs], "where its passage is worse than without balls")
-    add(
-        "used",
-        [used(spec, design) if design.numbers else np.nan for design in designs],
-        "greatest share of a limit that it uses up",
-        "1",
-    )
-    dataset["machine"] = (
-        "design",
-        np.array([_text(spec, design, place) for design in designs], dtype=object),
-        {"long_name": "machine file"},
-    )
-    if spec.measured is not None:
-        variables, attributes = _labelled(spec.measured)
-        dataset = dataset.assign(variables).assign_attrs(attributes)
-    return dataset
+def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> Designed:
+    """All candidates that were looked at; ``how`` says how those that ran were chosen."""
+    ran = ordered(spec, [design for design in designs if design.numbers])
+    best = next((one.machine for one, _ in ran if one.machine is not None), None)
+    left_out = neglected_terms(spec, best) if best is not None else ""
+    attributes = {**_attributes(spec, how), "left_out": left_out, "borders_ignore": _borders_ignore(designs)}
+    stalls = "share of the runs that end with a stalled ball or rotor"
+    dataset = dataset_of(spec, designs, DESCRIBED, stalls, partial(_text, spec), attributes)
+    if spec.measured is None:
+        return dataset
+    variables, attributes = _labelled(spec.measured)
+    return Designed.of(dataset.assign(variables).assign_attrs(attributes))
 
 
 def _labelled(fit: FittedReceptance) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -453,18 +340,9 @@ def _borders_ignore(designs: Sequence[Design]) -> list[str]:
     return sentences
 
 
-def _labels(designs: Sequence[Design]) -> list[str]:
-    """What each is, without what all have in common."""
-    parts = [design.candidate.parts() for design in designs]
-    for part, design in zip(parts, designs, strict=True):
-        part["ring"] += f" (same race: {', '.join(design.twins)})" * bool(design.twins)
-    common = {key for key in ("ring", "races", "planes", "fluid") if len({one.get(key) for one in parts}) == 1}
-    return [", ".join(text for key, text in one.items() if key not in common) for one in parts]
-
-
-def _text(spec: Spec, design: Design, place: dict[int, int]) -> str:
+def _text(spec: Spec, design: Design) -> str:
     """The machine file of a design that ran, with the run-up of the specification."""
-    if design.machine is None or id(design) not in place:
+    if design.machine is None:
         return ""
     machine = driven(spec, design.machine, spec.fastest, coasting=False)
     return machine_text(in_author_units(with_author_springs(machine, spec.machine), spec.machine))
@@ -473,21 +351,191 @@ def _text(spec: Spec, design: Design, place: dict[int, int]) -> str:
 def _attributes(spec: Spec, how: str) -> dict[str, Any]:
     return {
         "title": f"Balancers for {spec.machine.name}{f': {spec.name}' * (spec.name not in ('design', spec.machine.name))}",
-        **provenance(),
         "machine_name": spec.machine.name,
         "design_name": spec.name,
         "specification": json.dumps(spec.identity()),
-        "limits": json.dumps(spec.limits),
         "unbalance_range": list(spec.unbalance),
         "temperature_range": list(spec.temperature),
         "speeds": list(spec.operation.speeds),
-        "objectives": list(spec.search.objectives),
-        "share": spec.share,
         "members": spec.search.members,
         "seed": spec.search.seed,
         "searched_by": how,
         "remarks": list(spec.remarks),
     }
+
+
+# Runs of a design with scatter: unbalance, temperature, starts and what else the specification lets vary.
+
+
+TYPICAL = "bearing ring in a running balancer"  # of the catalog: the friction that is assumed to say what any would do
+FRICTION = ("friction", "rolling_resistance", "adherence")  # in names of what may vary
+STEPS = 101  # temperatures that stand for a range, where a fluid is no single one of the catalog
+Report = Callable[[int, int], None] | None
+
+
+class Case(NamedTuple):
+    """Runs of one kind: to an operating speed, or there and back, which only the peak is asked of."""
+
+    name: str
+    found: Studied
+    coasting: bool
+
+
+def runs_of(
+    spec: Spec,
+    candidate: Candidate,
+    folder: Path | None,
+    workers: int | None,
+    progress: Report,
+    seed: int | None = None,
+) -> list[Case]:
+    """All runs that judge a candidate; finished ones are taken from the folder.
+
+    Raises
+    ------
+    QuestionError
+        If the scatter makes impossible machines.
+    """
+    machine = machine_of(spec, candidate, 0.5 * sum(spec.temperature), spec.unbalance[1])
+    cases = [
+        (f"{speed:.6g} rad/s", driven(spec, machine, speed, coasting=False), False) for speed in spec.operation.speeds
+    ]
+    if spec.operation.coast_down:
+        cases.append(("coast-down", driven(spec, machine, spec.fastest, coasting=True), True))
+    runs = []
+    for name, described, coasting in cases:
+        requested = study_of(spec, described, candidate, spec.search.seed if seed is None else seed)
+        place = folder / name_of(spec, candidate, name) if folder is not None else None
+        runs.append(Case(name, study(requested, folder=place, workers=workers, progress=progress), coasting))
+    return runs
+
+
+def judge_scatter(spec: Spec, design: Design) -> None:
+    """Rule out a design of which the scatter makes no possible machine, as its runs would, before anything runs.
+
+    Raises
+    ------
+    QuestionError
+        With the key at fault, for a scatter or temperatures of the machine's own fluid that no design can have.
+    """
+    if spec.scatter and design.machine is not None:
+        vary(design.machine, spec.scatter, "scatter")
+    if design.machine is not None and not design.candidate.fluid:
+        _temperatures(spec, design.machine, design.candidate)
+    if not spec.scatter or design.machine is None:
+        return
+    machine = driven(spec, design.machine, spec.fastest, coasting=False)
+    try:
+        AssembledMembers(read_study(study_of(spec, machine, design.candidate, spec.search.seed)), 0, 1)
+    except AutobalancerError as reason:
+        text = str(reason).removeprefix("impossible: draw 1 made")
+        design.rule_out(STAGES[-1], f"the scatter makes{text}" if text != str(reason) else f"cannot be run: {reason}")
+
+
+def neglected_terms(spec: Spec, machine: Machine) -> str:
+    """What the runs leave out of a machine that nobody said is ideal: eccentricity and friction, and what typical ones would do.
+
+    They are no scatter by themselves, since coefficients of friction differ by thousands from race to race: a value that nobody
+    gave would decide the order.
+    """
+    result = list[str]()
+    if not any("eccentricity" in name for name in spec.scatter):
+        away = off_center(
+            places_of(machine, assemble(machine, lags=diffusing_lags(machine))), resolve(machine), spec.fastest
+        )
+        for plane in away.planes if away is not None else ():
+            if not plane.given:
+                left = f" and {moment_text(plane.residual)}" * math.isfinite(plane.residual)
+                size = length_text(plane.eccentricity)
+                result.append(
+                    f"eccentricity of the race: {size}, as is typical, would leave a vibration of {size}{left}"
+                )
+                break
+    races = [
+        f"balancers[{b}].races[{r}]" for b, part in enumerate(machine.balancers, 1) for r, _ in enumerate(part.races, 1)
+    ]
+    named = any(word in name for name in spec.scatter for word in FRICTION)
+    if not named and all(race.friction is None for balancer in machine.balancers for race in balancer.races):
+        typical = next(one for one in friction() if one.name == TYPICAL)
+        for race in races:
+            rolling = {"adherence": typical.adherence, "rolling_resistance": typical.rolling_resistance}
+            machine = with_value_at(machine, f"{race}.friction", rolling)
+        held = max((plane.residual_95 for plane in held_by_friction(machine, spec.fastest).planes), default=0.0)
+        result.append(
+            f"friction: that of a {TYPICAL} (adherence {typical.adherence:g}) would leave up to {moment_text(held)} in 95 % of "
+            "starts at this speed, that of others more"
+        )
+    return "; ".join([*result, "give them in the machine or in [scatter], 0 for none"]) if result else ""
+
+
+def study_of(spec: Spec, machine: Machine, candidate: Candidate, seed: int) -> dict[str, Any]:
+    """The study that runs a machine with the scatter of the specification, as a dict of the form of study files."""
+    low, high = spec.unbalance
+    vary: dict[str, Any] = {"unbalance": {"distribution": "uniform", "low": low, "high": high}} if low < high else {}
+    vary |= _temperatures(spec, machine, candidate) | spec.scatter
+    return {
+        "machine": machine,
+        "members": spec.search.members,
+        "seed": seed,
+        "tolerance": spec.search.tolerance,
+        "impossible": "truncate",
+        "settling_from": spec.search.settling_from,
+        "vary": vary,
+    }
+
+
+def _temperatures(spec: Spec, machine: Machine, candidate: Candidate) -> dict[str, Any]:
+    low, high = spec.temperature
+    if low == high:
+        return {}
+    fluids = {race.fluid for balancer in machine.balancers for race in balancer.races}
+    if all(fluid is not None and fluid.name is not None for fluid in fluids):
+        return {"temperature": {"distribution": "uniform", "low": low, "high": high}}
+    if len(candidate.fillings) != 1:
+        which = candidate.fluid or "the fluid of the machine"
+        raise QuestionError(
+            f"temperature: given from {low - 273.15:.4g} to {high - 273.15:.4g} °C, which is known for fluids of the catalog "
+            f"and for one blend in all races, not for {which}; give one temperature"
+        )
+    middles = low + (high - low) * (np.arange(STEPS) + 0.5) / STEPS
+    values = [candidate.fillings[0].at(float(temperature))[1] for temperature in middles]
+    return {"viscosity": {"distribution": "discrete", "values": values}}
+
+
+def name_of(spec: Spec, candidate: Candidate, case: str) -> str:
+    """The name of the folder of a design's runs: the same for the same design."""
+    return hashlib.sha256(repr((candidate.key(), case)).encode()).hexdigest()[:16]
+
+
+FINISHED = "finished"
+PEAK = "peak_deflection"
+
+
+def judge_runs(spec: Spec, design: Design, cases: Sequence[Case]) -> None:
+    """Fill the numbers of a design; of a run there and back the greatest deflection alone counts."""
+    worst = max((case.found.attrs for case in cases), key=lambda told: np.nan_to_num(told.get("passage_ratio", 0.0)))
+    design.passage = str(worst.get("passage_text", ""))
+    design.drag_warning = next(filter(None, (str(case.found.attrs.get("drag_warning", "")) for case in cases)), "")
+    measured: list[dict[str, NDArray[Any]]] = []
+    for _, found, coasting in cases:
+        measured.append({name: values_of(found, name) for name in ((PEAK,) if coasting else MEASURED)})
+        if not coasting:
+            ended = found["outcome"].values == FINISHED
+            measured[-1] |= {"stall": stalled(found), "balanced": found["balanced"].values.astype(bool) & ended}
+    design.numbers |= numbers_of_runs(spec, measured)
+
+
+def values_of(studied: Studied, name: str) -> NDArray[np.float64]:
+    """A measure of all runs; infinite where a run did not end or has no such number, as a ball that never settles."""
+    values = (
+        np.asarray(studied[name].values, np.float64) if name in studied else np.full(studied.sizes["member"], np.nan)
+    )
+    return np.where(np.isfinite(values) & (studied["outcome"].values == FINISHED), values, math.inf)
+
+
+def stalled(studied: Studied) -> NDArray[np.bool_]:
+    """Which runs end stalled, or do not end."""
+    return np.asarray(studied["stalled"].values.astype(bool) | (studied["outcome"].values != FINISHED))
 
 
 # The search where sizes have no steps or candidates are more than can be run: NSGA-II (Deb et al. 2002), by pymoo.
@@ -615,7 +663,7 @@ def _first(spec: Spec, width: int, each: int, designs: Callable[[Floats], list[D
 
 
 def _objectives(spec: Spec, design: Design) -> list[float]:
-    values = [objective(design, name) for name in spec.search.objectives]
+    values = [objective(design, name) for name in spec.objectives]
     return [float(np.log(value)) if np.isfinite(value) and value > 0.0 else FAR for value in values]
 
 
@@ -712,74 +760,3 @@ class Coded:
         low, high = self.free["viscosity"]
         viscosity = float(f"{low * (high / low) ** options['viscosity']:.3g}")
         return (blended(*self.spec.options.blend, min(max(viscosity, low), high)),)
-
-
-# Designs whose balls stall or do not balance at an operating speed, by the exact borders; and the least oil that
-# would do.
-
-
-RELEASE, EXACT = "release speed", "exact border"
-SAYS = {RELEASE: "its balls stall at the critical speed and are released at", EXACT: "balancing is stable from"}
-
-
-def judge_borders(spec: Spec, design: Design) -> None:
-    """Ask both borders at all temperatures and both ends of the unbalance; rule the design out where one is too high.
-
-    The release speed first, which is found much faster; the exact border only of designs that it lets pass.
-    """
-    allowed = spec.slowest / (1.0 + spec.limits.get(MARGIN, 0.0))
-    for name in (RELEASE, EXACT):
-        worst, temperature, size = _worst(spec, design, name)
-        if name == RELEASE:
-            design.release = worst.speed
-        else:
-            design.border = worst.speed
-        if worst.speed > allowed:
-            said = f"{SAYS[name]} {rpm_and_si(worst.speed)} only" if math.isfinite(worst.speed) else _never(name)
-            if worst.best < worst.speed:
-                said += f" at all positions of the balls, from {rpm_and_si(worst.best)} at the best"
-            at = f" at {temperature - 273.15:.4g} °C" if spec.temperature[0] != spec.temperature[1] else ""
-            at += f" and {moment_text(size)}" if spec.unbalance[0] != spec.unbalance[1] else ""
-            reason = f"{said}{at}; needed is {rpm_and_si(allowed)} or less"
-            design.rule_out("border", reason, worst.speed / allowed - 1.0)
-            design.cure = partial(_least_viscosity_text, spec, design, name, allowed, (temperature, size))
-            return
-
-
-def _worst(spec: Spec, design: Design, name: str) -> tuple[Border, float, float]:
-    """The highest border of a name, and the temperature and unbalance of it; nan if there is none."""
-    worst = Border(name, math.nan, ""), 0.0, 0.0
-    for temperature in spec.temperatures:
-        for size in sorted({max(spec.unbalance[0], 0.02 * spec.unbalance[1]), spec.unbalance[1]}):
-            try:
-                machine = machine_of(spec, design.candidate, temperature, size)
-                (border,) = borders(machine, only=(name,))
-            except AutobalancerError:
-                continue
-            if not border.speed <= worst[0].speed and not math.isnan(border.speed):
-                worst = border, temperature, size
-    return worst
-
-
-def _never(name: str) -> str:
-    return (
-        "its balls stall at the critical speed and are never released"
-        if name == RELEASE
-        else "balancing is never stable"
-    )
-
-
-def _least_viscosity_text(spec: Spec, design: Design, name: str, allowed: float, at: tuple[float, float]) -> str:
-    """How thick the oil would have to be at its density, as the end of a reason; empty where it is not known."""
-    one, (temperature, size) = design.candidate, at
-    if len(set(one.fillings)) != 1:
-        return ""
-    has = one.fillings[0].at(temperature)[1]
-    try:
-        machine = machine_of(spec, one, temperature, size)
-        least = minimum_viscosity(machine, allowed, name)
-    except AutobalancerError:
-        return ""
-    if not has < least < math.inf:  # thinner oils may do in a window, which is no design
-        return ""
-    return f"; that takes {1e6 * least:.3g} mm²/s there, this oil has {1e6 * has:.3g}"

@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
-from functools import partial
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from autobalancer.assembly.places import off_center, places_of
-from autobalancer.assembly.quantities import with_value_at
-from autobalancer.assembly.system import assemble
-from autobalancer.catalog.product_tables import friction
-from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.machine_file import parse_race_machine
-from autobalancer.machine import Machine
+from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import parse_machine
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.answers.studied import Studied
-from autobalancer.results.display_units import axis_unit, length_text, moment_text, significant
+from autobalancer.results.display_units import axis_unit, moment_text, significant
+from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import wilson_interval
-from autobalancer.simulation.fluid_lag import diffusing_lags
-from autobalancer.stability.friction import held_by_friction
-from autobalancer.studies.chamber_candidates import fronts
-from autobalancer.studies.design.candidate import Candidate, Design, driven, machine_of
-from autobalancer.studies.design.specification import MASS, MEASURED, OUTER, STALL, Spec
-from autobalancer.studies.study.chunk import AssembledMembers
-from autobalancer.studies.study.study import study
-from autobalancer.studies.study.study_file import read_study, vary
+from autobalancer.studies.design.candidate import Design
+from autobalancer.studies.design.specification import MASS, OUTER, STALL, Asked
 from autobalancer.tables import Column, rpm_and_si
 
 SHOWN = {
@@ -43,6 +28,7 @@ SHOWN = {
     "s": ("s", 1.0),
     "kg": ("g", 1e3),
     "Pa": ("MPa", 1e-6),
+    "N": ("N", 1.0),
     "1": ("times", 1.0),
 }
 MEETS = {1: "yes", 0: "undecided", -1: "no"}
@@ -52,13 +38,14 @@ OPEN = " undecided"  # how a limit ends of which too few runs tell
 USUAL = 1.5  # times the unbalance: with a smaller capability balls stand nearly side by side and react slowly
 ORDINAL = {1.0: "st", 2.0: "nd", 3.0: "rd"}  # of percentiles above 20
 SAME, NOT_RUN = "same race", "not run"
-STAGES = ("space", "fluid", "capability", "pressure", SAME, "border", NOT_RUN, "runs")
+STAGES = ("space", "fluid", "capability", "pressure", SAME, "border", "pick-up", "limits", NOT_RUN, "runs")
 
 
 class Designed(Answer):
     """Candidates over their numbers: what they are, where they were ruled out and why, what the runs left."""
 
     __slots__ = ()
+    drawn_by = "design"
 
     def order(self) -> list[int]:
         """Where those that ran stand among the candidates, from 0, the best first."""
@@ -81,7 +68,6 @@ class Designed(Answer):
     def facts(self) -> list[tuple[str, str]]:
         """What was asked, and how many candidates each question left."""
         low, high = self.attrs["unbalance_range"]
-        cold, warm = (attr - 273.15 for attr in self.attrs["temperature_range"])
         ran = int(np.isfinite(self["place"].values).sum())
         out = self.ruled_out()
         parts = [f"{stage} {count}" for stage, count in out.items() if stage not in (SAME, NOT_RUN)]
@@ -95,7 +81,7 @@ class Designed(Answer):
             *rotor,
             ("operating speed", ", ".join(rpm_and_si(float(one)) for one in np.atleast_1d(self.attrs["speeds"]))),
             ("unbalance", f"{moment_text(low)} to {moment_text(high)}" if low < high else moment_text(high)),
-            ("temperature", f"{cold:.4g} to {warm:.4g} °C" if cold < warm else f"{cold:.4g} °C"),
+            *([("temperature", self._temperatures())] if "temperature_range" in self.attrs else []),
             (
                 "limits",
                 "; ".join(self._limit(name, value) for name, value in json.loads(self.attrs["limits"]).items())
@@ -105,12 +91,16 @@ class Designed(Answer):
             ("searched", str(self.attrs["searched_by"])),
         ]
 
+    def _temperatures(self) -> str:
+        cold, warm = (kelvin - 273.15 for kelvin in self.attrs["temperature_range"])
+        return f"{cold:.4g} to {warm:.4g} °C" if cold < warm else f"{cold:.4g} °C"
+
     def answer(self) -> str:
         """Whether any design keeps all limits; of the first one how many runs stall, and its passage beside held balls."""
         best = self.best()
         if not best.sizes["design"]:
             return self._answer(best)
-        stall = f"stalled at the end: {self._interval(best, 'stall', 0)} % of its runs" * (
+        stall = f"{self['stall'].attrs['long_name']}: {self._interval(best, 'stall', 0)} %" * (
             float(best["stall"][0]) > 0.0
         )
         return "; ".join(filter(None, (self._answer(best), stall, str(best["passage"].values[0]))))
@@ -146,15 +136,19 @@ class Designed(Answer):
     def columns(self, unit: str = "") -> list[Column]:
         """One row for each design that ran, the best first."""
         best = self.best()
-        measures = list(dict.fromkeys(("peak_deflection", "settling_time", *self._measured())))
+        objectives = [name for name in self.attrs["objectives"] if f"{name}_median" in self]
+        measures = list(dict.fromkeys((*objectives, "peak_deflection", "settling_time", *self._measured())))
+        borders = [name for name in ("release", "border") if name in self]
         return [
             Column("place", [int(one) for one in best["place"].values]),
             Column("design", [str(one) for one in best["label"].values], wraps=True),
             Column("keeps limits", self._keeps(best)),
             *(self._scaled(best, name) for name in measures),
             Column("stall", [self._interval(best, "stall", i) for i in range(best.sizes["design"])], "%"),
-            self._speed(best, "release", "release speed", unit),
-            self._speed(best, "border", "exact border", unit),
+            *(
+                self._speed(best, name, {"release": "release speed", "border": "exact border"}[name], unit)
+                for name in borders
+            ),
             Column("ball mass", 1e3 * best["ball_mass"].values, "g", ".4g"),
             Column("front in its class", [int(one) + 1 for one in best["front"].values]),
         ]
@@ -172,12 +166,12 @@ class Designed(Answer):
         """What the numbers mean."""
         share = 100.0 * float(self.attrs["share"])
         low, high = self.attrs["unbalance_range"]
+        value = f"{share:g}{ORDINAL.get(share % 10.0, 'th')} percentile" if share < 100.0 else "greatest"
         texts = [
-            f"each value is the {share:g}{ORDINAL.get(share % 10.0, 'th')} percentile of the runs; stall: share of the runs that "
-            "end with a stalled ball or rotor, with its 95 % interval",
+            f"each value is the {value} of the runs; stall: {self['stall'].attrs['long_name']}, with its 95 % interval",
             "front in its class: Pareto front of the two objectives among the designs that keep, or miss, as many limits",
         ]
-        if low < high:
+        if low < high and "unbalance" not in self.dims:
             texts += [
                 f"the runs have unbalances of all sizes from {moment_text(low)} to {moment_text(high)}: rotors at either end of "
                 "the range may do worse; narrow the range to judge them"
@@ -185,6 +179,7 @@ class Designed(Answer):
         texts += [*self._missed(), *self._hardly()]
         texts = [*self.attrs.get("remarks", []), *texts]
         texts += [f"measured rotor: {text}" for text in str(self.attrs.get("rotor_warnings", "")).split("\n") if text]
+        texts += np.atleast_1d(self.attrs.get("few", [])).tolist()
         return [*texts, *np.atleast_1d(self.attrs.get("borders_ignore", [])).tolist(), *self._drag()]
 
     def _drag(self) -> list[str]:
@@ -246,8 +241,8 @@ class Designed(Answer):
         return shown
 
     def in_si(self) -> xr.Dataset:
-        """One row for each candidate, without the machine files."""
-        return self.drop_vars("machine", errors="ignore")
+        """One row for each candidate, without the machine files and the numbers of single runs."""
+        return self.drop_vars("machine", errors="ignore").drop_dims(["unbalance", "seed"], errors="ignore")
 
     def has_table(self) -> bool:
         """All that the table needs must be there."""
@@ -291,13 +286,13 @@ def _listed(places: Sequence[str]) -> str:
 # The machine of a design, with what it was chosen for in its description.
 
 
-def designed_machine(designs: xr.Dataset, place: int = 1) -> Machine:
+def designed_machine(designs: xr.Dataset, place: int = 1) -> Any:
     """The machine of the design at a place, 1 for the best, that can be saved and run.
 
     Parameters
     ----------
     designs
-        From :func:`design`.
+        From :func:`design`, or :func:`autobalancer.chamber.design`.
     place
         In their order.
 
@@ -306,26 +301,35 @@ def designed_machine(designs: xr.Dataset, place: int = 1) -> Machine:
     QuestionError
         If no design has this place.
     """
-    if "place" not in designs or "machine" not in designs or "specification" not in designs.attrs:
-        raise QuestionError("designed_machine: wants the answer of ab.design")
-    there = designs["place"].values == place
-    if not there.any():
-        most = int((designs["place"].values > 0).sum())
-        raise QuestionError(f"place: given {place}; the designs that ran have 1 to {most}")
-    one = designs.isel(design=int(there.argmax()))
-    machine = parse_race_machine(str(one["machine"].values))
+    one = placed(designs, place, "designed_machine")
+    machine = parse_machine(str(one["machine"].values))
     label = str(one["label"].values)
     return machine.model_copy(
         update={"name": f"{machine.name}, {label}", "description": _description(designs, one, machine)}
     )
 
 
-def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Machine) -> str:
+def placed(designs: xr.Dataset, place: int, name: str) -> xr.Dataset:
+    """The design at a place, for the question called ``name``."""
+    if "place" not in designs or "machine" not in designs or "searched_by" not in designs.attrs:
+        raise QuestionError(f"{name}: wants the answer of a search for designs")
+    there = designs["place"].values == place
+    if not there.any():
+        most = int((designs["place"].values > 0).sum())
+        raise QuestionError(f"place: given {place}; the designs that ran have 1 to {most}")
+    return designs.isel(design=int(there.argmax()))
+
+
+def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Any) -> str:
     fluid = str(dataset["fluid"].values)
-    filled = f" Its races are filled with {fluid}{' (shares by mass)' if '%' in fluid else ''}." if fluid else ""
+    filled = f" It is filled with {fluid}{' (shares by mass)' if '%' in fluid else ''}." if fluid else ""
     limits = dict(Designed.of(designs).facts())["limits"]
     low, high = designs.attrs["unbalance_range"]
-    cold, warm = (value - 273.15 for value in designs.attrs["temperature_range"])
+    sizes, at = moment_text(low) if low == high else f"{moment_text(low)} to {moment_text(high)}", ""
+    if "temperature_range" in designs.attrs:
+        cold, warm = (value - 273.15 for value in designs.attrs["temperature_range"])
+        sizes += f", {cold:.4g} to {warm:.4g} °C"
+        at = f" Its numbers here are those at {0.5 * (cold + warm):.4g} °C."
     keeps = {
         1: "It keeps them",
         0: "Too few runs to say whether it keeps them",
@@ -333,10 +337,9 @@ def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Machine) -> 
     }
     began = f" The machine that was given: {machine.description}" if machine.description else ""
     return (
-        f"Place {int(dataset['place'])} of design {designs.attrs['design_name']!r} for unbalances of {moment_text(low)} to "
-        f"{moment_text(high)}, {cold:.4g} to {warm:.4g} °C.{filled} Its numbers here are those at "
-        f"{0.5 * (cold + warm):.4g} °C. Limits: {limits}. {keeps[int(dataset['meets'])]} in "
-        f"{designs.attrs['members']} runs with the seed {designs.attrs['seed']}.{began}"
+        f"Place {int(dataset['place'])} of design {designs.attrs['design_name']!r} for unbalances of {sizes}.{filled}{at} "
+        f"Limits: {limits}. {keeps[int(dataset['meets'])]} in {designs.attrs['members']} runs with the seed "
+        f"{designs.attrs['seed']}.{designs.attrs.get('assumed', '')}{began}"
     )
 
 
@@ -344,228 +347,58 @@ def _missed(dataset: xr.Dataset) -> str:
     return ", ".join(name for name in str(dataset["missed"].values).split(", ") if not name.endswith(OPEN))
 
 
-# Runs of a design with scatter: unbalance, temperature, starts and what else the specification lets vary.
-
-
-TYPICAL = "bearing ring in a running balancer"  # of the catalog: the friction that is assumed to say what any would do
-FRICTION = ("friction", "rolling_resistance", "adherence")  # in names of what may vary
-STEPS = 101  # temperatures that stand for a range, where a fluid is no single one of the catalog
-Report = Callable[[int, int], None] | None
-
-
-class Case(NamedTuple):
-    """Runs of one kind: to an operating speed, or there and back, which only the peak is asked of."""
-
-    name: str
-    found: Studied
-    coasting: bool
-
-
-def runs_of(
-    spec: Spec,
-    candidate: Candidate,
-    folder: Path | None,
-    workers: int | None,
-    progress: Report,
-    seed: int | None = None,
-) -> list[Case]:
-    """All runs that judge a candidate; finished ones are taken from the folder.
-
-    Raises
-    ------
-    QuestionError
-        If the scatter makes impossible machines.
-    """
-    machine = machine_of(spec, candidate, 0.5 * sum(spec.temperature), spec.unbalance[1])
-    cases = [
-        (f"{speed:.6g} rad/s", driven(spec, machine, speed, coasting=False), False) for speed in spec.operation.speeds
-    ]
-    if spec.operation.coast_down:
-        cases.append(("coast-down", driven(spec, machine, spec.fastest, coasting=True), True))
-    runs = []
-    for name, described, coasting in cases:
-        requested = study_of(spec, described, candidate, spec.search.seed if seed is None else seed)
-        place = folder / name_of(spec, candidate, name) if folder is not None else None
-        runs.append(Case(name, study(requested, folder=place, workers=workers, progress=progress), coasting))
-    return runs
-
-
-def judge_scatter(spec: Spec, design: Design) -> None:
-    """Rule out a design of which the scatter makes no possible machine, as its runs would, before anything runs.
-
-    Raises
-    ------
-    QuestionError
-        With the key at fault, for a scatter or temperatures of the machine's own fluid that no design can have.
-    """
-    if spec.scatter and design.machine is not None:
-        vary(design.machine, spec.scatter, "scatter")
-    if design.machine is not None and not design.candidate.fluid:
-        _temperatures(spec, design.machine, design.candidate)
-    if not spec.scatter or design.machine is None:
-        return
-    machine = driven(spec, design.machine, spec.fastest, coasting=False)
-    try:
-        AssembledMembers(read_study(study_of(spec, machine, design.candidate, spec.search.seed)), 0, 1)
-    except AutobalancerError as reason:
-        text = str(reason).removeprefix("impossible: draw 1 made")
-        design.rule_out(STAGES[-1], f"the scatter makes{text}" if text != str(reason) else f"cannot be run: {reason}")
-
-
-def neglected_terms(spec: Spec, machine: Machine) -> str:
-    """What the runs leave out of a machine that nobody said is ideal: eccentricity and friction, and what typical ones would do.
-
-    They are no scatter by themselves, since coefficients of friction differ by thousands from race to race: a value that nobody
-    gave would decide the order.
-    """
-    result = list[str]()
-    if not any("eccentricity" in name for name in spec.scatter):
-        away = off_center(
-            places_of(machine, assemble(machine, lags=diffusing_lags(machine))), resolve(machine), spec.fastest
-        )
-        for plane in away.planes if away is not None else ():
-            if not plane.given:
-                left = f" and {moment_text(plane.residual)}" * math.isfinite(plane.residual)
-                size = length_text(plane.eccentricity)
-                result.append(
-                    f"eccentricity of the race: {size}, as is typical, would leave a vibration of {size}{left}"
-                )
-                break
-    races = [
-        f"balancers[{b}].races[{r}]" for b, part in enumerate(machine.balancers, 1) for r, _ in enumerate(part.races, 1)
-    ]
-    named = any(word in name for name in spec.scatter for word in FRICTION)
-    if not named and all(race.friction is None for balancer in machine.balancers for race in balancer.races):
-        typical = next(one for one in friction() if one.name == TYPICAL)
-        for race in races:
-            rolling = {"adherence": typical.adherence, "rolling_resistance": typical.rolling_resistance}
-            machine = with_value_at(machine, f"{race}.friction", rolling)
-        held = max((plane.residual_95 for plane in held_by_friction(machine, spec.fastest).planes), default=0.0)
-        result.append(
-            f"friction: that of a {TYPICAL} (adherence {typical.adherence:g}) would leave up to {moment_text(held)} in 95 % of "
-            "starts at this speed, that of others more"
-        )
-    return "; ".join([*result, "give them in the machine or in [scatter], 0 for none"]) if result else ""
-
-
-def study_of(spec: Spec, machine: Machine, candidate: Candidate, seed: int) -> dict[str, Any]:
-    """The study that runs a machine with the scatter of the specification, as a dict of the form of study files."""
-    low, high = spec.unbalance
-    vary: dict[str, Any] = {"unbalance": {"distribution": "uniform", "low": low, "high": high}} if low < high else {}
-    vary |= _temperatures(spec, machine, candidate) | spec.scatter
-    return {
-        "machine": machine,
-        "members": spec.search.members,
-        "seed": seed,
-        "tolerance": spec.search.tolerance,
-        "impossible": "truncate",
-        "settling_from": spec.search.settling_from,
-        "vary": vary,
-    }
-
-
-def _temperatures(spec: Spec, machine: Machine, candidate: Candidate) -> dict[str, Any]:
-    low, high = spec.temperature
-    if low == high:
-        return {}
-    fluids = {race.fluid for balancer in machine.balancers for race in balancer.races}
-    if all(fluid is not None and fluid.name is not None for fluid in fluids):
-        return {"temperature": {"distribution": "uniform", "low": low, "high": high}}
-    if len(candidate.fillings) != 1:
-        which = candidate.fluid or "the fluid of the machine"
-        raise QuestionError(
-            f"temperature: given from {low - 273.15:.4g} to {high - 273.15:.4g} °C, which is known for fluids of the catalog "
-            f"and for one blend in all races, not for {which}; give one temperature"
-        )
-    middles = low + (high - low) * (np.arange(STEPS) + 0.5) / STEPS
-    values = [candidate.fillings[0].at(float(temperature))[1] for temperature in middles]
-    return {"viscosity": {"distribution": "discrete", "values": values}}
-
-
-def name_of(spec: Spec, candidate: Candidate, case: str) -> str:
-    """The name of the folder of a design's runs: the same for the same design."""
-    return hashlib.sha256(repr((candidate.key(), case)).encode()).hexdigest()[:16]
-
-
 # Numbers of a design from its runs, and whether it keeps the limits: shares with their 95 % intervals (Wilson 1927).
 
 
-FINISHED = "finished"
-PEAK = "peak_deflection"
-Flags = NDArray[np.bool_]
+Floats = NDArray[np.float64]
 KEPT, UNDECIDED, MISSED = 1, 0, -1
 
 
-def judge_runs(spec: Spec, design: Design, cases: Sequence[Case]) -> None:
-    """Fill the numbers of a design.
+def numbers_of_runs(spec: Asked, cases: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, float]:
+    """Numbers of a design of its runs: of several cases, each with the measures of all its runs by name, the worst one counts.
 
-    Of several cases the worst one counts. Of a measure: its value that the wanted share of the runs stays below, its median, the
-    share of runs above the limit with its interval. of stall those of :func:`stalled`.
+    Of a measure: its value that the wanted share of the runs stays below, its median, the share of runs above the limit with its
+    interval; of flags, which runs end stalled or balanced, their share. A measure is infinite where a run has none.
     """
-    numbers = design.numbers
-    for name in MEASURED:
-        parts: list[dict[str, float]] = [
-            _measure(spec, name, case) for case in cases if name == PEAK or not case.coasting
-        ]
-        numbers.update(max(parts, key=partial(_badness, name)))
-    design.drag_warning = next(filter(None, (str(case.found.attrs.get("drag_warning", "")) for case in cases)), "")
-    worst = max((case.found.attrs for case in cases), key=lambda told: np.nan_to_num(told.get("passage_ratio", 0.0)))
-    design.passage = str(worst.get("passage_text", ""))
-    ups = [case.found for case in cases if not case.coasting]
-    numbers |= max((_share("stall", stalled(one)) for one in ups), key=lambda part: part["stall"])
-    numbers |= min((_share("balanced", balanced(one)) for one in ups), key=lambda part: part["balanced"])
+    numbers: dict[str, float] = {}
+    for name in spec.run_limits:
+        parts = [_measure(spec, name, case[name]) for case in cases if name in case]
+        numbers |= max(parts, key=lambda part, name=name: (part.get(f"{name}_over", 0.0), part[name]))  # type: ignore[misc]
+    for name, worst in (("stall", max), ("balanced", min)):
+        shares = [_share(name, case[name]) for case in cases if name in case]
+        numbers |= worst(shares, key=lambda part, name=name: part[name]) if shares else {}  # type: ignore[misc]
+    return numbers
 
 
-def _badness(name: str, part: dict[str, float]) -> tuple[float, float]:
-    return part.get(f"{name}_over", 0.0), part[name]
-
-
-def _measure(spec: Spec, name: str, case: Case) -> dict[str, float]:
-    values = values_of(case.found, name)
+def _measure(spec: Asked, name: str, values: Floats) -> dict[str, float]:
     measure = {name: _level(values, spec.share), f"{name}_median": _level(values, 0.5)}
     limit = spec.limits.get(name)
     return measure if limit is None else measure | _share(f"{name}_over", ~(values <= limit))
 
 
-def values_of(studied: Studied, name: str) -> NDArray[np.float64]:
-    """A measure of all runs; infinite where a run did not end or has no such number, as a ball that never settles."""
-    values = (
-        np.asarray(studied[name].values, np.float64) if name in studied else np.full(studied.sizes["member"], np.nan)
-    )
-    return np.where(np.isfinite(values) & (studied["outcome"].values == FINISHED), values, math.inf)
-
-
-def _level(values: NDArray[np.float64], share: float) -> float:
+def _level(values: Floats, share: float) -> float:
     """The value that at least this share of the runs does not exceed."""
     ordered = np.sort(values)
     return float(ordered[min(math.ceil(share * ordered.size) - 1, ordered.size - 1)])
 
 
-def stalled(studied: Studied) -> Flags:
-    """Which runs end stalled, or do not end."""
-    return np.asarray(studied["stalled"].values.astype(bool) | (studied["outcome"].values != FINISHED))
-
-
-def balanced(studied: Studied) -> Flags:
-    """Which runs end balanced."""
-    return np.asarray(studied["balanced"].values.astype(bool) & (studied["outcome"].values == FINISHED))
-
-
-def _share(name: str, which: Flags) -> dict[str, float]:
+def _share(name: str, which: NDArray[np.bool_]) -> dict[str, float]:
     count, total = int(which.sum()), int(which.size)
     low, high = wilson_interval(np.array([count]), total)
     return {name: count / total, f"{name}_low": float(low[0]), f"{name}_high": float(high[0])}
 
 
-def verdicts(spec: Spec, design: Design) -> dict[str, int]:
+def verdicts(spec: Asked, design: Design) -> dict[str, int]:
     """Each limit on the runs: kept, missed, or open because so few runs cannot tell."""
-    shares = {name: (f"{name}_over", 1.0 - spec.share) for name in MEASURED if name in spec.limits}
+    shares = {name: (f"{name}_over", 1.0 - spec.share) for name in spec.run_limits if name in spec.limits}
     if STALL in spec.limits:
         shares[STALL] = ("stall", spec.limits[STALL])
     return {limit: _verdict(design.numbers, share, allowed) for limit, (share, allowed) in shares.items()}
 
 
 def _verdict(numbers: dict[str, float], share: str, allowed: float) -> int:
+    if not allowed:  # no run may: the worst one decides
+        return MISSED if numbers[share] > 0.0 else KEPT
     if numbers[f"{share}_high"] <= allowed:
         return KEPT
     return MISSED if numbers[f"{share}_low"] > allowed else UNDECIDED
@@ -581,12 +414,12 @@ def objective(design: Design, name: str) -> float:
     return design.candidate.ring.outer if name == OUTER else design.numbers.get(name, math.nan)
 
 
-def meets(spec: Spec, design: Design) -> int:
+def meets(spec: Asked, design: Design) -> int:
     """1: keeps all limits; 0: too few runs to say; -1: misses one."""
     return min(verdicts(spec, design).values(), default=1)
 
 
-def missed(spec: Spec, design: Design) -> str:
+def missed(spec: Asked, design: Design) -> str:
     """The limits that it misses, and those of which too few runs say nothing."""
     found_of = verdicts(spec, design)
     texts = [name.replace("_", " ") for name, one in found_of.items() if one == MISSED]
@@ -595,10 +428,16 @@ def missed(spec: Spec, design: Design) -> str:
     )
 
 
-def misses(spec: Spec, design: Design) -> dict[str, float]:
+def misses(spec: Asked, design: Design) -> dict[str, float]:
     """The limits that it misses, each with how far it is beyond it, over the limit."""
     beyond = {name: one for name, one in verdicts(spec, design).items() if one == MISSED}
-    return {name: design.numbers["stall" if name == STALL else name] / spec.limits[name] - 1.0 for name in beyond}
+    return {name: _share_of_limit(spec, design, name) - 1.0 for name in beyond}
+
+
+def _share_of_limit(spec: Asked, design: Design, name: str) -> float:
+    """How much of a limit a design uses up; of a limit of zero one more than what it reaches."""
+    value, limit = design.numbers["stall" if name == STALL else name], spec.limits[name]
+    return value / limit if limit > 0.0 else (1.0 + value) * (value > 0.0)
 
 
 def _added_up(beyond: Collection[float]) -> tuple[int, float]:
@@ -607,15 +446,12 @@ def _added_up(beyond: Collection[float]) -> tuple[int, float]:
     return len(beyond) - len(finite), sum(finite)
 
 
-def used(spec: Spec, design: Design) -> float:
+def used(spec: Asked, design: Design) -> float:
     """The greatest share of a limit that it uses up; 0 without limits on the runs."""
-    shares = [design.numbers[name] / spec.limits[name] for name in MEASURED if name in spec.limits]
-    if STALL in spec.limits:
-        shares.append(design.numbers["stall"] / spec.limits[STALL])
-    return max(shares, default=0.0)
+    return max((_share_of_limit(spec, design, name) for name in verdicts(spec, design)), default=0.0)
 
 
-def ordered(spec: Spec, ran: Sequence[Design]) -> list[tuple[Design, int]]:
+def ordered(spec: Asked, ran: Sequence[Design]) -> list[tuple[Design, int]]:
     """Designs that ran, the best first, each with the number of its front.
 
     First those that keep all limits, then those of which the runs cannot tell, then those that miss one, two and so on: classes.
@@ -628,7 +464,7 @@ def ordered(spec: Spec, ran: Sequence[Design]) -> list[tuple[Design, int]]:
     classes = {id(one): (-meets(spec, one), len(beyond[id(one)])) for one in ran}
     for level in sorted(set(classes.values())):
         group = [one for one in ran if classes[id(one)] == level]
-        values = np.array([[objective(one, name) for name in spec.search.objectives] for one in group])
+        values = np.array([[objective(one, name) for name in spec.objectives] for one in group])
         front = fronts(values[:, 0], values[:, 1])
         with np.errstate(invalid="ignore"):
             product = np.where(np.isfinite(values).all(axis=1), values.prod(axis=1), math.inf)
@@ -639,3 +475,169 @@ def ordered(spec: Spec, ran: Sequence[Design]) -> list[tuple[Design, int]]:
         )
         result += [(group[i], int(front[i])) for i in order]
     return result
+
+
+def fronts(first: Floats, second: Floats) -> NDArray[np.int64]:
+    """Number of the front of each point: on front 0 none is better in both; front 1 is that without front 0, and so on.
+
+    Both are better where smaller; points with nan or infinity come last, all on one front.
+    """
+    result = np.full(first.size, -1, np.int64)
+    known = np.isfinite(first) & np.isfinite(second)
+    front = 0
+    while (left := np.flatnonzero(known & (result < 0))).size:
+        a, b = first[left], second[left]
+        no_worse = (a[:, None] <= a[None, :]) & (b[:, None] <= b[None, :])
+        better = no_worse & ((a[:, None] < a[None, :]) | (b[:, None] < b[None, :]))
+        result[left[~better.any(axis=0)]] = front
+        front += 1
+    result[result < 0] = front
+    return result
+
+
+def refuse_none(spec: Any, designs: Sequence[Design]) -> None:
+    """Refuse a specification that leaves no candidate.
+
+    Raises
+    ------
+    QuestionError
+        With how many each question ruled out, and the nearest miss of the question that ruled the last ones out.
+    """
+    if not designs:
+        raise QuestionError("candidates: there is none; races and fluids do not go together")
+    if any(not design.reason for design in designs):
+        return
+    counts = {stage: sum(design.stage == stage for design in designs) for stage in STAGES}
+    said = ", ".join(f"{stage} {count}" for stage, count in counts.items() if count)
+    last = max((design.stage for design in designs), key=STAGES.index)
+    nearest = min((design for design in designs if design.stage == last), key=lambda one: one.excess)
+    text = (
+        f"candidates: none of {len(designs)} is left; ruled out by {said}. The last ones were ruled out by {last}, the nearest: "
+        f"{nearest.candidate.label}: {nearest.reason}{nearest.cure()}"
+    )
+    raise QuestionError(". ".join([text, *spec.remarks]))
+
+
+# All candidates of a design as a labeled dataset: what they are, where they were ruled out and why, what the runs
+# left.
+
+
+ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
+OF_ALL: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name, number or text, what it is, unit
+    ("capability", lambda d: d.capability, "unbalance that the balls of a plane can balance", "kg m"),
+    ("capability_margin", lambda d: d.margin, "capability over what is to be balanced, the least of all planes", "1"),
+    ("ball_mass", lambda d: d.ball_mass, "mass of all balls", "kg"),
+    ("pressure", lambda d: d.pressure, "greatest pressure between ball and race (Hertz)", "Pa"),
+)
+
+
+def dataset_of(
+    spec: Asked,
+    designs: Sequence[Design],
+    described: Sequence[tuple[str, Callable[[Any], Any], str, str]],
+    stalls: str,
+    text_of: Callable[[Any], str],
+    attributes: Mapping[str, Any],
+) -> Designed:
+    """Over ``design``: candidates in their order; ``place`` is 1 for the best, nan for those that did not run.
+
+    Parameters
+    ----------
+    spec
+        What was asked.
+    designs
+        All candidates that were looked at.
+    described
+        Name, number or text, meaning and unit of what else is said of a candidate of this kind of machine.
+    stalls
+        Which share of the runs counts as stalled.
+    text_of
+        The machine file of one that ran.
+    attributes
+        What else was asked, and how those that ran were chosen.
+    """
+    # order: those that keep all limits first, then by how many and by how much they miss
+    ranked = ordered(spec, [design for design in designs if design.numbers])
+    place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
+    front = {id(one): level for one, level in ranked}
+    numbered = ("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
+    kept = {"limits": json.dumps(spec.limits), "objectives": list(spec.objectives), "share": spec.share}
+    dataset = xr.Dataset(coords={"design": numbered}, attrs={**provenance(), **kept, **attributes})
+
+    def add(name: str, values: Sequence[Any], text: str, unit: str = "") -> None:
+        kept = (
+            np.array(values, dtype=object) if values and isinstance(values[0], str) else np.asarray(values, np.float64)
+        )
+        dataset[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
+
+    add("label", _labels(designs), "what it is")
+    for name, numbers, text in (
+        ("place", place, "place among those that ran, 1 for the best"),
+        ("front", front, "number of its Pareto front among designs that keep or miss as many limits, 0 for the first"),
+    ):
+        add(name, [float(numbers.get(id(design), np.nan)) for design in designs], text)
+    add(
+        "meets",
+        [float(meets(spec, design)) if design.numbers else -1.0 for design in designs],
+        "1: keeps all limits; 0: too few runs to say; -1: does not",
+    )
+    # by how much limits are missed, or why a candidate was not run
+    beyond = [misses(spec, design) if design.numbers else {} for design in designs]
+    add("misses", [float(len(one)) for one in beyond], "limits on the runs that it misses, their number", "1")
+    add(
+        "missed",
+        [missed(spec, design) if design.numbers else design.stage for design in designs],
+        "limits that it misses, or what ruled it out",
+    )
+    add(
+        "stage",
+        [design.stage for design in designs],
+        f"what ruled it out: {', '.join(STAGES[:-1])}; {STAGES[-1]!r} if it ran",
+    )
+    add("reason", [design.reason for design in designs], "why it was ruled out")
+    add(
+        "excess",
+        [design.excess if design.reason else sum(more.values()) for design, more in zip(designs, beyond, strict=True)],
+        "how far it misses that, or limits on the runs added up, over what is allowed",
+        "1",
+    )
+    for name, of, text, unit in (*described, *OF_ALL):
+        add(name, [of(design) for design in designs], text, unit)
+    # what the runs gave: the share that the specification names, the median, shares with their intervals
+    measured: list[tuple[str, str, str]] = []
+    for name, (unit, text) in spec.run_limits.items():
+        at_share = f"{text}; {100.0 * spec.share:g} % of the runs stay below"
+        measured += [(name, at_share, unit), (f"{name}_median", f"{text}; median", unit)]
+    over = "share of the runs with more than the limit"
+    shares = {f"{name}_over": f"{over}: {text}" for name, (_, text) in spec.run_limits.items()}
+    for name, text in {"stall": stalls, "balanced": "share of the runs that end balanced", **shares}.items():
+        if any(name in design.numbers for design in designs):
+            measured += [(name, text, "1"), *((f"{name}_{end}", f"{text}; {said}", "1") for end, said in ENDS.items())]
+    for name, text, unit in measured:
+        add(name, [design.numbers.get(name, np.nan) for design in designs], text, unit)
+    add(
+        "drag_warning", [design.drag_warning for design in designs], "where its balls leave the range of their drag law"
+    )
+    add("passage", [design.passage for design in designs], "where its passage is worse than without balls")
+    add(
+        "used",
+        [used(spec, design) if design.numbers else np.nan for design in designs],
+        "greatest share of a limit that it uses up",
+        "1",
+    )
+    dataset["machine"] = (
+        "design",
+        np.array([text_of(design) if id(design) in place else "" for design in designs], dtype=object),
+        {"long_name": "machine file"},
+    )
+    return Designed.of(dataset)
+
+
+def _labels(designs: Sequence[Design]) -> list[str]:
+    """What each is, without what all have in common."""
+    parts = [design.candidate.parts() for design in designs]
+    for part, design in zip(parts, designs, strict=True):
+        if design.twins:
+            part["ring"] += f" (same race: {', '.join(design.twins)})"
+    common = {key for key in parts[0] if key not in ("count", "balls") and len({one.get(key) for one in parts}) == 1}
+    return [", ".join(text for key, text in one.items() if key not in common) for one in parts]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, PlainValidator, field_validator, model_validator
 
@@ -325,11 +326,17 @@ class Specification(Question):
         return self
 
 
-MEASURED = {  # limits on numbers of a run: unit, and what it is
-    name: (held.unit.replace("*", " "), str(Limits.model_fields[name].description))
-    for name in ("peak_deflection", "residual_vibration", "residual_unbalance", "settling_time")
-    if (held := quantity_of(Limits, name)) is not None
-}
+def measured_by(limits: type[Limits], *names: str) -> dict[str, tuple[str, str]]:
+    """Limits on numbers of a run: unit, and what it is."""
+    held = {name: quantity_of(limits, name) for name in names}
+    return {
+        name: (one.unit.replace("*", " "), str(limits.model_fields[name].description))
+        for name, one in held.items()
+        if one is not None
+    }
+
+
+MEASURED = measured_by(Limits, "peak_deflection", "residual_vibration", "residual_unbalance", "settling_time")
 OBJECTIVES = {**{name: unit for name, (unit, _) in MEASURED.items()}, MASS: "kg", OUTER: "m"}
 
 
@@ -353,8 +360,31 @@ class Options:
     blend: tuple[str, str] | None = None  # the oils whose blend is searched
 
 
+class Asked:
+    """What designs of every kind of machine are judged by; ``run_limits`` has unit and meaning of what is limited in runs."""
+
+    limits: dict[str, float]
+    run_limits: ClassVar[Mapping[str, tuple[str, str]]] = MEASURED
+    usual_share: ClassVar[float] = 0.95
+
+    @property
+    def objectives(self) -> tuple[str, str]:
+        """Two numbers that should be small."""
+        raise NotImplementedError
+
+    @property
+    def share(self) -> float:
+        """Share of the runs that must keep each limit."""
+        return self.limits.get(SHARE, self.usual_share)
+
+    @property
+    def capability_margin(self) -> float:
+        """How many times the largest unbalance the balls must be able to balance."""
+        return self.limits.get(ENOUGH, 1.0)
+
+
 @dataclass(frozen=True)
-class Spec:
+class Spec(Asked):
     """A specification, read and checked; numbers in SI."""
 
     name: str
@@ -387,14 +417,9 @@ class Spec:
         return (low,) if low == high else (low, 0.5 * (low + high), high)
 
     @property
-    def share(self) -> float:
-        """Share of the runs that must keep each limit."""
-        return self.limits.get(SHARE, 0.95)
-
-    @property
-    def capability_margin(self) -> float:
-        """How many times the largest unbalance the balls must be able to balance."""
-        return self.limits.get(ENOUGH, 1.0)
+    def objectives(self) -> tuple[str, str]:
+        """Two numbers that should be small."""
+        return self.search.objectives
 
     def identity(self) -> dict[str, Any]:
         """What makes it this specification and no other, as plain data."""
