@@ -647,19 +647,13 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
         rows.append(("  vector sum", f"static {static}, couple about their middle {couple}"))
     for number, place in enumerate(verdict.places):
         text = f"at most {length_text(place.vibration)} from its mean position, {velocity_text(place.velocity_rms)} rms"
-        rows.append(
-            (
-                "vibration" if not number else "",
-                f"{place.name}: {text}{_text_without(place.without_balls, length_text)}",
-            )
-        )
+        text += _text_without(place.without_balls, length_text)
+        rows.append(("vibration" if not number else "", f"{place.name}: {text}"))
     # a static deflection only where it is more than the noise beside the vibration
     settled = [place for place in verdict.places if place.static > 1e-8 and place.static > 0.01 * place.vibration]
     for number, place in enumerate(settled):
         name = f"{place.name}: " if len(verdict.places) > 1 else ""
-        beyond = (
-            f", beyond the {length_text(place.sag)} by which the rotor sags without balls" if place.sag > 0.0 else ""
-        )
+        beyond = f", beyond the {length_text(place.sag)} by which the rotor sags without balls" * (place.sag > 0.0)
         rows.append(("static deflection" if not number else "", f"{name}{length_text(place.static)}{beyond}"))
     for number, support in enumerate(verdict.supports):
         static = f"static {force_text(support.static)}, " if support.static > 0.01 * support.vibrating else ""
@@ -684,9 +678,8 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
     if verdict.parts:
         rows += _parts(verdict.parts, speed_text)
     elif verdict.settling is not None:
-        rows.append(
-            ("balls settle", _settling(verdict.settling, None if verdict.word == NOT_SETTLED else verdict.forecast))
-        )
+        ahead = None if verdict.word == NOT_SETTLED else verdict.forecast
+        rows.append(("balls settle", _settling(verdict.settling, ahead)))
     rows = [(worded(label, verdict.bodies), worded(text, verdict.bodies)) for label, text in rows]
     return headline(verdict, speed_text), rows, list(verdict.notes)
 
