@@ -14,6 +14,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.results.answers import run as runs
+from autobalancer.results.answers.answer import FORMS
 from autobalancer.results.answers.kinds import HOMES
 
 DISCOIDAL, RIGID, DEEP = ab.example("discoidal"), ab.example("rigid_rotor"), ab.example("deep_chamber")
@@ -185,7 +186,11 @@ def test_every_kind_of_answer_can_be_read_back() -> None:
     while below := {name: home for home, name, base in classes if base in kinds and name not in kinds}:
         kinds |= below
     del kinds["Answer"]
-    assert kinds == HOMES, "each kind stands in the table of results/answers/kinds.py, by which a file is read back"
+    assert kinds == HOMES, "each class stands in the table of results/answers/kinds.py, by which a file is read back"
+    forms = {name for path in source.rglob("*.py") for name in re.findall(r'^FORMS\["(\w+)"\]', path.read_text(), re.M)}
+    given = {name for path in source.rglob("*.py") for name in re.findall(r'Answer\.of\(.*"(\w+)"\)', path.read_text())}
+    assert given | {"Measured", "Ranges"} <= forms == set(FORMS)
+    assert not forms & set(HOMES)
 
 
 def test_lengths_side_by_side_have_one_unit_and_frequencies_are_in_hertz() -> None:

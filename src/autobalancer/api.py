@@ -18,7 +18,7 @@ from autobalancer.simulation import RunOptions
 if TYPE_CHECKING:
     import xarray as xr
 
-    from autobalancer.results.answers.run import Comparison, Overlay
+    from autobalancer.results.answers.answer import Answer
     from autobalancer.results.verdict import Verdict
     from autobalancer.simulation.chamber.chamber_summary import ChamberSummary
     from autobalancer.simulation.record import Event, Sampling
@@ -190,7 +190,7 @@ def compare(
     given: Mapping[str, AnyMachine] | Sequence[AnyMachine] | xr.Dataset | str | Path,
     measured: xr.Dataset | None = None,
     **options: Unpack[CompareOptions],
-) -> Comparison | Overlay:
+) -> Answer:
     """Put machines side by side, or a run and what was measured.
 
     Parameters
@@ -206,7 +206,7 @@ def compare(
 
     Returns
     -------
-    Comparison or Overlay
+    Answer
         One row for each machine, drawn by ``ab.plot.comparison``; or one for each measure, by ``ab.plot.overlay``.
 
     Raises

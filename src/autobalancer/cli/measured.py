@@ -223,6 +223,8 @@ def envelope(
 
     Example: autobalancer measure envelope run_up_signals.csv --out turns.csv
     """
+    from autobalancer.results.answers.answer import Shown
+
     signals = reading.signals(file)
     if not options.get("bin_length") or tacho_of(signals, turning.tacho):
         signals = with_angle(signals, turning)
@@ -230,11 +232,11 @@ def envelope(
     found = found.assign_coords(bin=list(range(1, found.sizes["bin"] + 1)))
     widest = (found["envelope_high"] - found["envelope_low"]).argmax("bin")
     at, found.attrs["title"] = found.isel(bin=widest), f"{found.attrs['title']}: where each channel is widest"
-    columns = [Column("channel", found["channel"].values.tolist()), at.texts("units", "unit")]
+    columns = [Column("channel", found["channel"].values.tolist()), *at.shown("", Shown("units", "unit"))]
     for name, head, unit in (("low", "least", ""), ("high", "greatest", ""), ("time", "at", "s")):
         columns.append(Column(head, at[f"envelope_{name}"].values, unit))
     if "envelope_speed" in found:
-        columns.append(at.scaled("envelope_speed", "speed", speed_sign()))
+        columns += at.shown(speed_sign(), Shown("envelope_speed", "speed"))
     return Reply(found, columns=columns, facts=())
 
 

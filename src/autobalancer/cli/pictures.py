@@ -84,7 +84,7 @@ def _own_picture(result: xr.Dataset) -> Callable[[xr.Dataset], Figure] | None:
 
     if {"deviation", "correlation", "parameter"} <= set(result.variables):
         return ab.plot.identification
-    name = result.drawn_by if isinstance(result, Answer) else ""
+    name = result.form().picture if isinstance(result, Answer) else ""
     return getattr(ab.plot, name) if name not in ("", "run_up", "ensemble") else None
 
 

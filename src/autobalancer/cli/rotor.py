@@ -152,11 +152,20 @@ def torsional_modes(
 
     Example: autobalancer torsional-modes coupled_drive.toml
     """
+    from autobalancer.results.answers.answer import Shown
+
     found = ab.rotor.torsional_modes(machine, **options)
     critical = ab.rotor.torsional_critical_speeds(machine, harmonics=harmonic)
     tables = [("torsional critical speeds, without damping", critical.columns(speed_sign()))]
     if critical.sizes["crossing"]:
-        tables.append(("with damping: where the frequency of a mode is met", critical.damped_columns(speed_sign())))
+        met = critical.shown(
+            speed_sign(),
+            Shown("crossing_speed", "met at"),
+            Shown("crossing_harmonic", "frequency over speed", form="g"),
+            Shown("crossing_name", "mode"),
+            Shown("crossing_damping_ratio", "damping ratio", "%", ".3g"),
+        )
+        tables.append(("with damping: where the frequency of a mode is met", met))
     return Reply(found, as_plain(found) | {"critical_speeds": as_plain(critical)}, more=tables)
 
 
@@ -282,6 +291,7 @@ def annulus_flow(
       --time "0.1 s" --plot flow.png
     """
     from autobalancer.flow.relaxation import flow_notes
+    from autobalancer.results.answers.answer import Shown
     from autobalancer.tables import Column
 
     found = ab.flow.annulus_flow(machine, speed, times=time or [], points=_points(points), **options)
@@ -301,7 +311,7 @@ def annulus_flow(
     ]
     names = {"speed": "rotor", "fluid_speed": "fluid at the orbit", "diffusion_speed": "fluid by diffusion alone"}
     columns = [Column("time", found["time"].values, "s")]
-    columns += [found.scaled(name, head, speed_sign(), ".10g") for name, head in names.items()]
+    columns += found.shown(speed_sign(), *(Shown(name, head, form=".10g") for name, head in names.items()))
     return Reply(found, facts=facts, columns=columns, brief=True, notes=flow_notes(found))
 
 

@@ -15,11 +15,12 @@ from autobalancer.cli.terminal.command import Reply, command
 from autobalancer.cli.terminal.options import COUNT, In, MachineFile, Speeds
 from autobalancer.cli.terminal.sheet import speed_sign, speed_text
 from autobalancer.errors import QuestionError
+from autobalancer.results.answers.answer import Answer
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from autobalancer.stability.maps.curve import BorderCurve
+    from autobalancer.results.answers.answer import Answer
     from autobalancer.tables import Column
 
 TOPIC = "Stability"  # where the help of autobalancer lists the commands below
@@ -165,7 +166,7 @@ def _minimum(key: str, machine: Any, speed: float, unbalance: float | None, name
     return {"speed": float(speed), **found}
 
 
-def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> BorderCurve:
+def _curve(machine: Any, over: str, names: tuple[str, ...], top: float | None) -> Answer:
     from autobalancer.cli.terminal.options import named_range, parameter_values
     from autobalancer.cli.terminal.progress_bar import progress_bar
     from autobalancer.stability.maps.curve import border_curve

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,7 @@ from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.text_files import read_table
 from autobalancer.laws.stall import rest_ends
 from autobalancer.machine import Machine
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, Form, Shown, sure
 from autobalancer.results.display_units import length_text
 from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
@@ -195,21 +195,19 @@ class RaceShape(Answer):
     """Waves of a measured race."""
 
     __slots__ = ()
-    known = frozenset({"radius", "eccentricity", "roundness", "scatter"})
-    drawn_by = "race_shape"
-    row_of = "order"
-    needed: ClassVar[tuple[str, ...]] = ("amplitude", "crest")
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Amplitude and crest of each wave with their standard deviations."""
-        turn = 180.0 / np.pi
-        return [
-            Column("waves", self["order"].values.tolist()),
-            Column("amplitude", 1e6 * self["amplitude"].values, "µm", ".3g"),
-            Column("+-", 1e6 * self["amplitude_deviation"].values, "µm", ".2g"),
-            Column("crest at", np.mod(turn * self["crest"].values, 360.0 / self["order"].values), "deg", ".1f"),
-            Column("+-", turn * self["crest_deviation"].values, "deg", ".2g"),
-        ]
+    shown_as = Form(
+        lambda it, unit: [
+            *it.shown(
+                unit, Shown("order", "waves"), Shown("amplitude", unit="µm", form=".3g"), sure("amplitude", "µm")
+            ),
+            Column("crest at", np.mod(np.degrees(it["crest"].values), 360.0 / it["order"].values), "deg", ".1f"),
+            *it.shown(unit, sure("crest", "deg")),
+        ],
+        "order",
+        ("amplitude", "crest"),
+        frozenset({"radius", "eccentricity", "roundness", "scatter"}),
+        picture="race_shape",
+    )
 
     def facts(self) -> list[tuple[str, str]]:
         """Circle, center and roundness."""

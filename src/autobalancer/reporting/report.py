@@ -54,11 +54,11 @@ from autobalancer.reporting.report_pages import (
     starts_page,
     yes_or_no,
 )
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import force_text, significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
-from autobalancer.rotordynamics.receptance.receptances import FittedReceptance
 from autobalancer.safe_file import as_path, ready_to_write, write_safely, write_text_safely
 from autobalancer.stability.summary import Summary
 from autobalancer.studies.design.candidate import ROUNDING
@@ -429,7 +429,7 @@ def _rotor(designed: Designed, command: str) -> list[Section]:
     return [page]
 
 
-def _read_back(designs: Any) -> FittedReceptance | None:
+def _read_back(designs: Any) -> Answer | None:
     """The fit in the answer of a design; None if its rotor was no measured one."""
     if f"{PREFIX}receptance_real" not in designs:
         return None
@@ -437,7 +437,7 @@ def _read_back(designs: Any) -> FittedReceptance | None:
     attrs = {str(name)[len(PREFIX) :]: value for name, value in designs.attrs.items() if str(name).startswith(PREFIX)}
     back = designs[list(names)].rename(names)
     back.attrs = {**attrs, "rotor": designs.attrs["rotor"], "modes": int(np.asarray(attrs["modes"]))}
-    return FittedReceptance.of(back)
+    return Answer.of(back, "FittedReceptance")
 
 
 def _place(designed: Designed, machine: Machine) -> int:

@@ -16,8 +16,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import RUN_UP
 from autobalancer.machine.chamber import Chamber, ChamberUnbalance
 from autobalancer.machine_kinds import CHAMBERS
-from autobalancer.results.answers.answer import SOURCE, Labeled
-from autobalancer.results.answers.kinds import Measured
+from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
 from autobalancer.results.display_units import worded
 from autobalancer.results.measure_table import Measure, measured
 from autobalancer.results.run_arrays import Settled
@@ -427,7 +426,7 @@ def chamber_measures(
     chamber_places: NDArray[np.float64] | None = None,
     last: float | str | None = None,
     tolerance: float = 1.0,
-) -> Measured:
+) -> Answer:
     """All measures of a run in one dataset, each with its unit and long name.
 
     A run whose speed still changes has no steady state, and nan for it unless ``last`` is given.
@@ -467,7 +466,7 @@ def chamber_measures(
     return result.assign(unknown)
 
 
-def _all_measures(recorded: ChamberRecorded) -> Measured:
+def _all_measures(recorded: ChamberRecorded) -> Answer:
     run = recorded.run
 
     def label(measure: Measure) -> dict[str, str]:
@@ -475,7 +474,8 @@ def _all_measures(recorded: ChamberRecorded) -> Measured:
 
     result = measured(recorded, CHAMBER_MEASURES, label)
     coords = {"stage": list(STAGES), "counted_from": recorded.settled.counted_from}
-    return Measured(result, coords, {key: run.attrs[key] for key in SOURCE if key in run.attrs})
+    about = {key: run.attrs[key] for key in SOURCE if key in run.attrs}
+    return Answer.of(xr.Dataset(result, coords, about), "Measured")
 
 
 def catalog_numbers(run: xr.Dataset, last: float | None = None) -> dict[str, float]:

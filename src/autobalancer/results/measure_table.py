@@ -27,8 +27,7 @@ from autobalancer.kernels.measures.columns_of_measures import (
     WIDTH,
 )
 from autobalancer.kernels.measures.columns_of_measures import LAST as LAST_SHARE
-from autobalancer.results.answers.answer import SOURCE, Labeled
-from autobalancer.results.answers.kinds import Measured
+from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
 from autobalancer.results.run_arrays import (
     SETTLING_FROM,
     Recorded,
@@ -578,7 +577,7 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
 
 
 @of_a_run(called="run_measures")
-def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Measured:
+def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Answer:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
 
     They are those of :data:`autobalancer.results.measure_table.MEASURES` for which the run kept the data: those over
@@ -602,7 +601,7 @@ def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Measured
         begins = [begin for begin, _, _ in parts_between_jumps(run) if begin > 0.0]
         about = {"units": "s", "long_name": "time of a jump of the unbalance"}
         dataset = dataset.assign_coords(jump_time=("jump", begins, about))
-    return Measured.of(dataset)
+    return Answer.of(dataset, "Measured")
 
 
 def _per_ball(run: xr.Dataset, values: np.ndarray, text: str, unit: str) -> xr.DataArray:

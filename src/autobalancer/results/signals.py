@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,7 +16,7 @@ from xarray.backends import BackendArray
 from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexedArray, explicit_indexing_adapter
 
 from autobalancer.errors import ResultError
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, Form, Shown, sure
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis, vibration_axis
 from autobalancer.tables import Column
 
@@ -120,7 +120,14 @@ class Signals(Answer):
     """One row for each channel: what it is, where, and how large."""
 
     __slots__ = ()
-    most = 60
+    shown_as = Form(
+        there=lambda it: (
+            "sampling_rate" in it.attrs
+            and "time" in it.coords
+            and all(entry.dims == ("time",) for entry in it.data_vars.values())
+        ),
+        most=60,
+    )
 
     def facts(self) -> list[tuple[str, str]]:
         """Length, rate, and where they come from."""
@@ -132,7 +139,7 @@ class Signals(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """Quantity, place with direction, mean, least, greatest and standard deviation."""
-        shown = [_shown(entry, unit or self.shown_in) for entry in self.data_vars.values()]
+        shown = [_shown(entry, unit or "rpm") for entry in self.data_vars.values()]
         attrs = [entry.attrs for entry in self.data_vars.values()]
         return [
             Column("channel", [str(name) for name in self.data_vars]),
@@ -144,12 +151,6 @@ class Signals(Answer):
                 for k, head in enumerate(("mean", "least", "greatest", "deviation"))
             ),
         ]
-
-    def has_table(self) -> bool:
-        """Every variable must be a channel."""
-        return "sampling_rate" in self.attrs and "time" in self.coords and all(
-            entry.dims == ("time",) for entry in self.data_vars.values()
-        )  # fmt: skip
 
 
 def _shown(entry: xr.DataArray, speed: str) -> tuple[str, list[float]]:
@@ -177,10 +178,12 @@ class Orders(Answer):
     """One row for each order of each channel."""
 
     __slots__ = ()
-    drawn_by = "orders"
-    needed: ClassVar[tuple[str, ...]] = ("amplitude", "phase", "amplitude_deviation", "phase_deviation")
-    row_of: ClassVar[str] = "order"
-    most = 60
+    shown_as = Form(
+        row_of="order",
+        needed=("amplitude", "phase", "amplitude_deviation", "phase_deviation"),
+        picture="orders",
+        most=60,
+    )
 
     def facts(self) -> list[tuple[str, str]]:
         """Where they come from, speeds, and how they were found."""
@@ -197,7 +200,7 @@ class Orders(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """Greatest amplitude with its deviation, phase and speed there."""
-        shown = speed_axis(unit or self.shown_in)
+        shown = speed_axis(unit or "rpm")
         pairs = [(c, o) for c in range(self.sizes["channel"]) for o in range(self.sizes["order"])]
         peaks = [int(np.argmax(self["amplitude"].values[o, c])) for c, o in pairs]
         units = [self.amplitude_unit(c) for c, _ in pairs]
@@ -238,11 +241,13 @@ class Spectrum(Answer):
     """One row for each line that stands out of the noise."""
 
     __slots__ = ()
-    drawn_by = "spectrum"
-    row_of: ClassVar[str] = "line"
-    needed: ClassVar[tuple[str, ...]] = ("line_frequency", "line_amplitude", "line_name", "line_channel")
-    shown_in: ClassVar[str] = "Hz"
-    most = 40
+    shown_as = Form(
+        row_of="line",
+        needed=("line_frequency", "line_amplitude", "line_name", "line_channel"),
+        picture="spectrum",
+        shown_in="Hz",
+        most=40,
+    )
 
     def facts(self) -> list[tuple[str, str]]:
         """How it was made."""
@@ -259,22 +264,18 @@ class Spectrum(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """Channel, frequency, amplitude and name of each line."""
-        shown = speed_axis(unit or self.shown_in)
         units = [self.amplitude_unit(str(name)) for name in self["line_channel"].values]
         factors = np.array([unit.factor for unit in units])
+        name = "line_amplitude_deviation"  # not in files of earlier versions
+        deviation = [Column("+-", factors * self[name].values, form=".2g")] if name in self else []
         return [
-            Column("channel", [str(name) for name in self["line_channel"].values]),
-            Column("frequency", self["line_frequency"].values * shown.factor, shown.sign, ".5g"),
-            *self._deviation("line_frequency_deviation", shown.factor, shown.sign),
+            *self.shown(unit, Shown("line_channel", "channel"), Shown("line_frequency", "frequency")),
+            *(self.shown(unit, sure("line_frequency")) if "line_frequency_deviation" in self else []),
             Column("amplitude", factors * self["line_amplitude"].values, form=".4g"),
-            *self._deviation("line_amplitude_deviation", factors),
+            *deviation,
             Column("unit", [u.sign for u in units]),
-            self.texts("line_name", "what it is"),
+            *self.shown(unit, Shown("line_name", "what it is")),
         ]
-
-    def _deviation(self, name: str, factor: float | np.ndarray, sign: str = "") -> list[Column]:
-        """None in files of earlier versions."""
-        return [Column("+-", factor * self[name].values, sign, ".2g")] if name in self else []
 
     def amplitude_unit(self, channel: str) -> AxisUnit:
         """In which unit amplitudes of a channel are shown."""

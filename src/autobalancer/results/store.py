@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import KIND, Answer
 from autobalancer.results.answers.kinds import as_kind
 from autobalancer.results.provenance import MAKER, provenance
 from autobalancer.results.signals import UNIVERSAL, universal_text
@@ -33,7 +33,7 @@ NUMBERS = {
     "envelope_high",
     "turn_time",
 }
-KIND, LISTED = "answer", "lists"  # attributes of a file: which class it was, and which attributes were lists
+LISTED = "lists"  # attribute of a file: which attributes were lists
 # files of earlier versions do not say which of their attributes were lists
 LISTS = {"critical_speeds", "points", "events_seen", "events_watched", "parameters", "speeds_without_state", "states"}
 
@@ -97,8 +97,9 @@ def _with_kind(run: xr.Dataset) -> xr.Dataset:
 
 
 def _kind_of(dataset: xr.Dataset) -> str:
-    """Name of its class; empty for a plain dataset."""
-    return type(dataset).__name__ if isinstance(dataset, Answer) else ""
+    """Name of its kind; empty for a plain dataset."""
+    own = isinstance(dataset, Answer) and type(dataset) is not Answer
+    return type(dataset).__name__ if own else str(dataset.attrs.get(KIND, ""))
 
 
 def _rescued(run: xr.Dataset, name: str) -> str:

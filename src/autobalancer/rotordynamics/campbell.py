@@ -18,14 +18,12 @@ from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.labels import labeled
 from autobalancer.roots import root
 from autobalancer.rotordynamics.natural_modes import (
     Branches,
-    Campbell,
-    CriticalSpeeds,
     FreeMotions,
-    Modes,
     Whirl,
     along_axis,
     attributes,
@@ -56,7 +54,7 @@ def campbell(
     modes: int = 10,
     harmonics: Sequence[float] = (1.0,),
     damped: bool = True,
-) -> Campbell:
+) -> Answer:
     """Natural frequencies over the speed; each branch is followed by its mode shape, also where it crosses another.
 
     Parameters
@@ -150,7 +148,7 @@ def campbell(
         "theory": THEORIES[damped],
         "harmonics": [float(h) for h in lines],
     }
-    return Campbell.of(labeled(data, coordinates, about))
+    return Answer.of(labeled(data, coordinates, about), "Campbell")
 
 
 def checked_harmonics(harmonics: Sequence[float], owner: str) -> list[float]:
@@ -211,7 +209,7 @@ def critical_speeds(
     highest: float | str | None = None,
     harmonics: Sequence[float] = (1.0,),
     damped: bool = False,
-) -> CriticalSpeeds:
+) -> Answer:
     """Speeds at which a free whirl has h times the speed of the rotor.
 
     Parameters
@@ -280,7 +278,7 @@ def critical_speeds(
         None,
         attributes(machine, f"Critical speeds of {machine.name}", balls=balls) | {"theory": THEORIES[damped]},
     )
-    return CriticalSpeeds.of(dataset)
+    return Answer.of(dataset, "CriticalSpeeds")
 
 
 # Natural frequencies and mode shapes of a rotor at one speed.
@@ -295,7 +293,7 @@ def modes(
     stations: Sequence[str | float] | None = None,
     rubber_amplitude: float | str | None = None,
     motion: ModeMotion = "line",
-) -> Modes:
+) -> Answer:
     """Damped and undamped natural frequencies of the rotor with mode shapes and whirl directions.
 
     Parameters
@@ -396,7 +394,7 @@ def modes(
         "decay_rates_without_frequency": (-every.real).tolist(),
         "x_and_y": "alike" if model.isotropic else "different",
     }
-    return Modes.of(labeled(data, coordinates, about))
+    return Answer.of(labeled(data, coordinates, about), "Modes")
 
 
 def check_count(count: int, owner: str) -> None:

@@ -27,8 +27,9 @@ from autobalancer.assembly.rotors.lateral_model import Complexes
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Disk, Machine, PlanarRotor, ShaftMaterial, ShaftRotor, ShaftSegment, Support, Unbalance
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.labels import labeled
-from autobalancer.rotordynamics.natural_modes import PlanarOscillators, attributes
+from autobalancer.rotordynamics.natural_modes import attributes
 
 # Rotors of ROSS (Timbó et al. 2020) as shaft rotors.
 #
@@ -283,7 +284,7 @@ class EquivalentPlanar:
     """
 
     machine: Machine
-    data: PlanarOscillators
+    data: Answer
 
     def __repr__(self) -> str:
         return f"{self.machine!r}\n{self.data!r}"
@@ -412,7 +413,7 @@ def equivalent_planar(
         "planar_machine": planar.name,
         "notes": notes,
     }
-    return EquivalentPlanar(planar, PlanarOscillators.of(labeled(data, coordinates, about)))
+    return EquivalentPlanar(planar, Answer.of(labeled(data, coordinates, about), "PlanarOscillators"))
 
 
 def _direction(model: LateralModel, row: Floats, axis: int, kind: Kind) -> _Direction:

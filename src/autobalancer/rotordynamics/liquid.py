@@ -16,12 +16,11 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.laws.ring_of_liquid import Floats, Ring, growth_rate
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import speed_axis
+from autobalancer.results.answers.answer import Answer, Form, Shown
 from autobalancer.results.labels import labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
-from autobalancer.tables import Column, rpm_and_si
+from autobalancer.tables import rpm_and_si
 from autobalancer.units import list_argument
 
 # The steady response of a rotor whose balancers are rings partly filled with liquid.
@@ -245,8 +244,21 @@ class LiquidResponse(Answer):
     """Deflection over the speed with the liquid and without."""
 
     __slots__ = ()
-    drawn_by = "liquid_response"
-    row_of, needed = "speed", ("deflection", "without_liquid", "share")
+    shown_as = Form(
+        lambda it, unit: it.some().shown(
+            unit,
+            Shown("speed"),
+            Shown("without_liquid", unit="mm", form=".4g"),
+            Shown("deflection", "liquid", "mm", ".4g"),
+            Shown("share", unit="%", form=".3g"),
+            Shown("growth_rate", "growth", "1/s", ".3g"),
+            Shown("wall"),
+        ),
+        "speed",
+        ("deflection", "without_liquid", "share"),
+        remarks=lambda it: [str(it.attrs["leaves_out"])],
+        picture="liquid_response",
+    )
 
     def facts(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
         """Masses, critical speeds, and where small motions grow; speeds as ``said`` writes them."""
@@ -265,20 +277,7 @@ class LiquidResponse(Answer):
             rows.append(("self-excited", f"{band}: waves of the liquid and the rotor, without any damping"))
         return rows
 
-    def columns(self, unit: str = "") -> list[Column]:
-        """Speed, deflection without and with liquid, their ratio, and what the wall of the ring is like."""
+    def some(self) -> LiquidResponse:
+        """Speeds for a table."""
         count = self.sizes["speed"]
-        at = self.isel(speed=np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)))
-        shown = speed_axis(unit or self.shown_in)
-        return [
-            Column("speed", at["speed"].values * shown.factor, shown.sign, ".5g"),
-            Column("without liquid", 1e3 * at["without_liquid"].values, "mm", ".4g"),
-            Column("liquid", 1e3 * at["deflection"].values, "mm", ".4g"),
-            Column("share", 100.0 * at["share"].values, "%", ".3g"),
-            Column("growth", at["growth_rate"].values, "1/s", ".3g"),
-            Column("wall", [str(text) for text in at["wall"].values]),
-        ]
-
-    def remarks(self) -> Sequence[str]:
-        """What is not in it."""
-        return (str(self.attrs["leaves_out"]), *super().remarks())
+        return self.isel(speed=np.unique(np.linspace(0, count - 1, min(count, ROWS)).round().astype(int)))

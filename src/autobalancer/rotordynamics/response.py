@@ -21,14 +21,12 @@ from autobalancer.assembly.rotors.lateral_model import Complexes, Floats
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance
-from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.answer import Answer, Labeled
 from autobalancer.results.labels import labeled
 from autobalancer.roots import least
 from autobalancer.rotordynamics.natural_modes import (
     FreeMotions,
     Places,
-    Response,
-    ResponsePeaks,
     along_axis,
     attributes,
     checked_speeds,
@@ -70,7 +68,7 @@ def response(
     quantity: Quantity = "displacement",
     smooth: bool = False,
     time: Sequence[float | str] | Floats | None = None,
-) -> Response:
+) -> Answer:
     """Response of the rotor to its unbalance over the speed: steady, or on the way through these speeds.
 
     Rubber that softens with the amplitude has the stiffness and loss of its own deflection: exactly where the machine is alike
@@ -172,7 +170,7 @@ def _labeled(
     quantity: Quantity,
     balls: bool,
     ball_angles: Sequence[float | str] | None,
-) -> Response:
+) -> Answer:
     (x, y), unit, both = seen, UNITS[quantity], ("speed", "station")
     ellipses, turned = whirl(x, y), np.exp(-1j * load.direction)
     mean, greatest = mean_of_greatest(ellipses), greatest_mean(ellipses)
@@ -200,7 +198,7 @@ def _labeled(
         "unbalance_angle_in_rotor": load.direction,
         "ball_angles_in_rotor": [] if ball_angles is None else [float(angle) for angle in ball_angles],
     }
-    return Response.of(labeled(data, coordinates, about))
+    return Answer.of(labeled(data, coordinates, about), "Response")
 
 
 def amplitudes(
@@ -377,7 +375,7 @@ def response_peaks(
     measure: Measure = "mean_of_greatest",
     quantity: Quantity = "displacement",
     samples: int = 1000,
-) -> ResponsePeaks:
+) -> Answer:
     """Peaks of the response between two speeds, with damping; each is refined between the samples.
 
     Parameters
@@ -440,7 +438,7 @@ def response_peaks(
         attributes(machine, f"Peaks of the unbalance response of {machine.name}", balls=balls)
         | {"measure": measure, "quantity": quantity, "stations": places.names},
     )
-    return ResponsePeaks.of(result)
+    return Answer.of(result, "ResponsePeaks")
 
 
 # Whirl orbits at one speed, at stations and along the whole axis.

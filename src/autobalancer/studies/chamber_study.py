@@ -21,8 +21,7 @@ from autobalancer.laws.impacts import contact_time, energy_error
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.answers.kinds import ChamberStudy
+from autobalancer.results.answers.answer import Answer, Labeled
 from autobalancer.results.archive import Archive, RunFolder
 from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit
 from autobalancer.results.provenance import provenance
@@ -481,7 +480,7 @@ def gathered(cells: Sequence[Cell], rows: Sequence[Mapping[str, Any]]) -> xr.Dat
     for name, values in dataset.data_vars.items():
         values.attrs = {"units": catalog_unit(str(name)), "long_name": str(name).replace("_", " ")}
     dataset["outcome"] = xr.DataArray.from_series(outcome).reindex(layers=order).fillna(NOT_ASKED)
-    return ChamberStudy.of(dataset.assign_attrs(provenance()))
+    return Answer.of(dataset.assign_attrs(provenance()), "ChamberStudy")
 
 
 # What a study of a chamber says as a whole: means over seeds and over ranges, and what it takes to carry the balls.
@@ -504,7 +503,7 @@ def over_seeds(study: xr.Dataset) -> xr.Dataset:
         dataset[f"{name}_spread"] = _spread(study[name])
     if names:
         dataset["runs"] = _counted(study[names[0]], "seed")
-    return ChamberStudy.of(dataset)
+    return Answer.of(dataset, "ChamberStudy")
 
 
 def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | None = None) -> xr.Dataset:
@@ -538,7 +537,7 @@ def optimal_means(study: xr.Dataset, ranges: Mapping[str, tuple[int, int]] | Non
             mean[f"{name}_spread"] = _spread(each[name])
         mean["runs"] = _counted(within[names[0]], "balls", "seed")
         pieces.append(mean)
-    return ChamberStudy.of(xr.concat(pieces, "layers", coords="minimal", compat="override"))
+    return Answer.of(xr.concat(pieces, "layers", coords="minimal", compat="override"), "ChamberStudy")
 
 
 def pick_up_borders(study: xr.Dataset, share: float = 0.9) -> xr.Dataset:

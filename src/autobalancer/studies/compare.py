@@ -18,7 +18,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import machine_kind
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.run import Comparison
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.chamber_measures import chamber_measures
 from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.provenance import provenance
@@ -46,7 +46,7 @@ def compare(
     seed: int = 0,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Comparison:
+) -> Answer:
     """Run several machines, each with its own drive, and put side by side what each run left.
 
     Parameters
@@ -68,7 +68,7 @@ def compare(
 
     Returns
     -------
-    Comparison
+    Answer
         A dataset over ``machine``: ``peak_deflection`` (m) at ``peak_speed`` (rad/s), ``peak_without_balls`` (m, with held
         balls), ``vibration`` (m) at the end and
         ``vibration_without_balls``, ``settling_time`` (s) of the last ball, ``verdict``, ``stalled_balls`` at the
@@ -128,7 +128,7 @@ def _named_machines(machines: Mapping[str, MachineArgument] | Sequence[MachineAr
     return named
 
 
-def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Comparison:
+def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Answer:
     about = {entry.name: {"long_name": entry.text, "units": entry.unit} for entry in SWEPT}
     about["peak_without_balls"] = {"long_name": "greatest deflection with held balls", "units": "m"}
     dataset = xr.Dataset(
@@ -162,7 +162,7 @@ def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], sp
             for row in rows
         ]
         dataset[name] = (("machine", "bin"), np.array(padded), label)
-    return Comparison.of(dataset)
+    return Answer.of(dataset, "Comparison")
 
 
 # What a comparison of machines keeps of one run, of balls in races or in deep chambers.

@@ -27,7 +27,8 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.studied import NOT_RUN, Swept
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.studied import NOT_RUN
 from autobalancer.results.measure_table import SWEPT, label_of, peak_deflection
 from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
@@ -245,7 +246,7 @@ def sweep(
     seeds: int | None = None,
     settling_from: str = SETTLING_FROM[0],
     **options: Unpack[ManyRunOptions],
-) -> Swept:
+) -> Answer:
     """Run a machine once for every combination of parameters.
 
     Parameters
@@ -317,7 +318,7 @@ def sweep(
                 rows[number] = named_measures(row, end, int(steps), settling_from)
     about = {"duration": end, "tolerance": tolerance, "bins": bins, "seed": seed, "settling_from": settling_from}
     dataset = _dataset(machine, variations, grid, shape, rows, about)
-    return Swept.of(dataset.assign_coords(seed=drawn) if drawn is not None else dataset)
+    return Answer.of(dataset.assign_coords(seed=drawn) if drawn is not None else dataset, "Swept")
 
 
 def _points(variations: Mapping[str, Sequence[Any]], grid: bool) -> tuple[tuple[int, ...], list[tuple[Any, ...]]]:

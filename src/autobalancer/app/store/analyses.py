@@ -473,7 +473,7 @@ def defaults(analysis: Analysis, known: Known, own: Fields | None = None) -> dic
 
 def answer_text(found: Any) -> Sequence[str]:
     """What is said of an answer in words."""
-    lines = [found.stable_text()] if hasattr(found, "stable_text") else []
+    lines = [text for name, text in found.facts() if name == "stability"]
     if hasattr(found, "branch_rows"):
         lines.append(f"{len(found.branch_rows())} branches with {len(found.special_rows())} special points")
     if "semi_major" in found:

@@ -23,7 +23,7 @@ from autobalancer.plots.signals import order_map as map_picture
 from autobalancer.plots.signals import orders as orders_picture
 from autobalancer.plots.signals import spectrum as spectrum_picture
 from autobalancer.plots.style import INK, ball_color
-from autobalancer.results.answers.run import Overlay
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.display_units import axis_unit, length_axis
 from autobalancer.results.signals import Signals
 from autobalancer.units import argument, optional_argument
@@ -197,7 +197,7 @@ def _number(name: str, text: str) -> float:
 POINTS, SAMPLES = 60, 6000  # of a speed profile, and of the angle that it follows
 
 
-def picture(found: Overlay) -> Callable[[], Any]:
+def picture(found: Answer) -> Callable[[], Any]:
     """Both in one picture."""
     return lambda: overlay_picture(found)
 

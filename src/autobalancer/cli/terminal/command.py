@@ -530,7 +530,7 @@ def as_plain(answer: Any) -> Any:
     )
 
 
-ABOUT_FILE = ("title", "source", "created")  # attributes of an answer that say where it comes from
+ABOUT_FILE = ("answer", "title", "source", "created")  # attributes of an answer that say where it comes from
 
 
 def _columns(answer: Any, unit: str) -> Sequence[Column]:

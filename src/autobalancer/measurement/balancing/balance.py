@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -26,10 +26,8 @@ from autobalancer.measurement.balancing.runs import (
     quantity_of_units,
 )
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
-from autobalancer.tables import Column, whole_degrees
 from autobalancer.units import optional_argument
 
 # Correction masses for which the vibration that remains is least: in the mean square, or the greatest one.
@@ -243,9 +241,9 @@ def balance(
     weights: Mapping[str, float] | None = None,
     goal: Goal = "mean",
     largest: float | str | Mapping[str, float | str] | None = None,
-    influence: Balancing | xr.Dataset | str | Path | None = None,
+    influence: Answer | xr.Dataset | str | Path | None = None,
     runout: Sequence[Reading] | None = None,
-) -> Balancing:
+) -> Answer:
     """Correction masses from runs without and with trial masses, or from one run and coefficients that are known.
 
     Readings are taken as V = V0 + sum of a W over the planes, with complex masses W. All runs together give V0 and the
@@ -284,7 +282,7 @@ def balance(
 
     Returns
     -------
-    Balancing
+    Answer
         Over ``plane``: ``correction`` (kg or kg m) and ``correction_angle`` (rad, in the sense of ``angles``) with
         ``_deviation`` each, and ``change``, ``change_angle``, what to put on in addition to the masses of the last run. Over
         ``channel`` (a sensor at a speed) and ``plane``: ``influence``, ``influence_phase`` and ``influence_deviation``. Over
@@ -349,7 +347,7 @@ def _start(job: Job, known: Influence, readings: Complexes) -> tuple[Complexes, 
     return readings[last] - job.states[last, 1:] @ (known.others @ readings), job.masses[last]
 
 
-def _earlier(influence: Balancing | xr.Dataset | str | Path) -> Job:
+def _earlier(influence: Answer | xr.Dataset | str | Path) -> Job:
     """The runs of an earlier job as arrays: of its file, or of what was made of them."""
     if isinstance(influence, (str, Path)) and Path(influence).suffix.lower() != ".nc":
         listed, written = balance_runs(influence)
@@ -482,7 +480,7 @@ class BalanceSolution:
     limits: Floats
 
 
-def dataset(found: BalanceSolution) -> Balancing:
+def dataset(found: BalanceSolution) -> Answer:
     """The answer, with remarks on what to be careful about."""
     job, known = found.job, found.influence
     turn, count = (1.0 if found.phase == "lead" else -1.0), (1.0 if found.angles == "with rotation" else -1.0)
@@ -539,7 +537,7 @@ def dataset(found: BalanceSolution) -> Balancing:
         "left_on": int(_left_on(job)), **({} if job.now.all() else {"runout_readings": _without_runout(job)}),
         "warnings": "\n".join(_remarks(found, misfit, residual, sure)),
     }  # fmt: skip
-    return Balancing.of(answer)
+    return Answer.of(answer, "Balancing")
 
 
 def _left_on(job: Job) -> bool:
@@ -686,80 +684,3 @@ def polar_deviations(masses: Complexes, covariance: Floats) -> tuple[Floats, Flo
         spread = np.sqrt(np.maximum(across @ block @ across, 0.0))
         angles[p] = spread / abs(mass) if mass else np.nan
     return sizes, angles
-
-
-# Corrections as a table: mass and angle in each plane.
-
-
-SHOWN = {"kg": ("g", 1e3), "kg m": ("g mm", 1e6), "m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0)}
-
-
-def shown_unit(unit: str) -> tuple[str, float]:
-    """The unit in which a quantity of a balancing job is shown, and its factor."""
-    return SHOWN.get(unit, (unit, 1.0))
-
-
-class Balancing(Answer):
-    """Correction masses, and what should remain."""
-
-    __slots__ = ()
-    drawn_by = "balancing"
-    row_of = "plane"
-    needed: ClassVar[tuple[str, ...]] = ("correction", "correction_angle")
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Mass and angle of each plane, each with its standard deviation."""
-        sign, factor = shown_unit(self["correction"].attrs["units"])
-        turn = 180.0 / np.pi
-        columns = [
-            Column("plane", [str(name) for name in self["plane"].values]),
-            Column("mass" if sign == "g" else "correction", factor * self["correction"].values, sign, ".4g"),
-            Column("+-", factor * self["correction_deviation"].values, sign, ".2g"),
-            Column("angle", np.mod(turn * self["correction_angle"].values, 360.0), "deg", ".1f"),
-            Column("+-", turn * self["correction_angle_deviation"].values, "deg", ".2g"),
-        ]
-        if self.attrs.get("left_on"):
-            columns += [
-                Column("change by", factor * self["change"].values, sign, ".4g"),
-                Column("at", np.mod(turn * self["change_angle"].values, 360.0), "deg", ".1f"),
-            ]
-        return columns
-
-    def facts(self) -> list[tuple[str, str]]:
-        """What remains, and beside known coefficients or a run-out from how many readings this was subtracted."""
-        facts = []
-        for c in range(self.sizes["channel"]):
-            sign, factor = shown_unit(self["original"].attrs["units"])
-            speed = float(self["speed"].values[c])
-            at = "" if np.isnan(speed) else f", {speed * 30.0 / np.pi:.5g} rpm"
-            sure = factor * float(self["residual_deviation"].values[c])
-            more = "" if np.isnan(sure) else f" +- {significant(sure, 2)}"
-            before, after = (factor * float(self[name].values[c]) for name in ("original", "residual"))
-            after = 0.0 if after < 1e-9 * before else after
-            facts.append(
-                (
-                    f"sensor {self['sensor'].values[c]}{at}",
-                    f"{significant(before)} to {significant(after)}{more} {sign}",
-                )
-            )
-        if (count := self.attrs.get("runout_readings")) is not None:
-            text = f"subtracted from {count} reading{'s' * (count > 1)}" if count else "none is subtracted"
-            facts.append(("run-out", text))
-        return [*facts, ("masses of the runs", self._of_trial_masses())]
-
-    def _of_trial_masses(self) -> str:
-        """Whether the masses with which the last run was made come off or stay."""
-        sign, factor = shown_unit(self["run_mass"].attrs["units"])
-        on = [
-            f"{significant(factor * size)} {sign} at {whole_degrees(angle)} deg in plane {plane}"
-            for plane, size, angle in zip(
-                self["all_planes"].values, self["run_mass"].values[-1], self["run_mass_angle"].values[-1], strict=True
-            )
-            if size > 0.0
-        ]
-        if not on:
-            return "all off, as in the last run; the corrections are for a rotor without them"
-        off = f"take off {', '.join(on)} of the last run: the corrections are for a rotor without masses of the runs"
-        if not self.attrs.get("left_on"):
-            return off
-        return f"either {off}; or leave them on, and put on only what is in the columns 'change by' and 'at'"

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.balancing.balance import polar_deviations, shown_unit
+from autobalancer.measurement.balancing.balance import polar_deviations
 from autobalancer.measurement.balancing.runs import Angles, BalanceRun, Job, balance_runs, job_of
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import significant
 from autobalancer.results.provenance import provenance
-from autobalancer.tables import Column, whole_degrees
+from autobalancer.tables import whole_degrees
 from autobalancer.units import optional_argument
 
 OWNER = "four-run"
@@ -33,7 +31,7 @@ def four_run(
     angles: Angles | None = None,
     deviation: float | str | None = None,
     both: bool = False,
-) -> FourRun:
+) -> Answer:
     """Correction in one plane from amplitudes alone.
 
     With a trial mass w the amplitude is ``A = h |w - c|``: circles of radius A / h around each w meet at the correction c. Four
@@ -53,7 +51,7 @@ def four_run(
 
     Returns
     -------
-    FourRun
+    Answer
         Over ``channel`` and ``solution`` (the best first): ``correction`` (kg or kg m), ``correction_angle`` (rad),
         ``sensitivity`` (amplitude for a unit of mass), each with its standard ``_deviation``, and ``misfit``, the root mean
         square of what does not fit, in standard deviations; the masses, amplitudes and ``missed`` over ``run``.
@@ -128,7 +126,7 @@ def _text(one: Meeting, unit: str) -> str:
     return f"{factor * abs(one.correction):.3g} {sign} at {whole_degrees(np.angle(one.correction))} deg"
 
 
-def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float | None) -> FourRun:
+def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float | None) -> Answer:
     count = 1.0 if angles == "with rotation" else -1.0
     most = max(map(len, found))
     mass, unit = job.mass_unit.replace("*", " "), job.units[0] if len(set(job.units)) == 1 else ""
@@ -189,61 +187,9 @@ def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float 
     ]
     answer.attrs = {
         "title": "Balancing without phase", **provenance(), "angles": angles, "deviation": float(share or np.nan),
-        "plane": job.planes[0], "warnings": "\n".join(warnings),
+        "plane": job.planes[0], "noise_up_to": ODD**0.5, "none_beyond": IMPOSSIBLE**0.5, "warnings": "\n".join(warnings),
     }  # fmt: skip
-    return FourRun.of(answer)
-
-
-# Balancing without phase as a table: the correction that each sensor gives.
-
-
-class FourRun(Answer):
-    """Correction from amplitudes alone."""
-
-    __slots__ = ()
-    drawn_by = "four_run"
-    row_of = "channel"
-    needed: ClassVar[tuple[str, ...]] = ("correction", "correction_angle")
-
-    def facts(self) -> list[tuple[str, str]]:
-        """How far the circles are from meeting in one point and when to distrust it, and that the trial mass comes off."""
-        few = self.sizes["run"] < 4
-        return [
-            *(
-                (
-                    f"circles of {self['sensor'].values[c]}",
-                    "three circles always meet: only a fourth run shows whether the runs belong together"
-                    if few
-                    else f"miss one point by {significant(100.0 * float(self['miss'][c]), 2)} % of what the trial mass does, "
-                    f"{significant(float(self['misfit'][c, 0]), 2)} standard deviations of the readings; up to "
-                    f"{ODD**0.5:g} it is noise, beyond that distrust the correction, beyond {IMPOSSIBLE**0.5:g} there is none",
-                )
-                for c in range(self.sizes["channel"])
-            ),
-            ("trial mass", "take it off: the correction is for the rotor without it"),
-        ]
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Mass and angle for each sensor and speed; two rows where the runs do not decide."""
-        sign, factor = shown_unit(self["correction"].attrs["units"])
-        rows = [(c, s) for c in range(self.sizes["channel"]) for s in range(self.sizes["solution"])]
-        rows = [at for at in rows if np.isfinite(self["correction"].values[at])]
-
-        def values(name: str, times: float = 1.0) -> list[float]:
-            return [times * float(self[name].values[at]) for at in rows]
-
-        turn = 180.0 / np.pi
-        columns = [Column("sensor", [str(self["sensor"].values[c]) for c, _ in rows])]
-        if np.isfinite(self["speed"].values).all():
-            columns.append(Column("speed", [float(self["speed"].values[c]) * 30.0 / np.pi for c, _ in rows], "rpm"))
-        return [
-            *columns,
-            Column("mass" if sign == "g" else "correction", values("correction", factor), sign, ".4g"),
-            Column("+-", values("correction_deviation", factor), sign, ".2g"),
-            Column("angle", [value % 360.0 for value in values("correction_angle", turn)], "deg", ".1f"),
-            Column("+-", values("correction_angle_deviation", turn), "deg", ".2g"),
-            Column("misfit", values("misfit"), "", ".2g"),
-        ]
+    return Answer.of(answer, "FourRun")
 
 
 # Runs without phase as circles in the plane of masses.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,12 +22,10 @@ from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.tracking import passed_at, window_of_fit
 from autobalancer.measurement.signals.form import quantity_of
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import moment_text, share_text
 from autobalancer.results.provenance import provenance
 from autobalancer.rotordynamics.natural_modes import rotor_of
 from autobalancer.rotordynamics.response import response, rubber_of
 from autobalancer.safe_file import as_path
-from autobalancer.tables import Column
 
 OWNER = "run-down"
 INSEPARABLE, POOR = 1e8, 50.0  # condition numbers beyond which planes cannot be, and are hardly, told apart
@@ -43,7 +41,7 @@ def unbalance_from_run_down(
     planes: Sequence[str | float] | None = None,
     lowest: float = 0.0,
     highest: float = np.inf,
-) -> PlaneUnbalances:
+) -> Answer:
     """Unbalance vectors of several planes that explain what sensors saw over the speed, by weighted least squares.
 
     The model of the rotor takes the place of trial runs: it says what an unbalance in each plane does at each sensor and speed.
@@ -66,7 +64,7 @@ def unbalance_from_run_down(
 
     Returns
     -------
-    PlaneUnbalances
+    Answer
         Over ``plane``: ``unbalance`` (kg m) and ``unbalance_angle`` (rad) with one standard ``_deviation`` each, and
         ``covariance`` over both parts; over ``combination``: ``combination_deviation`` (kg m), that of combinations of all
         planes, the worst known first, and ``weight``, ``weight_phase`` of each plane in them; over ``speed`` and ``channel``
@@ -168,7 +166,7 @@ def _words(vector: Complexes, planes: list[str | float | None]) -> str:
 def _dataset(
     machine: Machine, known: Orders, planes: list[str | float | None], result: Any, covariance: Any, rows: Complexes,
     condition: float, chi: float, turned: Complexes, size: Floats,
-) -> PlaneUnbalances:  # fmt: skip
+) -> Answer:  # fmt: skip
     sizes, angles = polar_deviations(result, covariance)
     (along, one), (other, across) = (np.hsplit(part, 2) for part in np.vsplit(covariance, 2))
     spread, vectors = np.linalg.eigh(0.5 * (along + across + 1j * (other - one)))  # of both parts alike
@@ -224,50 +222,7 @@ def _dataset(
         "title": f"Unbalance from a run-down: {machine.name}", **provenance(), "machine_name": machine.name,
         "condition": condition, "left_over": left, "warnings": "\n".join(warnings),
     }  # fmt: skip
-    return PlaneUnbalances.of(answer)
-
-
-# Unbalances of all planes as a table.
-
-
-class PlaneUnbalances(Answer):
-    """Unbalance vectors of several planes, from one run-down."""
-
-    __slots__ = ()
-    known = frozenset({"left_over", "condition"})
-    drawn_by = "run_down"
-    row_of = "plane"
-    needed: ClassVar[tuple[str, ...]] = ("unbalance", "unbalance_angle")
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Size and angle in each plane with their standard deviations."""
-        turn = 180.0 / np.pi
-        return [
-            Column("plane", [str(name) for name in self["plane"].values]),
-            Column("unbalance", 1e6 * self["unbalance"].values, "g mm", ".4g"),
-            Column("+-", 1e6 * self["unbalance_deviation"].values, "g mm", ".2g"),
-            Column("angle", np.mod(turn * self["unbalance_angle"].values, 360.0), "deg", ".1f"),
-            Column("+-", turn * self["unbalance_angle_deviation"].values, "deg", ".2g"),
-        ]
-
-    def facts(self) -> list[tuple[str, str]]:
-        """How well the model explains the readings, and what is known worst."""
-        messages = [
-            ("of the readings not explained", share_text(float(self.attrs["left_over"]))),
-            ("condition number", f"{self.attrs['condition']:.3g}"),
-        ]
-        if self.sizes["plane"] > 1:
-            worst = self.isel(combination=0)
-            parts = [
-                f"{float(weight):.2g} {name} at {np.degrees(float(way)):.0f} deg"
-                for weight, way, name in zip(
-                    worst["weight"].values, worst["weight_phase"].values, self["plane"].values, strict=True
-                )
-            ]
-            messages.append(
-                ("known worst", f"{', '.join(parts)}: +- {moment_text(float(worst['combination_deviation']))}")
-            )
-        return messages
+    return Answer.of(answer, "PlaneUnbalances")
 
 
 # Amplitude and phase over the speed: from a table, or from a dataset of orders.

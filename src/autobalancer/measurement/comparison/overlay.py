@@ -24,7 +24,7 @@ from autobalancer.measurement.comparison.pairs import (
 from autobalancer.measurement.orders.tacho import rotor_angle
 from autobalancer.measurement.orders.tracking import orders
 from autobalancer.measurement.signals.form import Channel, signals
-from autobalancer.results.answers.run import Overlay
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.provenance import provenance
 from autobalancer.results.time_series import of_a_run
 
@@ -33,7 +33,7 @@ DIFFERENT = 0.02  # relative difference of speeds at one time, above which a not
 
 
 @of_a_run(called="compare")
-def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: Any) -> Overlay:
+def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: Any) -> Answer:
     """Put a measurement beside a run: the same curves and the same measures of both.
 
     Times of the measurement are those of the run; a photograph is from its end. Each channel is compared with what its sensor
@@ -56,7 +56,7 @@ def overlay(run: xr.Dataset, measured: xr.Dataset, *, seed: int = 0, **tacho: An
 
     Returns
     -------
-    Overlay
+    Answer
         Over ``channel`` and ``time``: ``measured``, ``simulated``, ``deviation`` (one standard deviation of the measurement; SI);
         over ``channel`` ``place`` (of the run, with which it is compared), ``rms_away`` and ``rms_expected`` from that
         deviation; over ``measure`` ``measured_value``, ``simulated_value`` and ``value_deviation``; of orders and with a
@@ -111,10 +111,10 @@ def _at_the_end(run: xr.Dataset, measured: xr.Dataset) -> xr.Dataset:
     return kept.expand_dims(time=run["time"].values[-1:])
 
 
-def _titled(run: xr.Dataset, data: xr.Dataset, notes: list[str]) -> Overlay:
+def _titled(run: xr.Dataset, data: xr.Dataset, notes: list[str]) -> Answer:
     name = run.attrs.get("machine_name", "a machine")
     about = {"title": f"Run and measurement of {name}", "machine_name": name, "notes": notes}
-    return Overlay.of(data.assign_attrs(provenance() | about))
+    return Answer.of(data.assign_attrs(provenance() | about), "Overlay")
 
 
 def _curves(run: xr.Dataset, part: xr.Dataset, pairs: list[Pair]) -> xr.Dataset:

@@ -24,8 +24,7 @@ from autobalancer.measurement.film.optics import in_space, sampled
 from autobalancer.measurement.film.photograph import Film, Gray, film_facts
 from autobalancer.measurement.film.setup import FilmSetup, labeled
 from autobalancer.progress import Progress, shows_progress, silent
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.answers.run import BallFilm
+from autobalancer.results.answers.answer import Answer, Labeled
 from autobalancer.results.provenance import provenance
 from autobalancer.units import argument, optional_argument
 
@@ -45,7 +44,7 @@ def track_balls(
     first_ball_speed: float | str = 0.0,
     critical_speed: float | str | None = None,
     progress: Progress | Literal[False] | None = None,
-) -> BallFilm:
+) -> Answer:
     """Follow the balls of a race through a film.
 
     Parameters
@@ -74,7 +73,7 @@ def track_balls(
 
     Returns
     -------
-    BallFilm
+    Answer
         Dataset over ``time`` and ``ball``: ``ball_angle`` (rad), ``ball_angle_deviation`` (one standard deviation),
         ``ball_speed``, ``ball_speed_deviation``, ``seen``; over ``time`` ``rotor_angle``, ``speed``, ``x``, ``y`` (where
         marks on the rotor show the deflection), ``fault`` (why a picture is of no use) and ``identity_margin``; impacts and
@@ -237,7 +236,7 @@ def ball_film(
     faults: list[str],
     found: Pictures,
     setup: FilmSetup,
-) -> BallFilm:
+) -> Answer:
     """The dataset of :func:`~autobalancer.measurement.film.track.track_balls`."""
     # what was followed, frame by frame, then impacts and events
     both = ("time", "ball")
@@ -287,7 +286,7 @@ def ball_film(
         unsure_identities=int((margin < UNSURE).sum()),
         **provenance(),
     )
-    return BallFilm.of(data)
+    return Answer.of(data, "BallFilm")
 
 
 # What happens to the balls of a film: impacts, release and capture, under the names that runs use.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import escape
+from importlib import import_module
 from itertools import zip_longest
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -22,74 +23,152 @@ WIDTH = 100  # letters of a line
 HEAD = 12  # letters of a column, at least, where heads are broken
 DRAWN = 100_000_000  # bytes; what is larger is not drawn unasked
 NAMED = 12  # variables that the last line lists
+DEGREES = 180.0 / np.pi
+THOUSANDTHS, MILLIONTHS = dict.fromkeys(("g", "mm", "mm/s"), 1e3), dict.fromkeys(("g mm", "µm"), 1e6)
+FACTORS = {
+    "%": 100.0,
+    "kN": 1e-3,
+    "deg": DEGREES,
+    "°": DEGREES,
+    **THOUSANDTHS,
+    **MILLIONTHS,
+}  # of units of columns, else one
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A variable as a column: its head, the unit in which it is shown, its form.
+
+    Without a unit rad/s is shown in the unit of speeds. ``bare`` says no unit, as beside another column; angles are counted
+    within one ``turn``.
+    """
+
+    name: str
+    head: str = ""
+    unit: str = ""
+    form: str = ".5g"
+    bare: bool = False
+    turn: float = 0.0
+
+
+def sure(name: str, unit: str = "", bare: bool = False) -> Shown:
+    """The standard deviation of the column before."""
+    return Shown(f"{name}_deviation", "+-", unit, ".2g", bare)
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a kind of answer shows itself: by functions of the answer, and its table by variables or by a function, too."""
+
+    columns: tuple[Shown, ...] | Callable[[Any, str], list[Column]] = ()  # none where facts say it all
+    row_of: str = ""  # dimension of the rows
+    needed: tuple[str, ...] = ()  # variables of the table, beside those of its columns
+    known: frozenset[str] = frozenset()  # attributes that it needs, too
+    there: Callable[[Any], bool] = lambda _: True  # what else there must be
+    heading: Callable[[Any], str] = lambda answer: str(answer.attrs.get("title", ""))
+    facts: Callable[[Any], Sequence[tuple[str, str]]] = lambda _: ()
+    remarks: Callable[[Any], Sequence[str]] = lambda _: ()  # before what the theory ignores
+    empty: str = ""  # said where there are no rows
+    in_si: Callable[[Any], xr.Dataset] = lambda answer: answer  # what a file of comma-separated values holds
+    picture: str = ""  # which function of ab.plot shows it in a notebook
+    shown_in: str = "rpm"  # unit of speeds or frequencies
+    most: int = 24  # rows in Python; of more the first and the last ones
+
+
+FORMS: dict[str, Form] = {}  # of answers without methods of their own, by the name of their kind
+FILLED_BY = ("forms", "kinds", "run", "studied")  # modules of this folder
+UNKNOWN = Form(there=lambda _: False)
+KIND = "answer"  # attribute with the name of the kind
 
 
 class Answer(xr.Dataset):
     """A dataset in SI that shows itself as facts and a table of its main numbers; all that a dataset can do, it can.
 
-    What was cut out of it and lacks them is shown as xarray does.
+    What was cut out of it and lacks them is shown as xarray does. Its kind stands in an attribute; a class of its own has what
+    can be asked for more.
     """
 
     __slots__ = ()
-    drawn_by: ClassVar[str] = ""  # which function of ab.plot shows it in a notebook
-    row_of: ClassVar[str] = ""  # dimension of the rows
-    needed: ClassVar[tuple[str, ...]] = ()  # variables of the table
-    known: ClassVar[frozenset[str]] = frozenset()  # attributes that it needs, too
-    shown_in: ClassVar[str] = "rpm"  # unit of speeds or frequencies
-    most: ClassVar[int] = 24  # rows in Python; of more the first and the last ones
+    shown_as: ClassVar[Form] = UNKNOWN
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()  # type: ignore[no-untyped-call]
 
     @classmethod
-    def of(cls: type[A], dataset: xr.Dataset) -> A:
-        """The same dataset as an answer."""
-        return cls(dataset.data_vars, dataset.coords, dataset.attrs)
+    def of(cls: type[A], dataset: xr.Dataset, kind: str = "") -> A:
+        """The same dataset as an answer of this kind."""
+        return cls(dataset.data_vars, dataset.coords, {**dataset.attrs, **({KIND: kind} if kind else {})})
+
+    def form(self) -> Form:
+        """How it shows itself."""
+        kind = self.attrs.get(KIND) if type(self) is Answer else None
+        if kind and kind not in FORMS:
+            for name in FILLED_BY:
+                import_module(f"{__package__}.{name}")
+        return FORMS.get(str(kind), self.shown_as)
 
     def heading(self) -> str:
         """The first line."""
-        return str(self.attrs.get("title", ""))
+        return self.form().heading(self)
 
     def facts(self) -> Sequence[tuple[str, str]]:
         """Names and texts below it."""
-        return ()
+        return self.form().facts(self)
 
     def columns(self, unit: str = "") -> list[Column]:
-        """The main table, speeds or frequencies in ``unit``; none where facts say it all."""
-        return []
+        """The main table, speeds or frequencies in ``unit``."""
+        columns = self.form().columns
+        return self.shown(unit, *columns) if isinstance(columns, tuple) else columns(self, unit)
 
     def remarks(self) -> Sequence[str]:
         """Sentences at the end: what the theory of the answer does not know of its machine, and what to be careful about."""
+        form = self.form()
         ignored = [
             f"{who}ignores {self.attrs[name]}"
             for name, who in (("ignores", ""), ("stalled_ignores", "release and capture speed: "))
             if self.attrs.get(name)
         ]
-        return [*ignored, *(line for line in str(self.attrs.get("warnings", "")).split("\n") if line)]
+        nothing = [form.empty] if form.empty and not self.sizes[form.row_of] else []
+        warnings = str(self.attrs.get("warnings", "")).split("\n")
+        return [*nothing, *form.remarks(self), *ignored, *filter(None, warnings)]
 
     def in_si(self) -> xr.Dataset:
         """What a file of comma-separated values holds, in SI."""
-        return self
+        return self.form().in_si(self)
 
-    def scaled(self, name: str, head: str, unit: str, form: str = ".5g") -> Column:
-        """A column of a variable in rad/s, shown in the unit of speeds."""
-        shown = speed_axis(unit or self.shown_in)
-        return Column(head, self[name].values * shown.factor, shown.sign, form)
-
-    def texts(self, name: str, head: str) -> Column:
-        """A column of texts."""
-        return Column(head, [str(text) for text in self[name].values], wraps=True)
+    def shown(self, unit: str, *entries: Shown) -> list[Column]:
+        """Variables as columns, speeds or frequencies in ``unit``."""
+        columns = []
+        for entry in entries:
+            variable, head = self[entry.name], entry.head or _words(entry.name)
+            if variable.dtype.kind not in "biuf":
+                columns.append(Column(head, [str(text) for text in variable.values], wraps=True))
+                continue
+            speed = not entry.unit and variable.attrs.get("units") == "rad/s"
+            axis = (
+                speed_axis(unit or self.form().shown_in)
+                if speed
+                else AxisUnit(entry.unit, FACTORS.get(entry.unit, 1.0))
+            )
+            whole = variable.dtype.kind in "biu" and axis.factor == 1.0
+            values = variable.values.tolist() if whole else axis.shown(variable.values)
+            values = np.mod(values, entry.turn) if entry.turn else values
+            columns.append(Column(head, values, "" if entry.bare else axis.sign, entry.form))
+        return columns
 
     def has_table(self) -> bool:
         """Whether all that the table needs is there."""
-        there = all(name in self and self[name].dims[:1] == (self.row_of,) for name in self.needed)
-        return there and self.known <= set(self.attrs)
+        form = self.form()
+        of_columns = [entry.name for entry in form.columns] if isinstance(form.columns, tuple) else []
+        names = [*form.needed, *of_columns]
+        there = all(name in self and self[name].dims[:1] == (form.row_of,) for name in names)
+        return there and form.known <= set(self.attrs) and form.there(self)
 
     def _table(self) -> tuple[list[str], list[tuple[str, ...]]]:
-        columns = self.columns()
+        columns, most = self.columns(), self.form().most
         head = [f"{column.head} ({column.unit})" if column.unit else column.head for column in columns]
-        count, half = max((len(column.values) for column in columns), default=0), self.most // 2
-        if count <= self.most:
+        count, half = max((len(column.values) for column in columns), default=0), most // 2
+        if count <= most:
             return head, list(zip(*(column.cells() for column in columns), strict=True))
         first, last = (
             list(zip(*(replace(column, values=column.values[part]).cells() for column in columns), strict=True))
@@ -126,7 +205,7 @@ class Answer(xr.Dataset):
         shown = html_table(("", ""), facts, title) if facts else ""
         shown += html_table(head, rows, "" if facts else title) if rows or not facts else ""
         shown += "".join(f"<p>{escape(text)}</p>" for text in self.remarks())
-        shown += picture_html(self, self.drawn_by, title) if self.nbytes < DRAWN else ""
+        shown += picture_html(self, self.form().picture, title) if self.nbytes < DRAWN else ""
         return f"{shown}<details><summary>{escape(self._contents())}</summary>{whole}</details>"
 
 
@@ -138,11 +217,6 @@ def _narrow(head: list[str], rows: list[tuple[str, ...]]) -> tuple[list[str], li
     broken = [textwrap.wrap(name, max(width, HEAD)) for name, width in zip(head, widths, strict=True)]
     lines = list(zip_longest(*broken, fillvalue=""))
     return list(lines[0]), [*lines[1:], *rows]
-
-
-def at_speed(dataset: xr.Dataset) -> str:
-    """The speed for which it was asked: ``at 1200 rpm (125.66 rad/s)``; empty if it is not kept."""
-    return f"at {rpm_and_si(float(dataset.attrs['speed']))}" if "speed" in dataset.attrs else ""
 
 
 # Any labeled result as its single numbers, a table along its main dimension, and the ranges of all other values.
@@ -171,7 +245,7 @@ class Labeled(Answer):
     """A result without a table of its own."""
 
     __slots__ = ()
-    most = 8
+    shown_as = Form(most=8)
 
     @classmethod
     def of_run(cls: type[L], run: xr.Dataset, title: str, dataset: xr.Dataset) -> L:
@@ -202,7 +276,7 @@ class Labeled(Answer):
         length = _length([self[name] for name in names])
         columns: list[Column] = []
         for name in sorted(names, key=lambda name: (name != along, names.index(_certain(name, names)))):
-            column = _column(name, self[name], unit or self.shown_in, length)
+            column = _column(name, self[name], unit or self.form().shown_in, length)
             columns.append(column if _certain(name, names) == name else replace(column, head="+-", form=".2g"))
             if sum(2 + _width(column) for column in columns) > width and len(columns) > 1:
                 return columns[:-1]

@@ -1,4 +1,4 @@
-"""Which class shows which answer: a file keeps its name, and what is read back shows itself as before."""
+"""What shows an answer of which kind: a file keeps its name, and what is read back shows itself as before."""
 
 from __future__ import annotations
 
@@ -15,52 +15,26 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import Friction, Motion, RubberLaw, friction_stiffness
 from autobalancer.machine import Rubber, RubberFriction, RubberRelaxation
 from autobalancer.machine_kinds import machine_kind
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import FORMS, UNKNOWN, Answer, Form
 from autobalancer.results.display_units import length_axis, measure_unit, speed_axis
 from autobalancer.tables import Column, html_table, text_table
 
 PACKAGE = "autobalancer"
-HOMES = {  # modules, some of them above this one, imported when such an answer is read
-    "Balancing": "measurement.balancing.balance",
-    "BallFilm": "results.answers.run",
-    "BifurcationCurves": "stability.diagrams.explorer",
-    "BorderCurve": "stability.maps.curve",
+HOMES = {  # of kinds that are a class, modules, some of them above this one, imported when such an answer is read
     "Branches": "stability.diagrams.explorer",
-    "Campbell": "rotordynamics.natural_modes",
     "ChamberRun": "simulation.chamber.chamber_run",
-    "ChamberStudy": "results.answers.kinds",
-    "Comparison": "results.answers.run",
-    "CriticalSpeeds": "rotordynamics.natural_modes",
     "Designed": "studies.design.designs",
-    "Eigenvalues": "stability.states.questions",
     "Ends": "results.answers.studied",
     "Ensemble": "results.answers.studied",
-    "Equilibria": "stability.states.questions",
-    "FourRun": "measurement.balancing.four_run",
-    "FittedReceptance": "rotordynamics.receptance.receptances",
     "Labeled": "results.answers.answer",
     "LiquidResponse": "rotordynamics.liquid",
-    "Measured": "results.answers.kinds",
-    "Modes": "rotordynamics.natural_modes",
-    "PlaneUnbalances": "measurement.balancing.run_down",
-    "Overlay": "results.answers.run",
-    "PlanarOscillators": "rotordynamics.natural_modes",
     "Orders": "results.signals",
     "RaceShape": "measurement.race_measurements",
-    "Ranges": "stability.states.questions",
-    "Response": "rotordynamics.natural_modes",
-    "ResponsePeaks": "rotordynamics.natural_modes",
     "Run": "results.answers.run",
-    "Sensitivity": "results.answers.studied",
     "Signals": "results.signals",
     "Spectrum": "results.signals",
-    "StabilityMap": "stability.maps.curve",
     "SteppedResponse": "results.answers.run",
     "Studied": "results.answers.studied",
-    "Swept": "results.answers.studied",
-    "TorsionalCriticalSpeeds": "rotordynamics.torsion",
-    "TorsionalModes": "rotordynamics.torsion",
-    "TorsionalResponse": "rotordynamics.torsion",
 }
 
 
@@ -72,7 +46,8 @@ def as_kind(dataset: xr.Dataset, kind: str) -> xr.Dataset:
     if not kind and "outcome_text" in dataset.attrs:
         kind = machine_kind(dataset).run
     if kind not in HOMES:
-        return dataset
+        answer = Answer.of(dataset, kind)
+        return answer if answer.form() is not UNKNOWN else dataset
     home: type[Answer] = getattr(import_module(f"{PACKAGE}.{HOMES[kind]}"), kind)
     return home.of(dataset)
 
@@ -80,26 +55,22 @@ def as_kind(dataset: xr.Dataset, kind: str) -> xr.Dataset:
 # The measures of a run as a table: one row for each number.
 
 
-class Measured(Answer):
-    """The measures of a run; several numbers of one measure, such as those of the balls, are rows of their own."""
+def _numbers(found: Answer, unit: str) -> list[Column]:
+    """Name, of what where there are several, value, unit and meaning, which is shown at the first number of a measure."""
+    rows = [row for entry in found.data_vars.values() for row in _rows(entry, unit or "rpm")]
+    heads = ("measure", "of", "value", "unit", "meaning")
+    last = len(heads) - 1
+    return [Column(head, [row[k] for row in rows], wraps=k == last, once=k == last) for k, head in enumerate(heads)]
 
-    __slots__ = ()
-    most = 200
 
-    def columns(self, unit: str = "") -> list[Column]:
-        """Name, of what where there are several, value, unit and meaning, which is shown at the first number of a measure."""
-        rows = [row for entry in self.data_vars.values() for row in _rows(entry, unit or self.shown_in)]
-        heads = ("measure", "of", "value", "unit", "meaning")
-        last = len(heads) - 1
-        return [Column(head, [row[k] for row in rows], wraps=k == last, once=k == last) for k, head in enumerate(heads)]
-
-    def heading(self) -> str:
-        """Which run."""
-        return f"{self.attrs.get('machine_name', 'run')}: {self.attrs.get('outcome_text', 'measures')}"
-
-    def has_table(self) -> bool:
-        """Numbers with a unit and a meaning must be there."""
-        return bool(self.data_vars) and all({"units", "long_name"} <= set(v.attrs) for v in self.data_vars.values())
+FORMS["Measured"] = Form(
+    _numbers,
+    there=lambda it: (
+        bool(it.data_vars) and all({"units", "long_name"} <= set(entry.attrs) for entry in it.data_vars.values())
+    ),
+    heading=lambda it: f"{it.attrs.get('machine_name', 'run')}: {it.attrs.get('outcome_text', 'measures')}",
+    most=200,
+)
 
 
 def _rows(entry: xr.DataArray, speed_unit: str) -> Iterator[tuple[str, str, float, str, str]]:
@@ -120,44 +91,33 @@ def _rows(entry: xr.DataArray, speed_unit: str) -> Iterator[tuple[str, str, floa
 SHOWN = "vertical_amplitude"
 
 
-class ChamberStudy(Answer):
-    """Measures of many runs over chambers, friction, and numbers of balls."""
-
-    __slots__ = ()
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """A row for each chamber and friction, a column for each number of balls; seeds are averaged."""
-        values = self[SHOWN].mean("seed", skipna=True) if "seed" in self[SHOWN].dims else self[SHOWN]
-        values = values.transpose("layers", "friction", ...)
-        length = length_axis(None, float(np.nanmax(values.values, initial=0.0)))
-        rows = list(product(self["layers"].values, self["friction"].values))
-        table = values.values.reshape(len(rows), -1) * length.factor
-        heads = [f"{count} balls" for count in self["balls"].values] if "balls" in values.dims else ["mean amplitude"]
-        return [
-            Column("chamber", [str(layer) for layer, _ in rows]),
-            Column("friction", [float(friction) for _, friction in rows], form="g"),
-            *(Column(head, table[:, k], length.sign, ".4g") for k, head in enumerate(heads)),
-        ]
-
-    def remarks(self) -> list[str]:
-        """What the table has, and over what it is a mean."""
-        over = f", mean over {self.sizes['seed']} seeds" if self.sizes.get("seed", 1) > 1 else ""
-        return [f"the table has {SHOWN}{over}"]
-
-    def has_table(self) -> bool:
-        """The amplitude over chambers and friction must be there."""
-        return SHOWN in self and {"layers", "friction"} <= set(self[SHOWN].dims) <= {
-            "layers",
-            "friction",
-            "balls",
-            "seed",
-        }
+def _amplitudes(found: Answer, _: str) -> list[Column]:
+    """A row for each chamber and friction, a column for each number of balls; seeds are averaged."""
+    values = found[SHOWN].mean("seed", skipna=True) if "seed" in found[SHOWN].dims else found[SHOWN]
+    values = values.transpose("layers", "friction", ...)
+    length = length_axis(None, float(np.nanmax(values.values, initial=0.0)))
+    rows = list(product(found["layers"].values, found["friction"].values))
+    table = values.values.reshape(len(rows), -1) * length.factor
+    heads = [f"{count} balls" for count in found["balls"].values] if "balls" in values.dims else ["mean amplitude"]
+    return [
+        Column("chamber", [str(layer) for layer, _ in rows]),
+        Column("friction", [float(friction) for _, friction in rows], form="g"),
+        *(Column(head, table[:, k], length.sign, ".4g") for k, head in enumerate(heads)),
+    ]
 
 
-# Designs of a deep chamber as a table: those that ran in full, the best first.
+def _mean_over(found: Answer) -> list[str]:
+    over = f", mean over {found.sizes['seed']} seeds" if found.sizes.get("seed", 1) > 1 else ""
+    return [f"the table has {SHOWN}{over}"]
 
 
-SIGNS = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "Pa": ("MPa", 1e-6), "s": ("s", 1.0), "N": ("N", 1.0), "1": ("", 1.0)}
+FORMS["ChamberStudy"] = Form(
+    _amplitudes,
+    there=lambda it: (
+        SHOWN in it and {"layers", "friction"} <= set(it[SHOWN].dims) <= {"layers", "friction", "balls", "seed"}
+    ),
+    remarks=_mean_over,
+)
 
 
 # What a fit of rubber found.

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import AutobalancerError
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import FORMS, Answer, Form, Shown
 from autobalancer.results.display_units import (
     AxisUnit,
     length_axis,
@@ -36,7 +36,7 @@ class Run(Answer):
     """A run of balls in races."""
 
     __slots__ = ()
-    drawn_by = "run_up"
+    shown_as = Form(picture="run_up")
     times: ClassVar[tuple[str, ...]] = ("time", "envelope_time", "turn_time")
 
     def has_table(self) -> bool:
@@ -54,7 +54,7 @@ class Run(Answer):
 
     def remarks(self) -> Sequence[str]:
         """Where to look next."""
-        return (f"more: ab.verdict(run), ab.run_measures(run), ab.plot.{self.drawn_by}(run)",)
+        return (f"more: ab.verdict(run), ab.run_measures(run), ab.plot.{self.form().picture}(run)",)
 
     def verdict(self) -> Verdict:
         """The verdict on it."""
@@ -116,131 +116,121 @@ def _rpm(speed: float) -> str:
 # A run beside a measurement shows the measures of both.
 
 
-class Overlay(Answer):
+def _channels(found: Answer) -> list[tuple[str, str]]:
+    """How far each channel is from the run, beside what its noise explains."""
+    rows = []
+    places = found["place"].values if "place" in found else [""] * found.sizes["channel"]
+    keys = ("channel", "units", "rms_measured", "rms_away", "rms_expected")
+    for name, unit, size, away, noise, place in zip(*(found[key].values for key in keys), places, strict=True):
+        shown = AxisUnit(*measure_unit("rad")) if unit == "rad" else vibration_axis(str(unit), float(size))
+        factor, sign = shown.factor, shown.sign
+        beside = f", its noise {noise * factor:.3g} {sign}" if np.isfinite(noise) else ", its noise is not known"
+        text = f"rms of the difference {away * factor:.3g} {sign}{beside}"
+        rows.append((f"{name}, {place} of the run" if place else str(name), text))
+    return rows
+
+
+def _measures_of_both(found: Answer, unit: str) -> list[Column]:
     """One row for each channel and each measure: measured, of the run, and their difference with its standard deviation."""
+    speed = speed_axis(unit or "rpm")
+    units = [str(entry) for entry in found["measure_unit"].values]
+    shown = [(speed.sign, speed.factor) if entry == "rad/s" else measure_unit(entry) for entry in units]
+    factors = np.array([factor for _, factor in shown])
+    seen, run, sure = (found[name].values * factors for name in found.form().needed)
+    return [
+        Column("measure", [str(name) for name in found["measure"].values]),
+        *([Column("of", found["measure_of"].values.tolist())] if any(found["measure_of"].values) else []),
+        Column("measured", seen, form=".5g"),
+        Column("run", run, form=".5g"),
+        Column("difference", seen - run, form=".3g"),
+        Column("+-", sure, form=".2g"),
+        Column("unit", [sign for sign, _ in shown]),
+    ]
 
-    __slots__ = ()
-    drawn_by = "overlay"
-    most = 200
-    needed: ClassVar[tuple[str, ...]] = ("measured_value", "simulated_value", "value_deviation")
-    row_of: ClassVar[str] = "measure"
 
-    def heading(self) -> str:
-        """Of which machine."""
-        return str(self.attrs.get("title", "run and measurement"))
-
-    def facts(self) -> list[tuple[str, str]]:
-        """How far each channel is from the run, beside what its noise explains."""
-        rows = []
-        places = self["place"].values if "place" in self else [""] * self.sizes["channel"]
-        keys = ("channel", "units", "rms_measured", "rms_away", "rms_expected")
-        for name, unit, size, away, noise, place in zip(*(self[key].values for key in keys), places, strict=True):
-            shown = AxisUnit(*measure_unit("rad")) if unit == "rad" else vibration_axis(str(unit), float(size))
-            factor, sign = shown.factor, shown.sign
-            beside = f", its noise {noise * factor:.3g} {sign}" if np.isfinite(noise) else ", its noise is not known"
-            rows.append(
-                (
-                    f"{name}, {place} of the run" if place else str(name),
-                    f"rms of the difference {away * factor:.3g} {sign}{beside}",
-                )
-            )
-        return rows
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Measures of both."""
-        speed = speed_axis(unit or self.shown_in)
-        units = [str(entry) for entry in self["measure_unit"].values]
-        shown = [(speed.sign, speed.factor) if entry == "rad/s" else measure_unit(entry) for entry in units]
-        factors = np.array([factor for _, factor in shown])
-        seen, run, sure = (self[name].values * factors for name in self.needed)
-        columns = [
-            Column("measure", [str(name) for name in self["measure"].values]),
-            Column("of", [str(name) for name in self["measure_of"].values]),
-            Column("measured", seen, form=".5g"),
-            Column("run", run, form=".5g"),
-            Column("difference", seen - run, form=".3g"),
-            Column("+-", sure, form=".2g"),
-            Column("unit", [sign for sign, _ in shown]),
-        ]
-        return [column for column in columns if column.head != "of" or any(column.values)]
-
-    def remarks(self) -> list[str]:
-        """Which measures there cannot be, and what looks wrong."""
-        return [str(note) for note in np.atleast_1d(self.attrs.get("notes", []))]
+FORMS["Overlay"] = Form(
+    _measures_of_both,
+    "measure",
+    ("measured_value", "simulated_value", "value_deviation"),
+    facts=_channels,
+    remarks=lambda it: [str(note) for note in np.atleast_1d(it.attrs.get("notes", []))],
+    picture="overlay",
+    most=200,
+)
 
 
 # Several machines side by side.
 
 
-class Comparison(Answer):
-    """One row for each machine: what its run left, and from which speed on its balanced state is stable."""
+def _machines(found: Answer, unit: str) -> list[Column]:
+    """Deflections in one unit; what is left in percent of the vibration without balls.
 
-    __slots__ = ()
-    drawn_by = "comparison"
-    row_of: ClassVar[str] = "machine"
-    needed: ClassVar[tuple[str, ...]] = ("machine", "verdict", "peak_deflection", "vibration", "exact_border")
+    Deep chambers have no exact border, so that their table has the force on their bearings in its place.
+    """
+    far = np.nanmax(np.append(found["peak_deflection"].values, 0.0))
+    speed, length = speed_axis(unit or "rpm"), length_axis(None, float(far) or 1e-6)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        left = 100.0 * found["vibration"].values / found["vibration_without_balls"].values
+    borders, worst = found["exact_border"].values, np.full(found.sizes["machine"], np.nan)
+    best = found["exact_border_best_case"].values if "exact_border_best_case" in found else worst
+    cells = [border_cell(border, speed.factor, other) for border, other in zip(borders, best, strict=True)]
+    known = np.isfinite(borders) | (found["border_note"].values.astype(str) != "")
+    last = (
+        [Column("exact border", cells, speed.sign, ".4g")]
+        if known.any() or "support_force" not in found
+        else found.shown(unit, Shown("support_force", "bearing force", "N", ".3g"))
+    )
+    at = [
+        Column(f"at {value * speed.factor:.4g} {speed.sign}", values * length.factor, length.sign, ".4g")
+        for value, values in zip(found["speed"].values, found["deflection_at"].values.T, strict=True)
+    ]
+    return [
+        *found.shown(unit, Shown("machine")),
+        *at,
+        Column("peak", found["peak_deflection"].values * length.factor, length.sign, ".4g"),
+        *found.shown(unit, Shown("peak_speed", "peak at", form=".4g")),
+        Column("left", left, "%", ".2f"),
+        *found.shown(unit, Shown("settling_time", "settled after", "s", ".3g")),
+        Column("verdict", _verdicts(found)),
+        *last,
+    ]
 
-    def columns(self, unit: str = "") -> list[Column]:
-        """Deflections in one unit; what is left in percent of the vibration without balls.
 
-        Deep chambers have no exact border, so that their table has the force on their bearings in its place.
-        """
-        far = np.nanmax(np.append(self["peak_deflection"].values, 0.0))
-        shown, length = speed_axis(unit or self.shown_in), length_axis(None, float(far) or 1e-6)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            left = 100.0 * self["vibration"].values / self["vibration_without_balls"].values
-        known = np.isfinite(self["exact_border"].values) | (self["border_note"].values.astype(str) != "")
-        last = (
-            Column("exact border", self._borders(shown.factor), shown.sign, ".4g")
-            if known.any() or "support_force" not in self
-            else Column("bearing force", self["support_force"].values, "N", ".3g")
-        )
-        at = [
-            Column(f"at {speed * shown.factor:.4g} {shown.sign}", values * length.factor, length.sign, ".4g")
-            for speed, values in zip(self["speed"].values, self["deflection_at"].values.T, strict=True)
-        ]
-        return [
-            self.texts("machine", "machine"),
-            *at,
-            Column("peak", self["peak_deflection"].values * length.factor, length.sign, ".4g"),
-            self.scaled("peak_speed", "peak at", unit, ".4g"),
-            Column("left", left, "%", ".2f"),
-            Column("settled after", self["settling_time"].values, "s", ".3g"),
-            Column("verdict", self._verdicts()),
-            last,
-        ]
+def _verdicts(found: Answer) -> list[str]:
+    """In words, with the passage where it is worse than without balls."""
+    pairs = zip(found["verdict"].values, found["stalled_balls"].values, strict=True)
+    words = [f"{word}, {count} balls stalled" if count else str(word) for word, count in pairs]
+    if "peak_without_balls" not in found:
+        return words
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = found["peak_deflection"].values / found["peak_without_balls"].values
+    worse = [worse_by(float(ratio)) for ratio in ratios]
+    return [word + f", {much} on the way" * bool(much) for word, much in zip(words, worse, strict=True)]
 
-    def _borders(self, factor: float) -> list[float | str | None]:
-        speeds = self["exact_border"].values
-        best = (
-            self["exact_border_best_case"].values if "exact_border_best_case" in self else np.full(speeds.shape, np.nan)
-        )
-        return [border_cell(*pair) for pair in zip(speeds, np.full(speeds.shape, factor), best, strict=True)]
 
-    def _verdicts(self) -> list[str]:
-        """In words, with the passage where it is worse than without balls."""
-        pairs = zip(self["verdict"].values, self["stalled_balls"].values, strict=True)
-        words = [f"{word}, {count} balls stalled" if count else str(word) for word, count in pairs]
-        if "peak_without_balls" not in self:
-            return words
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratios = self["peak_deflection"].values / self["peak_without_balls"].values
-        worse = [worse_by(float(ratio)) for ratio in ratios]
-        return [word + f", {much} on the way" * bool(much) for word, much in zip(words, worse, strict=True)]
+def _with_a_column_for_each_speed(found: Answer) -> xr.Dataset:
+    rows = found.drop_dims("bin", errors="ignore")
+    if not rows.sizes.get("speed"):
+        return rows.drop_dims("speed", errors="ignore")
+    return rows.assign_coords(speed=[f"{speed:.6g} rad/s" for speed in rows["speed"].values])
 
-    def in_si(self) -> xr.Dataset:
-        """One row for each machine, with a column for each speed that was asked for."""
-        rows = self.drop_dims("bin", errors="ignore")
-        if not rows.sizes.get("speed"):
-            return rows.drop_dims("speed", errors="ignore")
-        return rows.assign_coords(speed=[f"{speed:.6g} rad/s" for speed in rows["speed"].values])
 
-    def remarks(self) -> list[str]:
-        """Why a border is not known, and what it ignores; one sentence for all machines of which it is true."""
-        concerned: dict[str, list[str]] = {}
-        for name, note in zip(self["machine"].values, self["border_note"].values, strict=True):
-            concerned.setdefault(str(note), []).append(str(name))
-        return [f"{', '.join(names)}: {note}" for note, names in concerned.items() if note]
+def _border_notes(found: Answer) -> list[str]:
+    """Why a border is not known, and what it ignores; one sentence for all machines of which it is true."""
+    concerned: dict[str, list[str]] = {}
+    for name, note in zip(found["machine"].values, found["border_note"].values, strict=True):
+        concerned.setdefault(str(note), []).append(str(name))
+    return [f"{', '.join(names)}: {note}" for note, names in concerned.items() if note]
+
+
+FORMS["Comparison"] = Form(
+    _machines,
+    "machine",
+    ("machine", "verdict", "peak_deflection", "vibration", "exact_border"),
+    remarks=_border_notes,
+    in_si=_with_a_column_for_each_speed,
+    picture="comparison",
+)
 
 
 # Stepped responses as a table: one row for each speed.
@@ -253,8 +243,7 @@ class SteppedResponse(Answer):
     """Amplitudes speed by speed, up, down or both."""
 
     __slots__ = ()
-    drawn_by = "stepped_response"
-    row_of, most = "speed", 12
+    shown_as = Form(row_of="speed", picture="stepped_response", most=12)
     WITHOUT = "amplitude_without_balls"
 
     def rows(self, name: str = "amplitude") -> list[tuple[str, list[float]]]:
@@ -270,7 +259,7 @@ class SteppedResponse(Answer):
                 Column(f"without balls {name}", [1e6 * value for value in row], "µm")
                 for name, row in self.rows(self.WITHOUT)
             ]
-        return [self.scaled("speed", "speed", unit, ".6g"), *amplitudes, *self._motions()]
+        return [*self.shown(unit, Shown("speed", form=".6g")), *amplitudes, *self._motions()]
 
     def heading(self) -> str:
         """Of which machine, how it was stepped, and how it ended."""
@@ -340,60 +329,53 @@ class SteppedResponse(Answer):
 STILL = 0.02  # rad from picture to picture
 
 
-class BallFilm(Answer):
-    """Angles of balls from a film."""
-
-    __slots__ = ()
-    drawn_by = "ball_film"
-    row_of = "ball"
-    needed = ()
-
-    def has_table(self) -> bool:
-        """Angles over time and ball must be there."""
-        return "ball_angle" in self and self["ball_angle"].dims == ("time", "ball")
-
-    def facts(self) -> list[tuple[str, str]]:
-        """Pictures, faults, deviation, speed and what happened."""
-        time, faults = self["time"].values, [str(text) for text in self["fault"].values if text]
-        facts = [("pictures", f"{time.size} from {time[0]:.4g} s to {time[-1]:.4g} s, {len(faults)} with a fault")]
-        first = next((k for k, text in enumerate(self["fault"].values) if text), None)
-        if first is not None:
-            facts.append(("first fault", f"picture {first + 1} at {time[first]:.6g} s: {self['fault'].values[first]}"))
-        speed = self["speed"].values[np.isfinite(self["speed"].values)]
-        if speed.size:
-            facts.append(("rotor speed", f"{_rpm_text(speed[0])} to {rpm_and_si(float(speed[-1]))}"))
-        if speed.size and time.size > 1 and float(np.median(speed) * np.median(np.diff(time))) < STILL:
-            text = "the rotor seems to stand still or to turn backward; if a stroboscope makes it so, give first_speed"
-            facts.append(("doubt", text))
-        deviation = np.degrees(self["ball_angle_deviation"].values)
-        if np.isfinite(deviation).any():
-            facts.append(
-                (
-                    "angles",
-                    f"standard deviation {np.nanmedian(deviation):.2g}° (median), at most {np.nanmax(deviation):.2g}°",
-                )
+def _film_facts(found: Answer) -> list[tuple[str, str]]:
+    """Pictures, faults, deviation, speed and what happened."""
+    time, faults = found["time"].values, [str(text) for text in found["fault"].values if text]
+    facts = [("pictures", f"{time.size} from {time[0]:.4g} s to {time[-1]:.4g} s, {len(faults)} with a fault")]
+    first = next((k for k, text in enumerate(found["fault"].values) if text), None)
+    if first is not None:
+        facts.append(("first fault", f"picture {first + 1} at {time[first]:.6g} s: {found['fault'].values[first]}"))
+    speed = found["speed"].values[np.isfinite(found["speed"].values)]
+    if speed.size:
+        facts.append(("rotor speed", f"{_rpm(float(speed[0]))} to {rpm_and_si(float(speed[-1]))}"))
+    if speed.size and time.size > 1 and float(np.median(speed) * np.median(np.diff(time))) < STILL:
+        text = "the rotor seems to stand still or to turn backward; if a stroboscope makes it so, give first_speed"
+        facts.append(("doubt", text))
+    deviation = np.degrees(found["ball_angle_deviation"].values)
+    if np.isfinite(deviation).any():
+        facts.append(
+            (
+                "angles",
+                f"standard deviation {np.nanmedian(deviation):.2g}° (median), at most {np.nanmax(deviation):.2g}°",
             )
-        facts.append(("impacts", f"{self.sizes.get('impact', 0)} between balls"))
-        for at, name in zip(self["event_time"].values[:6], self["event_name"].values[:6], strict=True):
-            facts.append(("event", f"{name} at {at:.4g} s"))
-        if self.attrs.get("unsure_identities"):
-            facts.append(("identity", f"not sure in {self.attrs['unsure_identities']} pictures: see identity_margin"))
-        return facts
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """The last angle of each ball."""
-        angle, deviation = self["ball_angle"].values, self["ball_angle_deviation"].values
-        rows = [np.flatnonzero(np.isfinite(column)) for column in angle.T]
-        last = [int(row[-1]) if row.size else -1 for row in rows]
-        wrapped = [(np.degrees(angle[k, i]) + 180.0) % 360.0 - 180.0 if k >= 0 else np.nan for i, k in enumerate(last)]
-        sure = [np.degrees(deviation[k, i]) if k >= 0 else np.nan for i, k in enumerate(last)]
-        return [
-            Column("ball", self["ball"].values.tolist()),
-            Column("seen in", [int(row.size) for row in rows]),
-            Column("last angle in the rotor", wrapped, "°", ".2f"),
-            Column("standard deviation", sure, "°", ".2g"),
-        ]
+        )
+    facts.append(("impacts", f"{found.sizes.get('impact', 0)} between balls"))
+    for at, name in zip(found["event_time"].values[:6], found["event_name"].values[:6], strict=True):
+        facts.append(("event", f"{name} at {at:.4g} s"))
+    if found.attrs.get("unsure_identities"):
+        facts.append(("identity", f"not sure in {found.attrs['unsure_identities']} pictures: see identity_margin"))
+    return facts
 
 
-def _rpm_text(speed: float) -> str:
-    return f"{float(speed) * 30.0 / np.pi:.4g}"
+def _last_angles(found: Answer, _: str) -> list[Column]:
+    """The last angle of each ball."""
+    angle, deviation = found["ball_angle"].values, found["ball_angle_deviation"].values
+    rows = [np.flatnonzero(np.isfinite(column)) for column in angle.T]
+    last = [int(row[-1]) if row.size else -1 for row in rows]
+    wrapped = [(np.degrees(angle[k, i]) + 180.0) % 360.0 - 180.0 if k >= 0 else np.nan for i, k in enumerate(last)]
+    sure = [np.degrees(deviation[k, i]) if k >= 0 else np.nan for i, k in enumerate(last)]
+    return [
+        Column("ball", found["ball"].values.tolist()),
+        Column("seen in", [int(row.size) for row in rows]),
+        Column("last angle in the rotor", wrapped, "°", ".2f"),
+        Column("standard deviation", sure, "°", ".2g"),
+    ]
+
+
+FORMS["BallFilm"] = Form(
+    _last_angles,
+    there=lambda it: "ball_angle" in it and it["ball_angle"].dims == ("time", "ball"),
+    facts=_film_facts,
+    picture="ball_film",
+)

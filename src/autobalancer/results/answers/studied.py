@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, ClassVar
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import axis_unit, length_axis, length_text, moment_text, significant
+from autobalancer.results.answers.answer import FORMS, Answer, Form, Shown
+from autobalancer.results.display_units import axis_unit, length_text, moment_text, significant
 from autobalancer.results.verdict import NO_VERDICT, NOT_SETTLED, WORDS, WORSE, wilson_interval, worse_by
 from autobalancer.tables import Column, rpm_and_si
 
@@ -50,8 +51,7 @@ class Ensemble(Answer):
     """The members of an ensemble and what each left."""
 
     __slots__ = ()
-    drawn_by = "ensemble"
-    needed: ClassVar[tuple[str, ...]] = ("outcome",)
+    shown_as = Form(row_of="member", needed=("outcome",), picture="ensemble")
 
     def heading(self) -> str:
         """Whose they are, and how many ran."""
@@ -120,7 +120,7 @@ class Ensemble(Answer):
         there = there.isel({"row" if by else "end": np.flatnonzero(there["count"].values > 0)})
         columns = []
         if by:
-            shown, values = axis_unit(self[by], unit or self.shown_in), there[by].values
+            shown, values = axis_unit(self[by], unit or self.form().shown_in), there[by].values
             texts = values.dtype.kind not in "fi"
             columns = [
                 Column(
@@ -186,10 +186,6 @@ class Ensemble(Answer):
         if np.isfinite(each):
             yield f"a member took {significant(1e3 * each)} ms of a core and {self.attrs['steps_per_member']:.0f} steps"
 
-    def has_table(self) -> bool:
-        """All members must be there."""
-        return all(name in self and self[name].dims == ("member",) for name in self.needed)
-
 
 MAIN = "peak_deflection"  # the number that is shown where nothing else was asked for
 HEADS = {"drive_profile_end_and_drive_profile_peak": "speed"}
@@ -200,8 +196,7 @@ class Studied(Ensemble):
     """The members of a study and what each left."""
 
     __slots__ = ()
-    drawn_by = "study"
-    needed: ClassVar[tuple[str, ...]] = ("outcome",)
+    shown_as = replace(Ensemble.shown_as, picture="study")
 
     def heading(self) -> str:
         """Whose study it is, and how many members it has."""
@@ -264,7 +259,7 @@ class Studied(Ensemble):
                 for head, values in ((share, counts / totals), ("95 % from", low), ("95 % to", high))
             ]
         for name in self._shown_numbers():
-            shown = axis_unit(self[name], unit or self.shown_in)
+            shown = axis_unit(self[name], unit or self.form().shown_in)
             text = name.replace("_", " ")
             for head, level in ((text, 0.5), ("95 % below", 0.95)):
                 values = [_quantile(self[name].values[where & ran], level) for where in points]
@@ -287,7 +282,7 @@ class Studied(Ensemble):
         values = self[name].values[first]
         if values.dtype.kind not in "fi":
             return Column(name, [str(value) for value in values])
-        shown = axis_unit(self[name], unit or self.shown_in)
+        shown = axis_unit(self[name], unit or self.form().shown_in)
         head = HEADS.get(name, name.removeprefix("drive_profile_").replace("_", " "))
         return Column(head, shown.shown(values), shown.sign)
 
@@ -369,7 +364,7 @@ class Ends(Answer):
     """Ends of a machine at a speed, from many starts."""
 
     __slots__ = ()
-    row_of, needed = "end", ("share",)
+    shown_as = Form(row_of="end", needed=("share",), there=lambda it: "state" in it and "speed" in it.attrs)
 
     def columns(self, unit: str = "") -> list[Column]:
         """The ends that came, their shares, and of random starts the intervals of these."""
@@ -434,10 +429,6 @@ class Ends(Answer):
     def _held(self) -> bool:
         return HELD in self["end"].values and float(self["share"].sel(end=HELD)) > 0.0
 
-    def has_table(self) -> bool:
-        """The states must be there too."""
-        return super().has_table() and "state" in self and "speed" in self.attrs
-
 
 # How much each input adds to the scatter of a quantity, as a table.
 
@@ -445,43 +436,32 @@ class Ends(Answer):
 SHOWN = {"first": "alone", "total": "in all", "rank_correlation": "rank correlation"}
 
 
-class Sensitivity(Answer):
-    """Indices or rank correlations of each input, with their 95 % intervals."""
+def _driven(found: Answer, unit: str) -> list[Column]:
+    """A row for each input, the strongest first; the points of a grid one after the other."""
+    row = "row" if "point" in found.dims else "input"
+    flat = found.stack(row=("point", "input")) if row == "row" else found
+    key = "total" if "total" in found else "rank_correlation"
+    order = np.argsort(-np.abs(flat[key].values), kind="stable")
+    if row == "row":
+        order = order[np.argsort(flat["point"].values[order], kind="stable")]
+    flat = flat.isel({row: order})
+    points = "at" if "at" in flat.coords else "point"
+    columns = [Column(points, flat[points].values.tolist())] if row == "row" else []
+    columns.append(Column("input", [str(name).replace("_", " ") for name in flat["input"].values]))
+    for name, head in SHOWN.items():
+        if name in found:
+            interval = (Shown(f"{name}_low", "95 % from", form=".3f"), Shown(f"{name}_high", "to", form=".3f"))
+            columns += flat.shown(unit, Shown(name, head, form=".3f"), *interval)
+    return columns
 
-    __slots__ = ()
-    drawn_by = "sensitivity"
-    needed: ClassVar[tuple[str, ...]] = ()
 
-    def heading(self) -> str:
-        """What scatters."""
-        return f"{self.attrs['study_name']}: what drives the scatter of {self.attrs['quantity'].replace('_', ' ')}"
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """A row for each input, the strongest first."""
-        flat = self if "point" not in self.dims else self.stack(row=("point", "input"))
-        row = "input" if flat is self else "row"
-        key = "total" if "total" in self else "rank_correlation"
-        order = np.argsort(-np.abs(flat[key].values), kind="stable")
-        if row == "row":  # the points of a grid one after the other
-            order = order[np.argsort(flat["point"].values[order], kind="stable")]
-        flat = flat.isel({row: order})
-        points = "at" if "at" in flat.coords else "point"
-        columns = [Column(points, flat[points].values.tolist())] if row == "row" else []
-        columns.append(Column("input", [str(name).replace("_", " ") for name in flat["input"].values]))
-        for name, head in SHOWN.items():
-            if name in self:
-                columns.append(Column(head, flat[name].values, "", ".3f"))
-                columns.append(Column("95 % from", flat[f"{name}_low"].values, "", ".3f"))
-                columns.append(Column("to", flat[f"{name}_high"].values, "", ".3f"))
-        return columns
-
-    def remarks(self) -> Sequence[str]:
-        """What the numbers leave out."""
-        return [str(text) for text in np.atleast_1d(self.attrs.get("remarks", []))]
-
-    def has_table(self) -> bool:
-        """All parts must be there."""
-        return "input" in self.dims and any(name in self for name in SHOWN)
+FORMS["Sensitivity"] = Form(
+    _driven,
+    there=lambda it: "input" in it.dims and any(name in it for name in SHOWN),
+    heading=lambda it: f"{it.attrs['study_name']}: what drives the scatter of {it.attrs['quantity'].replace('_', ' ')}",
+    remarks=lambda it: [str(text) for text in np.atleast_1d(it.attrs.get("remarks", []))],
+    picture="sensitivity",
+)
 
 
 # The runs of a sweep as a table: one row for each.
@@ -490,36 +470,29 @@ class Sensitivity(Answer):
 EXTRA = ("seed",)  # a dimension that is no parameter of the machine
 
 
-class Swept(Answer):
-    """The parameters of each run and what it left."""
+def _runs(found: Answer, unit: str) -> list[Column]:
+    """Parameters, greatest deflection and its speed, what is left, and the verdict."""
+    runs = found["verdict"].dims
+    flat = found.stack(one_run=runs) if len(runs) > 1 else found
+    columns = []
+    for name, values in flat.coords.items():
+        if values.dims not in ((runs[0],), ("one_run",)) or name == "one_run":
+            continue
+        if values.dtype.kind in "fi" and name not in EXTRA:
+            shown = axis_unit(found.coords[name], unit or "rpm")
+            head = str(found.coords[name].attrs.get("long_name", name))
+            columns.append(Column(head, shown.shown(values.values), shown.sign))
+        else:
+            columns.append(Column(str(name), [str(value) for value in values.values]))
+    return columns + flat.shown(
+        unit,
+        Shown("peak_deflection", "peak", "µm", ".4g"),
+        Shown("peak_speed", "peak at", form=".4g"),
+        Shown("vibration", "vibration left", "µm", ".3g"),
+        Shown("residual_share", "unbalance left", "%", ".2f"),
+        Shown("verdict"),
+    )
 
-    __slots__ = ()
-    needed: ClassVar[tuple[str, ...]] = ("verdict", "outcome", "peak_deflection", "vibration", "residual_share")
 
-    def columns(self, unit: str = "") -> list[Column]:
-        """Parameters, greatest deflection and its speed, what is left, and the verdict."""
-        runs = self["verdict"].dims
-        flat = self.stack(one_run=runs) if len(runs) > 1 else self
-        length = length_axis("um", 1.0)
-        columns = []
-        for name, values in flat.coords.items():
-            if values.dims not in ((runs[0],), ("one_run",)) or name == "one_run":
-                continue
-            if values.dtype.kind in "fi" and name not in EXTRA:
-                shown = axis_unit(self.coords[name], unit or self.shown_in)
-                head = str(self.coords[name].attrs.get("long_name", name))
-                columns.append(Column(head, shown.shown(values.values), shown.sign))
-            else:
-                columns.append(Column(str(name), [str(value) for value in values.values]))
-        return [
-            *columns,
-            Column("peak", flat["peak_deflection"].values * length.factor, length.sign, ".4g"),
-            Swept.of(flat).scaled("peak_speed", "peak at", unit, ".4g"),
-            Column("vibration left", flat["vibration"].values * length.factor, length.sign, ".3g"),
-            Column("unbalance left", 100.0 * flat["residual_share"].values, "%", ".2f"),
-            Column("verdict", [str(word) for word in flat["verdict"].values]),
-        ]
-
-    def has_table(self) -> bool:
-        """All measures must be there, over the runs."""
-        return all(name in self for name in self.needed) and bool(self["verdict"].dims)
+MEASURED = ("verdict", "outcome", "peak_deflection", "vibration", "residual_share")
+FORMS["Swept"] = Form(_runs, there=lambda it: all(name in it for name in MEASURED) and bool(it["verdict"].dims))

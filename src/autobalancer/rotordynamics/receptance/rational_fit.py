@@ -18,8 +18,9 @@ from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
 from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.provenance import provenance
-from autobalancer.rotordynamics.receptance.receptances import FittedReceptance, PoleModel, hertz
+from autobalancer.rotordynamics.receptance.receptances import PoleModel, hertz
 from autobalancer.units import ends_argument
 
 # A receptance as a sum of modes, stable and of relative degree two by construction, fitted by least squares.
@@ -352,7 +353,7 @@ def with_doubts(dataset: xr.Dataset, best: FittedModes, unit: float, lone: Float
     texts = [*_mass_doubt(dataset), *_energy_doubt(dataset, best, unit), *_weak_doubt(dataset, best, unit)]
     texts += [*_lone_line_notes(lone), *_dropped(dataset, dropped), *_noise_doubt(dataset), *_tail_doubt(dataset)]
     dataset.attrs["warnings"] = "\n".join(texts)
-    return FittedReceptance.of(dataset)
+    return Answer.of(dataset, "FittedReceptance")
 
 
 def _mass_doubt(dataset: xr.Dataset) -> list[str]:

@@ -1,4 +1,4 @@
-"""A fitted receptance as a table of its modes."""
+"""Measured receptances: read from files, and a rotor made of the modes of a fitted one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,41 +19,10 @@ from autobalancer.files.samples import sample_hint
 from autobalancer.files.text_files import Table, read_table
 from autobalancer.machine import Machine, ModalRotor, PlanarRotor, Resonance
 from autobalancer.results.answers.answer import Answer, Labeled
-from autobalancer.results.display_units import share_text
 from autobalancer.results.provenance import provenance
 from autobalancer.results.signals import UNIVERSAL, Function, is_universal, read_universal
 from autobalancer.safe_file import as_path, not_to_read
-from autobalancer.tables import Column
 from autobalancer.units import optional_argument, to_si
-
-
-class FittedReceptance(Answer):
-    """Modes of a receptance that was measured."""
-
-    __slots__ = ()
-    known = frozenset({"fit_error", "band_low", "band_high"})
-    drawn_by = "receptance"
-    row_of, shown_in = "mode", "Hz"
-    needed: ClassVar[tuple[str, ...]] = ("mode_frequency", "mode_damping_ratio", "mode_mass")
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Frequency, damping ratio and mass of each mode, each with its standard deviation."""
-        spread = Column("+-", self.scaled("mode_frequency_deviation", "+-", unit, ".2g").values, form=".2g")
-        return [
-            Column("mode", np.arange(1, self.sizes["mode"] + 1).tolist()),
-            self.scaled("mode_frequency", "frequency", unit),
-            spread,
-            Column("damping ratio", 100.0 * self["mode_damping_ratio"].values, "%", ".4g"),
-            Column("+-", 100.0 * self["mode_damping_ratio_deviation"].values, form=".2g"),
-            Column("mass", self["mode_mass"].values, "kg", ".4g"),
-            Column("+-", self["mode_mass_deviation"].values, form=".2g"),
-        ]
-
-    def facts(self) -> list[tuple[str, str]]:
-        """How well it fits, and where."""
-        low, high = (float(self.attrs[f"band_{end}"]) / (2.0 * np.pi) for end in ("low", "high"))
-        return [("left over", share_text(float(self.attrs["fit_error"]))), ("band", f"{low:.4g} to {high:.4g} Hz")]
-
 
 # A receptance as a sum over poles.
 
@@ -323,7 +292,7 @@ class MeasuredRotor(NamedTuple):
     """A rotor, and its receptance beside the measured one."""
 
     rotor: PlanarRotor | ModalRotor
-    fit: FittedReceptance  # with the modes of this rotor
+    fit: Answer  # with the modes of this rotor
 
 
 def receptance_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> PlanarRotor | ModalRotor:
@@ -372,10 +341,10 @@ def measured_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> Me
             f"{100.0 * fit.attrs['fit_error']:.2g} %: the rotor that runs is that much coarser than the measurement"
         )
         measured_rotor.attrs["warnings"] = "\n".join(filter(None, (fit.attrs["warnings"], said)))
-    return MeasuredRotor(_rotor(modes, about), FittedReceptance.of(measured_rotor))
+    return MeasuredRotor(_rotor(modes, about), Answer.of(measured_rotor, "FittedReceptance"))
 
 
-def fit_text(fit: FittedReceptance) -> str:
+def fit_text(fit: Answer) -> str:
     """What was measured and fitted, in one line."""
     modes = zip(*(fit[f"mode_{name}"].values.tolist() for name in ("frequency", "damping_ratio", "mass")), strict=True)
     said = "; ".join(f"{hertz(w)} Hz, damping ratio {100.0 * ratio:.3g} %, mass {m:.4g} kg" for w, ratio, m in modes)

@@ -31,6 +31,7 @@ from autobalancer.kernels.fields import Rows
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import bare_numbers
 from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import Form
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
 from autobalancer.results.provenance import provenance
@@ -535,7 +536,7 @@ class ChamberRun(Run):
     """A run of balls that move freely in deep chambers."""
 
     __slots__ = ()
-    drawn_by = "chamber_run"
+    shown_as = Form(picture="chamber_run")
     times = ("time",)
 
     def verdict(self) -> Verdict:

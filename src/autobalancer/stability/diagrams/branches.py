@@ -15,6 +15,7 @@ from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.continuation.bifurcations import (
     Curve,
@@ -29,7 +30,7 @@ from autobalancer.stability.continuation.bifurcations import (
     locate,
 )
 from autobalancer.stability.continuation.steady import Family, Range, Steady, bundled_angles, coincident, kinds
-from autobalancer.stability.diagrams.explorer import BifurcationCurves, Branch, Branches, Explorer, Progress
+from autobalancer.stability.diagrams.explorer import Branch, Branches, Explorer, Progress
 from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.host.vector_field import Cycle, Equations
 from autobalancer.stability.periodic.orbits import Row, verdict
@@ -591,4 +592,4 @@ def _dataset(
         data["lyapunov_coefficient"] = ("point", values, {"long_name": "first Lyapunov coefficient", "units": "1"})
         names = ["supercritical" if value < 0.0 else "subcritical" for value in values]
         data["criticality"] = ("point", names, {"long_name": "criticality"})
-    return BifurcationCurves(data, attrs=attributes)
+    return Answer.of(xr.Dataset(data, attrs=attributes), "BifurcationCurves")

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.display_units import AxisUnit, axis_unit, speed_axis
+from autobalancer.results.answers.answer import Answer, Form
+from autobalancer.results.display_units import axis_unit
 from autobalancer.stability.continuation.bifurcations import (
     Loop,
     NoConvergence,
@@ -308,9 +308,12 @@ class Branches(Answer):
     """Branches of steady states and periodic motions along a parameter."""
 
     __slots__ = ()
-    known = frozenset({"branch_ends", "machine_name", "ignores"})
-    drawn_by = "branches"
-    row_of, needed = "point", ("parameter", "branch", "name", "kind", "verdict")
+    shown_as = Form(
+        row_of="point",
+        needed=("parameter", "branch", "name", "kind", "verdict"),
+        known=frozenset({"branch_ends", "machine_name", "ignores"}),
+        picture="branches",
+    )
 
     def branch_rows(self) -> list[dict[str, Any]]:
         """Number, kind, name, ends (SI) and stable ranges of each branch."""
@@ -347,7 +350,7 @@ class Branches(Answer):
 
     def columns(self, unit: str = "") -> list[Column]:
         """Motion, range of the parameter, where it is stable, and how the branch ended."""
-        shown_in, rows = axis_unit(self["parameter"], unit or self.shown_in), self.branch_rows()
+        shown_in, rows = axis_unit(self["parameter"], unit or "rpm"), self.branch_rows()
 
         def shown(value: float) -> str:
             return f"{value * shown_in.factor:.6g}"
@@ -369,7 +372,7 @@ class Branches(Answer):
 
     def special_columns(self, rows: Sequence[dict[str, Any]], unit: str = "") -> list[Column]:
         """Special points, all or some of :meth:`special_rows`."""
-        shown_in = axis_unit(self["parameter"], unit or self.shown_in)
+        shown_in = axis_unit(self["parameter"], unit or "rpm")
         what = [f"{row['type']}, {row['criticality']}" if row["criticality"] else row["type"] for row in rows]
         return [
             Column("branch", [row["branch"] for row in rows]),
@@ -394,44 +397,3 @@ class Branches(Answer):
         """Why motions are missing, if any may be."""
         why = self.attrs.get("not_followed")
         return [f"periodic motions: {why}"] if why else []
-
-
-class BifurcationCurves(Answer):
-    """Curves of Hopf points or folds over two parameters."""
-
-    __slots__ = ()
-    drawn_by = "bifurcation_curves"
-    row_of, needed = "point", ("curve", "parameter", "second_parameter")
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """The ranges of both parameters along each curve, of Hopf curves the frequencies, and the special points."""
-        curves = [self.isel(point=np.flatnonzero(self["curve"].values == k)) for k in np.unique(self["curve"].values)]
-        result = [Column("curve", [int(part["curve"][0]) for part in curves])]
-        for name in ("parameter", "second_parameter"):
-            axis = axis_unit(self[name], unit or self.shown_in)
-            result.append(
-                Column(str(self[name].attrs["long_name"]), [_span(part[name], axis) for part in curves], axis.sign)
-            )
-        if "frequency" in self:
-            axis = speed_axis("Hz")
-            result.append(Column("frequency", [_span(part["frequency"], axis) for part in curves], axis.sign))
-            kinds = [", ".join(sorted(set(part["criticality"].values.tolist()))) for part in curves]
-            result.append(Column("criticality", kinds, wraps=True))
-        return [*result, Column("points", [part.sizes["point"] for part in curves])]
-
-    def remarks(self) -> Sequence[str]:
-        """The special points, and what is ignored."""
-        first, second = (axis_unit(self[name], self.shown_in) for name in ("parameter", "second_parameter"))
-        said = []
-        for i, kind in enumerate(self["special_type"].values if "special_type" in self else ()):
-            at = (float(self[f"special_{name}"].values[i]) for name in ("parameter", "second_parameter"))
-            texts = (
-                f"{axis.shown(value):.5g} {axis.sign}".rstrip() for axis, value in zip((first, second), at, strict=True)
-            )
-            said.append(f"{kind} at {', '.join(texts)}")
-        return [*said, *super().remarks()]
-
-
-def _span(values: xr.DataArray, axis: AxisUnit) -> str:
-    low, high = (f"{axis.shown(float(end)):.5g}" for end in (values.min(), values.max()))
-    return low if low == high else f"{low} to {high}"

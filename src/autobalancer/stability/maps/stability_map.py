@@ -19,13 +19,13 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import QUANTITIES, axis_attributes, dimension_of, parts_of
 from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.friction import held_share
 from autobalancer.stability.host.stations import Floats, is_planar
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.curve import (
     VARIABLES,
-    StabilityMap,
     border_curve,
     rates_over,
     unbalances_to_capability,
@@ -51,7 +51,7 @@ def map(
     borders: int = 61,
     workers: int | None = None,
     progress: Progress | None = None,
-) -> StabilityMap:
+) -> Answer:
     """Growth rate of the balanced state over two parameters, with the border speeds.
 
     Two or more equal balls on a planar rotor with isotropic supports use compiled code, about a microsecond per point;
@@ -118,7 +118,7 @@ def map(
     # what a person wants to see beside stability: friction that holds balls, points, fluids
     dataset = with_friction_share(dataset, machine, values)
     dataset = with_operating_points(dataset, machine, list(values), operating_points or {})
-    return StabilityMap.of(with_fluids(dataset, machine, list(values)))
+    return Answer.of(with_fluids(dataset, machine, list(values)), "StabilityMap")
 
 
 def _split_progress(progress: Progress | None, later: int) -> tuple[Progress | None, Progress | None]:

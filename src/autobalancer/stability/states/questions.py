@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import combinations, pairwise
+from itertools import combinations
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
-from autobalancer.results.answers.answer import Answer, at_speed
-from autobalancer.results.display_units import length_text, moment_text
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.forms import verdict_ranges
 from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Complexes, Stations, station_form
@@ -30,7 +29,6 @@ from autobalancer.stability.states.rest_states import (
     why_no_state,
     without_exchanges,
 )
-from autobalancer.tables import Column
 from autobalancer.units import argument, list_argument, unbalance_argument
 
 Progress = Callable[[int, int], None]
@@ -41,7 +39,7 @@ PERIODIC = "periodic state: see the Floquet multipliers"
 
 def equilibria(
     machine: Machine | str | Path, speed: float | str, *, unbalance: complex | float | str | None = None
-) -> Equilibria:
+) -> Answer:
     """All states in which the balls rest in the rotor at a constant speed, with their stability.
 
     Parameters
@@ -115,7 +113,7 @@ def equilibria(
     verdicts = ["not found" if np.isnan(rate) else verdict(rate, speed) for rate in rates]
     dataset["verdict"] = ("state", verdicts, {"long_name": "stable, marginal or unstable"})
     dataset.attrs = _attributes(machine, st) | {"speed": speed, "title": f"Steady states of {machine.name}"}
-    return Equilibria.of(dataset)
+    return Answer.of(dataset, "Equilibria")
 
 
 def eigenvalues(
@@ -126,7 +124,7 @@ def eigenvalues(
     outward: int | None = None,
     unbalance: complex | float | str | None = None,
     progress: Progress | None = None,
-) -> Eigenvalues:
+) -> Answer:
     """Eigenvalues of one kind of steady state over the speed.
 
     Parameters
@@ -194,7 +192,7 @@ def eigenvalues(
         result["deflection_at_station"] = (("speed", "station"), whirl, {"long_name": "deflection", "units": "m"})
     extra = {"state": state, "speeds_without_state": missing, "title": f"Stability of {machine.name}, {state}"}
     result.attrs = _attributes(machine, st) | extra
-    return Eigenvalues.of(result)
+    return Answer.of(result, "Eigenvalues")
 
 
 def host_of(machine: Machine, unbalance: complex | float | None, highest: float) -> Stations:
@@ -263,121 +261,13 @@ def _attributes(machine: Machine, st: Stations) -> dict[str, Any]:
     }
 
 
-# What the questions about steady states answer, as tables.
-
-
-MARK = "*"
-OVERLAP = (
-    f"states with {MARK} are those of points: balls of this size would overlap in them, and touch side by side instead"
-)
-
-
-class Equilibria(Answer):
-    """Steady states at one speed."""
-
-    __slots__ = ()
-    row_of, needed = (
-        "state",
-        ("name", "verdict", "growth_rate", "ball_angle_in_rotor", "deflection", "residual_unbalance"),
-    )
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Name, verdict, ball angles, deflection and residual unbalance of each state."""
-        angles = np.degrees(self["ball_angle_in_rotor"].values) % 360.0
-        names = [f"{name}{MARK * bool(here)}" for name, here in zip(self["name"].values, self._overlap(), strict=True)]
-        return [
-            Column("state", names),
-            self.texts("verdict", "verdict"),
-            Column("growth rate", self["growth_rate"].values, "1/s", ".3g"),
-            Column("ball angles", [", ".join(f"{angle:.4g}" for angle in row) for row in angles], "°", wraps=True),
-            Column("deflection", [length_text(value) for value in self["deflection"].values]),
-            Column("residual unbalance", [moment_text(value) for value in self["residual_unbalance"].values]),
-        ]
-
-    def _overlap(self) -> NDArray[Any]:
-        return self["overlapping"].values if "overlapping" in self else np.zeros(self.sizes["state"], np.bool_)
-
-    def heading(self) -> str:
-        """Whose they are, and at which speed."""
-        return f"{super().heading()} {at_speed(self)}"
-
-    def remarks(self) -> Sequence[str]:
-        """What is left out, and which states need balls that are points."""
-        return [*super().remarks(), *([OVERLAP] if self._overlap().any() else [])]
-
-
-class Ranges(Answer):
-    """Ranges of speed in which a state keeps its verdict."""
-
-    __slots__ = ()
-    row_of, needed = "range", ("from_speed", "to_speed", "verdict", "growth_rate", "leading_motion")
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """Both ends, the verdict, and what grows fastest."""
-        return [
-            self.scaled("from_speed", "from", unit, ".6g"),
-            self.scaled("to_speed", "to", unit, ".6g"),
-            Column("state is", self["verdict"].values.tolist()),
-            Column("growth rate at most", self["growth_rate"].values, "1/s", ".4g"),
-            Column("fastest growing motion", self["leading_motion"].values.tolist(), wraps=True),
-        ]
-
-
-class Eigenvalues(Answer):
-    """Eigenvalues of a state over the speed; the table joins speeds of one verdict."""
-
-    __slots__ = ()
-    drawn_by = "eigenvalues"
-    row_of, needed = "speed", ("growth_rate", "verdict", "leading_motion")
-
-    def columns(self, unit: str = "") -> list[Column]:
-        """The ranges of one verdict, between the speeds that were asked for."""
-        return ranges_from(verdict_rows(self)).columns(unit)
-
-    def remarks(self) -> Sequence[str]:
-        """What is left out, and where there is no such state."""
-        result, missing = super().remarks(), np.size(self.attrs.get("speeds_without_state", ()))
-        return [*result, f"no such state at {missing} of the speeds"] if missing else result
-
-
-def verdict_rows(dataset: xr.Dataset) -> list[list[Any]]:
-    """Speeds in a row with one verdict: first, last, verdict, greatest growth rate, the motion there, whether a gap is before."""
-    speeds, rates, verdicts, motions = (
-        dataset[name].values for name in ("speed", "growth_rate", "verdict", "leading_motion")
-    )
-    missing = np.asarray(dataset.attrs.get("speeds_without_state", ()), np.float64)
-    rows: list[list[Any]] = []
-    for i, speed in enumerate(speeds):
-        gap = i > 0 and bool(np.any((missing > speeds[i - 1]) & (missing < speed)))
-        if not rows or gap or verdicts[i] != rows[-1][2]:
-            rows.append([speed, speed, verdicts[i], rates[i], motions[i], gap])
-        else:
-            rows[-1][1] = speed
-            if rates[i] > rows[-1][3]:
-                rows[-1][3:5] = rates[i], motions[i]
-    return rows
-
-
-def ranges_from(rows: list[list[Any]]) -> Ranges:
-    """The rows of :func:`verdict_rows` as a dataset."""
-    names = ("from_speed", "to_speed", "verdict", "growth_rate", "leading_motion")
-    units = ("rad/s", "rad/s", "", "1/s", "")
-    columns = enumerate(zip(names, units, strict=True))
-    return Ranges(
-        {
-            name: ("range", [row[k] for row in rows], {"long_name": name.replace("_", " "), "units": unit})
-            for k, (name, unit) in columns
-        }
-    )
-
-
 # Ranges of speed with one verdict, their ends found by bisection.
 
 
 CLOSE = 1e-7  # of a speed: how closely a change of the verdict is located
 
 
-def ranges(machine: Machine | str | Path, found: xr.Dataset, unbalance: complex | float | str | None = None) -> Ranges:
+def ranges(machine: Machine | str | Path, found: xr.Dataset, unbalance: complex | float | str | None = None) -> Answer:
     """Ranges of speed in which a state keeps its verdict.
 
     Parameters
@@ -397,24 +287,25 @@ def ranges(machine: Machine | str | Path, found: xr.Dataset, unbalance: complex 
         ``found`` (1/s), and the ``leading_motion`` there.
     """
     machine, unbalance = balls_in_races(machine), unbalance_argument(unbalance)
-    rows = verdict_rows(found)
-    for left, right in pairwise(rows):
-        change = None if right[5] else _change(machine, found.attrs["state"], unbalance, left, right)
+    result = verdict_ranges(found)
+    starts, ends = (result[name].values for name in ("from_speed", "to_speed"))
+    for k, before in enumerate(result["verdict"].values[:-1]):
+        low, high = float(ends[k]), float(starts[k + 1])
+        change = None if result["gap"][k + 1] else _change(machine, found.attrs["state"], unbalance, low, high, before)
         if change is not None:
-            left[1] = right[0] = change
-    return ranges_from(rows)
+            ends[k] = starts[k + 1] = change
+    return result.drop_vars("gap")
 
 
 def _change(
-    machine: Machine, state: Any, unbalance: complex | float | None, left: list[Any], right: list[Any]
+    machine: Machine, state: Any, unbalance: complex | float | None, low: float, high: float, before: str
 ) -> float | None:
-    """The speed at which the verdict of the left range ends; ``None`` where there is no state in between."""
-    low, high = float(left[1]), float(right[0])
+    """The speed at which the verdict of the lower range ends; ``None`` where there is no state in between."""
     while high - low > CLOSE * high:
         middle = 0.5 * (low + high)
         try:
             at = eigenvalues(machine, [middle], state=state, unbalance=unbalance)
         except QuestionError:
             return None
-        low, high = (middle, high) if at["verdict"].values[0] == left[2] else (low, middle)
+        low, high = (middle, high) if at["verdict"].values[0] == before else (low, middle)
     return 0.5 * (low + high)

@@ -27,12 +27,13 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import length_text, moment_text
 from autobalancer.results.folder_store import Store
 from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
-from autobalancer.rotordynamics.receptance.receptances import FittedReceptance, fit_text
+from autobalancer.rotordynamics.receptance.receptances import fit_text
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.stability.friction import held_by_friction
 from autobalancer.studies.design.candidate import (
@@ -322,7 +323,7 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> Designed
     return Designed.of(dataset.assign(variables).assign_attrs(attributes))
 
 
-def _labelled(fit: FittedReceptance) -> tuple[dict[str, Any], dict[str, Any]]:
+def _labelled(fit: Answer) -> tuple[dict[str, Any], dict[str, Any]]:
     """Variables and attributes under names that no other of a design has."""
     variables = {f"{PREFIX}{name}": fit[name].rename(None) for name in map(str, fit.data_vars)}
     return variables, {f"{PREFIX}{name}": fit.attrs[name] for name in KEPT if name in fit.attrs} | {

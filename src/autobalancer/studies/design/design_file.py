@@ -21,10 +21,10 @@ from autobalancer.machine import Machine, PrescribedSpeed, Unbalance
 from autobalancer.machine.drive import Constant
 from autobalancer.machine.keys import bare_numbers
 from autobalancer.machine.part import Range
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.verdict import wilson_interval
 from autobalancer.rotordynamics.receptance.rational_fit import receptance
 from autobalancer.rotordynamics.receptance.receptances import (
-    FittedReceptance,
     MeasuredRotor,
     hertz,
     load_receptance,
@@ -341,7 +341,7 @@ def with_some_unbalance(machine: Machine, size: float) -> Machine:
     return changed
 
 
-def refuse_beyond(fit: FittedReceptance, fastest: float) -> None:
+def refuse_beyond(fit: Answer, fastest: float) -> None:
     """Refuse speeds (rad/s) whose frequency was not measured.
 
     Raises

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, Form
 from autobalancer.results.display_units import axis_unit, moment_text, significant
 from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import wilson_interval
@@ -45,7 +45,7 @@ class Designed(Answer):
     """Candidates over their numbers: what they are, where they were ruled out and why, what the runs left."""
 
     __slots__ = ()
-    drawn_by = "design"
+    shown_as = Form(picture="design")
 
     def order(self) -> list[int]:
         """Where those that ran stand among the candidates, from 0, the best first."""
@@ -259,7 +259,7 @@ class Designed(Answer):
         return Column(name.replace("_", " "), ["never" if one is None else significant(one) for one in values], sign)
 
     def _speed(self, dataset: xr.Dataset, name: str, head: str, unit: str) -> Column:
-        shown = axis_unit(dataset[name], unit or self.shown_in)
+        shown = axis_unit(dataset[name], unit or "rpm")
         return Column(head, shown.shown(dataset[name].values), shown.sign, ".4g")
 
     def _interval(self, dataset: xr.Dataset, name: str, row: int) -> str:

@@ -36,7 +36,7 @@ from autobalancer.machine.part import (
 )
 from autobalancer.machine.plugins import OneOf
 from autobalancer.random_numbers import GREATEST
-from autobalancer.rotordynamics.receptance.receptances import FittedReceptance
+from autobalancer.results.answers.answer import Answer
 from autobalancer.studies.study.study_spec import Varied
 from autobalancer.units import shortened
 
@@ -397,7 +397,7 @@ class Spec(Asked):
     options: Options
     search: Search
     scatter: dict[str, Any] = field(default_factory=dict)  # tables of distributions, as in study files
-    measured: FittedReceptance | None = None  # what the rotor was fitted to
+    measured: Answer | None = None  # what the rotor was fitted to
     remarks: tuple[str, ...] = ()  # how numbers without a unit were read where that is hardly meant
 
     @property

@@ -26,8 +26,8 @@ from autobalancer.machine import Hill, Machine, PrescribedSpeed
 from autobalancer.machine.path import dimension_of
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.answers.studied import Sensitivity, Studied
+from autobalancer.results.answers.answer import Answer, Labeled
+from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import significant
 from autobalancer.results.folder_store import Span, Store
 from autobalancer.results.provenance import provenance
@@ -586,7 +586,7 @@ FEWEST = 20  # draws
 SPEARMAN = 1.06  # variance of Fisher's z of a rank correlation, times n - 3 (Fieller, Hartley and Pearson 1957)
 
 
-def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
+def sensitivity(study: xr.Dataset, quantity: str) -> Answer:
     """How much each input of a study adds to the scatter of a quantity.
 
     Parameters
@@ -652,7 +652,7 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Sensitivity:
         result = result.assign_coords(at=("point", study.point_texts()))
     if points.size == 1:
         result = result.isel(point=0, drop=True)
-    return Sensitivity.of(result)
+    return Answer.of(result, "Sensitivity")
 
 
 def _remarks(study: xr.Dataset) -> list[str]:

@@ -49,7 +49,7 @@ from autobalancer.machine.path import label_of_path
 from autobalancer.measurement.comparison.overlay import overlay
 from autobalancer.measurement.comparison.pairs import is_orders
 from autobalancer.plots.measured.fits import identification
-from autobalancer.results.answers.run import Overlay
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.signals import Signals
 from autobalancer.results.store import load_run
 from autobalancer.simulation.record import Samples
@@ -172,7 +172,7 @@ class Beside:
         self.work.start("speed of a measurement", lambda _job: drive_of(data, asked), then)  # type: ignore[arg-type]
 
 
-def _beside(archive: Archive, run: str, measured: xr.Dataset, asked: PictureOptions, job: Job) -> tuple[Overlay, str]:
+def _beside(archive: Archive, run: str, measured: xr.Dataset, asked: PictureOptions, job: Job) -> tuple[Answer, str]:
     """A measurement beside a run, and what was done for it.
 
     A run of the archive has about two thousand samples. Where these are too few, the same machine is run again, with more.
