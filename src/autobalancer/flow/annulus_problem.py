@@ -34,8 +34,7 @@ from autobalancer.flow.relaxation import (
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import PrescribedSpeed
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.units import argument, list_argument, optional_argument
 
 Model = Literal["auto", "modes", "chebyshev", "azimuthal"]

@@ -19,8 +19,7 @@ from autobalancer.flow.finite_elements import Fineness, Floats, Flow, Shape, exp
 from autobalancer.laws.impacts import FilmSlopes, film_slopes
 from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.units import argument, field_arguments, list_argument, optional_argument
 
 # Force and torque of the fluid on a ball, from the forces that hold its nodes.

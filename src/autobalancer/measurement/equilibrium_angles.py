@@ -22,8 +22,7 @@ from autobalancer.files.text_files import Table, read_table
 from autobalancer.laws.drag_coefficient import DragCurve, DragLaw, ShearedDragCurve, linear_drag_law
 from autobalancer.machine import Machine
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.roots import least
 from autobalancer.safe_file import as_path
 from autobalancer.simulation.record import SampleTimes

@@ -20,9 +20,8 @@ from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.display_units import moment_text
-from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
 from autobalancer.rotordynamics.receptance.rational_fit import Fitting, pole_model
 from autobalancer.rotordynamics.receptance.receptances import PoleModel, hertz

@@ -16,9 +16,8 @@ from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.text_files import read_table
 from autobalancer.laws.stall import rest_ends
 from autobalancer.machine import Machine
-from autobalancer.results.answers.answer import Answer, Form, Shown, sure
+from autobalancer.results.answers.answer import Answer, Form, Shown, provenance, sure
 from autobalancer.results.display_units import length_text
-from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
 from autobalancer.rotordynamics.response import response
 from autobalancer.tables import Column

@@ -54,10 +54,9 @@ from autobalancer.reporting.report_pages import (
     starts_page,
     yes_or_no,
 )
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import force_text, significant
-from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path, ready_to_write, write_safely, write_text_safely
 from autobalancer.stability.summary import Summary

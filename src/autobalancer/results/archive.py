@@ -24,11 +24,10 @@ from xarray.core import indexing
 
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine_kinds import CHAMBERS, machine_kind
-from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.answers.kinds import as_kind
 from autobalancer.results.chamber_measures import catalog_unit
 from autobalancer.results.folder_store import has_note, locked, plain, read_note, refuse_other_question, write_note
-from autobalancer.results.provenance import provenance
 from autobalancer.results.store import NETCDF, save_run
 from autobalancer.safe_file import endless_heap, write_safely, write_text_safely
 from autobalancer.units import shortened

@@ -15,9 +15,8 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.results.answers.answer import KIND, Answer
+from autobalancer.results.answers.answer import KIND, MAKER, Answer, provenance
 from autobalancer.results.answers.kinds import as_kind
-from autobalancer.results.provenance import MAKER, provenance
 from autobalancer.results.signals import UNIVERSAL, universal_text
 from autobalancer.safe_file import as_path, endless_heap, not_to_read, ready_to_write, write_safely, write_text_safely
 

@@ -16,9 +16,8 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.laws.ring_of_liquid import Floats, Ring, growth_rate
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.results.answers.answer import Answer, Form, Shown
+from autobalancer.results.answers.answer import Answer, Form, Shown, provenance
 from autobalancer.results.labels import labeled
-from autobalancer.results.provenance import provenance
 from autobalancer.roots import root
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import list_argument

@@ -23,7 +23,7 @@ from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import provenance
 
 CREEPING = 0.1  # of |lambda|: with less frequency, damping ratios above 0.995, a motion creeps back and does not swing
 

@@ -28,9 +28,9 @@ from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, Observa
 from autobalancer.kernels.records import BALL_SPIN, BALL_X, BALL_Y, COUPLING
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matrix, System, X, Y
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.results.answers.answer import provenance
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
-from autobalancer.results.provenance import provenance
 from autobalancer.results.time_series import directions, sizes
 from autobalancer.simulation.steppers import equations
 

@@ -21,10 +21,9 @@ from autobalancer.laws.impacts import contact_time, energy_error
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Answer, Labeled
+from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.archive import Archive, RunFolder
 from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit
-from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.chamber_run import default_step
 from autobalancer.studies.variations import in_threads

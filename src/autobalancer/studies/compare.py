@@ -18,10 +18,9 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import machine_kind
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.chamber_measures import chamber_measures
 from autobalancer.results.measure_table import SWEPT, numbers
-from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import recorded_of
 from autobalancer.results.verdict import NO_VERDICT, Verdict, verdict
 from autobalancer.simulation import held_run, simulated

@@ -27,10 +27,9 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.answers.studied import NOT_RUN
 from autobalancer.results.measure_table import SWEPT, label_of, peak_deflection
-from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
 from autobalancer.results.verdict import BALANCED, WORDS, wilson_interval
 from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_duration, run_options

@@ -35,9 +35,9 @@ from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
 from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
 from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import provenance
 from autobalancer.results.answers.run import SteppedResponse
 from autobalancer.results.folder_store import Store, refuse_other_question
-from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import as_path
 from autobalancer.simulation import MANY_RUNS, STEPPED, ManyRunOptions, SteppedOptions, run_options

@@ -25,8 +25,7 @@ from autobalancer.measurement.balancing.runs import (
     joined,
     quantity_of_units,
 )
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.store import load_run
 from autobalancer.units import optional_argument
 

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.balancing.balance import polar_deviations
 from autobalancer.measurement.balancing.runs import Angles, BalanceRun, Job, balance_runs, job_of
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.tables import whole_degrees
 from autobalancer.units import optional_argument
 

@@ -21,8 +21,7 @@ from autobalancer.measurement.balancing.runs import Complexes
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.tracking import passed_at, window_of_fit
 from autobalancer.measurement.signals.form import quantity_of
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.rotordynamics.natural_modes import rotor_of
 from autobalancer.rotordynamics.response import response, rubber_of
 from autobalancer.safe_file import as_path

@@ -24,8 +24,7 @@ from autobalancer.measurement.comparison.pairs import (
 from autobalancer.measurement.orders.tacho import rotor_angle
 from autobalancer.measurement.orders.tracking import orders
 from autobalancer.measurement.signals.form import Channel, signals
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.time_series import of_a_run
 
 Floats = NDArray[np.float64]

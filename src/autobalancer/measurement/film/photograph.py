@@ -17,8 +17,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film.balls import BallsInPicture, Reader, mirror_warning
 from autobalancer.measurement.film.optics import Calibration, camera_of
 from autobalancer.measurement.film.setup import FilmSetup, labeled
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.safe_file import as_path, not_to_read, write_safely
 
 Floats = NDArray[np.float64]

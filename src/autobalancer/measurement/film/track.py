@@ -24,8 +24,7 @@ from autobalancer.measurement.film.optics import in_space, sampled
 from autobalancer.measurement.film.photograph import Film, Gray, film_facts
 from autobalancer.measurement.film.setup import FilmSetup, labeled
 from autobalancer.progress import Progress, shows_progress, silent
-from autobalancer.results.answers.answer import Answer, Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]

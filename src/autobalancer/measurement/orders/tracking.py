@@ -20,7 +20,7 @@ from autobalancer.measurement.orders.tacho import with_rotor_angle
 from autobalancer.measurement.signals.form import hertz_argument
 from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import Progress, shows_progress, silent
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import provenance
 from autobalancer.results.signals import LONG, Orders, Signals, at_samples, extremes, merged_windows, places
 from autobalancer.units.quantity import ends_argument
 

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import QuestionError, UnitError
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import provenance
 from autobalancer.results.signals import LONG, Samples, Signals, pieces
 from autobalancer.units import argument, column_factor
 from autobalancer.units.trade import factor, without_suffix

@@ -14,9 +14,8 @@ from autobalancer.errors import QuestionError
 from autobalancer.measurement.orders.tacho import with_rotor_angle
 from autobalancer.measurement.orders.tracking import fitted_orders, vibrations
 from autobalancer.measurement.spectra.spectrum import decay_rate
-from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.labels import LABELS
-from autobalancer.results.provenance import provenance
 from autobalancer.results.signals import Orders, Signals
 from autobalancer.units import argument, optional_argument
 

@@ -21,8 +21,7 @@ from autobalancer.measurement.orders.tacho import with_rotor_angle
 from autobalancer.measurement.orders.tracking import vibrations
 from autobalancer.measurement.signals.form import hertz_argument
 from autobalancer.progress import Progress, shows_progress, silent
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.signals import Signals, Spectrum, at_samples, extremes, merged_windows, places
 from autobalancer.roots import root
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import datetime
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from importlib import import_module
+from importlib.metadata import version
 from itertools import zip_longest
 from typing import Any, ClassVar, TypeVar
 
@@ -18,6 +20,7 @@ from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis,
 from autobalancer.tables import Column, facts_text, html_table, rpm_and_si, text_table
 
 A = TypeVar("A", bound="Answer")
+MAKER = "autobalancer"
 
 WIDTH = 100  # letters of a line
 HEAD = 12  # letters of a column, at least, where heads are broken
@@ -33,6 +36,12 @@ FACTORS = {
     **THOUSANDTHS,
     **MILLIONTHS,
 }  # of units of columns, else one
+
+
+def provenance() -> dict[str, str]:
+    """Attributes that every result carries: the package with its version, and the moment."""
+    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    return {"source": f"{MAKER} {version(MAKER)}", "created": now}
 
 
 @dataclass(frozen=True)

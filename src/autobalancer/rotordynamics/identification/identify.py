@@ -19,8 +19,7 @@ from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.path import entry_at
 from autobalancer.notebook import picture_html
-from autobalancer.results.answers.answer import Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.rotordynamics.identification.fit import (
     EXACT,
     Bounds,

@@ -18,8 +18,7 @@ from scipy.optimize import least_squares
 
 from autobalancer.errors import QuestionError
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.rotordynamics.receptance.receptances import PoleModel, hertz
 from autobalancer.units import ends_argument
 

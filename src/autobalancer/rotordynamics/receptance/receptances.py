@@ -18,8 +18,7 @@ from autobalancer.errors import MachineError, QuestionError, RangeWarning, Resul
 from autobalancer.files.samples import sample_hint
 from autobalancer.files.text_files import Table, read_table
 from autobalancer.machine import Machine, ModalRotor, PlanarRotor, Resonance
-from autobalancer.results.answers.answer import Answer, Labeled
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.signals import UNIVERSAL, Function, is_universal, read_universal
 from autobalancer.safe_file import as_path, not_to_read
 from autobalancer.units import optional_argument, to_si

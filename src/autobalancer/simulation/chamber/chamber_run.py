@@ -31,10 +31,9 @@ from autobalancer.kernels.fields import Rows
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import bare_numbers
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Form
+from autobalancer.results.answers.answer import Form, provenance
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
-from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import Verdict
 from autobalancer.simulation.chamber.bounds import chamber_critical_speeds, fill, highest_speed, linear_body
 from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict

@@ -15,8 +15,7 @@ from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.stability.continuation.bifurcations import (
     Curve,
     FoldCurve,

@@ -22,8 +22,7 @@ from autobalancer.errors import MachineError, QuestionError, RangeWarning, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.path import axis_attributes, dimension_of, text_of
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.roots import root
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.stations import Floats, Plane, is_planar, plane

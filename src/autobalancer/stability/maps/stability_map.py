@@ -19,8 +19,7 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import QUANTITIES, axis_attributes, dimension_of, parts_of
 from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Answer
-from autobalancer.results.provenance import provenance
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.stability.friction import held_share
 from autobalancer.stability.host.stations import Floats, is_planar
 from autobalancer.stability.maps.balanced import balanced_states

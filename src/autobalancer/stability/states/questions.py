@@ -15,9 +15,8 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.answers.forms import verdict_ranges
-from autobalancer.results.provenance import provenance
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Complexes, Stations, station_form
 from autobalancer.stability.states.linearized import counted, exponents_of, growth, in_mean, modes, motion_name, verdict

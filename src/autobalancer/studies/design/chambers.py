@@ -21,9 +21,8 @@ from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ForceSize, Length, Quantity, Question, key
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Labeled
+from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.archive import Archive
-from autobalancer.results.provenance import provenance
 from autobalancer.simulation.chamber.bounds import ChamberBounds, bounds, fill, final_speed, pressure_between_balls
 from autobalancer.studies.chamber_study import Job, RunSettings, measured_runs
 from autobalancer.studies.design.candidate import Design

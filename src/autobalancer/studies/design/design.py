@@ -27,11 +27,10 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Answer
+from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import length_text, moment_text
 from autobalancer.results.folder_store import Store
-from autobalancer.results.provenance import provenance
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.receptance.receptances import fit_text
 from autobalancer.simulation.fluid_lag import diffusing_lags

@@ -19,9 +19,9 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of
 from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
+from autobalancer.results.answers.answer import provenance
 from autobalancer.results.answers.studied import IMPOSSIBLE, NOT_RUN, Ensemble
 from autobalancer.results.measure_table import SWEPT, in_row, label_of
-from autobalancer.results.provenance import provenance
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
 from autobalancer.results.verdict import BALANCED, WORDS
 from autobalancer.simulation import MANY_RUNS, ManyRunOptions, refuse_no_counts, run_duration, run_options

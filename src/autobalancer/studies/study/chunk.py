@@ -18,9 +18,9 @@ from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Quantity, Question, Rate, Time, key
 from autobalancer.machine.path import dimension_of
+from autobalancer.results.answers.answer import provenance
 from autobalancer.results.answers.studied import IMPOSSIBLE, stalled
 from autobalancer.results.measure_table import SWEPT, label_of
-from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import BALANCED as RULE_BALANCED
 from autobalancer.rotordynamics.campbell import critical_speeds
 from autobalancer.stability.basins import START_ANGLE, axis_name

@@ -26,11 +26,10 @@ from autobalancer.machine import Hill, Machine, PrescribedSpeed
 from autobalancer.machine.path import dimension_of
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.answer import Answer, Labeled
+from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import significant
 from autobalancer.results.folder_store import Span, Store
-from autobalancer.results.provenance import provenance
 from autobalancer.results.verdict import GREATER, Z
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
