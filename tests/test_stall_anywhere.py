@@ -398,7 +398,7 @@ def test_of_two_planes_that_hang_at_the_nutation_one_is_released_first_and_the_o
 
 @pytest.mark.slow
 def test_curves_have_release_and_capture_over_what_only_real_races_have() -> None:
-    m = machine(rotor(), (-0.1, 0.15))
+    m = machine(rotor(), (0.15,))
     curve = ab.stability.border_curve(m, "rolling_resistance", [0.0, 0.008], only=BOTH)
     assert "exact_border" not in curve
     for name in ("release_speed", "capture_speed"):
@@ -430,7 +430,7 @@ def test_a_map_without_the_speed_has_the_release_speed_over_both_axes() -> None:
 
 @pytest.mark.slow
 def test_the_least_drag_for_a_speed_has_its_release_speed_there_on_any_rotor() -> None:
-    m = machine(rotor(), (-0.1, 0.15), beta=2e-4)
+    m = machine(rotor(), (0.15,), beta=2e-4)
     drag = ab.stability.minimum_drag(m, 110.0, "release speed")
     assert found(with_quantity(m, "drag", drag))["release speed"].speed == pytest.approx(110.0, rel=1e-6)
 

@@ -231,7 +231,7 @@ def test_the_balanced_share_of_a_monte_carlo_is_that_of_the_basin_map() -> None:
         "ball_angle[1]": {"distribution": "uniform", "low": first, "high": last},
         "ball_speed": {"distribution": "uniform", "low": -speed, "high": 0.0},
     }
-    asked = {"machine": held, "members": 1500, "starts": "machine", "duration": "10 s", "vary": vary}
+    asked = {"machine": held, "members": 700, "starts": "machine", "duration": "10 s", "vary": vary}
     share, low, high = (members := ab.study(asked)).share_of(~members["balanced"].values)
     # a cell of the map that the border crosses may be wrong by half of it, at random
     doubt = np.sqrt(neighbors.sum()) * 0.5 / stalled.size

@@ -94,12 +94,12 @@ def run_apart(asked: dict[str, Any], folder: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes cannot be copied here")
-def test_a_study_that_is_killed_fifty_times_loses_nothing_and_has_the_same_bits(tmp_path: Path) -> None:
+def test_a_study_that_is_killed_thirty_times_loses_nothing_and_has_the_same_bits(tmp_path: Path) -> None:
     asked = {**SHORT, "members": 600, "duration": "1 s"}
     whole = ab.study(asked, workers=2)  # copies of this process need not load the package again
     random, folder = np.random.default_rng(0), tmp_path / "0"
     killed, grown, kept = 0, 0, dict[str, bytes]()
-    while killed < 50:
+    while killed < 30:
         process = multiprocessing.get_context("fork").Process(target=run_apart, args=(asked, folder))
         process.start()
         while killed % 3 == 0 and process.is_alive() and len(chunks_in(folder)) <= len(kept):
@@ -112,10 +112,10 @@ def test_a_study_that_is_killed_fifty_times_loses_nothing_and_has_the_same_bits(
         assert all(now.get(name) == content for name, content in kept.items())
         grown += len(now) > len(kept)
         killed, kept = killed + (not ended), now
-        if ended:  # on a quick computer before the fiftieth; then a new one begins
+        if ended:  # on a quick computer before the last; then a new one begins
             same_bits(whole, ab.study(asked, folder=folder, workers=2))
             folder, kept = tmp_path / str(killed), {}
-    assert grown >= 12
+    assert grown >= 7
     same_bits(whole, ab.study(asked, folder=folder, workers=2))
 
 
@@ -147,10 +147,12 @@ def test_a_full_disk_is_said_and_what_was_finished_is_kept(monkeypatch: pytest.M
 def test_a_cluster_of_two_processes_gives_the_same_bits_even_if_both_are_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    distributed = pytest.importorskip("distributed")
+    distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
+    copied = dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})  # loads the packages once
     monkeypatch.setattr(execute, "WORTH", 0.05)
     asked, killed = {**SHORT, "members": 400, "duration": "1 s"}, list[int]()
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+    workers = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with copied, distributed.LocalCluster(**workers) as cluster:
 
         def kill_both(done: int, _: int) -> None:
             if done and not killed:

@@ -50,12 +50,15 @@ def test_the_notebook_of_a_tutorial_runs_from_its_first_to_its_last_cell(
     tutorial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With few runs in each ensemble and study: every call is made, and every picture and table is drawn."""
+    few = {"sensitivity": 20}  # draws, the least that it takes
     found = cells(tutorial, tmp_path)
     monkeypatch.chdir(tmp_path)
     study, ensemble, report, amplitudes = ab.study, ab.ensemble, ab.report, ab.chamber.amplitudes
-    monkeypatch.setattr(ab, "study", lambda asked, **how: study({**asked, "members": 20}, **how))
-    monkeypatch.setattr(ab, "ensemble", lambda *given, seeds, **how: ensemble(*given, seeds=min(seeds, 10), **how))
-    monkeypatch.setattr(ab, "report", lambda *given, starts, **how: report(*given, starts=min(starts, 5), **how))
+    monkeypatch.setattr(
+        ab, "study", lambda asked, **how: study({**asked, "members": few.get(asked.get("plan"), 8)}, **how)
+    )
+    monkeypatch.setattr(ab, "ensemble", lambda *given, seeds, **how: ensemble(*given, seeds=min(seeds, 6), **how))
+    monkeypatch.setattr(ab, "report", lambda *given, starts, **how: report(*given, starts=min(starts, 3), **how))
     short = {"duration": "0.6 s", "last": "0.2 s"}
     monkeypatch.setattr(ab.chamber, "amplitudes", lambda *given, **how: amplitudes(*given, **how | short))
     names: dict[str, Any] = {"__name__": "__main__"}

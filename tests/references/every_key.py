@@ -195,7 +195,7 @@ def _on_shafts_and_bodies() -> Iterator[Machine]:
             "extent": [-0.01, 0.03]}  # fmt: skip
     steel = {"kind": "shaft", "material": material, "disks": [disk], "stiffness_proportional_damping": 1e-4, "modes": 4,
              "segments": [{"length": 0.2, "diameter": 0.02, "inner_diameter": 0.004, "elements": 4, "shear_coefficient": 0.9}],
-             "supports": [{"position": 0.0, "stiffness": 2e4, "damping": 30.0}, SUPPORTS[1]]}  # fmt: skip
+             "supports": [{"position": 0.0, "stiffness": 2e4, "damping": 30.0}, SUPPORTS[0] | {"position": 0.12}]}  # fmt: skip
     at = {"stations": [{"name": "top", "position": 0.15}], "unbalances": [{"moment": 3e-4, "station": "top"}]}
     yield machine(rotor=steel, balancers=[{"station": "top", "races": [PAIR | RUBBING]}], **at)
     inertia = {"transverse_inertia": 0.02, "polar_inertia": 0.03}
