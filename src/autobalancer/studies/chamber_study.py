@@ -25,6 +25,7 @@ from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.archive import Archive, RunFolder
 from autobalancer.results.chamber_measures import READ, catalog_numbers, catalog_unit
 from autobalancer.simulation.chamber import simulate_chamber
+from autobalancer.simulation.chamber.bounds import one_group
 from autobalancer.simulation.chamber.chamber_run import default_step
 from autobalancer.studies.variations import in_threads
 from autobalancer.units import argument, list_argument, optional_argument
@@ -166,13 +167,9 @@ def variant(
     if layers not in LAYERS:
         raise QuestionError(f"layers: given {layers!r}; must be one of {', '.join(LAYERS)}")
     machine = balls_in_chambers(machine)
-    if len(machine.chambers) != 1 or len(machine.chambers[0].balls) != 1:
-        raise QuestionError(
-            "machine: has several chambers or groups of balls; the study is of one chamber with equal balls"
-        )
+    own, group = one_group(machine, "variants are", cylinders=True)
     data: dict[str, Any] = tomllib.loads(machine_text(machine))
     chamber = data["chambers"][0] if isinstance(data["chambers"], list) else data["chambers"]
-    group = machine.chambers[0].balls[0]
     chamber["balls"] = [{"count": balls, "density": group.density, "total_mass": group.count * group.ball_mass}]
     body = group.body if body is None else body
     if body not in ("ball", group.body):
@@ -184,7 +181,7 @@ def variant(
         chamber["balls"][0].update(same)
     if layers == "single":
         chamber.pop("depth", None)
-    elif machine.chambers[0].depth is None:
+    elif own.depth is None:
         raise QuestionError(
             "machine: its chamber has no depth, so it is one of a single layer; give chambers.depth, or ask for the "
             "single layer alone"

@@ -239,7 +239,36 @@ class ChamberBounds(Described):
 
     def rows(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
         """A name and a text each, with speeds as ``said`` writes them."""
-        return bounds_rows(self, said)
+        calm = "calm: balls stay in touch with the bottom" if self.shaking < 1.0 else "balls hop at the bottom"
+        one = "one row along the axis, which acts as one ball"
+        lying = one if self.axial_rows == 1 else f"{self.axial_rows} rows along the axis"
+        pressure = "" if math.isnan(self.race_pressure) else f", {1e-6 * self.race_pressure:.4g} MPa"
+        held = moment_text(self.held_residual) if self.held_residual else "nothing, for gravity keeps the balls moving"
+        rate = f"{self.decay_rate:.3g} 1/s, at best {self.best_decay_rate:.3g} 1/s with a drag of {self.best_drag:.3g} N s/m"
+        return [
+            ("speed", f"{said(self.speed)}, highest critical speed {said(self.critical_speed)}"),
+            ("unbalance", f"{moment_text(self.unbalance)}; the balls can balance {moment_text(self.capability)}"),
+            ("residual", f"at least {moment_text(self.least_residual)}; rolling resistance can hold {held}"),
+            (
+                "vibration",
+                f"{length_text(self.vibration_without_balls)} without balls; at least {length_text(self.least_vibration)}",
+            ),
+            (
+                "pick-up",
+                f"one sliding ball needs a friction of {self.least_friction:.3g} on a calm rotor and has {self.friction:g}\n"
+                f"the balls lie in {lying}\n"
+                f"the rotor shakes with {self.shaking:.3g} g at most, {calm}",
+            ),
+            ("run-up", f"critical speed passed after {self.run_up_time:.3g} s or later"),
+            ("small motions", f"decay with {rate}"),
+            ("settling", f"{self.least_settled_at:.3g} s after the start or later"),
+            ("ball on the race", f"{force_text(self.race_force)}{pressure}"),
+            (
+                "couple of the balls",
+                f"at most {couple_text(self.greatest_couple)}, {force_text(self.couple_bearing_force)} on each bearing",
+            ),
+            ("bearings", f"the more loaded one bears {force_text(self.least_bearing_force)} or more"),
+        ]
 
 
 def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
@@ -254,16 +283,7 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
         If the machine has several chambers or groups of balls, cylinders, no unbalance, nothing that turns it, or a fixed body.
     """
     machine = balls_in_chambers(machine)
-    if len(machine.chambers) != 1 or len(machine.chambers[0].balls) != 1:
-        raise QuestionError(
-            "machine: has several chambers or groups of balls; bounds are of one chamber with equal balls"
-        )
-    if machine.chambers[0].balls[0].body != "ball":
-        raise QuestionError(
-            "machine: its chamber has cylinders; these bounds hold for balls only; check and simulate take cylinders"
-        )
-    chamber, contact = machine.chambers[0], machine.contact
-    group = chamber.balls[0]
+    (chamber, group), contact = one_group(machine, "bounds are"), machine.contact
     mass, radius, count = group.ball_mass, group.radius, group.count
     path = float(chamber.radius) - radius
     speed = final_speed(machine)
@@ -330,6 +350,24 @@ def bounds(machine: ChamberMachine | str | Path) -> ChamberBounds:
     )
 
 
+def one_group(machine: ChamberMachine, what: str, *, cylinders: bool = False) -> tuple[Chamber, FreeBalls]:
+    """The chamber of a machine that has one, with equal balls or, if they may be, ``cylinders``; ``what`` asks for it.
+
+    Raises
+    ------
+    QuestionError
+        If it has more, or cylinders.
+    """
+    chamber = machine.chambers[0]
+    if len(machine.chambers) != 1 or len(chamber.balls) != 1:
+        raise QuestionError(f"machine: has several chambers or groups of balls; {what} of one chamber with equal balls")
+    if chamber.balls[0].body != "ball" and not cylinders:
+        raise QuestionError(
+            f"machine: its chamber has cylinders; {what} of balls only; check and simulate take cylinders"
+        )
+    return chamber, chamber.balls[0]
+
+
 def final_speed(machine: ChamberMachine) -> float:
     """Speed at the end of the run-up (rad/s); that of a motor without load."""
     if isinstance(machine.drive, AsynchronousMotor):
@@ -391,43 +429,6 @@ def _shaking(machine: ChamberMachine, highest: float, gravity: float) -> float:
     speeds = np.linspace(highest / SPEEDS, highest, SPEEDS)
     whirls = vibrations_without_balancing(machine, speeds)
     return max(deep_chamber.shaking(float(w), float(s), gravity) for w, s in zip(whirls, speeds, strict=True) if w == w)
-
-
-# What a deep chamber can do at best, as rows of a table: a name and a text each.
-
-
-def bounds_rows(bounds: ChamberBounds, said: Callable[[float], str]) -> list[tuple[str, str]]:
-    """Everything that is shown of it, with speeds as ``said`` writes them."""
-    calm = "calm: balls stay in touch with the bottom" if bounds.shaking < 1.0 else "balls hop at the bottom"
-    one = "one row along the axis, which acts as one ball"
-    lying = one if bounds.axial_rows == 1 else f"{bounds.axial_rows} rows along the axis"
-    pressure = "" if math.isnan(bounds.race_pressure) else f", {1e-6 * bounds.race_pressure:.4g} MPa"
-    held = moment_text(bounds.held_residual) if bounds.held_residual else "nothing, for gravity keeps the balls moving"
-    rate = f"{bounds.decay_rate:.3g} 1/s, at best {bounds.best_decay_rate:.3g} 1/s with a drag of {bounds.best_drag:.3g} N s/m"
-    return [
-        ("speed", f"{said(bounds.speed)}, highest critical speed {said(bounds.critical_speed)}"),
-        ("unbalance", f"{moment_text(bounds.unbalance)}; the balls can balance {moment_text(bounds.capability)}"),
-        ("residual", f"at least {moment_text(bounds.least_residual)}; rolling resistance can hold {held}"),
-        (
-            "vibration",
-            f"{length_text(bounds.vibration_without_balls)} without balls; at least {length_text(bounds.least_vibration)}",
-        ),
-        (
-            "pick-up",
-            f"one sliding ball needs a friction of {bounds.least_friction:.3g} on a calm rotor and has {bounds.friction:g}\n"
-            f"the balls lie in {lying}\n"
-            f"the rotor shakes with {bounds.shaking:.3g} g at most, {calm}",
-        ),
-        ("run-up", f"critical speed passed after {bounds.run_up_time:.3g} s or later"),
-        ("small motions", f"decay with {rate}"),
-        ("settling", f"{bounds.least_settled_at:.3g} s after the start or later"),
-        ("ball on the race", f"{force_text(bounds.race_force)}{pressure}"),
-        (
-            "couple of the balls",
-            f"at most {couple_text(bounds.greatest_couple)}, {force_text(bounds.couple_bearing_force)} on each bearing",
-        ),
-        ("bearings", f"the more loaded one bears {force_text(bounds.least_bearing_force)} or more"),
-    ]
 
 
 # Places for equal balls in a cylinder or ring, in layers from the bottom (after Pakuła 2021, appendix 3).

@@ -24,6 +24,8 @@ from autobalancer.simulation.chamber.bounds import (
 from autobalancer.simulation.chamber.chamber_run import default_step
 from autobalancer.tables import Described, rpm_and_si
 
+FREEDOM = {"fixed": "fixed", "planar": "moves in its plane", "free": "free"}
+
 
 @dataclass(frozen=True)
 class ChamberFilling:
@@ -43,6 +45,25 @@ class ChamberFilling:
     body: str
     longest: float | None  # cylinder
     tilt: float | None
+
+    def text(self, unbalance: float) -> str:
+        """Its balls, its room and its capability, beside an ``unbalance`` (kg m)."""
+        small, large = 1e3 * self.smallest_diameter, 1e3 * self.largest_diameter
+        size = f"{large:.4g} mm" if math.isclose(small, large) else f"{small:.4g} to {large:.4g} mm"
+        size += f" by {1e3 * self.longest:.4g} mm" if self.longest is not None else ""
+        enough = f", {self.capability / unbalance:.3g} times the unbalance" if unbalance else ""
+        several, together = ("s", " together") if self.balls != 1 else ("", "")
+        # balls of mixed sizes may be more than there is room for of the largest
+        share = "" if self.balls > self.room else f": {100 * self.balls / self.room:.3g} % filled"
+        tilts = ""
+        if self.tilt is not None:
+            free = f", which lets one tilt by {math.degrees(self.tilt):.3g} degrees"
+            tilts = ", so that one could turn over" if self.tilt > 1.57 else free
+        return (
+            f"{self.balls} {self.body}{several} of {size}, {self.ball_mass:.4g} kg{together}\n"
+            f"{1e3 * self.depth:.4g} mm deep, room for {self.room} of {large:.4g} mm{share}{tilts}\n"
+            f"capability {moment_text(self.capability, 5)}{enough}"
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,7 +91,27 @@ class ChamberSummary(Described):
 
     def rows(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:
         """A name and a text each, with speeds as ``said`` writes them."""
-        return chamber_rows(self, said)
+        couple = f", couple {self.couple_unbalance * 1e9:.5g} g mm²" if self.couple_unbalance else ""
+        steps = f", {self.duration / self.step:.3g} steps in {self.duration:g} s" if self.duration else ""
+        between = "" if self.ball_friction is None else f", {self.ball_friction:g} between balls"
+        # a contact along a line takes the same time at any speed
+        at = "" if self.chambers[0].body == "cylinder" else " at 4 m/s"
+        those = f"{self.chambers[0].body}s"
+        modes = zip(self.critical_speeds, self.damping_ratios, strict=True)
+        return [
+            ("body", FREEDOM[self.freedom]),
+            ("mass", f"{self.total_mass:.6g} kg with balls, rotor {self.rotor_mass:.6g} kg"),
+            *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
+            ("unbalance", f"{moment_text(self.unbalance, 5)}{couple}"),
+            *((f"chamber {filling.chamber}", filling.text(self.unbalance)) for filling in self.chambers),
+            (
+                "friction",
+                f"{self.friction:g}{between}; with too little friction, or too few {those}, they stay at the bottom",
+            ),
+            ("shortest contact", f"{1e6 * self.contact_time:.4g} us{at}"),
+            ("step", f"{1e6 * self.step:.4g} us{steps}"),
+            ("highest speed", said(self.highest_speed)),
+        ]
 
 
 def chamber_summary(machine: ChamberMachine | str | Path, say: Callable[[str], None] | None = None) -> ChamberSummary:
@@ -165,65 +206,3 @@ def _warnings(
     if couple > 1e-12 and machine.body.freedom == "planar":
         warnings.append("a planar body does not feel the couple unbalance; only a free one lets the balls balance it")
     return tuple(warnings)
-
-
-# What is known of a machine with deep chambers, as rows of a table: a name and a text each.
-
-
-FREEDOM = {"fixed": "fixed", "planar": "moves in its plane", "free": "free"}
-
-
-def chamber_rows(summary: ChamberSummary, said: Callable[[float], str]) -> list[tuple[str, str]]:
-    """Everything that ``check`` shows of it, with speeds as ``said`` writes them."""
-    couple = f", couple {summary.couple_unbalance * 1e9:.5g} g mm²" if summary.couple_unbalance else ""
-    steps = f", {summary.duration / summary.step:.3g} steps in {summary.duration:g} s" if summary.duration else ""
-    between = "" if summary.ball_friction is None else f", {summary.ball_friction:g} between balls"
-    those = f"{summary.chambers[0].body}s"
-    modes = zip(summary.critical_speeds, summary.damping_ratios, strict=True)
-    return [
-        ("body", FREEDOM[summary.freedom]),
-        ("mass", f"{summary.total_mass:.6g} kg with balls, rotor {summary.rotor_mass:.6g} kg"),
-        *(("critical speed", f"{said(speed)}, damping ratio {100 * ratio:.3g} %") for speed, ratio in modes),
-        ("unbalance", f"{moment_text(summary.unbalance, 5)}{couple}"),
-        *((f"chamber {filling.chamber}", _filling_rows(filling, summary.unbalance)) for filling in summary.chambers),
-        (
-            "friction",
-            f"{summary.friction:g}{between}; with too little friction, or too few {those}, they stay at the bottom",
-        ),
-        ("shortest contact", f"{1e6 * summary.contact_time:.4g} us{_at(summary)}"),
-        ("step", f"{1e6 * summary.step:.4g} us{steps}"),
-        ("highest speed", said(summary.highest_speed)),
-    ]
-
-
-def _at(summary: ChamberSummary) -> str:
-    """A contact along a line takes the same time at any speed."""
-    return "" if summary.chambers[0].body == "cylinder" else " at 4 m/s"
-
-
-def _filling_rows(filling: ChamberFilling, unbalance: float) -> str:
-    small, large = 1e3 * filling.smallest_diameter, 1e3 * filling.largest_diameter
-    size = f"{large:.4g} mm" if math.isclose(small, large) else f"{small:.4g} to {large:.4g} mm"
-    enough = f", {filling.capability / unbalance:.3g} times the unbalance" if unbalance else ""
-    one = filling.balls == 1
-    if filling.longest is not None:
-        size += f" by {1e3 * filling.longest:.4g} mm"
-    return (
-        f"{filling.balls} {filling.body}{'' if one else 's'} of {size}, {filling.ball_mass:.4g} kg{'' if one else ' together'}\n"
-        f"{1e3 * filling.depth:.4g} mm deep, {_room(filling)}{_tilt(filling.tilt)}\n"
-        f"capability {moment_text(filling.capability, 5)}{enough}"
-    )
-
-
-def _tilt(tilt: float | None) -> str:
-    if tilt is None:
-        return ""
-    return (
-        ", so that one could turn over" if tilt > 1.57 else f", which lets one tilt by {math.degrees(tilt):.3g} degrees"
-    )
-
-
-def _room(filling: ChamberFilling) -> str:
-    """Balls of mixed sizes may be more than there is room for of the largest."""
-    share = "" if filling.balls > filling.room else f": {100 * filling.balls / filling.room:.3g} % filled"
-    return f"room for {filling.room} of {1e3 * filling.largest_diameter:.4g} mm{share}"

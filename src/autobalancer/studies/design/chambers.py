@@ -23,7 +23,14 @@ from autobalancer.machine.part import ForceSize, Length, Quantity, Question, key
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.archive import Archive
-from autobalancer.simulation.chamber.bounds import ChamberBounds, bounds, fill, final_speed, pressure_between_balls
+from autobalancer.simulation.chamber.bounds import (
+    ChamberBounds,
+    bounds,
+    fill,
+    final_speed,
+    one_group,
+    pressure_between_balls,
+)
 from autobalancer.studies.chamber_study import Job, RunSettings, measured_runs
 from autobalancer.studies.design.candidate import Design
 from autobalancer.studies.design.designs import (
@@ -283,15 +290,7 @@ class Candidate:
 
 def candidates_of(machine: ChamberMachine, choices: Mapping[str, Any]) -> list[Candidate]:
     """All combinations of what there is to choose from, each once, ascending; what is not given is as in the machine."""
-    chamber, group = machine.chambers[0], machine.chambers[0].balls[0]
-    if len(machine.chambers) != 1 or len(chamber.balls) != 1:
-        raise QuestionError(
-            "machine: has several chambers or groups of balls; a design is of one chamber with equal balls"
-        )
-    if group.body != "ball":
-        raise QuestionError(
-            "machine: its chamber has cylinders; designs are compared for balls only; simulate runs cylinders"
-        )
+    chamber, group = one_group(machine, "designs are")
     if chamber.depth is None:
         raise QuestionError("machine: its chamber has no depth, so it would change with the balls; give chambers.depth")
     if group.positions is not None:
