@@ -44,7 +44,7 @@ from autobalancer.app.text.form_fields import fields_of, in_unit, number_and_uni
 from autobalancer.app.text.problems import EMPTY, drawable, for_page, read, with_entry, with_value, without
 from autobalancer.app.view.packed import packed
 from autobalancer.app.view.widget import module_text
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import ON_THE_PAGE, QuestionError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.keys import keys_of
@@ -434,6 +434,9 @@ def test_the_words_of_the_page_name_neither_functions_nor_commands() -> None:
     texts = [text for _, text in ab.check(machine).rows(rpm_and_si)]
     assert any("autobalancer catalog" in text for text in texts)
     assert not any("autobalancer" in for_page(text) for text in texts)
+    for words, here in ON_THE_PAGE.items():
+        assert for_page(f"before{words} after") == f"before{here} after"
+        assert not re.search(r"autobalancer|Python|FILE", here)
     summary = ast.parse(Path(summary_module.__file__).read_text(encoding="utf-8"))
     parts = {id(part) for text in ast.walk(summary) if isinstance(text, ast.JoinedStr) for part in text.values}
     for text in ast.walk(summary):  # all that check may say, with 1 for each number and name

@@ -183,6 +183,11 @@ def test_the_arrows_of_the_race_add_up_to_the_resultant(run: xr.Dataset) -> None
     labels = [text.get_text() for text in ab.plot.race(run).axes[0].get_legend().get_texts()]
     assert labels[:2] == ["unbalance 500 g mm", "balls 499 g mm"]
     assert labels[2].startswith(f"resultant {1e6 * float(run.residual_unbalance[-1]):.3g}")
+    # while balls stall they move in the rotor: the same sum is that of a moment and balances nothing
+    stalled = int(np.argmax(np.abs(run.ball_speed_in_space.values[:, 0] - run.speed.values)))
+    axes = ab.plot.race(run, time=float(run.time[stalled])).axes[0]
+    assert axes.get_legend().get_texts()[2].get_text().startswith("resultant now ")
+    assert [text for text in axes.texts if "they do not balance it" in text.get_text()]
 
 
 def test_the_resultant_counts_the_balls_of_an_eccentric_race(tmp_path: Path) -> None:

@@ -29,6 +29,22 @@ KeyPath = tuple[str | int, ...]
 Problem = tuple[KeyPath, str]
 LISTED = 20  # problems named in one message
 
+# Ways on that messages name: in the words of the command line and of Python, and in those of the page in a browser.
+
+SIMULATE = "autobalancer simulate tells"
+SIMULATE_OR_BASIN = "simulate it instead, or ask basin with random starts"
+ENSEMBLE = "autobalancer ensemble FILE --seeds 100"
+BORDERS = "'autobalancer borders FILE' (ab.stability.borders)"
+LEAST_VISCOSITY = " (autobalancer borders FILE --minimum-viscosity-at SPEED)"
+FRICTIONS = "; typical coefficients: autobalancer catalog friction"
+KEEP_TURNS = "; in Python, save must hold LastRevolutions()"
+MORE_MODES, LIQUID = "; see autobalancer modes", "; see autobalancer liquid-response"
+ON_THE_PAGE = {
+    SIMULATE: "a run tells", SIMULATE_OR_BASIN: "run it, or take the basin of the page Stability",
+    ENSEMBLE: "a study of many starts", BORDERS: "the page Stability",
+    **dict.fromkeys((LEAST_VISCOSITY, FRICTIONS, KEEP_TURNS, MORE_MODES, LIQUID), ""),
+}  # fmt: skip
+
 
 def spell(path: KeyPath, message: str = "") -> str:
     """``("balls", 1, "mass"), "..."`` as ``balls[2].mass: ...``; entries are counted from 1 as people do."""

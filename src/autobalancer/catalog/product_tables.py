@@ -12,7 +12,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Literal, NoReturn
 
-from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.errors import FRICTIONS, CatalogError, QuestionError
 from autobalancer.laws import viscosity as glycerol
 from autobalancer.laws.capabilities import ball_mass, capability, largest_useful_count, needed_count
 from autobalancer.laws.viscosity import (
@@ -98,9 +98,7 @@ def _by_key() -> dict[str, Material]:
 # Published coefficients of friction between a ball and its race: what they were found on, and where.
 
 
-NONE_GIVEN = (
-    "no friction given: residuals are those of ideal balls; typical coefficients: autobalancer catalog friction"
-)
+NONE_GIVEN = f"no friction given: residuals are those of ideal balls{FRICTIONS}"
 """What every answer about a machine without friction says."""
 
 

@@ -241,7 +241,7 @@ def campbell(found: RunArgument, *, speed_unit: str = "rpm", frequency_unit: str
     with look():
         figure = picture(8.4, 5.2)
         axes = figure.subplots()
-        axes.set_title(with_ignored(str(found.attrs.get("title", "Campbell diagram")), found.attrs))
+        heading(figure, with_ignored(str(found.attrs.get("title", "Campbell diagram")), found.attrs))
         room = 1.3 if "torsional_frequency" in found else 1.12  # for the legend
         top = room * _greatest(found) * up.factor
         for h in found.attrs.get("harmonics", [1.0]):

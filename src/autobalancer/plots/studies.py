@@ -239,14 +239,18 @@ def design(designs: RunArgument, *, title: str | None = None) -> Figure:
     with look():
         if set(map(str, found["stage"].values)) == {"runs"}:  # nothing was ruled out
             figure = picture(7.4, 4.4)
-            _front(figure.add_subplot(), found, ran)
+            panel = figure.add_subplot()
         else:
             figure = picture(10.0, 4.4)
-            left, right = figure.subplots(1, 2, width_ratios=(1.0, 2.4))
+            left, panel = figure.subplots(1, 2, width_ratios=(1.0, 2.4))
             _counts(left, found)
-            _front(right, found, ran)
+        shown, known = _front(panel, found, ran)
         _legend(figure, ran)
         heading(figure, title if title is not None else str(found.attrs.get("title", "")))
+        engine = figure.get_layout_engine()
+        assert engine is not None
+        engine.execute(figure)  # where marks hide each other depends on the room that all else leaves
+        _numbers(panel, ran, shown, known)
     return figure
 
 
@@ -265,7 +269,8 @@ def _counts(panel: Axes, dataset: xr.Dataset) -> None:
     panel.grid(visible=False)
 
 
-def _front(panel: Axes, dataset: xr.Dataset, ran: xr.Dataset) -> None:
+def _front(panel: Axes, dataset: xr.Dataset, ran: xr.Dataset) -> tuple[Any, Any]:
+    """Bars, limits and front; returns the places of the designs and which of them have both objectives."""
     limits = json.loads(dataset.attrs["limits"])
     names = [str(name) for name in dataset.attrs["objectives"]]
     for axis, name in zip("xy", names, strict=True):
@@ -296,14 +301,17 @@ def _front(panel: Axes, dataset: xr.Dataset, ran: xr.Dataset) -> None:
     if values.size and values.min() > 0.0 and values.max() > 10.0 * values.min():
         panel.set_yscale("log")
         plain_log_ticks(panel, "y")
-    _numbers(panel, ran, shown, known)
     labels = [f"{place + 1}: {ran['label'].values[place]}" for place in range(min(NAMED, ran.sizes["design"]))]
+    if not known.all():
+        lacking = ", ".join(f"{place:.0f}" for place in ran["place"].values[~known])
+        labels.append(f"not drawn, as they do not reach both: {lacking}")
     panel.set_title("\n".join(labels), fontsize=8, loc="left")
+    panel.margins(0.07)
+    return shown, known
 
 
 def _numbers(panel: Axes, ran: xr.Dataset, places: Any, known: Any) -> None:
     """A mark for each design; in order of their places those get their number that no mark with a number would hide."""
-    panel.autoscale_view()
     points = panel.transData.transform(places) * 72.0 / panel.figure.dpi
     numbered: list[int] = []
     for i in np.flatnonzero(known).tolist():  # by place
@@ -311,7 +319,7 @@ def _numbers(panel: Axes, ran: xr.Dataset, places: Any, known: Any) -> None:
             numbered.append(i)
     for i in np.flatnonzero(known).tolist():
         size, above = (MARK, 4.0) if i in numbered else (0.4 * MARK, 3.0)
-        panel.plot(*places[i], "o", ms=size, color=COLORS[int(ran["meets"].values[i])], zorder=above)
+        panel.plot(*places[i], "o", ms=size, color=COLORS[int(ran["meets"].values[i])], zorder=above, clip_on=False)
     for i in numbered:
         number = f"{ran['place'].values[i]:.0f}"
         panel.annotate(number, places[i], color="white", fontsize=8, zorder=5.0, ha="center", va="center_baseline")

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import KEEP_TURNS, QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import RACES, Kind, machine_kind
@@ -279,6 +279,10 @@ def _refuse_other_kind(name: str, run: xr.Dataset, runs: Kind) -> None:
         raise QuestionError(
             f"{name}: given a run of {given.words}, or a result that is no run; this is for {runs.words}"
         )
+    if "time" not in run.dims and "speed" not in run.coords and (title := run.attrs.get("title")):
+        raise QuestionError(
+            f"{name}: given {title!r}, which is an answer about many runs; print what load_run gives, or plot it"
+        )
     if "machine" not in run.attrs:
         raise QuestionError(f"{name}: the run has lost its attributes, such as its machine; give it as it was computed")
 
@@ -295,7 +299,7 @@ def _wanted(name: str, argument: object, of_machine: str) -> str:
 WHEN = "in the last revolutions"
 NO_TURNS = (
     "the run kept no whole revolution at its end; run it longer, to a speed above zero (a run that is interrupted keeps "
-    "none; in Python, save must hold LastRevolutions())"
+    f"none{KEEP_TURNS})"
 )
 
 

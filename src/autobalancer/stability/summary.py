@@ -35,7 +35,7 @@ from autobalancer.catalog.resolve import (
     resolve,
     rings_of,
 )
-from autobalancer.errors import QuestionError
+from autobalancer.errors import ENSEMBLE, LEAST_VISCOSITY, LIQUID, MORE_MODES, SIMULATE, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.kernels.measures.columns_of_measures import LIMITS
 from autobalancer.kernels.measures.workspace import MeasureInputs
@@ -385,7 +385,7 @@ def _rings(machine: Machine) -> tuple[str, ...]:
         f"{ring.mass:.4g} kg of liquid in a layer of {1e3 * ring.layer:.4g} mm; moves with the rotor like {ring.full_mass:.4g} kg"
         for ring in rings_of(machine)
     ]
-    return (*held, "all other rows are those without liquid; see autobalancer liquid-response")
+    return (*held, f"all other rows are those without liquid{LIQUID}")
 
 
 def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
@@ -489,8 +489,8 @@ def _below(exact: Border, highest: float, planar: bool) -> str:
         everywhere = "never" if math.isinf(exact.speed) else f"from {exact.speed:.4g} rad/s on"
         return (
             f"the balanced state is stable at the highest speed at some positions of the balls only: at the best ones from "
-            f"{exact.best:.4g} rad/s on, at all of them {everywhere}; runs from several starts show whether the balls find "
-            "stable ones (autobalancer ensemble), autobalancer borders --minimum-viscosity-at which fluid makes all stable"
+            f"{exact.best:.4g} rad/s on, at all of them {everywhere}; {ENSEMBLE} shows how often the balls find "
+            f"stable ones; a thicker fluid makes all of them stable{LEAST_VISCOSITY}"
         )
     below = "the highest speed is below the exact border; "
     if exact.windows:
@@ -545,7 +545,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
             return f"only in part: the balls can balance {moment_text(have)} of {moment_text(need)}; take more or heavier balls"
     if exact is None or math.isnan(exact.speed):
         why = summary.no_borders_because or (exact.note if exact is not None else "no exact border")
-        return f"not known before a run ({why}); autobalancer simulate tells"
+        return f"not known before a run ({why}); {SIMULATE}"
     inside = top is not None and any(low < top < high for low, high in exact.windows)
     since = f"from {said(exact.speed)} on"
     if inside or math.isinf(exact.speed):
@@ -556,20 +556,18 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
         when = f"are released at {said(release.speed)}" if math.isfinite(release.speed) else "are never released"
         slow = f", stalled balls {when}"
     if top is None:
-        return f"if the drive gets there: {stable}{slow}; autobalancer simulate tells"
+        return f"if the drive gets there: {stable}{slow}; {SIMULATE}"
     at = f"at {said(top)}"
     lowest = (max if summary.rotor == "planar" else min)(summary.critical_speeds, default=0.0)
     if top < lowest:
         return f"no, not {at}: below the critical speed {said(lowest)} balls go to the heavy side; run above it"
-    thicker = (
-        f'a thicker fluid helps (autobalancer borders FILE --minimum-viscosity-at "{top * 30.0 / math.pi:.5g} rpm")'
-    )
+    thicker = f"a thicker fluid helps{LEAST_VISCOSITY}"
     # several positions of the balls balance, and they are not stable from the same speed on
     if exact.best < top <= exact.speed:
         always = "at none" if math.isinf(exact.speed) else f"from {said(exact.speed)} on"
         return (
             f"{at} at some positions of the balls: at the best ones from {said(exact.best)} on, at all of them {always}; "
-            f"autobalancer ensemble FILE --seeds 100 shows how often; {thicker}"
+            f"{ENSEMBLE} shows how often; {thicker}"
         )
     if top <= exact.speed and not inside:
         cure = "run faster, or " if math.isfinite(exact.speed) else "run there, or " if exact.windows else ""
@@ -580,11 +578,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
     held = summary.friction.planes if summary.friction is not None else ()
     if any(plane.holds for plane in held):
         moved = any(plane.largest_whirl > plane.held_whirl for plane in held if plane.holds)
-        where = (
-            "where the passage of the critical speed left them; autobalancer simulate tells"
-            if moved
-            else "where they are"
-        )
+        where = f"where the passage of the critical speed left them; {SIMULATE}" if moved else "where they are"
         word = "not known before a run" if moved else "no, not"
         return f"{word} {at}: friction holds the balls {where}; less friction helps"
     left = ", ".join(moment_text(plane.residual_95) for plane in held if plane.held_whirl > 0.0)
@@ -663,7 +657,7 @@ def _critical_speeds(summary: Summary, said: SpeedText) -> Iterator[Row]:
     for name, speed, ratio in rows[:LISTED]:
         yield "critical speed", f"{said(speed)}, {name}damping ratio {100 * ratio:.3g} %"
     if len(rows) > LISTED:
-        yield "", f"and {len(rows) - LISTED} more from {said(rows[LISTED][1])} on; see autobalancer modes"
+        yield "", f"and {len(rows) - LISTED} more from {said(rows[LISTED][1])} on{MORE_MODES}"
 
 
 def _most(summary: Summary) -> str:

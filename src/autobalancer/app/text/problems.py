@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from autobalancer.errors import AutobalancerError, KeyPath, QuestionError
+from autobalancer.errors import ON_THE_PAGE, AutobalancerError, KeyPath, QuestionError
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.machine import Machine
@@ -36,18 +35,6 @@ STAND_INS = {  # for keys of the rotor, the drive and the race that its drawing 
     "duration": "1 s",
     "fluid": {"name": "water"},
 }
-ON_THE_PAGE = (
-    (r"; in Python, save must hold \w+\(\)", ""),
-    (r"simulate it instead, or ask basin with random starts", "run it, or take the basin of the page Stability"),
-    (r"; typical coefficients: autobalancer catalog friction", ""),
-    (r"ask basin with random starts", "take the basin of the page Stability"),
-    (r"; see autobalancer (liquid-response|modes)", ""),
-    (r"autobalancer simulate tells", "a run tells"),
-    (r"autobalancer ensemble FILE --seeds \d+ shows", "a study of many starts shows"),
-    (r" \(autobalancer ensemble\), autobalancer borders --minimum-viscosity-at which fluid makes all stable", ""),
-    (r"'autobalancer borders FILE' \(ab\.stability\.borders\)", "the page Stability"),
-    (r" \(autobalancer borders FILE --minimum-viscosity-at \"[^\"]*\"\)", ""),
-)
 STAGES = 4  # in which a machine is read: what belongs to a part is looked at when the part itself is right
 LARGEST = 1_000_000  # characters of a text on the page
 
@@ -94,8 +81,8 @@ def drawable(text: str) -> Machine | ChamberMachine | None:
 
 def for_page(text: str) -> str:
     """What is said of a run or a machine, with the way on the page in place of that in Python or on the command line."""
-    for words, here in ON_THE_PAGE:
-        text = re.sub(words, here, text)
+    for words, here in ON_THE_PAGE.items():
+        text = text.replace(words, here)
     return text
 
 

@@ -44,6 +44,7 @@ from autobalancer.results.run_argument import RunArgument, load_race_run
 from autobalancer.units import optional_argument
 
 COLUMNS = 3  # panels side by side
+STILL = float(np.deg2rad(5.0))  # in a turn of the rotor; a ball that moves more does not balance
 
 
 def race(
@@ -55,7 +56,8 @@ def race(
     pins and the like are thin lines. Arrows from the rotor center, to one scale but for a plane where they would be too short to
     read, which says how much longer they are there,
     are the unbalance that the balls of this plane have to balance, what they contribute, and the resultant of both; a
-    resultant too small to be drawn is a dot. On a rotor that tilts or bends the unbalance of each plane is its share of
+    resultant too small to be drawn is a dot. Where a ball moves in the rotor the resultant is dashed: it is that of a moment,
+    not what the balls leave. On a rotor that tilts or bends the unbalance of each plane is its share of
     unbalance and couple together; dashed is what the couple puts there, opposite in the other plane. The triangle outside
     the races points where this plane is deflected to: with the unbalance below a critical speed, opposite to it above.
     If gravity also gives a static deflection, the triangle shows the vibration, and the static deflection is written beside it.
@@ -93,7 +95,11 @@ def race(
     chosen = present if balancer is None else [balancer]
     colors = [ball.color for ball in ball_looks(run)]
     planes, forces = planes_of(run), forces_of(run)
-    vectors = {number: vectors_of(races, moments, planes, _plane(races, number)) for number in chosen}
+    passed = _passed(motion, moments)
+    moving = {number: float(passed[races.balancer == number].max()) for number in chosen}
+    vectors = {
+        number: vectors_of(races, moments, planes, _plane(races, number), moving[number] > STILL) for number in chosen
+    }
     longest = {number: max(abs(vector.value) for vector in each) for number, each in vectors.items()}
     loudest = max(chosen, key=lambda number: longest[number])
     with look():
@@ -119,7 +125,11 @@ def race(
                 drawn[-1].couple(complex(moments.couple_in_rotor[0]))
             what = "plane" if len(planes.names) > 1 else "rotor"
             scale = f"arrows {longer:g} times as long as for {balancer_name(run, loudest)}" if longer > 1.0 else ""
-            drawn[-1].notes([scale, words, deflected(vibration, still, what), *_eccentric(races, moments, mine, plane)])
+            going = ""
+            if moving[number] > STILL:
+                going = f"balls moved by {np.rad2deg(moving[number]):.0f}° in the last turn of the rotor: they do not balance it"
+            eccentric = _eccentric(races, moments, mine, plane)
+            drawn[-1].notes([scale, going, words, deflected(vibration, still, what), *eccentric])
             if len(present) > 1:
                 drawn[-1].title(balancer_name(run, number))
         lines = max(each.lines for each in drawn)
@@ -138,6 +148,14 @@ def _title(run: xr.Dataset, moments: Moments, unit: AxisUnit) -> str:
 def _plane(races: Races, balancer: int) -> int:
     """The plane of a balancer, from 0."""
     return int(races.plane[np.flatnonzero(races.balancer == balancer)[0]])
+
+
+def _passed(motion: Motion, moments: Moments) -> Floats:
+    """How far each ball moved in the rotor in the last turn of the rotor, rad."""
+    time = float(moments.time[0])
+    turn = 2.0 * np.pi / max(abs(float(moments.speed[0])), 1e-12)
+    before, now = motion.at(np.array([max(time - turn, float(motion.time[0])), time])).ball_angle_in_rotor
+    return np.asarray(np.abs(now - before))
 
 
 def _static(run: xr.Dataset, motion: Motion, moments: Moments, plane: int) -> complex:
@@ -399,8 +417,11 @@ class Vector(NamedTuple):
     dashed: bool = False
 
 
-def vectors_of(races: Races, moments: Moments, planes: Planes, plane: int) -> list[Vector]:
-    """Unbalance, balls and resultant of one plane at the first of the ``moments``; before them what a couple puts there."""
+def vectors_of(races: Races, moments: Moments, planes: Planes, plane: int, moving: bool = False) -> list[Vector]:
+    """Unbalance, balls and resultant of one plane at the first of the ``moments``; before them what a couple puts there.
+
+    The resultant of ``moving`` balls is dashed, and that of a moment.
+    """
     met = complex(moments.plane_unbalance_in_rotor[0, plane])
     balls = complex(races.vectors(moments)[0, races.plane == plane].sum())
     where = " in this plane" if len(planes.names) > 1 else ""
@@ -412,7 +433,7 @@ def vectors_of(races: Races, moments: Moments, planes: Planes, plane: int) -> li
         *_couple(moments, planes, plane),
         Vector(met, f"unbalance{where} {moment_text(abs(met))}", UNBALANCE),
         Vector(balls, f"{whose} {moment_text(abs(balls))}", ALL_BALLS),
-        Vector(met + balls, f"resultant {moment_text(abs(met + balls))}", INK),
+        Vector(met + balls, f"resultant {'now ' * moving}{moment_text(abs(met + balls))}", INK, moving),
     ]
 
 

@@ -541,7 +541,7 @@ def comparison(found: RunArgument) -> Figure:
         raise QuestionError("plot.comparison: no machine was deflected, so there is nothing to draw")
     rows = math.ceil(len(names) / COLUMNS)
     with look():
-        figure = picture(8.0, 0.6 + 1.5 * rows)
+        figure = picture(8.0, 1.1 + 1.5 * rows)
         panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False).ravel()
         for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
             axes.set_yscale("log")
@@ -559,8 +559,8 @@ def comparison(found: RunArgument) -> Figure:
             axes.set_xlabel("time (s)")
             axes.tick_params(labelbottom=True)
         for axes in panels[::COLUMNS]:
-            axes.set_ylabel("deflection, static\npart included")
+            axes.set_ylabel("deflection")
         if len(names) > 1:
-            legend(panels[1])
-        heading(figure, str(found.attrs["title"]))
+            figure.legend(*panels[1].get_legend_handles_labels(), loc="outside lower center")
+        heading(figure, f"{found.attrs['title']}\ngreatest deflection over time, static part included")
     return figure

@@ -64,15 +64,14 @@ def basin(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     unit = speed_axis(speed_unit)
     names = list(found.attrs["states"])
     share = {name: float(found["share"].sel(end=name)) for name in names}
-    title = f"{found.attrs['machine_name']} at {found.attrs['speed'] * unit.factor:.4g} {unit.sign}"
-    title = with_ignored(title, found.attrs)
+    title = f"How balls end: {found.attrs['machine_name']} at {found.attrs['speed'] * unit.factor:.4g} {unit.sign}"
     axes_names = [str(dim) for dim in found["state"].dims if dim != "run"]
     with look():
         if not axes_names:
             return shares_of_ends(found, title)
         figure = picture(6.6, 5.6 if len(axes_names) == 2 else 2.4)
         axes = figure.add_subplot()
-        axes.set_title(title)
+        heading(figure, with_ignored(title, found.attrs))
         axes.grid(False)
         # one color for each end state
         colors = ListedColormap([(VERDICTS | COLORS)[name] for name in names])
@@ -214,9 +213,8 @@ def shares_of_ends(dataset: xr.Dataset, title: str) -> Figure:
     figure = picture(9.2 if len(drawn) > 2 else 6.6 if verdicts or not words else 8.0, sum(heights) + 0.35)
     count = dataset["state"].size
     run_ups = f"{count} run-ups from random starts, {dataset.attrs['acceleration']:.3g} rad/s²"
-    figure.suptitle(
-        f"{title}: {run_ups if 'peak_without_balls' in dataset else f'{count} random starts'}", x=0.01, ha="left"
-    )
+    title += f", {run_ups if 'peak_without_balls' in dataset else f'{count} random starts'}"
+    heading(figure, with_ignored(title, dataset.attrs))
     parts = figure.add_gridspec(len(heights), 1, height_ratios=heights)
     above = parts[0].subgridspec(1, 2 if words else 1)
     axes = figure.add_subplot(above[0])

@@ -25,7 +25,7 @@ from autobalancer.assembly.rotors.planes import planes_of
 from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.assembly.system import steady, total_mass
 from autobalancer.catalog.resolve import Ball, capability_of, planar_rotor, resolve
-from autobalancer.errors import QuestionError
+from autobalancer.errors import SIMULATE_OR_BASIN, QuestionError
 from autobalancer.kernels.system import BALLS, System
 from autobalancer.machine import Machine, PlanarRotor, Unbalance
 from autobalancer.random_numbers import generator
@@ -171,8 +171,7 @@ def plane(machine: Machine, unbalance: complex | float | None = None, *, with_fo
         )
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
-            "steady states: gravity acts in the plane of this machine (horizontal axis); simulate it instead, "
-            "or ask basin with random starts"
+            "steady states: gravity acts in the plane of this machine (horizontal axis); " + SIMULATE_OR_BASIN
         )
     if not with_forces:
         refuse_forces(machine)
@@ -555,8 +554,7 @@ def stations(machine: Machine, unbalance: complex | float | None = None, *, larg
     """
     if machine.axis == "horizontal" and machine.gravity > 0.0:
         raise QuestionError(
-            "steady states: gravity acts across the axis of this machine (horizontal axis); simulate it instead, "
-            "or ask basin with random starts"
+            "steady states: gravity acts across the axis of this machine (horizontal axis); " + SIMULATE_OR_BASIN
         )
     # the rotor with the mass of its balls in their planes
     bare = lateral_model(machine)

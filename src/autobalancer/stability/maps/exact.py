@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer.assembly.terms import Theory, ignores, weightless
-from autobalancer.errors import QuestionError
+from autobalancer.errors import BORDERS, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -620,7 +620,7 @@ def borders_of(
             with question(f"the {' and '.join(which)}", seconds, say):
                 borders += answer()
         except OutOfTime:
-            note = NOT_FOUND.format(seconds, "'autobalancer borders FILE' (ab.stability.borders)")
+            note = NOT_FOUND.format(seconds, BORDERS)
             borders += [Border(name, math.nan, note, False) for name in which]
     return with_ignored_terms(machine, [border for border in borders if border.name in wanted])
 

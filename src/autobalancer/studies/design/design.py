@@ -465,7 +465,10 @@ def neglected_terms(spec: Spec, machine: Machine) -> str:
             f"friction: that of a {TYPICAL} (adherence {typical.adherence:g}) would leave up to {moment_text(held)} in 95 % of "
             "starts at this speed, that of others more"
         )
-    return "; ".join([*result, "give them in the machine or in [scatter], 0 for none"]) if result else ""
+    if not result:
+        return ""
+    result = ["not in the runs, so no limit counts it", *result]
+    return "; ".join([*result, "give them in the machine or in [scatter], 0 for none"])
 
 
 def study_of(spec: Spec, machine: Machine, candidate: Candidate, seed: int) -> dict[str, Any]:
