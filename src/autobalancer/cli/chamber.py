@@ -31,18 +31,17 @@ PICTURES = ("history", "energy", "collisions", "bearings", "reactions", "arrange
 TOPIC = "chamber"  # where the help of autobalancer lists the commands below
 
 
-@command("chamber.amplitudes", draw="chamber_amplitudes", out="_amplitudes.nc", bar="runs")
+@command(
+    "chamber.amplitudes", take="archive last:s workers", draw="chamber_amplitudes", out="_amplitudes.nc", bar="runs"
+)
 def amplitudes(
     machine: Chambers,
     balls: Annotated[str, 'Numbers of balls in the deep chamber, such as "3,5,8,20"; none for none.'],
     friction: Annotated[Any, Listed(""), 'Coefficients, such as "0.3,0.5,0.7".'],
     duration: Annotated[float, In("s"), 'Of each run, such as "20 s".'],
     single: Annotated[str, "Numbers of balls in the single layer; by default the same, none for none."] = "",
-    archive: ArchiveFolder = None,
     step: Step = None,
-    last: Last = None,
     seeds: Annotated[int, typer.Option(min=1, help="Fillings for each point; pictures show mean and range.")] = 1,
-    workers: Workers = None,
     means: Annotated[Path | None, "Picture of the means over the optimal ranges."] = None,
     carried: Annotated[Path | None, "Picture of the share of balls carried over friction, for each number."] = None,
     **options: Any,
@@ -68,20 +67,9 @@ def amplitudes(
                 f"--means: means are over {low} to {high} balls ({layer}), and none of {numbers} is among them"
             )
     of_means, of_shares = (Files(plot=path) for path in (means, carried))
-    with on_interrupt(RESUME_TEXT if archive is not None else LOST):
-        found = ab.chamber.amplitudes(
-            machine,
-            counts,
-            friction,
-            duration=duration,
-            layers=list(counts),
-            archive=archive,
-            step=step,
-            seeds=range(seeds),
-            last=last,
-            workers=workers,
-            **options,
-        )
+    how: dict[str, Any] = {"duration": duration, "layers": list(counts), "step": step, "seeds": range(seeds), **options}
+    with on_interrupt(RESUME_TEXT if "archive" in options else LOST):
+        found = ab.chamber.amplitudes(machine, counts, friction, **how)
     _print_failed_points(found)
     pictures = (
         FurtherFiles(of_means, draw=lambda: ab.plot.chamber_optimal_means(optimal_means(found))),

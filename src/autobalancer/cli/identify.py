@@ -124,7 +124,7 @@ def _measurements(data: xr.Dataset) -> list[Column]:
 # ``autobalancer receptance``: stability from a hammer test.
 
 
-@command("measure.receptance", take="noise", draw="", allowed=(*RESULT, *MACHINE), unit="speed", bar="fit")
+@command("measure.receptance", take="modes noise", draw="", allowed=(*RESULT, *MACHINE), unit="speed", bar="fit")
 def receptance(
     file: Annotated[Path, typer.Argument(help="Table with units in its column names, or universal file (type 58).")],
     machine: Annotated[Path | None, "Machine file: takes its balls and its largest unbalance."] = None,
@@ -140,7 +140,6 @@ def receptance(
     search: Annotated[
         Any, Ends("rad/s"), 'Speeds in which to look for the border, "from:to": "500 rpm:3000 rpm".'
     ] = None,
-    modes: Annotated[int | None, "Number of modes to fit; by default chosen by the noise."] = None,
     band: Annotated[Any, Ends("rad/s"), 'Frequencies used in the fit, "from:to": "5 Hz:200 Hz".'] = None,
     function: Annotated[int | None, "Which function of a universal file."] = None,
     resamples: Annotated[int, "Repeated fits for the uncertainty of the border."] = 20,
@@ -167,7 +166,7 @@ def receptance(
         )
     measured = ab.measure.load_receptance(file, function=function, mass_added=mass_added)
     how: dict[str, Any] = {"balls_on_rotor": with_balls, "unbalance": _unbalance(machine, unbalance, chosen)}
-    fit = ab.measure.receptance(measured, modes=modes, band=band, **options)
+    fit = ab.measure.receptance(measured, band=band, **options)
     update = options["progress"]
     border = ab.measure.receptance_border(fit, chosen, searched=search, resamples=resamples, progress=update, **how)
     at_speeds = ab.measure.receptance_stability(fit, chosen, speed, **how) if speed else None

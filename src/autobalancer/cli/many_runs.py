@@ -429,7 +429,7 @@ def envelopes(
 # ``autobalancer report``: a machine on pages that can be signed.
 
 
-@command("report", take="starts seed", out=None, csv=False, bar="pages", topic="Files and results")
+@command("report", take="grade starts seed", out=None, csv=False, bar="pages", topic="Files and results")
 def report(
     machine: MachineFile,
     out: Annotated[
@@ -438,7 +438,6 @@ def report(
     study: Annotated[
         Path | None, "Result file of 'autobalancer study' of this machine, or of 'autobalancer design'."
     ] = None,
-    grade: Annotated[str | None, 'Balance quality that is asked for, such as "G 2.5" or 2.5 (mm/s).'] = None,
     measured: Annotated[Path | None, "What was measured during the run-up: as for 'compare'."] = None,
     **options: Any,
 ) -> Reply:
@@ -447,5 +446,5 @@ def report(
     Example: autobalancer report discoidal.toml --grade "G 2.5" --out discoidal.pdf
     """
     path = out if out is not None else Path(f"{machine.stem}_report.html")
-    ab.report(machine, path, study=study, grade=grade, measured=measured, **options)
+    ab.report(machine, path, study=study, measured=measured, **options)
     return Reply(None, {"report": str(path)}, code=f"written: {path}")

@@ -246,7 +246,7 @@ def envelope(
 FORM = "QUANTITY:PLACE:DIRECTION:NOISE"
 
 
-@command("measure.record", take="seed", allowed=SIGNALS)
+@command("measure.record", take="start:s end:s seed", allowed=SIGNALS)
 def record(
     run: Annotated[Path, typer.Argument(help="Result of a run with enough samples (.nc).")],
     sensor: Annotated[
@@ -256,8 +256,6 @@ def record(
     ],
     rate: Annotated[str, 'Sampling rate, such as "5 kHz".'],
     pulses: Annotated[int, "Pulses of the tacho in a turn; 0 for no tacho."] = 1,
-    start: Annotated[float | None, In("s"), 'Begin with this time of the run, such as "1 s".'] = None,
-    end: Annotated[float | None, In("s"), 'End with it, such as "3 s".'] = None,
     **options: Any,
 ) -> Reply:
     """Make a logger file of a run: sensors with noise, and a tacho.
@@ -267,8 +265,7 @@ def record(
     """
     sensors = [_sensor(text) for text in sensor]
     tacho = [ab.measure.Tacho(pulses=pulses)] if pulses else []
-    found = ab.measure.record(ab.load_run(run), [*sensors, *tacho], rate, start=start, end=end, **options)
-    return channels_of(found)
+    return channels_of(ab.measure.record(ab.load_run(run), [*sensors, *tacho], rate, **options))
 
 
 def _sensor(text: str) -> ab.measure.Sensor:
@@ -323,7 +320,13 @@ def rubber_reply(found: RubberFit) -> Reply:
 # ``autobalancer rubber``: rubber that softens with the amplitude, from measured loops and resonances.
 
 
-@command("measure.rubber", take="law spacing viscous", draw="rubber", allowed=MACHINE, topic="From measurements")
+@command(
+    "measure.rubber",
+    take="law spacing viscous",
+    draw="rubber",
+    allowed=MACHINE,
+    topic="From measurements",
+)
 def rubber(
     tables: Annotated[
         list[Path],
@@ -348,15 +351,12 @@ def rubber(
 
 
 RunsFile = Annotated[Path, typer.Argument(help="Runs with their masses and readings, .toml.")]
-Deviation = Annotated[str | None, "Standard deviation of a reading in percent of it, where a reading has none."]
 
 
-@command("measure.balance", take="goal", draw="balancing")
+@command("measure.balance", take="goal planes* deviation", draw="balancing")
 def balance(
     file: RunsFile,
     largest: Annotated[str | None, 'Greatest correction mass, such as "20 g".'] = None,
-    plane: Annotated[list[str] | None, "To correct; all by default. May be repeated."] = None,
-    deviation: Deviation = None,
     influence: Annotated[
         Path | None,
         "Influence coefficients of an earlier job: its answer (.nc) or its runs (.toml); one run is enough then.",
@@ -373,9 +373,7 @@ def balance(
     Example: autobalancer measure balance two_plane_job.toml --largest "5 g" --plot balance.png
     """
     vectors = [_runout(one) for one in runout] if runout else None
-    found = ab.measure.balance(
-        file, largest=largest, planes=plane or None, deviation=deviation, influence=influence, runout=vectors, **options
-    )
+    found = ab.measure.balance(file, largest=largest, influence=influence, runout=vectors, **options)
     if holes is None:
         return Reply(found)
     tables = [("Corrections split over holes, masses of the runs taken off", _holes(found, "correction", holes, mass))]
@@ -414,13 +412,13 @@ def _holes(found: Any, of: str, holes: int, masses: list[str] | None) -> list[Co
     return [Column(head, [row[k] for row in rows], text, ".4g") for k, (head, text) in enumerate(heads)]
 
 
-@command("measure.four_run", take="both", draw="four_run")
-def four_run(file: RunsFile, deviation: Deviation = None, **options: Any) -> Any:
+@command("measure.four_run", take="both deviation", draw="four_run")
+def four_run(file: RunsFile, **options: Any) -> Any:
     """Correction in one plane from amplitudes alone: one run without and three with a trial mass.
 
     Example: autobalancer measure four-run four_runs.toml --plot circles.png
     """
-    return ab.measure.four_run(file, deviation=deviation, **options)
+    return ab.measure.four_run(file, **options)
 
 
 @command("measure.unbalance_from_run_down", draw="run_down")
@@ -454,25 +452,19 @@ def _place(text: str) -> str | float:
 # ``autobalancer measure trial-mass`` and ``split-mass``: before and after a balancing job.
 
 
-@command(out=None, csv=False)
+@command("measure.trial_mass", take="radius:m speed:rad/s grade running", out=None, csv=False)
 def trial_mass(
-    radius: Annotated[float, In("m"), 'At which it will be, such as "100 mm".'],
-    speed: Annotated[float, In("rad/s"), 'At which it will run, such as "1500 rpm".'],
     rotor_mass: Annotated[float | None, In("kg"), 'Of the rotor, such as "20 kg".'] = None,
-    grade: Annotated[str | None, 'Balance quality grade, such as "G 6.3" or 6.3 (mm/s).'] = None,
     machine: Annotated[Path | None, "Machine file, as a model."] = None,
     reading: Annotated[str | None, 'Without trial mass, such as "0.1 mm" (peak).'] = None,
     phase: Annotated[float | None, In("rad"), "Of this reading, lead over the mark."] = None,
-    running: Annotated[str | None, "Below or above the critical speed."] = None,
+    **options: Any,
 ) -> Reply:
     """How large a trial mass should be, and where it should go.
 
     Example: autobalancer measure trial-mass --radius "100 mm" --speed "1500 rpm" --rotor-mass "20 kg"
     """
-    plan = ab.measure.trial_mass(
-        radius=radius, speed=speed, rotor_mass=rotor_mass, grade=grade, machine=machine, reading=reading, phase=phase,
-        running=running,  # type: ignore[arg-type]
-    )  # fmt: skip
+    plan = ab.measure.trial_mass(rotor_mass=rotor_mass, machine=machine, reading=reading, phase=phase, **options)
     size = f"{1e3 * plan.mass:.3g} g at a radius of {1e3 * plan.radius:.4g} mm ({1e6 * plan.unbalance:.4g} g mm)"
     facts = [("mass", size), ("from", plan.rule), ("pulls with", f"{plan.force:.3g} N at this speed")]
     if not isnan(plan.angle):
@@ -482,23 +474,20 @@ def trial_mass(
     return Reply(plan, heading="Trial mass", facts=facts)
 
 
-@command(out=None, csv=False)
+@command("measure.split_mass", take="largest most", out=None, csv=False)
 def split_mass(
     mass: Annotated[str, typer.Argument(help='Wanted, such as "15 g" or "900 g*mm".')],
     angle: Annotated[float, In("rad"), typer.Argument(help='Of it, such as "40 deg".')],
     holes: Annotated[int, "Evenly spaced ones."],
     first: Annotated[Any, In("rad"), "Angle of one of them."] = "0 deg",
     available: Annotated[list[str] | None, typer.Option("--mass", help="That there is. May be repeated.")] = None,
-    largest: Annotated[str | None, "Greatest mass in a hole, where any size is possible."] = None,
-    most: Annotated[int, "Holes that may be used with given masses."] = 3,
+    **options: Any,
 ) -> Reply:
     """Split a correction over holes: exactly, or as near as the masses that there are can come.
 
     Example: autobalancer measure split-mass "15 g" "40 deg" --holes 6
     """
-    found = ab.measure.split_mass(
-        mass, angle, holes=holes, first=first, masses=available or None, largest=largest, most=most
-    )
+    found = ab.measure.split_mass(mass, angle, holes=holes, first=first, masses=available or None, **options)
     sign, factor = ("g", 1e3) if found.unit == "kg" else ("g mm", 1e6)
     columns = [
         Column("hole at", [degrees(at) % 360.0 for at in found.angles], "deg", ".4g"),
@@ -511,18 +500,18 @@ def split_mass(
 # ``autobalancer measure balls`` and ``measure film``: balls of a film, and a film of a run.
 
 
-@command("measure.track_balls", draw="ball_film", bar="pictures")
+@command(
+    "measure.track_balls",
+    take="first_speed:rad/s first_ball_speed:rad/s critical_speed:rad/s",
+    draw="ball_film",
+    bar="pictures",
+)
 def balls(
     film: Annotated[Path, typer.Argument(help="Film (.mp4 and others), or a photograph (.png, .jpg).")],
     setup: Annotated[Path, "TOML file with race, balls and marks."],
     frame_rate: Annotated[
         float | None, In("Hz"), 'Of the camera, such as "240 Hz"; by default what the film says.'
     ] = None,
-    first_speed: Annotated[float | None, In("rad/s"), "Rotor speed at the first picture; by default slow."] = None,
-    first_ball_speed: Annotated[
-        float | None, In("rad/s"), "Of the balls in the rotor at the first picture; by default slow."
-    ] = None,
-    critical_speed: Annotated[float | None, In("rad/s"), "For events of capture and release."] = None,
     files: Any = None,
     **options: Any,
 ) -> Any:
@@ -532,16 +521,14 @@ def balls(
     """
     known = ab.measure.load_film_setup(setup)
     if film.suffix.lower() not in (".png", ".jpg", ".jpeg"):
-        return ab.measure.track_balls(
-            film, known, frame_rate=frame_rate, first_speed=first_speed or 0.0, first_ball_speed=first_ball_speed or 0.0,
-            critical_speed=critical_speed, **options,
-        )  # fmt: skip
-    if files.plot or frame_rate or first_speed or first_ball_speed or critical_speed:
+        return ab.measure.track_balls(film, known, frame_rate=frame_rate, **options)
+    del options["progress"]
+    if files.plot or frame_rate or any(options.values()):
         raise ab.errors.QuestionError(f"{film}: is a photograph; --plot, --frame-rate and the speeds are for films")
     return ab.measure.photographed_angles(film, known)
 
 
-@command("measure.render_film", take="seed race", out=None, csv=False, bar="pictures")
+@command("measure.render_film", take="start:s end:s seed race", out=None, csv=False, bar="pictures")
 def film(
     run: Annotated[Path, typer.Argument(help="Result of a run with enough samples (.nc).")],
     out: Annotated[Path, "The film, as .mp4; its set-up is written beside it as .toml."],
@@ -553,8 +540,6 @@ def film(
     noise: Annotated[float, "Standard deviation of a pixel, share of full scale."] = 0.01,
     lost: Annotated[float, "Share of the pictures that are lost."] = 0.0,
     size: Annotated[str, "Of the picture, COLUMNSxROWS."] = "1280x720",
-    start: Annotated[float | None, In("s"), 'Begin with this time of the run, such as "1 s".'] = None,
-    end: Annotated[float | None, In("s"), 'End with it, such as "3 s".'] = None,
     **options: Any,
 ) -> Reply:
     """Film a race of a run as a camera would see it: perspective, blur, light, noise, marks.
@@ -569,7 +554,7 @@ def film(
     )
     known, beside = ab.measure.film_setup(run, camera, race=race), out.with_suffix(".toml")
     _refuse_other_file(beside)
-    made = ab.measure.render_film(run, out, camera=camera, exposure=how, start=start, end=end, **options)
+    made = ab.measure.render_film(run, out, camera=camera, exposure=how, **options)
     ab.measure.save_film_setup(known, beside)
     return Reply(
         made,
@@ -623,19 +608,19 @@ def race_shape(
     return Reply(found, machine=found.machine_lines())
 
 
-@command("measure.rest_friction", draw="rests", out=None, csv=False)
+@command("measure.rest_friction", take="speed:rad/s", draw="rests", out=None, csv=False)
 def rest_friction(
     machine: MachineFile,
     file: Annotated[
         Path, typer.Argument(help="Table: angle \\[deg] of each rest, from the place opposite the unbalance.")
     ],
-    speed: Annotated[float, In("rad/s"), 'At which the ball rested, such as "1200 rpm".'],
+    **options: Any,
 ) -> Reply:
     """Adherence between a ball and its race from where it came to rest in many run-ups.
 
     Example: autobalancer measure rest-friction one_ball_run_up.toml rest_positions.csv --speed "1200 rpm"
     """
-    found = ab.measure.rest_friction(machine, file, speed)
+    found = ab.measure.rest_friction(machine, file, **options)
     low, high = degrees(found.width_low), degrees(found.width_high)
     middle = f"{degrees(found.middle):.3g} +- {degrees(found.middle_deviation):.2g} deg from the balanced place"
     facts = [
@@ -647,19 +632,19 @@ def rest_friction(
     return Reply(found, heading="Friction from rest positions", facts=facts)
 
 
-@command("measure.drag_from_lag", out=None, csv=False)
+@command("measure.drag_from_lag", take="rolling", out=None, csv=False)
 def drag_from_lag(
     machine: MachineFile,
     file: Annotated[
         Path, typer.Argument(help="Table: time \\[s], rotor speed \\[rpm], ball speed \\[rpm], both in space.")
     ],
-    rolling: Annotated[bool, typer.Option("--rolling/--no-rolling", help="With rolling resistance.")] = True,
+    **options: Any,
 ) -> Reply:
     """Drag and rolling resistance of a ball from how far it lags behind the rotor in a run-up.
 
     Example: autobalancer measure drag-from-lag one_ball_run_up.toml ball_lag.csv
     """
-    found = ab.measure.drag_from_lag(machine, file, rolling=rolling)
+    found = ab.measure.drag_from_lag(machine, file, **options)
     facts = [
         ("drag", f"{found.drag:.4g} +- {found.drag_deviation:.2g} N m s"),
         ("rolling resistance", f"{found.rolling_resistance:.4g} +- {found.rolling_resistance_deviation:.2g}"),

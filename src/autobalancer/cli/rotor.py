@@ -269,7 +269,7 @@ def ball_drag(
 
 @command(
     "flow.annulus_flow",
-    take="initial_speed:rad/s duration:s model error balancer race",
+    take="times*:s initial_speed:rad/s duration:s model error balancer race",
     draw="flow",
     unit="speed",
     bar="flow",
@@ -280,7 +280,6 @@ def annulus_flow(
     speed: Annotated[
         float | None, In("rad/s"), 'A constant speed, such as "1200 rpm", in place of the profile of the machine.'
     ] = None,
-    time: Annotated[list[float] | None, In("s"), 'Time of a field, such as "0.5 s"; may be repeated.'] = None,
     points: Annotated[str, 'Intervals in radial and axial direction, such as "24x32".'] = "",
     **options: Any,
 ) -> Reply:
@@ -294,7 +293,7 @@ def annulus_flow(
     from autobalancer.results.answers.answer import Shown
     from autobalancer.tables import Column
 
-    found = ab.flow.annulus_flow(machine, speed, times=time or [], points=_points(points), **options)
+    found = ab.flow.annulus_flow(machine, speed, points=_points(points), **options)
     about = found.attrs
     ends = float(found["speed"][-1] - found["fluid_speed"][-1])
     facts = [

@@ -256,7 +256,7 @@ def run_measures(
 
 @command(
     "stepped_response",
-    take="dwell:s window:s direction start acceleration:rad/s^2 longest:s tolerance seed",
+    take="dwell:s window:s stations* direction start acceleration:rad/s^2 settle longest:s tolerance seed",
     draw="stepped_response",
     out=None,
     unit="speed",
@@ -266,8 +266,6 @@ def run_measures(
 def stepped_response(
     machine: MachineFile,
     speeds: Annotated[Any, Speeds(), '"from:to:count", such as "600 rpm:5500 rpm:300", or one speed.'],
-    station: Annotated[list[str] | None, "Name of a station to average over; by default all."] = None,
-    settle: Annotated[float | None, "Measure again until amplitudes change less, such as 0.01."] = None,
     compare: Annotated[
         bool, typer.Option("--compare/--no-compare", help="Whether the machine is measured without balls, too.")
     ] = True,
@@ -288,8 +286,6 @@ def stepped_response(
     found = ab.stepped_response(
         machine,
         speeds,
-        stations=station or None,
-        settle=settle,
         without_balls=compare,
         mass_spread=mass_spread,
         store=path,

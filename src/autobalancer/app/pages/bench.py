@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import json
 import re
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from html import escape
 from itertools import groupby
 from pathlib import Path
@@ -16,12 +16,24 @@ from typing import Any
 
 import nicegui
 from fastapi import Request, Response
-from fastapi.responses import FileResponse, PlainTextResponse
+from fastapi.responses import FileResponse
 from nicegui import Client, app, core, ui
 from nicegui.element import Element
 
 from autobalancer.app.pages.describe import describe
-from autobalancer.app.pages.elements import Bench, Work, hinted, marked, user_of
+from autobalancer.app.pages.elements import (
+    Bench,
+    Lines,
+    Work,
+    button,
+    delete_button,
+    hinted,
+    marked,
+    notes_html,
+    refusals,
+    serve_at,
+    user_of,
+)
 from autobalancer.app.pages.measured.page import MeasuredPage
 from autobalancer.app.pages.stability.page import StabilityPage
 from autobalancer.app.pages.studies.page import StudiesPage, serve_studies
@@ -97,53 +109,39 @@ def build(root: Path, limit: float, *, several: bool = False) -> Any:
 def _serve_measured(root: Path) -> None:
     """Answer with the measurements of whoever asks."""
 
-    def shelf_of(request: Request) -> Measurements:
-        return Measurements(user_folder(root, user_of(request)))
+    raw = "application/octet-stream"
 
-    @app.get("/measured/{name}/wave.bin")
-    async def waves(request: Request, name: str) -> Response:
+    def waves(home: Path, name: str) -> Response:
         from autobalancer.app.store.signal_pictures import wave_block
 
-        shelf = shelf_of(request)
-        try:
-            found = await asyncio.to_thread(lambda: wave_block(shelf.data(name)))
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
-        return Response(found, media_type="application/octet-stream")
+        return Response(wave_block(Measurements(home).data(name)), media_type=raw)
 
-    @app.get("/measured/{name}/file")
-    async def file(request: Request, name: str) -> Response:
-        try:
-            path = shelf_of(request).path(name)
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
-        return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+    def file(home: Path, name: str) -> Response:
+        path = Measurements(home).path(name)
+        return FileResponse(path, media_type=raw, filename=path.name)
 
-    @app.get("/measured/{name}/fit/{fit}/{kind}")
-    async def fitted(request: Request, name: str, fit: str, kind: str) -> Response:
+    def fitted(home: Path, name: str, fit: str, kind: str) -> Response:
         from autobalancer.app.store.fits import FIT_FILES
 
-        try:
-            path = fit_file(shelf_of(request), name, fit, kind)
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
+        path = fit_file(Measurements(home), name, fit, kind)
         return FileResponse(path, media_type=FIT_FILES[kind], filename=f"{fit}-{kind}")
+
+    serve_at(root, "/measured/{name}/wave.bin", waves)
+    serve_at(root, "/measured/{name}/file", file)
+    serve_at(root, "/measured/{name}/fit/{fit}/{kind}", fitted)
 
 
 def _serve_files(root: Path) -> None:
     """Answer ``/run/NAME/FORM`` with the runs of whoever asks."""
 
-    @app.get("/run/{name}/{kind}")
-    async def answer(request: Request, name: str, kind: str) -> Response:
-        archive = Archive(user_folder(root, user_of(request)))
-        try:
-            found = await asyncio.to_thread(exported, archive, name, kind)
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
+    def answer(home: Path, name: str, kind: str) -> Response:
+        found = exported(Archive(home), name, kind)
         as_file = {"content-disposition": f'attachment; filename="{name}-{kind}"'} if kind != "view.bin" else {}
         if isinstance(found, Path):
             return FileResponse(found, media_type=TYPES[kind], headers=as_file)
         return Response(found, media_type=TYPES[kind], headers=as_file)
+
+    serve_at(root, "/run/{name}/{kind}", answer)
 
 
 def _keep_warnings() -> None:
@@ -185,8 +183,7 @@ def _page(bench: Bench) -> None:
         ui.space()
         name = ui.label().classes("quiet ellipsis")
         for icon, what, act in (("undo", "undo", bench.undo), ("redo", "redo", bench.redo)):
-            button = ui.button(icon=icon, on_click=act).props("flat dense round")
-            hinted(marked(button, at=what, label=what), what)
+            button("", act, icon, "flat dense round", at=what, label=what, hint=what)
 
         def shade(event: Any) -> None:
             dark.value = not event.args
@@ -223,10 +220,8 @@ def _page(bench: Bench) -> None:
 
         def asked(event: Any) -> None:
             """The address names a run."""
-            try:
+            with refusals():
                 run.show(str(event.args))
-            except AutobalancerError as error:
-                ui.notify(str(error), type="warning")
 
         ui.on("run_asked", asked)
 
@@ -318,10 +313,9 @@ class ArchivePage:
                 self.search = ui.input("search").props('dense outlined clearable debounce=300 data-at="search"')
                 self.search.style("width: 280px").on_value_change(lambda _event: self.refresh())
                 self.count = ui.label().classes("quiet")
-            self.list = ui.column().classes("w-full gap-0 q-mt-sm")
+            self.lines = Lines[Entry](self._line)
             self.none = ui.label("No runs yet; start one on the page Run.").classes("quiet")
         self.archive.tidy(STARTED - LONGEST)
-        self.lines: dict[str, tuple[Entry, Any]] = {}
         self.boxes: dict[str, Any] = {}
         self.side = ui.element("section").classes("card").props('data-at="compared"')
         self.refresh()
@@ -333,25 +327,9 @@ class ArchivePage:
         self.chosen = [name for name in self.chosen if name in there]
         self.count.set_text(f"{len(found)} run{'s' * (len(found) != 1)}")
         self.none.set_visibility(not found)
-        self._follow(found[:ROWS_SHOWN])
+        self.lines.follow({entry.name: entry for entry in found[:ROWS_SHOWN]})
+        self.boxes = {name: box for name, box in self.boxes.items() if name in self.lines.known}
         self._compare()
-
-    def _follow(self, found: list[Entry]) -> None:
-        """Change the lines that are not right; the others stay under the hand of whoever uses them."""
-        wanted = {entry.name: entry for entry in found}
-        for name, (entry, line) in [*self.lines.items()]:
-            if wanted.get(name) != entry:
-                line.delete()
-                del self.lines[name]
-                self.boxes.pop(name, None)
-        for place, entry in enumerate(found):
-            if entry.name not in self.lines:
-                with self.list:
-                    line = marked(ui.row().classes("items-center gap-2 w-full no-wrap archive-line"), at=entry.name)
-                with line:
-                    self._line(entry, line)
-                line.move(target_index=place)
-                self.lines[entry.name] = (entry, line)
 
     def _line(self, entry: Entry, line: Any) -> None:
         """One run; whatever is wrong with it, the others are shown, and it can be deleted."""
@@ -362,8 +340,9 @@ class ArchivePage:
         except Exception:
             line.clear()
             ui.label(f"the run {entry.name} {UNREADABLE}").classes("wrong").style("flex: 1 1 auto")
-        bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
-        marked(bin_, label=f"delete the run of {entry.machine}")
+        question = f"Delete the run of {entry.machine} of {entry.made}? It cannot be brought back."
+        gone = partial(self.archive.delete, entry.name)
+        delete_button(f"the run of {entry.machine}", question, gone, self.refresh)
 
     def _run(self, entry: Entry) -> None:
         box = ui.checkbox(value=entry.name in self.chosen).props("dense")
@@ -378,35 +357,19 @@ class ArchivePage:
         tags.style("width: 210px; flex: 0 0 auto").on_value_change(
             lambda event: self._tag(entry.name, list(event.value or []))
         )
-        ui.button("see", on_click=lambda: self._try(self.open, entry.name)).props("flat dense no-caps")
-        load = ui.button("edit", on_click=lambda: self._try(self._edit, entry.name))
-        hinted(load.props("flat dense no-caps"), "take its machine onto the page Describe")
+        button("see", lambda: self._try(self.open, entry.name))
+        button("edit", lambda: self._try(self._edit, entry.name), hint="take its machine onto the page Describe")
 
     def _edit(self, name: str) -> None:
         self.bench.set_text(self.archive.text(name))
 
     def _try(self, act: Callable[[str], None], name: str) -> None:
-        try:
+        with refusals():
             act(name)
-        except (AutobalancerError, OSError, ValueError) as error:
-            ui.notify(str(error), type="warning")
 
     def _tag(self, name: str, tags: list[str]) -> None:
         self.archive.tag(name, tags)
-        self.lines[name] = (self.archive.entry(name), self.lines[name][1])
-
-    def _delete(self, entry: Entry) -> None:
-        with ui.dialog(value=True) as dialog, ui.card():
-            ui.label(f"Delete the run of {entry.machine} of {entry.made}? It cannot be brought back.")
-
-            def gone() -> None:
-                dialog.close()
-                self._try(self.archive.delete, entry.name)
-                self.refresh()
-
-            with ui.row():
-                ui.button("Delete", on_click=gone).props("no-caps color=negative")
-                ui.button("Keep", on_click=dialog.close).props("no-caps flat")
+        self.lines.known[name] = (self.archive.entry(name), self.lines.known[name][1])
 
     def _choose(self, name: str, wanted: bool) -> None:
         self.chosen = [one for one in self.chosen if one != name]
@@ -530,13 +493,11 @@ class RunPage:
         self.name = ""
         self.drawn = ""
         with ui.element("section").classes("card"), ui.row().classes("items-center gap-3 w-full"):
-            self.start = ui.button("Run", icon="play_arrow", on_click=self.run).props(
-                'unelevated no-caps data-at="start run"'
-            )
+            self.start = button("Run", self.run, "play_arrow", "unelevated no-caps", at="start run")
             self.duration = ui.input("duration", placeholder="as in the file", validation=_wrong).style("width: 150px")
             self.duration.props('dense outlined stack-label hide-bottom-space data-at="duration"')
             hinted(self.duration, 'such as "20 s"; empty for run.duration of the machine')
-            self.cancel = ui.button("Cancel", icon="stop", on_click=self.end).props('outline no-caps data-at="cancel"')
+            self.cancel = button("Cancel", self.end, "stop", "outline no-caps", at="cancel")
             self.bar = ui.linear_progress(0.0, show_value=False).style("flex: 1 1 120px; max-width: 320px")
             self.bar.props('aria-label="progress" rounded')
             self.word = ui.label().classes("quiet").props('data-at="state" role="status"')
@@ -567,13 +528,9 @@ class RunPage:
         if length:
             text = with_value(text, ("run", "duration"), length)
 
-        def work(job: Job) -> str:
-            return self.archive.simulate(text, job)
-
-        try:
-            self._watch(self.bench.jobs.start(self.bench.user, f"run {self.bench.reading.machine.name}", work))
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
+        title, archive = f"run {self.bench.reading.machine.name}", self.archive
+        with refusals():
+            self._watch(self.bench.jobs.start(self.bench.user, title, lambda job: archive.simulate(text, job)))
 
     def end(self) -> None:
         """Cancel what runs; what was computed is kept."""
@@ -653,30 +610,26 @@ class RunPage:
             color = "good" if entry.verdict.startswith("balanced") else ""
             said = escape(for_page(entry.verdict or entry.outcome))
             title = f"<h2>{escape(entry.machine)}</h2><div class='{color}'>{said}</div>"
-            notes = "".join(f'<div class="note">{escape(text)}</div>' for text in entry.notes)
-            ui.html(f"{title}<div class='quiet'>{escape(entry.outcome)}; {entry.made} UTC</div>{notes}", sanitize=False)
+            made = f"<div class='quiet'>{escape(entry.outcome)}; {entry.made} UTC</div>"
+            ui.html(f"{title}{made}{notes_html(entry.notes)}", sanitize=False)
             with ui.row().classes("gap-2 q-mt-sm items-center"):
                 ui.label("Save as").classes("quiet")
                 for kind, word in WORDS.items():
                     marked(ui.link(word, f"/run/{entry.name}/{kind}").props("download"), at=kind)
-                film = ui.button("make a film (GIF)", on_click=lambda: self._film(entry.name))
-                film.props('flat dense no-caps data-at="film.gif"')
+                button("make a film (GIF)", lambda: self._film(entry.name), at="film.gif")
         self.more.clear()
         with self.more:
             rows = "".join(_measure_rows(entry.measures))
             ui.html(f"<h2>Measures</h2><table class='facts'>{rows}</table>", sanitize=False).props('data-at="measures"')
 
     def _film(self, name: str) -> None:
-        def work(job: Job) -> str:
-            return film_of(self.archive, name, job.progress)
-
         def then(job: Job) -> None:
             if job.state == "done":
                 ui.download(f"/run/{name}/film.gif")
             elif job.message:
                 ui.notify(job.message, type="warning")
 
-        self.filming.start(f"film {name}", work, then)
+        self.filming.start(f"film {name}", lambda job: film_of(self.archive, name, job.progress), then)
 
 
 def _wrong(duration: str | None) -> str | None:

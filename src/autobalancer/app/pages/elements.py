@@ -2,29 +2,42 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from html import escape
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Generic, Literal, TypeVar
 
-from fastapi import Request
-from nicegui import ui
+from fastapi import Request, Response
+from fastapi.responses import PlainTextResponse
+from nicegui import app, ui
 
 from autobalancer.app.store.jobs import Job, Jobs
-from autobalancer.app.store.kept_runs import LOCAL
+from autobalancer.app.store.kept_runs import LOCAL, user_folder
 from autobalancer.app.text.problems import EMPTY, LARGEST, Reading, read
 from autobalancer.errors import AutobalancerError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.safe_file import write_text_safely
+from autobalancer.tables import Column
 
 Changed = Callable[[Any], None]
+E = TypeVar("E")  # what a list shows
 
 
 def say_refused(event: Any, what: str, ends: str, largest: int) -> None:
     """Say why the browser did not take a file: its kind or its size."""
     kind = "accept" in json.dumps(event.args, default=str)
     ui.notify(f"{what} ends in {ends}" if kind else f"{what} has at most {largest // 1_000_000} MB", type="negative")
+
+
+def uploader(take: Callable[[Any], Any], what: str, suffixes: Sequence[str], largest: int, *, at: str) -> ui.upload:
+    """A hidden element that takes one file; ``run_method("pickFiles")`` asks for it."""
+    box = ui.upload(on_upload=take, auto_upload=True, max_file_size=largest, max_files=1)
+    box.on("rejected", lambda event: say_refused(event, what, ", ".join(suffixes), largest))
+    box.props["accept"] = ",".join(suffixes)
+    return marked(box.classes("hidden"), at=at)  # type: ignore[no-any-return]
 
 
 def picker(options: Any, label: str, take: Callable[[str], Any], *, at: str) -> ui.select:
@@ -64,6 +77,102 @@ def marked(element: Any, *, at: str = "", label: str = "", about: str = "") -> A
         if text:
             element.props[key] = text
     return element
+
+
+# What pages have in common: buttons, refusals, questions before something goes, lists, pictures that a job draws.
+
+
+FLAT = "flat dense no-caps"
+
+
+def button(
+    text: str,
+    act: Any = None,
+    icon: str | None = None,
+    look: str = FLAT,
+    *,
+    at: str = "",
+    label: str = "",
+    hint: str = "",
+) -> Any:
+    """A button with its look, its marks and its help."""
+    made = marked(ui.button(text, icon=icon, on_click=act), at=at, label=label)
+    for name, _, value in (word.partition("=") for word in look.split()):
+        made.props[name] = value or True
+    return hinted(made, hint) if hint else made
+
+
+@contextlib.contextmanager
+def refusals() -> Iterator[None]:
+    """What is refused while it lasts is said at the edge of the page."""
+    try:
+        yield
+    except (AutobalancerError, OSError, ValueError) as error:
+        ui.notify(str(error), type="warning")
+
+
+def delete_button(what: str, question: str, gone: Callable[[], None], after: Callable[[], None]) -> None:
+    """A button that takes something away for good once a person has said yes to a question."""
+
+    def ask() -> None:
+        def yes() -> None:
+            dialog.close()
+            with refusals():
+                gone()
+            after()
+
+        with ui.dialog(value=True) as dialog, ui.card():
+            ui.label(question)
+            with ui.row():
+                button("Delete", yes, look="no-caps color=negative")
+                button("Keep", dialog.close, look="no-caps flat")
+
+    button("", ask, "delete_outline", "flat dense round", label=f"delete {what}")
+
+
+def notes_html(texts: Sequence[str], look: str = "note") -> str:
+    """Sentences one below the other; by default as notes that the package gave."""
+    return "".join(f'<div class="{look}">{escape(text)}</div>' for text in texts)
+
+
+def table_html(columns: Sequence[Column], at: str = "", most: int = 200, look: str = "") -> str:
+    """A table with numbers at the right; of a long one the first rows."""
+    heads = [f"{column.head} ({column.unit})" if column.unit else column.head for column in columns]
+    sides = [" class='number'" if column.numeric else "" for column in columns]
+    rows = list(zip(*(column.cells() for column in columns), strict=True))
+    top = "".join(f"<th{side}>{escape(head)}</th>" for head, side in zip(heads, sides, strict=True))
+    body = "".join(
+        "<tr>" + "".join(f"<td{side}>{escape(cell)}</td>" for cell, side in zip(row, sides, strict=True)) + "</tr>"
+        for row in rows[:most]
+    )
+    more = f"<div class='quiet'>and {len(rows) - most} more rows</div>" if len(rows) > most else ""
+    return (
+        f'<div class="wide-table"><table class="facts {look}" data-at="{at}"><tr>{top}</tr>{body}</table></div>{more}'
+    )
+
+
+class Lines(Generic[E]):
+    """The lines of a list, one for each entry of a folder; those that are right stay under the hand of whoever uses them."""
+
+    def __init__(self, put: Callable[[E, Any], None]) -> None:
+        self.put = put
+        self.list = ui.column().classes("w-full gap-0 q-mt-sm")
+        self.known: dict[str, tuple[E, Any]] = {}  # entry and line by name
+
+    def follow(self, wanted: Mapping[str, E], right: Callable[[str], bool] = lambda _name: True) -> None:
+        """Show these entries in their order; what has changed, or is not ``right`` any more, is made anew."""
+        for name, (entry, line) in [*self.known.items()]:
+            if wanted.get(name) != entry or not right(name):
+                line.delete()
+                del self.known[name]
+        for place, (name, entry) in enumerate(wanted.items()):
+            if name not in self.known:
+                with self.list:
+                    line = marked(ui.row().classes("items-center gap-2 w-full no-wrap archive-line"), at=name)
+                self.known[name] = (entry, line)
+                with line:
+                    self.put(entry, line)
+                line.move(target_index=place)
 
 
 # A text that is being written: who asks for it gets also what was typed a moment ago, so that no change overwrites
@@ -236,18 +345,50 @@ class Work:
         with ui.row().classes("items-center gap-2") as self.line:
             self.spinner = ui.spinner(size="1.1em")
             self.said = marked(ui.label().classes("quiet").props('role="status"'), at=f"{at} state")
-            self.cancel = ui.button("Cancel", icon="stop", on_click=self.end).props("flat dense no-caps")
-            marked(self.cancel, at=f"{at} cancel")
+            self.cancel = button("Cancel", self.end, "stop", at=f"{at} cancel")
         self.timer = ui.timer(0.15, self.look, active=False)
         self._rest()
 
     def start(self, title: str, work: Callable[[Job], Any], then: Callable[[Job], None]) -> None:
         """Put work into the queue; ``then`` is called on the page when it is over, whatever came of it."""
         self.end()
-        try:
+        with refusals():
             self.watch(self.bench.jobs.start(self.bench.user, title, work), then)
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
+
+    def draw(
+        self,
+        title: str,
+        make: Callable[[Job], tuple[str, Any]],
+        into: Any,
+        then: Callable[[Any, Job], None] = lambda _found, _job: None,
+        wanted: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """Let a job make a picture, as HTML, and what belongs to it, which ``then`` gets; none of a picture that failed.
+
+        What came out is put in place only while it is ``wanted``; until then the picture before is pale.
+        """
+        into.classes(add="old")
+
+        def over(job: Job) -> None:
+            if into.is_deleted:
+                return
+            into.classes(remove="old")
+            if job.state == "cancelled" or not wanted():
+                return
+            content, found = (
+                job.result if job.state == "done" else (f'<div class="wrong">{escape(job.message)}</div>', None)
+            )
+            into.set_content(content)
+            then(found, job)
+
+        self.start(title, make, over)
+
+    def follow(self, title: str, then: Callable[[Job], None]) -> None:
+        """Follow the job of this title, or with this first word, if it was started before the page was opened."""
+        known = [job for job in self.bench.jobs.of(self.bench.user) if not job.over]
+        going = [job for job in known if job.title == title or (title.endswith(" ") and job.title.startswith(title))]
+        if going:
+            self.watch(going[0], then)
 
     def watch(self, job: Job, then: Callable[[Job], None]) -> None:
         """Follow a job, also one that was started before the page was opened."""
@@ -321,3 +462,14 @@ class Bench(Typed):
 def user_of(request: Request) -> str:
     """Who asks, as the guard noted."""
     return str(request.scope.get("state", {}).get("user", LOCAL))
+
+
+def serve_at(root: Path, route: str, find: Callable[..., Response]) -> None:
+    """Answer a route with what is found in the folder of whoever asks by the names in it; 404 says what there is not."""
+
+    @app.get(route)
+    async def answer(request: Request) -> Response:
+        try:
+            return await asyncio.to_thread(find, user_folder(root, user_of(request)), **request.path_params)
+        except AutobalancerError as error:
+            return PlainTextResponse(str(error), 404)

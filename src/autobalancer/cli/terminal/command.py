@@ -190,22 +190,31 @@ class Public:
             function = getattr(function, part)
         return function(*values, **named)
 
-    def option(self, name: str, unit: str = "") -> Parameter:
-        """A parameter as an option; in ``unit`` it is a quantity."""
+    def option(self, word: str) -> Parameter:
+        """A parameter as an option, by a word of ``take``."""
+        name, _, unit = word.partition(":")
+        many, name = name.endswith("*"), name.removesuffix("*")
         if name == "seed":  # means the same everywhere
             return Parameter(name, Parameter.KEYWORD_ONLY, annotation=Seed, default=0)
         kind, default, text = self.kinds[name], self.defaults.get(name), self.meanings[name]
         if unit:
-            text = re.sub(rf",? \(?{re.escape(unit.replace('*', ' '))}\)?(?=[.,;:]|$)", "", text, count=1)
+            said = rf"(?:^|,? )\(?{re.escape(unit.replace('*', ' '))}\)?(?:,? or (?:a )?texts?)?(?=[.,;:]|$)"
+            text = re.sub(said, "", text, count=1).lstrip(",; ")
+            text = text[:1].upper() + text[1:]
             if "such as" not in text:
                 from autobalancer.units.quantity import sample
 
                 text = f"{text} Such as {sample(unit)}."
-        plain = next((type_ for type_ in (str, bool, int, float) if type_.__name__ in kind.split(" | ")), str)
-        annotation: Any = Annotated[str if unit else plain, *([In(unit)] if unit else []), text]
-        missing = name not in self.defaults
+        kinds = kind.split(" | ")
+        plain: Any = next((type_ for type_ in (Path, str, bool, int, float) if type_.__name__ in kinds), str)
+        plain, missing = str if unit else plain, name not in self.defaults
+        if unit and isinstance(default, float):
+            default = f"{default:g} {unit}"
+        if many:
+            plain, default, text, name = list[plain], None, f"{text} May be repeated.", name.removesuffix("s")
         if default is None and not missing:
-            annotation = Annotated[(str if unit else plain) | None, *annotation.__metadata__]
+            plain = plain | None
+        annotation: Any = Annotated[plain, *([In(unit)] if unit else []), text]
         value = Parameter.empty if missing else default
         return Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=value)
 
@@ -341,7 +350,8 @@ def command(
     function
         Name of the public function that is asked.
     take
-        Options that are as its parameters, with blanks between; ``hold:s`` is a quantity in seconds.
+        Options that are as its parameters, with blanks between; ``hold:s`` is a quantity in seconds, ``planes*`` is --plane,
+        which may be repeated.
     draw
         Function of ``autobalancer.plot`` that shows the answer with --plot; empty where the reply says how; ``None``: no --plot.
     out
@@ -387,7 +397,7 @@ class Asking:
     def options(self) -> tuple[list[Parameter], list[Parameter], dict[str, type]]:
         """Parameters of the command's own, those that are taken, and blocks."""
         own, blocks = _own_parameters(self.body)
-        taken = [self.asked.option(*word.split(":")) for word in self.take.split()] if self.asked else []
+        taken = [self.asked.option(word) for word in self.take.split()] if self.asked else []
         if self.asked and "machine" in self.asked.kinds and "machine" not in [one.name for one in own]:
             own.insert(0, Parameter("machine", Parameter.KEYWORD_ONLY, annotation=MachineFile))
         return own, taken, blocks
@@ -416,7 +426,9 @@ class Asking:
             options[name] = kind(**{part.name: options.pop(part.name) for part in fields(kind)})
         takes = {one.name for one in taken}
         options = {name: value for name, value in options.items() if name not in takes or value is not None}
-        with _named_options(options), ExitStack() as stack:
+        several = {f"{name}s": name for word in self.take.split() if "*" in word for name in [word.partition("s*")[0]]}
+        options |= {plural: options.pop(name) for plural, name in several.items() if name in options}
+        with _named_options(options, several), ExitStack() as stack:
             if self.asked and "progress" in self.asked.kinds:
                 from autobalancer.cli.terminal.progress_bar import progress_bar
 
@@ -633,8 +645,11 @@ def _shared(draw: str | None, out: str | None, allowed: Sequence[str], unit: str
 
 
 @contextmanager
-def _named_options(options: Mapping[str, Any]) -> Iterator[None]:
-    """While it lasts, an error that begins with the name of an argument begins with that of its option, or with its file."""
+def _named_options(options: Mapping[str, Any], several: Mapping[str, str]) -> Iterator[None]:
+    """While it lasts, an error that begins with the name of an argument begins with that of its option, or with its file.
+
+    ``several`` has the options of arguments that may be repeated.
+    """
     try:
         yield
     except AutobalancerError as error:
@@ -642,7 +657,9 @@ def _named_options(options: Mapping[str, Any]) -> Iterator[None]:
         plain = name.partition("[")[0]
         if not colon or plain not in options:
             raise
-        raise type(error)(f"{options[plain] if plain == 'machine' else _option(name)}:{reason}") from error
+        raise type(error)(
+            f"{options[plain] if plain == 'machine' else _option(several.get(name, name))}:{reason}"
+        ) from error
 
 
 @contextmanager

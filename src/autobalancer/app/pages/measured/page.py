@@ -15,7 +15,18 @@ import xarray as xr
 from nicegui import events, run, ui
 from nicegui.element import Element
 
-from autobalancer.app.pages.elements import Bench, Work, hinted, marked, picker, say_refused
+from autobalancer.app.pages.elements import (
+    Bench,
+    Work,
+    button,
+    delete_button,
+    hinted,
+    marked,
+    notes_html,
+    picker,
+    refusals,
+    uploader,
+)
 from autobalancer.app.store.fits import METHODS, FitEntry, Free, Question, Trials, fit, fit_file, fits
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.kept_runs import Archive
@@ -59,7 +70,7 @@ from autobalancer.simulation.run import simulate_races
 
 
 class Opened:
-    """Three cards; they bring what computes, so they are made when the first measurement is opened."""
+    """Three cards, made when the first measurement is opened."""
 
     def __init__(self, bench: Bench, shelf: Measurements) -> None:
         with _card("look"):
@@ -100,14 +111,9 @@ class Beside:
         with ui.row().classes("items-center gap-2 w-full"):
             self.run = ui.select({}, label="run of the archive").props("dense outlined options-dense")
             self.run.style("width: 380px").props('data-at="beside run"')
-            ui.button("Put beside", on_click=self.ask).props('outline no-caps data-at="beside"')
-            self.drive = ui.button("Take its speed as the drive", on_click=self.take).props(
-                'flat no-caps data-at="take drive"'
-            )
-            hinted(
-                self.drive,
-                "the machine on the page Describe turns as was measured: drive.profile and start.rotor_angle",
-            )
+            button("Put beside", self.ask, look="outline no-caps", at="beside")
+            word, hint = "Take its speed as the drive", "drive.profile and start.rotor_angle of the page Describe"
+            self.drive = button(word, self.take, look="flat no-caps", at="take drive", hint=hint)
             self.work = Work(bench, "beside")
         self.out = ui.html("", sanitize=False).classes("w-full measured-picture").props('data-at="beside picture"')
         self.words = ui.html("", sanitize=False).classes("w-full").props('data-at="beside words"')
@@ -136,21 +142,13 @@ class Beside:
 
         def work(job: Job) -> tuple[str, str]:
             found, note = _beside(self.archive, run, data, asked, job)
-            words = f'<pre class="said">{escape(found.told())}</pre>'
-            said = f'<div class="note">{escape(note)}</div>' if note else ""
-            return svg_of(
-                picture(found), f"measured beside the run of {found.attrs.get('machine_name', '')}"
-            ), words + said
+            words = f'<pre class="said">{escape(found.told())}</pre>{notes_html([note] if note else [])}'
+            return svg_of(picture(found), f"measured beside the run of {found.attrs.get('machine_name', '')}"), words
 
-        def then(job: Job) -> None:
-            if data is not self.data or job.state == "cancelled":
-                return
-            wrong = f'<div class="wrong">{escape(job.message)}</div>'
-            drawn, words = job.result if job.state == "done" else (wrong, "")
-            self.out.set_content(drawn)
-            self.words.set_content(words)
+        def then(words: str | None, _job: Job) -> None:
+            self.words.set_content(words or "")
 
-        self.work.start("put beside", work, then)
+        self.work.draw("put beside", work, self.out, then, lambda: data is self.data)
 
     def take(self) -> None:
         """Give the machine of the page the measured speed."""
@@ -161,13 +159,10 @@ class Beside:
                 ui.notify(job.message or job.state, type="warning")
                 return
             profile, angle = job.result
-            try:
+            with refusals():
                 text: Any = with_value(self.bench.text, ("drive",), {"kind": "speed", "profile": profile})
                 self.bench.set_text(with_value(text, ("start", "rotor_angle"), angle))
-            except (AutobalancerError, ValueError) as error:
-                ui.notify(str(error), type="warning")
-                return
-            ui.notify("the machine turns as was measured; undo brings its own drive back", type="positive")
+                ui.notify("the machine turns as was measured; undo brings its own drive back", type="positive")
 
         self.work.start("speed of a measurement", lambda _job: drive_of(data, asked), then)  # type: ignore[arg-type]
 
@@ -251,10 +246,7 @@ class Fit:
         with self.form:
             self._put(ways)
         self.picture.set_content("")
-        title = f"{TITLE}{name}"
-        going = next((one for one in self.bench.jobs.of(self.bench.user) if not one.over and one.title == title), None)
-        if going is not None:
-            self.work.watch(going, self._over)
+        self.work.follow(f"{TITLE}{name}", self._over)
         self.refresh()
 
     def _put(self, ways: dict[str, str]) -> None:
@@ -274,7 +266,7 @@ class Fit:
             balls = ui.checkbox("with the mass of the balls").props("dense").bind_value_to(self.question, "balls")
             hinted(balls, "in the steady response; runs have their balls anyway")
         with ui.row().classes("items-center gap-2"):
-            ui.button("Fit", icon="play_arrow", on_click=self.start).props('unelevated no-caps data-at="fit"')
+            button("Fit", self.start, "play_arrow", "unelevated no-caps", at="fit")
             self.work = Work(self.bench, "fit", _progress_text)
         ui.label("Slow roll, tacho and piece are taken as they stand under Look.").classes("quiet")
 
@@ -306,10 +298,8 @@ class Fit:
                     for key, label in (("lower", "from"), ("upper", "to")):
                         box = ui.input(label, value=getattr(one, key)).props(FIELD).style("width: 150px")
                         box.bind_value_to(one, key, lambda text: text or "")
-                    bin_ = ui.button(icon="close", on_click=lambda one=one: self._fix(one)).props(
-                        "flat dense round size=sm"
-                    )
-                    marked(bin_, label=f"hold {label_of_path(one.path)}")
+                    look, label = "flat dense round size=sm", f"hold {label_of_path(one.path)}"
+                    button("", partial(self._fix, one), "close", look, label=label)
 
     def _fix(self, one: Free) -> None:
         self.question.free.remove(one)
@@ -348,18 +338,15 @@ class Fit:
         with marked(ui.column().classes("w-full gap-0 fit"), at=entry.name):
             ui.html(_table(entry, self._units()), sanitize=False).classes("w-full")
             with ui.row().classes("items-center gap-2"):
-                load = ui.button("load into Describe", icon="input", on_click=lambda: self._load(entry))
-                hinted(load.props('flat dense no-caps data-at="load fit"'), "undo brings the machine back")
+                hint = "undo brings the machine back"
+                button("load into Describe", lambda: self._load(entry), "input", at="load fit", hint=hint)
                 if entry.finished:
-                    ui.button("picture", icon="show_chart", on_click=lambda: self._draw(entry.name)).props(
-                        "flat dense no-caps"
-                    )
+                    button("picture", lambda: self._draw(entry.name), "show_chart")
                 for kind, word in (("fitted.toml", "machine (TOML)"), ("fit.nc", "numbers (netCDF)")):
                     if entry.finished or kind == "fitted.toml":
                         link = ui.link(word, f"/measured/{self.name}/fit/{entry.name}/{kind}")
                         marked(link.props("download"), at=kind)
-                bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
-                bin_.props('aria-label="delete this fit"')
+                button("", lambda: self._delete(entry), "delete_outline", "flat dense round", label="delete this fit")
 
     def _units(self) -> dict[str, str]:
         """In which the machine of the page has its numbers."""
@@ -368,29 +355,23 @@ class Fit:
         return {one.path: one.unit for one in known}
 
     def _load(self, entry: FitEntry) -> None:
-        try:
+        with refusals():
             text = fit_file(self.shelf, self.name, entry.name, "fitted.toml").read_text(encoding="utf-8")
             fitted: Any = parse_machine(text, "machine")
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
-            return
-        self.bench.set_text(with_numbers(self.bench.text, fitted, [row["path"] for row in entry.rows]))
-        ui.notify("the fitted machine is on the page Describe; undo brings the one before back", type="positive")
+            self.bench.set_text(with_numbers(self.bench.text, fitted, [row["path"] for row in entry.rows]))
+            ui.notify("the fitted machine is on the page Describe; undo brings the one before back", type="positive")
 
     def _delete(self, entry: FitEntry) -> None:
         fits(self.shelf, self.name).delete(entry.name)
         self.refresh()
 
     def _draw(self, fit_name: str) -> None:
-        name = self.name
+        name, about = self.name, "measured, before and after the fit"
 
-        def then(job: Job) -> None:
-            if name == self.name:
-                wrong = f'<div class="wrong">{escape(job.message)}</div>'
-                self.picture.set_content(job.result if job.state == "done" else wrong)
+        def work(_job: Job) -> tuple[str, None]:
+            return svg_of(_fit_picture(self.shelf, name, fit_name), about), None
 
-        about = "measured, before and after the fit"
-        self.work.start("picture of a fit", lambda _job: svg_of(_fit_picture(self.shelf, name, fit_name), about), then)
+        self.work.draw("picture of a fit", work, self.picture, wanted=lambda: name == self.name)
 
 
 def _fit_picture(shelf: Measurements, name: str, fit_name: str) -> Callable[[], Any]:
@@ -411,7 +392,7 @@ def _progress_text(job: Job) -> str:
 
 def _table(entry: FitEntry, units: dict[str, str]) -> str:
     rows = "".join(_row(row, units.get(row["path"], USUAL.get(row["unit"], row["unit"]))) for row in entry.rows)
-    notes = "".join(f'<div class="note">{escape(note)}</div>' for note in entry.notes)
+    notes = notes_html(entry.notes)
     heads = "".join(f'<th class="number">{word}</th>' for word in ("fitted", "interval of 95 %", "before"))
     head = f"<tr><th></th>{heads}</tr>"
     title = f"{entry.machine}, {entry.made} UTC; {METHODS[entry.way]}; deviations {entry.scatter:.3g} times their noise"
@@ -498,8 +479,7 @@ class Looks:
         with ui.row().classes("items-center gap-2"):
             for key, (title, _) in LOOKS.items():
                 if turns or key not in NEEDS_TURNING:
-                    button = marked(ui.button(title).props("outline no-caps"), at=f"look {key}")
-                    button.on_click(partial(self._look, key, data))
+                    button(title, partial(self._look, key, data), look="outline no-caps", at=f"look {key}")
 
     def _look(self, key: str, data: xr.Dataset) -> None:
         asked = PictureOptions(**vars(self.asked))
@@ -512,18 +492,12 @@ class Looks:
             draw, words = make()
             return svg_of(draw, f"{title} of the measurement"), words
 
-        def then(job: Job) -> None:
-            if name != self.name or job.state == "cancelled":
-                return
-            if job.state == "failed":
-                self.picture.set_content(f'<div class="wrong">{escape(job.message)}</div>')
-                return
-            drawn, words = job.result
-            self.picture.set_content(drawn)
-            notes = "".join(f'<div class="note">{escape(note)}</div>' for note in job.notes)
-            self.words.set_content((f'<pre class="said">{escape(words)}</pre>' if words else "") + notes)
+        def then(words: str | None, job: Job) -> None:
+            if words is not None:
+                said = f'<pre class="said">{escape(words)}</pre>' if words else ""
+                self.words.set_content(said + notes_html(job.notes))
 
-        self.work.start(f"look {name}", work, then)
+        self.work.draw(f"look {name}", work, self.picture, then, lambda: name == self.name)
 
 
 def _looked(data: xr.Dataset, name: str, asked: PictureOptions) -> FigureAndText:
@@ -574,7 +548,7 @@ class MeasuredPage:
             self.list = ui.column().classes("w-full gap-0 q-mt-sm")
         self.columns = ui.element("section").classes("card").props('aria-label="columns"')
         self.rest = ui.column().classes("w-full gap-3")
-        self.opened: Any = None
+        self.opened: Opened | None = None
         self._hide()
         self.refresh()
 
@@ -596,12 +570,10 @@ class MeasuredPage:
             select.set_options(list(await run.io_bound(samples) or ()))
 
         with ui.row().classes("items-center gap-2 w-full"):
-            box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
-            box.on("rejected", lambda event: say_refused(event, "a measured file", ", ".join(SUFFIXES), LARGEST))
-            box.classes("hidden").props('data-at="measured upload"').props["accept"] = ",".join(SUFFIXES)
-            button = ui.button("Open a file", icon="upload_file", on_click=lambda: box.run_method("pickFiles"))
-            button.props('unelevated no-caps data-at="open measured"')
-            hinted(button, "a table (CSV, TSV), universal file, MATLAB, NumPy, sound, netCDF of this package")
+            box = uploader(upload, "a measured file", SUFFIXES, LARGEST, at="measured upload")
+            hint = "a table (CSV, TSV), universal file, MATLAB, NumPy, sound, netCDF of this package"
+            pick, look = partial(box.run_method, "pickFiles"), "unelevated no-caps"
+            button("Open a file", pick, "upload_file", look, at="open measured", hint=hint)
             select = picker([], "sample measurement", take, at="measured sample")
             ui.timer(0.5, offer, once=True)
             self.work = Work(self.bench, "measured")
@@ -634,37 +606,22 @@ class MeasuredPage:
             with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
                 ui.label(entry.file).classes("key ellipsis")
                 ui.label(f"{entry.made} UTC · {entry.kind} · {entry.bytes / 1e3:.0f} kB").classes("quiet ellipsis")
-            opens = ui.button("open", on_click=lambda: self.open(entry.name)).props("flat dense no-caps")
-            marked(opens, label=f"open {entry.file}")
+            button("open", lambda: self.open(entry.name), label=f"open {entry.file}")
             link = ui.link("file", f"/measured/{entry.name}/file").props("download")
             marked(link, label=f"download {entry.file}")
-            bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
-            marked(bin_, label=f"delete {entry.file}")
+            question = f"Delete {entry.file} of {entry.made} and the fits to it? They cannot be brought back."
+            delete_button(entry.file, question, partial(self.shelf.delete, entry.name), partial(self._gone, entry.name))
 
-    def _delete(self, entry: Measured) -> None:
-        with ui.dialog(value=True) as dialog, ui.card():
-            ui.label(f"Delete {entry.file} of {entry.made} and the fits to it? They cannot be brought back.")
-
-            def gone() -> None:
-                dialog.close()
-                try:
-                    self.shelf.delete(entry.name)
-                except AutobalancerError as error:
-                    ui.notify(str(error), type="warning")
-                if self.name == entry.name:
-                    self.name = ""
-                    self._hide()
-                self.refresh()
-
-            with ui.row():
-                ui.button("Delete", on_click=gone).props("no-caps color=negative")
-                ui.button("Keep", on_click=dialog.close).props("no-caps flat")
+    def _gone(self, name: str) -> None:
+        if self.name == name:
+            self.name = ""
+            self._hide()
+        self.refresh()
 
     def open(self, name: str) -> None:
         """Show a file: its first lines and columns, and if these suffice what is in it."""
 
         def work(_job: Job) -> Any:
-            _opened()
             entry, lines = self.shelf.entry(name), self.shelf.preview(name)
             try:
                 return entry, lines, self.shelf.data(name), ""
@@ -674,12 +631,9 @@ class MeasuredPage:
         self.work.start(f"read {name}", work, lambda job: self._show(name, job))
 
     def _read(self, reading: Reading) -> None:
-        try:
+        with refusals():
             self.shelf.describe(self.name, reading)
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
-            return
-        self.open(self.name)
+            self.open(self.name)
 
     def _show(self, name: str, job: Job) -> None:
         if job.state != "done":
@@ -701,14 +655,8 @@ class MeasuredPage:
         self.rest.set_visibility(True)
         if self.opened is None:
             with self.rest:
-                self.opened = _opened()(self.bench, self.shelf)
+                self.opened = Opened(self.bench, self.shelf)
         self.opened.show(name, data, f"{abs(hash(json.dumps(asdict(entry.reading)))):x}")
-
-
-def _opened() -> Any:
-    """What computes is imported with the first file, in the thread of its job, so that the page opens at once."""
-
-    return Opened
 
 
 # What the columns of a measured file mean: the first lines of the file beside a row for each column.

@@ -15,7 +15,7 @@ from nicegui import core, run, ui
 from nicegui.element import Element
 
 from autobalancer.app.pages.describe import PENCIL
-from autobalancer.app.pages.elements import Bench, Work, hinted, marked
+from autobalancer.app.pages.elements import FLAT, Bench, Work, button, hinted, marked, notes_html, table_html
 from autobalancer.app.store.analyses import (
     ANALYSES,
     About,
@@ -73,8 +73,7 @@ class Panel:
             with self.form:
                 for key, entry in self.analysis.entries.items():
                     self.inputs[key] = self._entry(key, entry)
-                self.button = ui.button("Work it out", icon="play_arrow", on_click=self.start)
-                marked(self.button.props("unelevated no-caps"), at=f"ask {name}")
+                self.button = button("Work it out", self.start, "play_arrow", "unelevated no-caps", at=f"ask {name}")
                 self.work = Work(bench, name, self._word)
             self.wrong = marked(ui.label().classes("wrong").props('role="alert"'), at=f"wrong {name}")
         self.wrong.set_visibility(False)
@@ -85,12 +84,9 @@ class Panel:
             with ui.row().classes("gap-2 items-center q-mt-sm"):
                 ui.label("Save as").classes("quiet")
                 for kind, word in PANEL_FORMS.items():
-                    button = ui.button(word, on_click=partial(self.save, kind)).props("flat dense no-caps")
-                    marked(button, at=f"save {name} {kind}")
+                    button(word, partial(self.save, kind), at=f"save {name} {kind}")
         self.card.set_visibility(False)
-        going = next((job for job in bench.jobs.of(bench.user) if not job.over and job.title == self.title), None)
-        if going is not None:
-            self.work.watch(going, self.over)
+        self.work.follow(self.title, self.over)
 
     @property
     def title(self) -> str:
@@ -239,8 +235,8 @@ class Panel:
     def told(self, found: Any, about: About) -> str:
         """What is said below the picture."""
         lines = "".join(f"<div>{escape(text)}</div>" for text in answer_text(found))
-        notes = "".join(f'<div class="note">{escape(text)}</div>' for text in about.notes)
-        return f'{_table(found) if self.analysis.table else ""}<div class="quiet">{lines}</div>{notes}'
+        table = table_html(found.columns(), look="spaced") if self.analysis.table else ""
+        return f'{table}<div class="quiet">{lines}</div>{notes_html(about.notes)}'
 
     def _put(self, about: About, made: Any) -> None:
         if self.card.is_deleted:
@@ -277,14 +273,6 @@ class Panel:
             return isinstance(machine, Machine) and alike(self.about.machine, machine)
         except AutobalancerError:
             return False
-
-
-def _table(found: Any) -> str:
-    columns = found.columns()
-    heads = "".join(f"<th>{escape(f'{one.head} ({one.unit})' if one.unit else one.head)}</th>" for one in columns)
-    rows = zip(*(one.cells() for one in columns), strict=True)
-    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<table class="facts spaced"><tr>{heads}</tr>{body}</table>'
 
 
 FACTS = ThreadPoolExecutor(1, thread_name_prefix="facts")
@@ -377,13 +365,11 @@ class StabilityPage:
         self.report = Work(self.bench, "report", lambda job: f"report: {job.share:.0%}")
         ui.label("Report").classes("quiet")
         for form in FORMS:
-            button = ui.button(form.upper(), on_click=partial(self._report, form))
-            marked(button.props("outline dense no-caps"), at=f"report.{form}", label=f"report as {form.upper()}")
-            hinted(button, "drawing, facts, borders, run-up, basin and 40 random starts of this machine in one file")
+            hint = "drawing, facts, borders, run-up, basin and 40 random starts of this machine in one file"
+            word, look, label = form.upper(), "outline dense no-caps", f"report as {form.upper()}"
+            button(word, partial(self._report, form), look=look, at=f"report.{form}", label=label, hint=hint)
         self.made = ui.row().classes("items-center gap-2")
-        going = [job for job in self.bench.jobs.of(self.bench.user) if not job.over and job.title.startswith(REPORT)]
-        if going:
-            self.report.watch(going[0], self._reported)
+        self.report.follow(REPORT, self._reported)
         self._offer()
 
     def _offer(self) -> None:
@@ -394,9 +380,8 @@ class StabilityPage:
                 path = self.bench.home / "reports" / f"report.{form}"
                 if path.is_file():
                     made = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-                    link = ui.button(f"{form.upper()} of {made:%H:%M} UTC", on_click=partial(ui.download, path))
-                    hinted(link.props("flat dense no-caps size=sm"), f"made on {made:%Y-%m-%d}")
-                    marked(link, at=f"made.{form}")
+                    word, hint = f"{form.upper()} of {made:%H:%M} UTC", f"made on {made:%Y-%m-%d}"
+                    button(word, partial(ui.download, path), look=f"{FLAT} size=sm", at=f"made.{form}", hint=hint)
 
     def _report(self, form: str) -> None:
         machine = self.bench.reading.machine

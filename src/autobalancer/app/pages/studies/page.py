@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
-from fastapi import Request, Response
-from fastapi.responses import FileResponse, PlainTextResponse
-from nicegui import app, events, run, ui
+from fastapi import Response
+from fastapi.responses import FileResponse
+from nicegui import events, ui
 
-from autobalancer.app.pages.elements import Bench, Typed, hinted, marked, picker, say_refused, toml_editor, user_of
+from autobalancer.app.pages.elements import (
+    FLAT,
+    Bench,
+    Typed,
+    button,
+    hinted,
+    marked,
+    picker,
+    refusals,
+    serve_at,
+    toml_editor,
+    uploader,
+)
 from autobalancer.app.pages.studies.results import Results, StudyList
-from autobalancer.app.store.kept_runs import user_folder
+from autobalancer.app.store import studies as kept
 from autobalancer.app.store.measured_files import Measurements
-from autobalancer.app.store.studies import DESIGN, STUDY, Studies, StudyEntry, run_design, run_study, sample_text
 from autobalancer.app.text.form_fields import (
     SHOWN,
     VALUES,
@@ -53,6 +64,7 @@ from autobalancer.files.samples import sample_names
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.results.measure_table import SWEPT
+from autobalancer.results.store import result_csv
 from autobalancer.studies.design.specification import (
     OBJECTIVES,
     Candidates,
@@ -71,24 +83,24 @@ from autobalancer.studies.study.study_spec import KINDS, MIDDLES
 
 LARGEST = 1_000_000  # bytes of a file
 FIRST_DESIGN = "centrifuge_design"  # what a new user sees
-SAMPLES = {STUDY: "studies", DESIGN: "designs"}
+SAMPLES = {kept.STUDY: "studies", kept.DESIGN: "designs"}
 
 
 class Opened:
     """The page Studies."""
 
     def __init__(self, bench: Bench, dark: Any) -> None:
-        self.bench, self.shelf, self.dark = bench, Studies(bench.home), dark
+        self.bench, self.shelf, self.dark = bench, kept.Studies(bench.home), dark
         self.study = Typed(bench.home / "study_draft.toml", FIRST)
         self.design = Typed(bench.home / "design_draft.toml", _sample(FIRST_DESIGN))
         panels: dict[str, Any] = {}
         with ui.row().classes("items-center gap-2 w-full sources"):
-            which = ui.toggle({STUDY: "Study", DESIGN: "Design"}, value=STUDY).props(
+            which = ui.toggle({kept.STUDY: "Study", kept.DESIGN: "Design"}, value=kept.STUDY).props(
                 'no-caps dense padding="5px 14px" data-at="which"'
             )
-            for kind, draft in ((STUDY, self.study), (DESIGN, self.design)):
+            for kind, draft in ((kept.STUDY, self.study), (kept.DESIGN, self.design)):
                 panels[f"{kind} sources"] = self._sources(kind, draft)
-        for kind in (STUDY, DESIGN):
+        for kind in (kept.STUDY, kept.DESIGN):
             panels[kind] = ui.element("div").classes("asked")
             with panels[kind]:
                 self._cards(kind)
@@ -110,7 +122,7 @@ class Opened:
         self.results.seen(now)
 
     def _cards(self, kind: str) -> None:
-        study = kind == STUDY
+        study = kind == kept.STUDY
         with marked(ui.element("section").classes("card"), label=f"form of the {kind}"):
             title = "What varies, and how" if study else "What is asked of the balancer"
             ui.html(f"<h2>{title}</h2>", sanitize=False)
@@ -133,19 +145,13 @@ class Opened:
                 ui.notify(f"this file is no text; the file of a {kind} is TOML", type="negative")
 
         with ui.row().classes("items-center gap-2") as row:
-            if kind == STUDY:
-                new = ui.button("New study", icon="note_add", on_click=lambda: draft.set_text(FIRST))
-                new.props('outline dense no-caps data-at="new study"')
+            if kind == kept.STUDY:
+                button("New study", partial(draft.set_text, FIRST), "note_add", "outline dense no-caps", at="new study")
             names = list(sample_names(SAMPLES[kind]))
             picker(names, f"sample {kind}", lambda name: draft.set_text(_sample(name)), at=f"sample {kind}")
-            box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
-            box.on("rejected", lambda event: say_refused(event, f"the file of a {kind}", ".toml", LARGEST))
-            marked(box.props("accept=.toml").classes("hidden"), at=f"{kind} upload")
-            ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
-                "outline dense no-caps"
-            )
-            undo = ui.button("Undo", icon="undo", on_click=draft.undo).props("flat dense no-caps")
-            marked(undo, at=f"{kind} undo")
+            box = uploader(upload, f"the file of a {kind}", (".toml",), LARGEST, at=f"{kind} upload")
+            button("Open a file", lambda: box.run_method("pickFiles"), "folder_open", "outline dense no-caps")
+            button("Undo", draft.undo, "undo", at=f"{kind} undo")
         return row
 
     def _start_study(self, reading: StudyReading) -> None:
@@ -153,7 +159,7 @@ class Opened:
         if study is None:
             return
         title = study.name if study.name != "study" else f"study of {study.machine.name}"
-        entry = StudyEntry("", STUDY, title, study.machine.name, reading.of.file, "", study.count)
+        entry = kept.StudyEntry("", kept.STUDY, title, study.machine.name, reading.of.file, "", study.count)
         self._begin(entry, self.study.text, reading.of.text, {})
 
     def _start_design(self, reading: DesignReading) -> None:
@@ -161,17 +167,13 @@ class Opened:
         if spec is None:
             return
         title = spec.name if spec.name != "design" else f"design for {spec.machine.name}"
-        entry = StudyEntry("", DESIGN, title, spec.machine.name, reading.of.file, "")
+        entry = kept.StudyEntry("", kept.DESIGN, title, spec.machine.name, reading.of.file, "")
         measured = {} if reading.measured is None else {reading.measured.name: reading.measured.read_bytes()}
         self._begin(entry, self.design.text, reading.of.text, measured)
 
-    def _begin(self, entry: StudyEntry, text: str, machine: str, more: dict[str, bytes]) -> None:
-        try:
-            name = self.shelf.add(entry, text, machine, more)
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
-            return
-        self._resume(name)
+    def _begin(self, entry: kept.StudyEntry, text: str, machine: str, more: dict[str, bytes]) -> None:
+        with refusals():
+            self._resume(self.shelf.add(entry, text, machine, more))
 
     def _measured(self, file: str) -> Path | None:
         """A measured file of the user."""
@@ -181,12 +183,10 @@ class Opened:
     def _resume(self, name: str) -> None:
         """Put it into the queue; it goes on when the page is closed."""
         going = any(job.title == name and not job.over for job in self.bench.long.of(self.bench.user))
-        try:
-            run = run_study if self.shelf.entry(name).kind == STUDY else run_design
+        with refusals():
+            run = kept.run_study if self.shelf.entry(name).kind == kept.STUDY else kept.run_design
             if not going:  # another page of the user may have been quicker
                 self.bench.long.start(self.bench.user, name, lambda job: run(self.shelf, name, job))
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
         self.list.refresh()
         self._open(name)
 
@@ -196,7 +196,7 @@ class Opened:
 
 def _sample(name: str) -> str:
     """A sample, with its name in the text."""
-    text = sample_text(name)
+    text = kept.sample_text(name)
     return text if "\nname" in text else with_value(text, ("name",), name)
 
 
@@ -210,57 +210,84 @@ members = 200              # draws, at most
 distribution = "normal"
 standard_deviation = "10 %"
 """
+R = TypeVar("R", StudyReading, DesignReading)
 HELP = {VALUES: "a list such as 5, 10, 20 mm^2/s, or a range such as 5:50 mm^2/s:4; all are run with every draw"}
 
 
-class DefineStudy:
-    """Form and text; ``start`` is called with what was read."""
+class Define(Generic[R]):
+    """Form and text of a study or a design; ``start`` is called with what was read."""
 
-    def __init__(self, bench: Bench, draft: Typed, start: Callable[[StudyReading], None]) -> None:
-        self.bench, self.draft, self.start = bench, draft, start
-        self.reading = read_study_text(draft.text, bench.text)
-        self.offer: dict[str, Number] = {}
+    kind: str
+
+    def __init__(self, bench: Bench, draft: Typed, start: Callable[[R], None]) -> None:
+        self.bench, self.draft = bench, draft
         self.entries = Entries(draft)
+        self.reading: R = self.read()
         self.place = ui.column().classes("w-full gap-2")
         with ui.row().classes("items-center gap-2 w-full q-mt-sm"):
-            self.go = ui.button("Start", icon="play_arrow", on_click=lambda: self.start(self.reading))
-            self.go.props('unelevated no-caps data-at="start study"')
-            self.said = ui.label().classes("quiet").props('data-at="study size"')
-        self.wrong = ui.label().classes("wrong").props('role="alert" data-at="study wrong"')
-        draft.on_change(self._changed)
-        bench.on_change(lambda _origin: self._read(again=True))
-        self._read(again=True)
+            act, look = lambda: start(self.reading), "unelevated no-caps"
+            self.go = button("Start", act, "play_arrow", look, at=f"start {self.kind}")
+            self.said = marked(ui.label().classes("quiet"), at=f"{self.kind} size")
+        self.wrong = marked(ui.label().classes("wrong").props('role="alert"'), at=f"{self.kind} wrong")
+        draft.on_change(lambda origin: self._look(again=origin is not self.entries))
+        bench.on_change(lambda _origin: self._look(again=True))
+        self._look(again=True)
 
-    def _changed(self, origin: object) -> None:
-        self._read(again=origin is not self.entries)
+    def read(self) -> R:
+        """What the text says."""
+        raise NotImplementedError
 
-    def _read(self, *, again: bool) -> None:
-        self.reading = read_study_text(self.draft.text, self.bench.text)
+    def size(self) -> str:
+        """How much work it is; empty where it is not possible yet."""
+        raise NotImplementedError
+
+    def build(self, data: dict[str, Any]) -> None:
+        """Put the entries on the page."""
+        raise NotImplementedError
+
+    def _look(self, *, again: bool) -> None:
+        self.reading = self.read()
         if again:
-            self._build()
+            self.place.clear()
+            self.entries.shown = {}
+            with self.place:
+                data = data_of(self.draft.text)
+                if data is None:
+                    ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
+                else:
+                    self.build(data)
         self.entries.mark(self.reading.problems)
-        study = self.reading.study
-        self.said.set_text(about(study) if study is not None else "")
+        said = self.size()
+        self.said.set_text(said)
         self.wrong.set_text(self.reading.message)
-        self.go.set_enabled(study is not None)
+        self.go.set_enabled(bool(said))
 
-    def _build(self) -> None:
-        self.place.clear()
-        self.entries.shown = {}
+
+class DefineStudy(Define[StudyReading]):
+    """What varies, the plan, when it stops, what is asked."""
+
+    kind = kept.STUDY
+
+    def read(self) -> StudyReading:
+        """What the text says."""
+        return read_study_text(self.draft.text, self.bench.text)
+
+    def size(self) -> str:
+        """How much work it is."""
+        return about(self.reading.study) if self.reading.study is not None else ""
+
+    def build(self, _data: dict[str, Any]) -> None:
+        """Put the entries on the page."""
         machine = self.reading.of.machine
-        self.offer = offered(self.reading.of.text, machine) if machine is not None else {}
-        with self.place:
-            if data_of(self.draft.text) is None:
-                ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
-                return
-            self._machine(machine)
-            with ui.column().classes("w-full gap-1").props('data-at="varies"'):
-                for row in varied_rows(self.draft.text):
-                    self._row(row)
-            self._more()
-            self._plan()
-            self._stop()
-            self._asked()
+        self.offer: dict[str, Number] = offered(self.reading.of.text, machine) if machine is not None else {}
+        self._machine(machine)
+        with ui.column().classes("w-full gap-1").props('data-at="varies"'):
+            for row in varied_rows(self.draft.text):
+                self._row(row)
+        self._more()
+        self._plan()
+        self._stop()
+        self._asked()
 
     def _machine(self, machine: Machine | None) -> None:
         of = self.reading.of
@@ -274,9 +301,9 @@ class DefineStudy:
                     self.bench.set_text(of.text)
                     self.draft.set_text(with_value(self.draft.text, ("machine",), "machine.toml"))
 
-                button = ui.button("take it into Describe", icon="input", on_click=take)
-                button.props('flat dense no-caps size=sm data-at="study machine to describe"')
-                hinted(button, "the study is of the machine of that page then; undo brings the machine before back")
+                hint = "the study is of the machine of that page then; undo brings the machine before back"
+                at, look = "study machine to describe", f"{FLAT} size=sm"
+                button("take it into Describe", take, "input", look, at=at, hint=hint)
 
     def _row(self, row: Row) -> None:
         number = self.offer.get(row.name)
@@ -285,8 +312,8 @@ class DefineStudy:
                 hinted(ui.label(row.label).classes("key"), row.name)
                 ui.label(f"now {number.given}" if number is not None else "").classes("quiet")
                 ui.space()
-                bin_ = ui.button(icon="close", on_click=lambda: self._drop(row)).props("flat dense round size=sm")
-                marked(bin_, label=f"do not vary {row.label}")
+                look, label = "flat dense round size=sm", f"do not vary {row.label}"
+                button("", lambda: self._drop(row), "close", look, label=label)
             with ui.element("div").classes("fields"):
                 kind = ui.select(WORDS, value=row.kind if row.kind in WORDS else None, label="distribution")
                 marked(kind.props("dense outlined options-dense").classes("field"), at=f"distribution of {row.name}")
@@ -393,8 +420,10 @@ class DefineStudy:
 # The specification of a design as a form of its most used entries and as its text.
 
 
-class DefineDesign:
-    """Form and text; ``start`` is called with what was read."""
+class DefineDesign(Define[DesignReading]):
+    """The specification; ``find`` gives a measured file."""
+
+    kind = kept.DESIGN
 
     def __init__(
         self,
@@ -403,45 +432,28 @@ class DefineDesign:
         find: Callable[[str], Path | None],
         start: Callable[[DesignReading], None],
     ) -> None:
-        self.bench, self.draft, self.find, self.start = bench, draft, find, start
-        self.entries = Entries(draft)
-        self.reading = DesignReading(read_design_text("", bench.text).of)
-        self.place = ui.column().classes("w-full gap-2")
-        with ui.row().classes("items-center gap-2 w-full q-mt-sm"):
-            self.go = ui.button("Start", icon="play_arrow", on_click=lambda: self.start(self.reading))
-            self.go.props('unelevated no-caps data-at="start design"')
-            self.said = ui.label().classes("quiet").props('data-at="design size"')
-        self.wrong = ui.label().classes("wrong").props('role="alert" data-at="design wrong"')
-        draft.on_change(lambda origin: self._read(again=origin is not self.entries))
-        bench.on_change(lambda _origin: self._read(again=True))
-        self._read(again=True)
+        self.find = find
+        super().__init__(bench, draft, start)
 
-    def _read(self, *, again: bool) -> None:
-        self.reading = read_design_text(self.draft.text, self.bench.text, self.find)
-        if again:
-            self._build()
-        self.entries.mark(self.reading.problems)
+    def read(self) -> DesignReading:
+        """What the text says."""
+        return read_design_text(self.draft.text, self.bench.text, self.find)
+
+    def size(self) -> str:
+        """How much work it is."""
         spec = self.reading.spec
-        self.said.set_text("" if spec is None else f"{spec.search.members} runs of each candidate that is left")
-        self.wrong.set_text(self.reading.message)
-        self.go.set_enabled(spec is not None)
+        return "" if spec is None else f"{spec.search.members} runs of each candidate that is left"
 
-    def _build(self) -> None:
-        self.place.clear()
-        self.entries.shown = {}
-        with self.place:
-            data = data_of(self.draft.text)
-            if data is None:
-                ui.label("The text is not valid TOML; the form comes back when it is.").classes("quiet")
-                return
-            self._machine()
-            self.entries.table("Unbalance and temperature", Specification, but=("machine", "name", "scatter"))
-            self.entries.table("Operation", Operation, ("operation",))
-            self.entries.table("Space", Space, ("space",))
-            self.entries.table("Limits", Limits, ("limits",))
-            self.entries.table("Candidates", Candidates, ("candidates",), but=("fluids",))
-            self._fluids(data)
-            self._search()
+    def build(self, data: dict[str, Any]) -> None:
+        """Put the entries on the page."""
+        self._machine()
+        self.entries.table("Unbalance and temperature", Specification, but=("machine", "name", "scatter"))
+        self.entries.table("Operation", Operation, ("operation",))
+        self.entries.table("Space", Space, ("space",))
+        self.entries.table("Limits", Limits, ("limits",))
+        self.entries.table("Candidates", Candidates, ("candidates",), but=("fluids",))
+        self._fluids(data)
+        self._search()
 
     def _machine(self) -> None:
         of = self.reading.of
@@ -452,8 +464,7 @@ class DefineDesign:
         with ui.row().classes("items-center gap-2 w-full"):
             ui.label(f"Machine: {text}").classes("key").props('data-at="design machine"')
             if of.file not in ("", "machine.toml"):
-                page = ui.button("take the one of Describe", on_click=lambda: self._page())
-                page.props('flat dense no-caps size=sm data-at="design of page"')
+                button("take the one of Describe", self._page, look=f"{FLAT} size=sm", at="design of page")
 
     def _page(self) -> None:
         self.entries.put(("machine",), "machine.toml", self)
@@ -614,27 +625,16 @@ class StudiesPage:
 
     def __init__(self, bench: Bench, dark: Any) -> None:
         self.bench, self.dark = bench, dark
-        self.opened: Any = None
-        self.begun = False
+        self.opened: Opened | None = None
         self.place = ui.column().classes("w-full gap-3")
-        with self.place:
-            ui.spinner(size="1.4em")
 
-    async def seen(self, now: bool) -> None:
+    def seen(self, now: bool) -> None:
         """The person has come to this page, or has left it."""
         if self.opened is not None:
             self.opened.seen(now)
-        elif now and not self.begun:
-            self.begun = True
-            made: Any = await run.io_bound(_opened)
-            self.place.clear()
+        elif now:
             with self.place:
-                self.opened = made(self.bench, self.dark)
-
-
-def _opened() -> Any:
-
-    return Opened
+                self.opened = Opened(self.bench, self.dark)
 
 
 # Files of studies and designs as answers of the server.
@@ -654,38 +654,22 @@ TYPES = {
 def serve_studies(root: Path) -> None:
     """Answer ``/study/NAME/FILE`` with the studies of whoever asks."""
 
-    @app.get("/study/{name}/{kind}")
-    async def answer(request: Request, name: str, kind: str) -> Response:
-        shelf = Studies(user_folder(root, user_of(request)))
-        try:
-            if kind == TABLE:
-                text = await asyncio.to_thread(_table, shelf, name)
-                as_file = {"content-disposition": f'attachment; filename="{name}-{TABLE}"'}
-                return Response(text, media_type=TYPES[".csv"], headers=as_file)
-            chosen = CHOSEN.fullmatch(kind)
-            if chosen:
-                text = await asyncio.to_thread(_chosen, shelf, name, int(chosen[1]))
-                as_file = {"content-disposition": f'attachment; filename="{name}-{kind}"'}
-                return Response(text, media_type=TYPES[".toml"], headers=as_file)
-            path = shelf.file(name, kind)
-        except AutobalancerError as error:
-            return PlainTextResponse(str(error), 404)
+    def answer(home: Path, name: str, kind: str) -> Response:
+        shelf, chosen = kept.Studies(home), CHOSEN.fullmatch(kind)
+        if kind == TABLE or chosen:
+            text = result_csv(kept.result_of(shelf, name)) if chosen is None else _chosen(shelf, name, int(chosen[1]))
+            as_file = {"content-disposition": f'attachment; filename="{name}-{kind}"'}
+            return Response(text, media_type=TYPES[Path(kind).suffix], headers=as_file)
+        path = shelf.file(name, kind)
         # the texts keep their names, by which one names the other
         called = path.name if path.suffix == ".toml" else f"{name}-{path.name}"
         return FileResponse(path, media_type=TYPES[path.suffix], filename=called)
 
-
-def _table(shelf: Studies, name: str) -> str:
-    from autobalancer.app.store.studies import result_of
-    from autobalancer.results.store import result_csv
-
-    return result_csv(result_of(shelf, name))
+    serve_at(root, "/study/{name}/{kind}", answer)
 
 
-def _chosen(shelf: Studies, name: str, place: int) -> str:
-    from autobalancer.app.store.studies import chosen_text, design_of
-
-    found = design_of(shelf, name, None)
+def _chosen(shelf: kept.Studies, name: str, place: int) -> str:
+    found = kept.design_of(shelf, name, None)
     if found is None:
         raise QuestionError(f"study {name}: is no finished design")
-    return chosen_text(found, place)
+    return kept.chosen_text(found, place)

@@ -2,44 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from html import escape
 from typing import Any
 
 import numpy as np
 from nicegui import run, ui
 
-from autobalancer.app.pages.elements import Bench, Work, hinted, marked
+from autobalancer.app.pages.elements import (
+    FLAT,
+    Bench,
+    Lines,
+    Work,
+    button,
+    delete_button,
+    marked,
+    notes_html,
+    refusals,
+    table_html,
+)
+from autobalancer.app.store import studies as kept
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.pictures import file_of, svg_of
-from autobalancer.app.store.studies import (
-    DESIGN,
-    DRIVES,
-    FAN,
-    OVER,
-    Known,
-    Studies,
-    StudyEntry,
-    chosen_text,
-    columns_of,
-    design_figure,
-    design_of,
-    offered,
-    places,
-    progress_text,
-    quantities_of,
-    reasons_html,
-    result_of,
-    study_figure,
-    time_text,
-)
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
 from autobalancer.studies.design.designs import Designed, designed_machine
-from autobalancer.tables import Column, html_table
+from autobalancer.tables import html_table
 
 REFRESH_SECONDS = 2.0  # s, between two looks at what is finished
 FORMS = ("pdf", "html")
@@ -51,12 +43,12 @@ STARTS = 40  # of the report on the page
 class Results:
     """One at a time."""
 
-    def __init__(self, bench: Bench, shelf: Studies) -> None:
+    def __init__(self, bench: Bench, shelf: kept.Studies) -> None:
         self.bench, self.shelf = bench, shelf
-        self.entry = StudyEntry("", "", "", "", "", "")
+        self.entry = kept.StudyEntry("", "", "", "", "", "")
         self.body: Any = None
         self.looking = False
-        self.filed: StudyEntry | None = None  # whose files are offered
+        self.filed: kept.StudyEntry | None = None  # whose files are offered
         self.card = ui.element("section").classes("card").props('aria-label="result" data-at="study result"')
         with self.card:
             self.title = ui.html("", sanitize=False)
@@ -74,16 +66,15 @@ class Results:
 
     def show(self, name: str) -> None:
         """Show another study or design."""
-        try:
+        with refusals():
             self.entry = self.shelf.entry(name)
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
+        if self.entry.name != name:
             return
         self.card.set_visibility(True)
         self.title.set_content(f"<h2>{escape(self.entry.title)}</h2>")
         self.place.clear()
         with self.place:
-            kind = DesignResult if self.entry.kind == DESIGN else StudyResult
+            kind = DesignResult if self.entry.kind == kept.DESIGN else StudyResult
             self.body = kind(self.bench, self.shelf, self.entry)
         self._files()
         self.timer.activate()
@@ -122,7 +113,7 @@ class Results:
 
     def _said(self, job: Job | None, known: bool) -> str:
         if job is None:
-            part = progress_text(self.shelf, self.entry)
+            part = kept.progress_text(self.shelf, self.entry)
             stopped = f"stopped{f' after {part}' if part else ''}; what is finished is kept, and Resume goes on"
             return "finished" if self.entry.finished else stopped
         if job.state != "running":
@@ -141,9 +132,8 @@ class Results:
                 for kind, word in _links(entry).items():
                     marked(ui.link(word, f"/study/{entry.name}/{kind}").props("download"), at=kind)
                 for form in FORMS if entry.finished else ():
-                    button = ui.button(f"Report ({form.upper()})", icon="description")
-                    marked(button.props("outline dense no-caps"), at=f"study report {form}")
-                    button.on_click(lambda form=form: self._report(form))
+                    act, word = partial(self._report, form), f"Report ({form.upper()})"
+                    button(word, act, "description", "outline dense no-caps", at=f"study report {form}")
             ui.label("The same on the command line, with these files in one folder:").classes("quiet")
             ui.html(f'<pre class="said" data-at="command">{escape(entry.command)}</pre>', sanitize=False)
 
@@ -159,7 +149,7 @@ class Results:
         self.work.start(f"report {name}", lambda job: _write_report(self.shelf, name, place, form, job), then)
 
 
-def _write_report(shelf: Studies, name: str, place: int, form: str, job: Job) -> str:
+def _write_report(shelf: kept.Studies, name: str, place: int, form: str, job: Job) -> str:
     """The report of a design, or of the machine of a study with the study; gives the name of its file.
 
     Raises
@@ -167,8 +157,8 @@ def _write_report(shelf: Studies, name: str, place: int, form: str, job: Job) ->
     QuestionError
         If it is not finished, or what a report needs is not installed.
     """
-    found: Any = result_of(shelf, name)
-    if shelf.entry(name).kind == DESIGN:
+    found: Any = kept.result_of(shelf, name)
+    if shelf.entry(name).kind == kept.DESIGN:
         machine, file = designed_machine(found, place), f"report_{place}.{form}"
     elif isinstance(found, Studied):
         machine, file = load_race_machine(shelf.file(name, "machine.toml")), f"report_0.{form}"
@@ -178,13 +168,13 @@ def _write_report(shelf: Studies, name: str, place: int, form: str, job: Job) ->
     return file
 
 
-def _links(entry: StudyEntry) -> dict[str, Any]:
+def _links(entry: kept.StudyEntry) -> dict[str, Any]:
     known = {entry.file: f"{entry.kind} (TOML)"}
     if entry.machine_file:
         known["machine.toml"] = "machine (TOML)"
     known |= {name: name for name in entry.more}
     if entry.finished:
-        word = "candidates" if entry.kind == DESIGN else "members"
+        word = "candidates" if entry.kind == kept.DESIGN else "members"
         known |= {"result.nc": f"{word} (netCDF)", "table.csv": f"{word} (CSV)"}
     return known
 
@@ -197,9 +187,9 @@ class StudyResult:
 
     chosen = 0  # of which design a report is made
 
-    def __init__(self, bench: Bench, shelf: Studies, entry: StudyEntry) -> None:
+    def __init__(self, bench: Bench, shelf: kept.Studies, entry: kept.StudyEntry) -> None:
         self.shelf, self.entry = shelf, entry
-        self.known = Known(shelf, entry.name)
+        self.known = kept.Known(shelf, entry.name)
         self.found: Studied | None = None
         self.kind = ""
         with ui.row().classes("items-center gap-2 w-full") as self.tools:
@@ -225,7 +215,7 @@ class StudyResult:
     def put(self, found: Studied, going: bool) -> None:
         """Show it; once it does not change any more, with a picture."""
         first, self.found = self.found is None, found
-        known = quantities_of(found)
+        known = kept.quantities_of(found)
         if first:
             self._offer(found, known)
         elif set(known) - set(self.quantity.options):
@@ -241,17 +231,16 @@ class StudyResult:
         self.points.set_visibility(False)
         self.tools.set_visibility(True)
         with self.buttons:
-            for kind, word in offered(found).items():
-                button = ui.button(word, on_click=lambda kind=kind: self._draw(kind)).props("outline dense no-caps")
-                marked(button, at=f"picture {kind}")
+            for kind, word in kept.offered(found).items():
+                button(word, partial(self._draw, kind), look="outline dense no-caps", at=f"picture {kind}")
 
     def _tell(self) -> None:
         """The table of the chosen quantity, and what is to be known about it."""
         if self.found is None:
             return
-        table = table_html(columns_of(self.found, self.quantity.value or ""), "study numbers")
-        notes = notes_html([text for text in self.found.remarks() if not text.startswith("interrupted")])
-        self.table.set_content(f"{table}{notes}{warnings_html(self.entry.notes)}")
+        table = table_html(kept.columns_of(self.found, self.quantity.value or ""), "study numbers")
+        notes = notes_html([text for text in self.found.remarks() if not text.startswith("interrupted")], "quiet")
+        self.table.set_content(f"{table}{notes}{notes_html(self.entry.notes)}")
 
     def _again(self) -> None:
         """Another quantity or point."""
@@ -263,29 +252,16 @@ class StudyResult:
         found, name = self.found, self.entry.name
         if found is None:
             return
-        self.kind = kind or next(iter(offered(found)))
+        self.kind = kind or next(iter(kept.offered(found)))
         here, quantity = self.kind, str(self.quantity.value or "")
-        self.points.set_visibility(len(self.points.options) > 1 and here in (DRIVES, FAN))
+        self.points.set_visibility(len(self.points.options) > 1 and here in (kept.DRIVES, kept.FAN))
         point = int(self.points.value or 1)
 
         def work(job: Job) -> tuple[str, Any]:
-            draw, words = study_figure(self.shelf, name, found, here, quantity, point, job)
+            draw, words = kept.study_figure(self.shelf, name, found, here, quantity, point, job)
             return svg_of(draw, words), draw
 
-        self.picture.classes(add="old")  # until the new one is there
-
-        def then(job: Job) -> None:
-            if self.picture.is_deleted:
-                return
-            self.picture.classes(remove="old")
-            if here != self.kind or job.state == "cancelled":
-                return
-            wrong = f'<div class="wrong">{escape(job.message)}</div>'
-            content, draw = job.result if job.state == "done" else (wrong, None)
-            self.picture.set_content(content)
-            self.saved.put(draw)
-
-        self.work.start("picture of a study", work, then)
+        self.work.draw("picture of a study", work, self.picture, self.saved.put, lambda: here == self.kind)
 
 
 def _default_quantity(found: Studied, known: dict[str, str]) -> str:
@@ -297,7 +273,7 @@ def _default_quantity(found: Studied, known: dict[str, str]) -> str:
 
 def _needs_quantity(kind: str) -> bool:
     """Whether a picture shows one quantity."""
-    return kind in (OVER, DRIVES)
+    return kind in (kept.OVER, kept.DRIVES)
 
 
 # What came out of a design, or is known so far: the ranked designs, their Pareto front, what was ruled out and why.
@@ -306,15 +282,15 @@ def _needs_quantity(kind: str) -> bool:
 class DesignResult:
     """One design; ``read`` may be called in another thread."""
 
-    def __init__(self, bench: Bench, shelf: Studies, entry: StudyEntry) -> None:
+    def __init__(self, bench: Bench, shelf: kept.Studies, entry: kept.StudyEntry) -> None:
         self.bench, self.shelf, self.entry = bench, shelf, entry
         self.found: Designed | None = None
         self.ran = 0
         with ui.row().classes("items-center gap-2 w-full") as self.tools:
             self.place = ui.select({}, label="design").props('dense outlined options-dense data-at="place"')
             self.place.style("width: 420px; max-width: 100%")
-            take = ui.button("Take it into Describe", icon="input", on_click=self._take)
-            hinted(take.props('outline dense no-caps data-at="take design"'), "undo brings the machine before back")
+            look, hint = "outline dense no-caps", "undo brings the machine before back"
+            button("Take it into Describe", self._take, "input", look, at="take design", hint=hint)
             self.link = ui.link("its machine (TOML)", "").props('download data-at="design machine file"')
             self.work = Work(bench, "design picture")
             self.saved = Saved(self.work, entry.name)
@@ -330,11 +306,11 @@ class DesignResult:
 
     def read(self, job: Job | None) -> Designed | None:
         """The answer, or what is known of it."""
-        return design_of(self.shelf, self.entry.name, job)
+        return kept.design_of(self.shelf, self.entry.name, job)
 
     def put(self, found: Designed, going: bool) -> None:
         """Show it."""
-        known = places(found)
+        known = kept.places(found)
         changed, self.found, self.ran = len(known) != self.ran or not going, found, len(known)
         if not changed or not known:
             return
@@ -343,9 +319,9 @@ class DesignResult:
         self._linked()
         facts = html_table(("", ""), found.facts()).replace("<table>", '<table class="facts">', 1)
         table = table_html(found.columns("rpm"), "designs")
-        notes = notes_html([str(text) for text in found.remarks() if not str(text).startswith("ruled out")])
-        out = reasons_html(found)
-        self.table.set_content(f"{table}{notes}{out}<h3>What was asked</h3>{facts}{warnings_html(self.entry.notes)}")
+        notes = notes_html([str(text) for text in found.remarks() if not str(text).startswith("ruled out")], "quiet")
+        asked = f"{kept.reasons_html(found)}<h3>What was asked</h3>{facts}"
+        self.table.set_content(f"{table}{notes}{asked}{notes_html(self.entry.notes)}")
         self._draw(found)
 
     def _linked(self) -> None:
@@ -354,28 +330,17 @@ class DesignResult:
 
     def _draw(self, found: Designed) -> None:
         def work(_job: Job) -> tuple[str, Any]:
-            draw, words = design_figure(found)
+            draw, words = kept.design_figure(found)
             return svg_of(draw, words), draw
 
-        def then(job: Job) -> None:
-            if job.state == "cancelled" or self.picture.is_deleted:
-                return
-            wrong = f'<div class="wrong">{escape(job.message)}</div>'
-            content, draw = job.result if job.state == "done" else (wrong, None)
-            self.picture.set_content(content)
-            self.saved.put(draw)
-
-        self.work.start("picture of a design", work, then)
+        self.work.draw("picture of a design", work, self.picture, self.saved.put)
 
     def _take(self) -> None:
         if self.found is None:
             return
-        try:
-            self.bench.set_text(chosen_text(self.found, self.chosen))
-        except AutobalancerError as error:
-            ui.notify(str(error), type="warning")
-            return
-        ui.notify("the design is on the page Describe; undo brings the machine before back", type="positive")
+        with refusals():
+            self.bench.set_text(kept.chosen_text(self.found, self.chosen))
+            ui.notify("the design is on the page Describe; undo brings the machine before back", type="positive")
 
 
 # The picture that is shown, as a file.
@@ -392,12 +357,11 @@ class Saved:
         self.draw: Callable[[], Any] | None = None
         with ui.row().classes("items-center gap-1") as self.line:
             for form in SAVED_FORMS:
-                button = ui.button(form.upper(), icon="download", on_click=lambda form=form: self._save(form))
-                marked(button, at=f"save picture {form}", label=f"save the picture as {form.upper()}")
-                button.props("flat dense no-caps size=sm")
+                act, word, label = partial(self._save, form), form.upper(), f"save the picture as {form.upper()}"
+                button(word, act, "download", f"{FLAT} size=sm", at=f"save picture {form}", label=label)
         self.line.set_visibility(False)
 
-    def put(self, draw: Callable[[], Any] | None) -> None:
+    def put(self, draw: Callable[[], Any] | None, _job: Job | None = None) -> None:
         """Another picture, or none."""
         self.draw = draw
         self.line.set_visibility(draw is not None)
@@ -414,33 +378,6 @@ class Saved:
         self.work.start("file of a picture", lambda _job: file_of(draw, form), then)
 
 
-# Tables and sentences of results as HTML.
-
-
-def table_html(columns: Sequence[Column], at: str = "", most: int = 200) -> str:
-    """A table with numbers at the right; of a long one the first rows."""
-    heads = [f"{column.head} ({column.unit})" if column.unit else column.head for column in columns]
-    sides = [" class='number'" if column.numeric else "" for column in columns]
-    rows = list(zip(*(column.cells() for column in columns), strict=True))
-    top = "".join(f"<th{side}>{escape(head)}</th>" for head, side in zip(heads, sides, strict=True))
-    body = "".join(
-        "<tr>" + "".join(f"<td{side}>{escape(cell)}</td>" for cell, side in zip(row, sides, strict=True)) + "</tr>"
-        for row in rows[:most]
-    )
-    more = f"<div class='quiet'>and {len(rows) - most} more rows</div>" if len(rows) > most else ""
-    return f'<div class="wide-table"><table class="facts" data-at="{at}"><tr>{top}</tr>{body}</table></div>{more}'
-
-
-def notes_html(texts: Sequence[str]) -> str:
-    """Sentences below a table."""
-    return "".join(f'<div class="quiet">{escape(text)}</div>' for text in texts)
-
-
-def warnings_html(texts: Sequence[str]) -> str:
-    """Notes that the package gave."""
-    return "".join(f'<div class="note">{escape(text)}</div>' for text in texts)
-
-
 # The list of studies and designs: how far each is, and what can be done with it.
 
 
@@ -449,12 +386,10 @@ ROWS_SHOWN = 60  # entries of the list
 
 @dataclass
 class Line:
-    """What is shown of one; word and bar change while it waits or runs."""
+    """What changes of a line while its job waits or runs."""
 
-    entry: StudyEntry
     job: Job | None
-    row: Any
-    word: Any = None
+    word: Any
     bar: Any = None
 
 
@@ -462,12 +397,13 @@ class StudyList:
     """Reads the folder and the queue; ``open`` and ``resume`` are called with a name."""
 
     def __init__(
-        self, bench: Bench, shelf: Studies, open_: Callable[[str], None], resume: Callable[[str], None]
+        self, bench: Bench, shelf: kept.Studies, open_: Callable[[str], None], resume: Callable[[str], None]
     ) -> None:
         self.bench, self.shelf, self.open, self.resume = bench, shelf, open_, resume
-        self.lines: dict[str, Line] = {}
+        self.moving: dict[str, Line] = {}
         ui.html("<h2>Kept studies and designs</h2>", sanitize=False)
-        self.list = ui.column().classes("w-full gap-0").props('data-at="kept studies"')
+        self.lines = Lines[kept.StudyEntry](self._line)
+        self.lines.list.props('data-at="kept studies"')
         self.none = ui.label("Nothing yet; define a study above and start it.").classes("quiet")
         self.timer = ui.timer(0.5, self.look)
 
@@ -478,18 +414,11 @@ class StudyList:
             self.refresh()
 
     def refresh(self) -> None:
-        """Read the folder again; lines that are right stay under the hand of whoever uses them."""
+        """Read the folder again."""
         going = self._going()
         wanted = {entry.name: entry for entry in self.shelf.entries()[:ROWS_SHOWN]}
-        for name, line in [*self.lines.items()]:
-            if wanted.get(name) != line.entry or going.get(name) is not line.job:
-                line.row.delete()
-                del self.lines[name]
-        for place, entry in enumerate(wanted.values()):
-            if entry.name not in self.lines:
-                with self.list:
-                    line = self.lines[entry.name] = self._line(entry, going.get(entry.name))
-                line.row.move(target_index=place)
+        self.lines.follow(wanted, lambda name: going.get(name) is self.moving[name].job)
+        self.moving = {name: line for name, line in self.moving.items() if name in wanted}
         self.none.set_visibility(not wanted)
 
     def _going(self) -> dict[str, Job]:
@@ -499,63 +428,44 @@ class StudyList:
     def look(self) -> None:
         """Say how far those are that wait or run."""
         going = self._going()
-        shown = {name: line.job for name, line in self.lines.items() if line.job is not None}
+        shown = {name: line.job for name, line in self.moving.items() if line.job is not None}
         if set(going) != set(shown) or any(shown[name] is not job for name, job in going.items()):
             self.refresh()  # another page of the user may have started or deleted some
-        for name, line in self.lines.items():
+        for name, line in self.moving.items():
             if line.job is not None and name in going:
                 line.word.set_text(state_of(line.job))
                 line.bar.value = line.job.share
 
-    def _line(self, entry: StudyEntry, job: Job | None) -> Line:
-        row = marked(ui.row().classes("items-center gap-2 w-full no-wrap archive-line"), at=entry.name)
-        line = Line(entry, job, row)
-        with row:
-            with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
-                ui.label(entry.title).classes("key ellipsis")
-                line.word = ui.label(state_of(job) if job is not None else self._rests(entry)).classes("quiet ellipsis")
-                line.word.props('data-at="kept state"')
-            if job is not None:
-                line.bar = ui.linear_progress(job.share, show_value=False).style("flex: 0 1 200px; min-width: 60px")
-                marked(line.bar.props("rounded"), label=f"progress of {entry.title}")
-                cancel = ui.button("Cancel", icon="stop", on_click=lambda: self.bench.long.cancel(job))
-                cancel.props('flat dense no-caps data-at="cancel study"')
-            elif not entry.finished:
-                again = ui.button("Resume", icon="play_arrow", on_click=lambda: self.resume(entry.name))
-                marked(again.props("flat dense no-caps"), at="resume study", label=f"resume {entry.title}")
-            opens = ui.button("open", on_click=lambda: self.open(entry.name)).props("flat dense no-caps")
-            marked(opens, label=f"open {entry.title}")
-            if job is None:
-                bin_ = ui.button(icon="delete_outline", on_click=lambda: self._delete(entry)).props("flat dense round")
-                marked(bin_, label=f"delete {entry.title}")
-        return line
+    def _line(self, entry: kept.StudyEntry, _row: Any) -> None:
+        name, job = entry.name, self._going().get(entry.name)
+        with ui.column().classes("gap-0").style("flex: 1 1 auto; min-width: 0"):
+            ui.label(entry.title).classes("key ellipsis")
+            word = ui.label(state_of(job) if job is not None else self._rests(entry)).classes("quiet ellipsis")
+        line = self.moving[name] = Line(job, word.props('data-at="kept state"'))
+        if job is not None:
+            line.bar = ui.linear_progress(job.share, show_value=False).style("flex: 0 1 200px; min-width: 60px")
+            marked(line.bar.props("rounded"), label=f"progress of {entry.title}")
+            button("Cancel", lambda: self.bench.long.cancel(job), "stop", at="cancel study")
+        elif not entry.finished:
+            label = f"resume {entry.title}"
+            button("Resume", lambda: self.resume(name), "play_arrow", at="resume study", label=label)
+        button("open", lambda: self.open(name), label=f"open {entry.title}")
+        if job is None:
+            question = f"Delete {entry.title} of {entry.made} with all its parts? They cannot be brought back."
+            delete_button(entry.title, question, lambda: self._delete(name), self.refresh)
 
-    def _rests(self, entry: StudyEntry) -> str:
+    def _rests(self, entry: kept.StudyEntry) -> str:
         """What is known of one that does not run."""
         made = f"{entry.kind} of {entry.machine} · {entry.made} UTC"
         if entry.finished:
-            return f"{made} · finished in {time_text(entry.seconds)}"
-        part = progress_text(self.shelf, entry)
+            return f"{made} · finished in {kept.time_text(entry.seconds)}"
+        part = kept.progress_text(self.shelf, entry)
         return f"{made} · {entry.message or 'interrupted'}{f', {part} are kept' if part else ''}"
 
-    def _delete(self, entry: StudyEntry) -> None:
-        with ui.dialog(value=True) as dialog, ui.card():
-            ui.label(f"Delete {entry.title} of {entry.made} with all its parts? They cannot be brought back.")
-
-            def gone() -> None:
-                dialog.close()
-                if any(job.title == entry.name and not job.over for job in self.bench.long.of(self.bench.user)):
-                    ui.notify("it runs; cancel it first", type="warning")
-                    return
-                try:
-                    self.shelf.delete(entry.name)
-                except (AutobalancerError, OSError) as error:
-                    ui.notify(str(error), type="warning")
-                self.refresh()
-
-            with ui.row():
-                ui.button("Delete", on_click=gone).props("no-caps color=negative")
-                ui.button("Keep", on_click=dialog.close).props("no-caps flat")
+    def _delete(self, name: str) -> None:
+        if name in self._going():
+            raise QuestionError("it runs; cancel it first")
+        self.shelf.delete(name)
 
 
 def state_of(job: Job) -> str:
