@@ -10,19 +10,36 @@ import pytest
 from tests.test_places import DRUM, SHAFT, laid_down_rig
 
 import autobalancer as ab
+from autobalancer.assembly.places import desk_for
 from autobalancer.files.machine_file import load_machine, parse_machine
 from autobalancer.kernels.integrators.runge_kutta import RUNNING
-from autobalancer.kernels.measures.columns_of_measures import COLUMNS, STATUS
+from autobalancer.kernels.measures.columns_of_measures import COLUMNS, STATUS, VERDICT, WIDTH
+from autobalancer.kernels.measures.row import measure_row
 from autobalancer.machine import Machine
-from autobalancer.results.measure_table import SWEPT, numbers
+from autobalancer.results.measure_table import SWEPT, in_row, numbers
 from autobalancer.results.run_arrays import recorded_of
+from autobalancer.results.verdict import WORDS
 from autobalancer.simulation import run as of_simulate
-from autobalancer.studies.variations import sweep_row
+from autobalancer.studies.variations import completed, gauges_for
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 OTHERS = ("chamber_cylinders", "deep_chamber", "deep_chamber_fitted", "released_body", "single_layer", "liquid_ring")
 RACES = sorted(path.stem for path in MACHINES.glob("*.toml") if path.stem not in OTHERS)
 SAVE = [ab.Samples(2), ab.Envelope(60), ab.LastRevolutions(3, 36)]
+
+
+def sweep_row(status: int, assembly: Any, places: Any, record: Any, memory: Any, end: float, impacts: Any) -> Any:
+    """All that a sweep keeps of a run with an envelope and its last revolutions."""
+    gauges = gauges_for(assembly, places, end)
+    hits = impacts.time.size if impacts is not None else 0
+    desk = desk_for(gauges, record.turn_states.shape[0], record.bin_low.size, hits)
+    desk.noted[0] = 0
+    if impacts is not None:
+        desk.hits[:], desk.noted[0] = (impacts.time, impacts.speed, impacts.lost, impacts.impulse), hits
+    row = np.empty(WIDTH + len(assembly.balls))
+    measure_row(assembly.system, record, memory, gauges, desk, status, row)
+    row = completed(row, assembly, places, gauges)
+    return {"verdict": WORDS[int(row[VERDICT])], **in_row(row)}
 
 
 def both(machine: Machine, duration: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, dict[str, Any]]:

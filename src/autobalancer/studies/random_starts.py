@@ -29,7 +29,7 @@ from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.answers.studied import NOT_RUN
-from autobalancer.results.measure_table import SWEPT, label_of, peak_deflection
+from autobalancer.results.measure_table import SWEPT, peak_deflection
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
 from autobalancer.results.verdict import BALANCED, WORDS, wilson_interval
 from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_duration, run_options
@@ -38,9 +38,10 @@ from autobalancer.simulation.run import simulate_races
 from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, released
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.ensemble.columns import Columns
+from autobalancer.studies.ensemble.ensemble import Variable, ensemble_variables
 from autobalancer.studies.ensemble.layout import Plan, run_groups
 from autobalancer.studies.ensemble.members import Members, without_start_angles
-from autobalancer.studies.variations import coordinate, listed, named_measures
+from autobalancer.studies.variations import coordinate, listed
 
 FAILED = "failed"
 ENDS = (*WORDS, FAILED)
@@ -305,18 +306,14 @@ def sweep(
     drawn = np.arange(seed, seed + seeds) if seeds is not None else None
     # all members run in groups of one layout, each on several threads
     plan = Plan(end, tolerance, bins, how["max_steps"], how["method"])
-    groups, _ = Members(machine, columns, drawn, seed, "").sorted(plan, "refuse")
+    members = Members(machine, columns, drawn, seed, "")
+    groups, reasons = members.sorted(plan, "refuse")
     ran, _, interrupted = run_groups(groups, how["workers"], how["progress"] or None)
     if interrupted and not how["keep_on_interrupt"]:
         raise KeyboardInterrupt
-    # back into the order of the points; a member that Ctrl-C left out says so
-    rows: list[dict[str, Any]] = [{"outcome": NOT_RUN, "verdict": ""}] * (len(points) * (seeds or 1))
-    for one in ran:
-        for number, row, steps in zip(one.group.numbers, one.found.rows, one.found.counts[:, 0], strict=True):
-            if steps:  # Ctrl-C came before the others
-                rows[number] = named_measures(row, end, int(steps), settling_from)
+    found = ensemble_variables(members, ran, reasons, settling_from)
     about = {"duration": end, "tolerance": tolerance, "bins": bins, "seed": seed, "settling_from": settling_from}
-    dataset = _dataset(machine, variations, grid, shape, rows, about)
+    dataset = _dataset(machine, variations, grid, shape, found, about)
     return Answer.of(dataset.assign_coords(seed=drawn) if drawn is not None else dataset, "Swept")
 
 
@@ -336,31 +333,22 @@ def _dataset(
     variations: Mapping[str, Sequence[Any]],
     grid: bool,
     shape: tuple[int, ...],
-    rows: list[dict[str, Any]],
+    found: Mapping[str, Variable],
     about: dict[str, Any],
 ) -> xr.Dataset:
+    """Members at the places of their points; one that Ctrl-C left out has no verdict."""
     names = [dimension_of_path(path) for path in variations]
     dims = (tuple(names) if grid else ("run",)) if names else ()
     dims = dims if len(dims) == len(shape) else (*dims, "seed")
-    variables: dict[str, Any] = {}
-    for measure in SWEPT:
-        name, label = measure.name, label_of(measure, about["settling_from"])
-        if measure.per_ball:
-            each = [row.get(name, np.zeros(0)) for row in rows]
-            padded = np.full((len(rows), max(values.size for values in each)), np.nan)
-            for place, values in zip(padded, each, strict=True):
-                place[: values.size] = values
-            variables[name] = ((*dims, "ball"), padded.reshape((*shape, padded.shape[1])), label)
-        else:
-            variables[name] = (dims, np.reshape([float(row.get(name, np.nan)) for row in rows], shape), label)
-    for name in ("outcome", "verdict"):
-        variables[name] = (dims, np.array([row[name] for row in rows], dtype=object).reshape(shape))
-    balanced = [row["verdict"] == BALANCED for row in rows]
-    variables["balanced"] = (
-        dims,
-        np.reshape(balanced, shape),
-        {"long_name": "whether the verdict is 'balanced'"},
-    )
+    variables: dict[str, Variable] = {}
+    for name in (*(measure.name for measure in SWEPT), "outcome", "verdict", "balanced"):
+        _, values, label = found[name]
+        variables[name] = (
+            (*dims, "ball")[: len(dims) + values.ndim - 1],
+            values.reshape(shape + values.shape[1:]),
+            label,
+        )
+    variables["verdict"][1][variables["outcome"][1] == NOT_RUN] = ""
     return xr.Dataset(
         variables,
         coords={

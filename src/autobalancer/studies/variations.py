@@ -11,34 +11,26 @@ from typing import Any, TypeVar
 import numpy as np
 
 from autobalancer.assembly.drive_train import unbalance_jumps
-from autobalancer.assembly.places import Places, Touch, desk_for, gauges_of, without_balancing
+from autobalancer.assembly.places import Places, Touch, gauges_of, without_balancing
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_parameter, with_value_at
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.kernels.integrators.integrator_state import ACCEPTED, Memory
-from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.measures.columns_of_measures import (
     END,
     END_SPEED,
     FASTEST,
     ITERATED,
-    STATUS,
     VERDICT,
     VIBRATION,
-    WIDTH,
     WITHOUT,
 )
-from autobalancer.kernels.measures.row import judged, measure_row
+from autobalancer.kernels.measures.row import judged
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs
 from autobalancer.kernels.system import Floats
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine.path import QUANTITIES, axis_attributes, entry_at, parts_of
-from autobalancer.results.measure_table import in_row
-from autobalancer.results.run_arrays import SETTLING_FROM, Impacts
 from autobalancer.results.time_series import NONE, static_load
-from autobalancer.results.verdict import WORDS
-from autobalancer.simulation.run import outcome
 from autobalancer.units import argument
 from autobalancer.units.quantity import is_range
 
@@ -141,27 +133,6 @@ def _inner(value: Any) -> str:
 # The measures of one run of a sweep, as plain numbers.
 
 
-def sweep_row(
-    status: int,
-    assembly: Assembly,
-    places: Places,
-    record: Record,
-    memory: Memory,
-    end: float,
-    impacts: Impacts | None = None,
-) -> dict[str, Any]:
-    """All that a sweep keeps of a run with an envelope and its last revolutions; nan for what it cannot say."""
-    gauges = gauges_for(assembly, places, end)
-    hits = impacts.time.size if impacts is not None else 0
-    desk = desk_for(gauges, record.turn_states.shape[0], record.bin_low.size, hits)
-    desk.noted[0] = 0
-    if impacts is not None:
-        desk.hits[:], desk.noted[0] = (impacts.time, impacts.speed, impacts.lost, impacts.impulse), hits
-    row = np.empty(WIDTH + len(assembly.balls))
-    measure_row(assembly.system, record, memory, gauges, desk, status, row)
-    return named_measures(completed(row, assembly, places, gauges), end, int(memory.counts[ACCEPTED]))
-
-
 def gauges_for(assembly: Assembly, places: Places, end: float, touches: tuple[Touch, ...] = ()) -> MeasureInputs:
     """What the measures of runs of a machine up to ``end`` (s) need; of its ``touches`` those that note impacts."""
     centered = static_load(places.machine) == NONE
@@ -175,12 +146,6 @@ def completed(row: Floats, assembly: Assembly, places: Places, gauges: MeasureIn
         row[WITHOUT] = without_balancing(assembly, places, gauges, row[END], row[END_SPEED])[0].max()
         row[VERDICT] = judged(row)
     return row
-
-
-def named_measures(row: Floats, end: float, steps: int, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
-    """The numbers of a row by name, with ``outcome`` and ``verdict`` in words; the run was to reach ``end`` (s)."""
-    ended = outcome(int(row[STATUS]), row[END], end, interrupted=False, steps=steps).name
-    return {"outcome": ended, "verdict": WORDS[int(row[VERDICT])], **in_row(row, settling_from)}
 
 
 # Many runs at once, their answers in the order of the questions.
