@@ -279,7 +279,8 @@ def _refuse_other_kind(name: str, run: xr.Dataset, runs: Kind) -> None:
         raise QuestionError(
             f"{name}: given a run of {given.words}, or a result that is no run; this is for {runs.words}"
         )
-    if "time" not in run.dims and "speed" not in run.coords and (title := run.attrs.get("title")):
+    over_time = "time" in run.dims or {"speed", "envelope_time", "turn_time"} & set(run.coords)
+    if not over_time and (title := run.attrs.get("title")):
         raise QuestionError(
             f"{name}: given {title!r}, which is an answer about many runs; print what load_run gives, or plot it"
         )
