@@ -28,8 +28,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -113,6 +113,11 @@ class RubberLaw:
             k_all, limits = np.array(self.friction).T
             total = total + friction_stiffness(a[..., None] / limits, self.law, motion) @ k_all
         return np.asarray(total, np.complex128)
+
+    @cached_property
+    def elements(self) -> RubberLaw:
+        """The same without spring and damper, which no amplitude changes."""
+        return replace(self, elastic=0.0, viscous=0.0)
 
     def loss(self, amplitude: ArrayLike, speed: ArrayLike, motion: Motion = "circle") -> Floats:
         """Energy that a cycle costs, J."""

@@ -354,7 +354,7 @@ def alike_springs(law: RubberLaw, stretch: Complexes, amplitude: float, speed: f
     x, y = stretch
     f, b = 0.5 * (x + 1j * y), 0.5 * np.conj(x - 1j * y)
     if min(abs(f), abs(b)) <= ROUND * (abs(f) + abs(b)):
-        return np.eye(2) * replace(law, elastic=0.0, viscous=0.0).stiffness(amplitude, speed)
+        return np.eye(2) * law.elements.stiffness(amplitude, speed)
     size = amplitude / (abs(f) + abs(b))
     minor = size * (abs(f) - abs(b))
     minor = minor if abs(minor) > THIN * amplitude else np.copysign(THIN * amplitude, minor)

@@ -307,12 +307,7 @@ class Softened:
 
     def added(self, amplitude: Floats, speed: Floats) -> Complexes:
         """kappa (..., M) at amplitudes (..., M) and speeds (...,)."""
-        result = np.zeros(amplitude.shape, np.complex128)
-        for law, motion in dict.fromkeys(zip(self.laws, self.motions, strict=True)):
-            same = [m for m, one in enumerate(zip(self.laws, self.motions, strict=True)) if one == (law, motion)]
-            elements = replace(law, elastic=0.0, viscous=0.0)
-            result[..., same] = elements.stiffness(amplitude[..., same], np.asarray(speed)[..., None], motion)
-        return result
+        return _elements(list(zip(self.laws, self.motions, strict=True)), amplitude, speed)
 
     def steady(self, speeds: Floats, force: Complexes, owner: str, *, over: float = 1.0) -> Steady:
         """Circles under a ``force`` F at each of the whirl ``speeds``, (S, n).
@@ -388,7 +383,7 @@ class Softened:
         sizes = np.broadcast_to(np.asarray(amplitude, dtype=float), (len(self.mounts),))
         for law, mount, own, size in zip(self.laws, self.mounts, self.motions, sizes, strict=True):
             how = own if own == "line" else motion
-            more = complex(replace(law, elastic=0.0, viscous=0.0).stiffness(size, speed, how))
+            more = complex(law.elements.stiffness(size, speed, how))
             square = mount.rows.T @ mount.rows
             stiffness = stiffness + more.real * square
             damping = damping + more.imag / speed * square
@@ -502,11 +497,11 @@ def in_turns(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) -> 
 def _in_turn(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, amplitude: Floats) -> Floats:
     """The amplitude of each group that suits those of the others, one after the other."""
     result = amplitude.copy()
-    kappa = np.stack([_elements(law, result[:, g], speeds) for g, law in enumerate(laws)], axis=1)
+    kappa = _elements(laws, result, speeds)
     for g, law in enumerate(laws):
         h, s = _group_alone(g, across, free, kappa)
         result[:, g] = _root(law, speeds, h, np.abs(s))
-        kappa[:, g] = _elements(law, result[:, g], speeds)
+        kappa[:, g] = law[0].elements.stiffness(result[:, g], speeds, law[1])
     return result
 
 
@@ -520,14 +515,19 @@ def _group_alone(g: int, across: Complexes, free: Complexes, kappa: Complexes) -
     return np.asarray(h), np.asarray(s)
 
 
-def _elements(law: tuple[RubberLaw, Motion], amplitude: Floats, speeds: Floats) -> Complexes:
-    return replace(law[0], elastic=0.0, viscous=0.0).stiffness(amplitude, speeds, law[1])
+def _elements(laws: Laws, amplitude: Floats, speeds: Floats) -> Complexes:
+    """kappa (..., M) at amplitudes (..., M) and speeds (...,); pieces that are alike are asked at once."""
+    result = np.zeros(amplitude.shape, np.complex128)
+    for law, motion in dict.fromkeys(laws):
+        same = [m for m, one in enumerate(laws) if one == (law, motion)]
+        result[..., same] = law.elements.stiffness(amplitude[..., same], np.asarray(speeds)[..., None], motion)
+    return result
 
 
 def _root(law: tuple[RubberLaw, Motion], speeds: Floats, h: Complexes, free: Floats) -> Floats:
     """The root of |1 + H kappa(a)| a = |s_0| at each speed, (S,), by Ridders' method."""
 
-    elements, motion = replace(law[0], elastic=0.0, viscous=0.0), law[1]
+    elements, motion = law[0].elements, law[1]
 
     def miss(amplitude: Floats) -> Floats:
         return np.asarray(np.abs(1.0 + h * elements.stiffness(amplitude, speeds, motion)) * amplitude - free)
@@ -575,47 +575,42 @@ def _newton(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, size
     """Amplitudes, and at which speeds they were found, beginning as stiff as at one ``size``."""
     count = len(laws)
     begun = np.full(free.shape, min(size, 1e3 * float(np.abs(free).max(initial=0.0)) + 1.0))
-    kappa = np.stack([_elements(law, begun[:, g], speeds) for g, law in enumerate(laws)], axis=1)
-    begun_at = np.linalg.solve(np.eye(count) + across * kappa[:, None, :], free[..., None])[..., 0]
-    s = np.asarray(begun_at, np.complex128)
+    kappa = _elements(laws, begun, speeds)
+    s = np.linalg.solve(np.eye(count) + across * kappa[:, None, :], free[..., None])[..., 0].astype(np.complex128)
     done, left = np.zeros(speeds.size, np.bool_), np.arange(speeds.size)
 
-    def missed(which: np.ndarray, s: Complexes) -> tuple[Complexes, Complexes]:
-        kappa = np.stack([_elements(law, np.abs(s[:, g]), speeds[which]) for g, law in enumerate(laws)], axis=1)
+    def missed(which: np.ndarray, s: np.ndarray) -> tuple[Complexes, Complexes]:
+        kappa = _elements(laws, np.abs(s), speeds[which])
         return s + (across[which] @ (kappa * s)[..., None])[..., 0] - free[which], kappa
 
+    miss, kappa = missed(left, s)
     for _ in range(NEWTON):
         here, h = s[left], across[left]
-        miss, kappa = missed(left, here)
         size_of = np.abs(here)
-        more = [_elements(law, size_of[:, g] * (1.0 + DIFFERENCE), speeds[left]) for g, law in enumerate(laws)]
+        more = _elements(laws, size_of * (1.0 + DIFFERENCE), speeds[left])
         ahead = here / np.where(size_of > 0.0, size_of, 1.0)
-        steeper = (np.stack(more, axis=1) - kappa) / DIFFERENCE * ahead
+        steeper = (more - kappa) / DIFFERENCE * ahead
         # over real and imaginary parts of s, each (S, G)
-        slopes = [across_of(h, kappa * part + steeper * along) for part, along in ((1.0, ahead.real), (1j, ahead.imag))]
+        slopes = [
+            h * (kappa * part + steeper * along)[:, None] for part, along in ((1.0, ahead.real), (1j, ahead.imag))
+        ]
         whole = np.concatenate([slopes[0] + np.eye(count), slopes[1] + 1j * np.eye(count)], axis=2)
         real = np.concatenate([whole.real, whole.imag], axis=1)
         step = -np.linalg.solve(real, np.concatenate([miss.real, miss.imag], axis=1)[..., None])[..., 0]
         change = step[:, :count] + 1j * step[:, count:]
-        level, far = np.abs(miss).max(axis=1), np.arange(left.size)
+        # a step that makes it worse is halved
+        level, least = np.abs(miss).max(axis=1), NEAR * size_of.max(axis=1)
+        miss, kappa = missed(left, here + change)
         for _ in range(HALVES):
-            worse = (
-                np.abs(missed(left[far], np.asarray(here[far] + change[far], np.complex128))[0]).max(axis=1)
-                > level[far]
-            )
-            far = far[worse & (np.abs(change[far]).max(axis=1) > NEAR * size_of[far].max(axis=1))]
-            if not far.size:
+            far = (np.abs(miss).max(axis=1) > level) & (np.abs(change).max(axis=1) > least)
+            if not far.any():
                 break
             change[far] *= 0.5
-        s[left] = np.asarray(here + change, np.complex128)
+            miss, kappa = missed(left, here + change)
+        s[left] = here + change
         ended = np.abs(change).max(axis=1) <= SURE * size_of.max(axis=1)
         done[left[ended]] = True
-        left = left[~ended]
+        left, miss, kappa = left[~ended], miss[~ended], kappa[~ended]
         if not left.size:
             break
     return np.abs(s), done
-
-
-def across_of(across: Complexes, column: Complexes) -> Complexes:
-    """H times a diagonal matrix, (S, G, G)."""
-    return np.asarray(across * column[:, None, :])
