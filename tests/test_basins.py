@@ -204,13 +204,13 @@ def test_a_map_over_two_planes_ends_where_single_runs_end() -> None:
         assert np.abs(np.angle(np.exp(1j * apart))).max() < 1e-3
 
 
-def test_balls_of_two_planes_just_above_their_border_balance_or_all_stall() -> None:
+def test_balls_of_two_planes_just_above_their_border_balance_or_one_plane_stalls() -> None:
     angles = np.deg2rad([-135.0, 0.0])
     found = ab.basin(TWO_PLANES, 180.0, {"ball_angle[1]": angles, "ball_angle[3]": [np.deg2rad(-18.0)]})
     ends = [found.attrs["states"][number] for number in found["state"].values.ravel()]
     assert ends == ["stalled", "balanced"]
     names = np.array(found.attrs["plane_states"])[found["plane_state"].values[:, 0]].tolist()
-    assert names == [[end] * 2 for end in ends]
+    assert names == [["oscillating", "stalled"], ["balanced"] * 2]  # balls of the other plane lose a turn now and then
     assert "stalled" in [text.get_text().split(" ")[0] for text in ab.plot.basin(found).legends[0].get_texts()]
 
 

@@ -552,7 +552,6 @@ def gauges_of(
     scalars[:] = (
         centered,
         assembly.resolved,
-        min(assembly.critical_speeds, default=math.nan),
         _held(places.machine, places, bool(balls)),
         isinstance(places.machine.rotor, PlanarRotor),
     )
@@ -581,6 +580,7 @@ def gauges_of(
         jumps=np.array(jumps, np.float64),
         meetings=meetings,
         rebounds=rebounds,
+        whirls=assembly.whirls,
     )
 
 
@@ -603,7 +603,7 @@ def desk_for(gauges: MeasureInputs, states: int, bins: int = 0, hits: int = 0) -
         ),
         np.zeros(size), np.zeros(size), np.zeros(2 * most), np.zeros(states),
         np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros((bins, balls)), np.zeros((bins, balls)),
-        np.zeros((4, balls)),
+        np.zeros((5, balls)),
         np.zeros((5, most)),
         complexes(max(states, columns, planes), columns + most + planes + 1),
         complexes(max(size, columns, planes), max(size + planes + 1, columns + most, planes + 2)),

@@ -23,7 +23,7 @@ from autobalancer.assembly.rotors import (
     unbalance_shape,
     with_ball_mass,
 )
-from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
+from autobalancer.assembly.rotors.critical import forward_whirls, natural_frequencies
 from autobalancer.assembly.rotors.equivalent_stiffness import (
     HardPlace,
     Mount,
@@ -77,6 +77,7 @@ class Parts:
     reference: str
     stations: dict[str, Matrix]
     critical_speeds: tuple[float, ...]
+    gyroscopic_shares: tuple[float, ...]  # of each of them
     frequency: float  # of the machine, for tolerances
 
     @property
@@ -173,7 +174,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     loaded = with_ball_mass(machine, model)
     model = loaded if held else model
     # critical speeds with the balls, and up to where the reduced rotor must hold
-    critical = critical_speeds(loaded)
+    critical, shares = forward_whirls(loaded)
     still = critical or tuple(natural_frequencies(loaded).tolist())
     if top is None:
         top = min(2.0 * still[min(2, len(still) - 1)] if still else 1000.0, model.top_speed)
@@ -196,6 +197,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         reference=frame.reference,
         stations=small.stations,
         critical_speeds=critical,
+        gyroscopic_shares=shares,
         frequency=max(still, default=1.0),
     )
 

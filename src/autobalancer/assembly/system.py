@@ -118,6 +118,13 @@ class Assembly:
     places: Matrix = field(default_factory=lambda: np.zeros((0, 2, 0)))  # rows (P, 2, R) of the balancers
     mounts: tuple[Mount, ...] = ()  # rubber that softens with the amplitude
     hard: tuple[HardPlace, ...] = ()  # bearings that become stiffer as they deflect
+    gyroscopic_shares: tuple[float, ...] = ()  # of each critical speed; none of a rotor that does not tilt
+
+    @property
+    def whirls(self) -> Matrix:
+        """Critical speeds (rad/s) and gyroscopic shares, (K, 2), for kernels/measures/record_series.py."""
+        shares = self.gyroscopic_shares or (0.0,) * len(self.critical_speeds)
+        return np.array([self.critical_speeds, shares], np.float64).T.copy()
 
     @property
     def general(self) -> bool:
@@ -304,7 +311,7 @@ def assemble_general(
     system = system._replace(**rigid_room(balls, system.contacts, state.size, usual))
     return Assembly(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
-        parts.reduction, parts.places, parts.mounts, parts.hard,
+        parts.reduction, parts.places, parts.mounts, parts.hard, parts.gyroscopic_shares,
     )  # fmt: skip
 
 

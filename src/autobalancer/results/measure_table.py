@@ -33,7 +33,6 @@ from autobalancer.results.run_arrays import (
     Recorded,
     away_from_standing,
     bins_of,
-    critical_speed_of,
     jump_times,
     known_balls,
     known_origin,
@@ -41,6 +40,8 @@ from autobalancer.results.run_arrays import (
     recorded_of,
     series,
     settling,
+    stalls_of,
+    whirls_of,
 )
 from autobalancer.results.time_series import (
     NONE,
@@ -55,7 +56,6 @@ from autobalancer.results.time_series import (
     means,
     of_a_run,
     plain,
-    release_rows,
     share_of,
     sizes,
     values_at,
@@ -145,14 +145,14 @@ MEASURES = (
     Measure(
         "peak_speed",
         *("rad/s", "", f"rotor speed at the greatest deflection at {HERE}"),
-        lambda r: r.bins.speed[greatest_at(r.bins.high)],
+        lambda r: r.bins.at_crest(r.bins.speed),
     ),
     Measure(
         "peak_time",
         "s",
         "",
         f"time of the greatest deflection at {HERE}",
-        lambda r: r.bins.time[greatest_at(r.bins.high)],
+        lambda r: r.bins.crest_time,
     ),
     Measure(
         "time_near_peak",
@@ -162,7 +162,7 @@ MEASURES = (
     Measure(
         "time_at_resonance",
         *("s", "", "time with a rotor speed within 10 % of the lowest critical speed"),
-        lambda r: compiled().time_at_resonance(plain(r.bins.end), plain(r.bins.speed), r.critical_speed),
+        lambda r: compiled().time_at_resonance(plain(r.bins.end), plain(r.bins.speed), r.whirls),
     ),
     Measure(
         "residual_vibration", "m", "", f"vibration at the end of the run at {HERE}", lambda r: r.residual_vibration
@@ -272,8 +272,14 @@ MEASURES = (
     Measure(
         "stalled_time",
         *("s", "ball", "time for which the ball is stalled"),
-        lambda r: r.stalled,
-        OfAll("longest time for which a ball is stalled", lambda r: r.stalled.max()),
+        lambda r: r.stalls[0],
+        OfAll("longest time for which a ball is stalled", lambda r: r.stalls[0].max()),
+    ),
+    Measure(
+        "stalled_balls",
+        *("1", "", "balls that are stalled at the end of the run"),
+        lambda r: np.count_nonzero(np.isfinite(r.stalls[2])),
+        needs="balls",
     ),
     Measure(
         "greatest_ball_speed",
@@ -474,14 +480,13 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
     In a run through a critical speed this is the peak at resonance.
     """
     bins = bins_of(run)
-    place = greatest_at(bins.high)
     dataset = xr.Dataset()
-    for name, values, unit, text in (
-        ("deflection", bins.high, "m", "greatest deflection"),
-        ("time", bins.time, "s", "time of the greatest deflection"),
-        ("speed", bins.speed, "rad/s", "rotor speed at the greatest deflection"),
+    for name, value, unit, text in (
+        ("deflection", bins.high[greatest_at(bins.high)], "m", "greatest deflection"),
+        ("time", bins.crest_time, "s", "time of the greatest deflection"),
+        ("speed", bins.at_crest(bins.speed), "rad/s", "rotor speed at the greatest deflection"),
     ):
-        dataset[name] = ((), float(values[place]), {"units": unit, "long_name": text})
+        dataset[name] = ((), float(value), {"units": unit, "long_name": text})
     return Labeled.of_run(run, "Greatest deflection", dataset)
 
 
@@ -539,7 +544,7 @@ def settling_time(run: xr.Dataset, tolerance: float = SETTLED, settling_from: st
     QuestionError
         If the machine has no balls, the run kept nothing of them, or ``settling_from`` is another word.
     """
-    result = settling(known_balls(run), critical_speed_of(run), jump_times(run), known_origin(settling_from), tolerance)
+    result = settling(known_balls(run), whirls_of(run), jump_times(run), known_origin(settling_from), tolerance)
     return _per_ball(run, result.duration, "settling time", "s").assign_coords(
         settled_at=("ball", result.at), counted_from=result.counted_from
     )
@@ -547,18 +552,20 @@ def settling_time(run: xr.Dataset, tolerance: float = SETTLED, settling_from: st
 
 @of_a_run(of_machine="ab.stability.borders(machine)")
 def break_away_speed(run: xr.Dataset, critical_speed: float | str | None = None) -> xr.DataArray:
-    """Rotor speed (rad/s) at which each ball that stalled at the critical speed breaks away.
+    """Rotor speed (rad/s) at which each ball that stalled at a critical speed breaks away.
 
     This is what the run did; the release speed of :func:`autobalancer.stability.borders` is the theory of a slow run-up.
-    nan for a ball that did not stall, or did not break away. A ball counts as stalled while its speed in space is three
-    times nearer to the critical speed than to the rotor speed, at least 2 % above the critical speed; it is released where
-    it passes the critical speed for the last time.
-    ``critical_speed`` is by default the lowest of the machine.
+    nan for a ball that did not stall, or did not break away. A ball hangs where its speed in space is twice as near to a
+    whirl frequency of the rotor, which this has passed by 2 % at least, as to the speed of the rotor, or below that frequency
+    down to half of it. It is stalled if it so goes round in the rotor once or more, and breaks away where it hangs for the last
+    time. The frequencies are those at ``critical_speed`` or, by default, at all critical speeds of the machine, with
+    gyroscopic moments.
     """
     critical_speed = optional_argument("critical_speed", critical_speed, "rad/s")
-    balls = known_balls(run)
-    critical_speed = critical_speed_of(run) if critical_speed is None else critical_speed
-    released = values_at(release_rows(balls.speed, balls.rate, critical_speed), balls.speed)
+    balls, whirls = known_balls(run), whirls_of(run)
+    if critical_speed is not None:
+        whirls = np.array([[critical_speed, 0.0]])
+    released = values_at(stalls_of(balls, whirls)[1], balls.speed)
     return _per_ball(run, released, "break-away speed in the run", "rad/s")
 
 

@@ -29,7 +29,6 @@ from autobalancer.results.time_series import (
     origin_of,
     plain,
     plane_sizes,
-    release_rows,
     sizes,
     standing_in,
     time_since,
@@ -100,6 +99,15 @@ class Bins(NamedTuple):
     speed: Floats  # at the end of the bin
     end: Floats
 
+    @property
+    def crest_time(self) -> float:
+        """When the deflection is greatest, s, finer than the bins."""
+        return float(compiled().crest_time(*map(plain, (self.time, self.end, self.high))))
+
+    def at_crest(self, values: Floats) -> float:
+        """What values at the ends of the bins are then."""
+        return float(compiled().value_when(self.crest_time, plain(self.end), plain(values)))
+
 
 class Balls(NamedTuple):
     """Motion of the balls in the rotor over time: samples, or the ends of bins. ``start`` (s) is where they begin."""
@@ -152,7 +160,7 @@ class Recorded:
 
     end: float  # s
     centered: bool  # nothing can deflect the rotor for good
-    critical_speed: float  # the lowest, rad/s; nan without one
+    whirls: Floats  # (K, 2) critical speeds, rad/s, and gyroscopic shares
     bins: Bins
     balls: Balls | None = None
     jumps: Sequence[float] = ()  # of the unbalance, s
@@ -214,7 +222,7 @@ class Recorded:
     def settled(self) -> Settled:
         """How the balls settle; asks for ``balls``."""
         assert self.balls is not None
-        return settling(self.balls, self.critical_speed, self.jumps, self.settling_from)
+        return settling(self.balls, self.whirls, self.jumps, self.settling_from)
 
     @cached_property
     def since(self) -> float:
@@ -236,22 +244,19 @@ class Recorded:
     def released(self) -> Floats:
         """Rotor speed at which each stalled ball breaks away, rad/s; asks for ``balls``."""
         assert self.balls is not None
-        return values_at(self._release_rows, self.balls.speed)
+        return values_at(self.stalls[1], self.balls.speed)
 
     @cached_property
     def released_at(self) -> Floats:
         """When it does, s; asks for ``balls``."""
         assert self.balls is not None
-        return values_at(self._release_rows, self.balls.time)
+        return values_at(self.stalls[1], self.balls.time)
 
     @cached_property
-    def stalled(self) -> Floats:
-        """How long each ball is stalled, s; asks for ``balls``."""
+    def stalls(self) -> Floats:
+        """Of :func:`stalls_of`; asks for ``balls``."""
         assert self.balls is not None
-        balls = self.balls
-        return each_ball(
-            compiled().stalled_times, balls.start, balls.time, balls.speed, balls.rate, self.critical_speed
-        )
+        return stalls_of(self.balls, self.whirls)
 
     @cached_property
     def fastest(self) -> Floats:
@@ -259,15 +264,21 @@ class Recorded:
         assert self.balls is not None
         return each_ball(compiled().fastest, self.balls.speed, self.balls.rate)
 
-    @cached_property
-    def _release_rows(self) -> Floats:
-        assert self.balls is not None
-        return release_rows(self.balls.speed, self.balls.rate, self.critical_speed)
+
+def stalls_of(balls: Balls, whirls: Floats) -> Floats:
+    """How long each ball is stalled (s), the row, with its fraction, at which it breaks away, and its speed if it is at the end.
+
+    (3, n), by the rule of kernels/measures/record_series.py; nan where it does not break away or is not stalled at the end.
+    """
+    numbers = map(plain, (balls.time, balls.speed, balls.angle, balls.rate, whirls))
+    found = np.empty((3, balls.rate.shape[1]))
+    compiled().stalls(balls.start, *numbers, found)
+    return found
 
 
 def settling(
     balls: Balls,
-    critical_speed: float,
+    whirls: Floats,
     jumps: Sequence[float],
     settling_from: str = SETTLING_FROM[0],
     tolerance: float = SETTLED,
@@ -276,8 +287,7 @@ def settling(
     at = each_ball(compiled().settled_from, balls.time, balls.angle, balls.rate, balls.start, tolerance)
     after, cause = end_of_run_up(balls.time, balls.speed, balls.start), RUN_UP
     if settling_from == SETTLING_FROM[1]:
-        rows = release_rows(balls.speed, balls.rate, critical_speed)
-        released = greatest_known(values_at(rows, balls.time))
+        released = greatest_known(values_at(stalls_of(balls, whirls)[1], balls.time))
         after, cause = (released, RELEASE) if released > balls.start else (after, cause)
     begin, name = origin_of(after, cause, balls.start, float(balls.time[-1]), jumps)
     return Settled(time_since(begin, at), at, name, begin)
@@ -326,7 +336,7 @@ def recorded_of(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Recor
     return Recorded(
         end=end,
         centered=centered,
-        critical_speed=critical_speed_of(run),
+        whirls=whirls_of(run),
         bins=bins,
         balls=balls,
         jumps=jumps,
@@ -390,9 +400,11 @@ def known_balls(run: xr.Dataset) -> Balls:
     return balls
 
 
-def critical_speed_of(run: xr.Dataset) -> float:
-    """The lowest critical speed of the machine, rad/s; nan if it has none."""
-    return float(np.min(run.attrs["critical_speeds"])) if np.size(run.attrs["critical_speeds"]) else np.nan
+def whirls_of(run: xr.Dataset) -> Floats:
+    """Critical speeds of the machine, rad/s, and their gyroscopic shares, (K, 2); of an earlier version these are zero."""
+    speeds = np.atleast_1d(run.attrs["critical_speeds"])
+    shares = np.atleast_1d(run.attrs.get("gyroscopic_shares", np.zeros(speeds.size)))
+    return np.array([speeds, shares], np.float64).T.copy()
 
 
 def series(run: xr.Dataset, *names: str) -> list[Floats]:
@@ -429,7 +441,7 @@ def _without_turns(part: xr.Dataset, settling_from: str) -> Recorded:
     return Recorded(
         end=float(part.attrs["end_time"]),
         centered=load_of(part.attrs) == NONE,
-        critical_speed=critical_speed_of(part),
+        whirls=whirls_of(part),
         bins=bins_of(part),
         balls=balls_of(part),
         jumps=jump_times(part),

@@ -53,14 +53,16 @@ def each_ball(function: Callable[..., None], *values: Floats | float) -> Floats:
     return result
 
 
-def release_rows(rotor_speed: Floats, rate: Floats, critical_speed: float) -> Floats:
-    """Row, with its fraction, at which each stalled ball breaks away; nan if it never stalled or never broke away.
+def hanging(rate: ArrayLike, rotor_speed: ArrayLike, whirls: Floats) -> NDArray[np.bool_]:
+    """Whether balls with a ``rate`` in the rotor hang at a whirl that it has passed, by the rule of kernels/measures.
 
-    ``rate`` is (time, ball), in the rotor. A ball is stalled while it is three times nearer to the critical speed than to
-    the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
-    released where it passes it for the last time, if it then comes nearer to the rotor speed.
+    ``whirls`` are (K, 2): critical speeds (rad/s), ascending, and the gyroscopic share of each.
     """
-    return each_ball(compiled().release_rows, rotor_speed, rate, critical_speed)
+
+    def one(own: float, speed: float) -> bool:
+        return bool(compiled().hangs(own + speed, speed, whirls))
+
+    return np.asarray(np.vectorize(one, otypes=[bool])(rate, rotor_speed))
 
 
 def values_at(rows: Floats, values: Floats) -> Floats:

@@ -171,14 +171,13 @@ def stall_of(run: xr.Dataset) -> Stall | None:
     balls = recorded.balls
     if balls is None or balls.time.size < 3:
         return None
-    late = min(int(np.searchsorted(balls.time, (1.0 - LAST) * balls.time[-1])), balls.time.size - 2)
-    rotor = float(balls.speed[late:].mean())
-    speeds = rotor + (balls.angle[-1] - balls.angle[late]) / (balls.time[-1] - balls.time[late])
-    there = np.flatnonzero((recorded.stalled > 0.0) & (speeds < 0.5 * (recorded.critical_speed + rotor)))
+    duration, _, own = recorded.stalls
+    there = np.flatnonzero(np.isfinite(own))
     if not there.size:
         return None
+    rotor = float(balls.speed[balls.time >= (1.0 - LAST) * balls.time[-1]].mean())
     named = tuple(int(ball) for ball in run["ball"].values[there])
-    return Stall(named, speeds.size, float(speeds[there].mean()), rotor, float(recorded.stalled[there].max()))
+    return Stall(named, own.size, float(own[there].mean()), rotor, float(duration[there].max()))
 
 
 def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:

@@ -60,8 +60,10 @@ def _ends_early(machine: Machine, end: float) -> tuple[str, ...]:
 
 
 def critical_attributes(machine: Machine, assembly: Assembly) -> dict[str, Any]:
-    """The critical speeds (rad/s); where the stiffness depends on the deflection, that they are those of small motions."""
+    """Critical speeds (rad/s) and their gyroscopic shares; that they are those of small motions where the stiffness changes."""
     attributes: dict[str, Any] = {"critical_speeds": list(assembly.critical_speeds)}
+    if assembly.gyroscopic_shares:
+        attributes["gyroscopic_shares"] = list(assembly.gyroscopic_shares)
     if has_rubber(machine) or has_hardening(machine):
         attributes["critical_speeds_of"] = "small motions"
     return attributes

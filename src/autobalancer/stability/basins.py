@@ -27,6 +27,7 @@ from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matr
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import Constant, PrescribedSpeed, Ramp
 from autobalancer.results.answers.answer import provenance
+from autobalancer.results.time_series import hanging
 from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word, wilson_interval
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
@@ -214,7 +215,7 @@ def axis_name(path: str) -> str:
 #   deflection scale of the axis of rotation), in all planes; *mixed*: in some of several planes;
 # - *coincident*, *in line*: the balls rest in a row with the race center, all on one side, or on both sides;
 # - *held by friction*: the balls rest where no ball without friction would;
-# - *stalled*: a ball turns in the rotor, on the mean by more than 1/100 of the rotor speed;
+# - *stalled*: a ball hangs at a whirl that the rotor has passed, by the rule of kernels/measures/record_series.py, on the mean;
 # - *chaotic*: the balls keep oscillating, and two runs that start close together diverge exponentially;
 # - *oscillating*: the balls keep oscillating, and such runs do not diverge.
 #
@@ -241,7 +242,6 @@ PLANE_STATES = (*(name for name in STATES if name != "mixed"), "at rest")
 AT_REST = STATES[:5]
 REST = 1e-5  # ball speed over rotor speed
 TRUE = 1e-3  # distance of a race center over the deflection scale
-TURNING = 1e-2  # mean ball speed over rotor speed
 NOT_RUN, RESTING, UNDECIDED, FAILED = -1.0, 0.0, 1.0, 2.0  # how a run ended
 
 
@@ -274,10 +274,10 @@ def end_state(question: Question, end: Floats) -> End:
     size, planes = question.assembly.state.size, range(len(question.st.names))
     if end[size] == FAILED:
         return End("failed", ("failed",) * len(planes))
-    # a ball that lags the rotor is stalled; one that swings oscillates, or chaotically if runs nearby part
+    # a ball that hangs at a whirl is stalled; one that swings oscillates, or chaotically if runs nearby part
     speed, swing = end[size + 2 : size + 2 + n], end[size + 2 + n :]
     if end[size] != RESTING:
-        stalled = np.abs(speed) > TURNING * question.speed
+        stalled = hanging(speed, question.speed, question.assembly.whirls)
         swinging = swing > math.radians(1.0)
         if stalled.any() or swinging.any():
             moving = "stalled" if stalled.any() else "chaotic" if _diverges(question, end) else "oscillating"

@@ -39,6 +39,7 @@ from autobalancer.results.answers.answer import provenance
 from autobalancer.results.answers.run import SteppedResponse
 from autobalancer.results.folder_store import Store, refuse_other_question
 from autobalancer.results.store import load_run, save_run
+from autobalancer.results.time_series import hanging
 from autobalancer.safe_file import as_path
 from autobalancer.simulation import MANY_RUNS, STEPPED, ManyRunOptions, SteppedOptions, run_options
 from autobalancer.simulation.fluid_lag import prepare
@@ -334,7 +335,6 @@ def _fixed(
 
 MOTIONS = ("at rest", "swinging", "stalled")
 SWING = math.radians(1.0)  # a ball that moves less rests
-TURNING = 0.01  # a ball whose mean speed in the rotor is a greater share of the rotor speed goes around
 
 LABELS = {
     "amplitude": ("greatest deflection, mean over the stations", "m"),
@@ -356,13 +356,13 @@ SOURCES = {
 }  # fmt: skip
 
 
-def ball_motions(swing: np.ndarray, mean_speed: np.ndarray, speed: np.ndarray) -> np.ndarray:
+def ball_motions(swing: np.ndarray, mean_speed: np.ndarray, speed: np.ndarray, whirls: np.ndarray) -> np.ndarray:
     """Number in :data:`MOTIONS` of each ball; ``swing`` (rad) and ``mean_speed`` are (..., ball), -1 where unknown.
 
-    A ball is *stalled* while it goes around in the rotor, on the mean faster than 1/100 of the rotor speed; else
-    *swinging* if its angle moves by more than 1 degree in the window; else *at rest*.
+    A ball is *stalled* that with its mean speed hangs at a whirl of the rotor, by the rule of kernels/measures/record_series.py;
+    else *swinging* if its angle moves by more than 1 degree in the window; else *at rest*.
     """
-    motion = np.where(np.abs(mean_speed) > TURNING * np.abs(speed), 2, np.where(swing > SWING, 1, 0))
+    motion = np.where(hanging(mean_speed, speed, whirls), 2, np.where(swing > SWING, 1, 0))
     return np.asarray(np.where(np.isfinite(swing), motion, -1), np.int64)
 
 
@@ -419,7 +419,7 @@ def step_dataset(
     if n:
         swing = result["greatest_ball_angle_in_rotor"].values - result["least_ball_angle_in_rotor"].values
         lag = result["mean_ball_speed_in_rotor"].values
-        motion = ball_motions(swing, lag, np.asarray(speeds)[None, :, None])
+        motion = ball_motions(swing, lag, np.asarray(speeds)[None, :, None], assembly.whirls)
         attrs = {"flag_values": list(range(len(MOTIONS))), "flag_meanings": list(MOTIONS)}
         result["ball_motion"] = (("direction", "speed", "ball"), motion, {"long_name": "what a ball does", **attrs})
         whole = motion.max(axis=2)

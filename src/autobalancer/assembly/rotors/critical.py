@@ -30,14 +30,29 @@ class Critical(NamedTuple):
     shape: Complexes  # (N,)
 
 
-@remembered(8)
 def critical_speeds(model: LateralModel) -> tuple[float, ...]:
     """Speeds at which an undamped whirl has the rotor speed, rad/s, ascending; within the range of the tables.
 
     Tables are taken at the frequency of the whirl, which is the speed itself. On isotropic supports forward whirl only, since
     unbalance excites no other. There may be fewer than pairs of coordinates, or none.
     """
-    return tuple(sorted(critical_speeds.speed for critical_speeds in critical_whirls(model, directions=(1.0,))))
+    return forward_whirls(model)[0]
+
+
+@remembered(8)
+def forward_whirls(model: LateralModel) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The same, and of each the gyroscopic share g in the inertia of its mode, which tells its whirl at other speeds.
+
+    With the shape Q of the mode g = Q* (i G) Q / (Q* M Q), zero where nothing tilts. At the rotor speed w a whirl of that shape
+    has the frequency f with f^2 - g w f = (1 - g) w_c^2.
+    """
+    whirls = []
+    for whirl in critical_whirls(model, directions=(1.0,)):
+        left = whirl.shape.conj()
+        share = (left @ (1j * model.gyroscopic) @ whirl.shape).real / (left @ model.mass @ whirl.shape).real
+        whirls.append((whirl.speed, float(share)))
+    speeds, shares = zip(*sorted(whirls), strict=True) if whirls else ((), ())
+    return speeds, shares
 
 
 @remembered(8)

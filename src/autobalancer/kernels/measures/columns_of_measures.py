@@ -23,6 +23,7 @@ COLUMNS = (
     "break_away_speed",
     "break_away_time",
     "stalled_time",
+    "stalled_balls",
     "greatest_ball_speed",
     "impacts",
     "impact_speed",
@@ -46,7 +47,7 @@ COLUMNS = (
 WIDTH = len(COLUMNS)
 (
     PEAK, PEAK_SPEED, PEAK_TIME, NEAR_PEAK, AT_RESONANCE, RESIDUAL, STATIC, VIBRATION, WITHOUT, VELOCITY, LEFT, SHARE, FORCE,
-    SETTLING, SETTLED_AT, BREAK_AWAY_SPEED, BREAK_AWAY_TIME, STALLED, BALL_SPEED,
+    SETTLING, SETTLED_AT, BREAK_AWAY_SPEED, BREAK_AWAY_TIME, STALLED, STALLED_BALLS, BALL_SPEED,
     IMPACTS, IMPACT_SPEED, IMPACT_POWER, IMPULSE, LATE_RATE, LATE_POWER,
     STATUS, VERDICT, END, END_SPEED, CHANGES, ROUND, BEFORE, AFTER, CREEPS, TO_COME, SINCE_RELEASE,
 ) = range(WIDTH)  # fmt: skip
@@ -57,8 +58,9 @@ WIDTH = len(COLUMNS)
 
 SETTLED = math.radians(2.0)  # a ball within this of the angle to which it goes has settled, rad
 LAST = 0.05  # share of a run at its end in which the residual vibration is taken, and for which a settled ball has been there
-STALL_MARGIN = 0.02  # a ball can be called stalled only this far (relative) above the critical speed
-STALL_SHARE = 0.25  # and while it is less than this share of the way from there to the rotor speed
+STALL_MARGIN = 0.02  # a ball can be called stalled only this far (relative) above a whirl of the rotor
+STALL_SHARE = 1.0 / 3.0  # and while it has come less than this share of the way from there to the rotor speed ...
+STALL_LEAST = 0.5  # ... and has more than this share of the speed of the whirl
 CONSTANT = 1e-3  # a speed that differs by less (relative) from its last value is constant
 TREND = 0.2  # a mean that changes by less than this share of the spread of its values does not drift
 LEAST_DRIFT = 1e-2  # a change of less than this share of the tolerance of a ball is none

@@ -31,6 +31,7 @@ from autobalancer.kernels.measures.columns_of_measures import (
     SAME_VIBRATION,
     SETTLED,
     SPEED_CHANGES,
+    STALL_LEAST,
     STALL_MARGIN,
     STALL_SHARE,
     START,
@@ -78,6 +79,31 @@ def greatest_known(values: Floats) -> float:
     return found
 
 
+@njit(float64(vector_type, vector_type, vector_type), **EXACT)
+def crest_time(time: Floats, end: Floats, high: Floats) -> float:
+    """When the greatest deflection is, s; of bins with their middles ``time``, ends (s) and greatest deflections ``high`` (m).
+
+    What surrounds it is taken for a parabola. Then the greatest deflections of the bins beside it are at its edges, and the roots
+    of how far they are below the crest are as the distances of the edges from it.
+    """
+    crest, last = greatest_at(high), high.size - 1
+    before = math.sqrt(high[crest] - high[crest - 1]) if crest > 0 else 0.0
+    after = math.sqrt(high[crest] - high[crest + 1]) if crest < last else 0.0
+    place = before / (before + after) if before + after > 0.0 else 0.5
+    return time[crest] + (2.0 * place - 1.0) * (end[crest] - time[crest])
+
+
+@njit(float64(float64, vector_type, vector_type), **EXACT)
+def value_when(now: float, time: Floats, values: Floats) -> float:
+    """A value at a time, linear between those at ``time``, also beyond the first and the last."""
+    t = 1
+    while t < time.size - 1 and time[t] < now:
+        t += 1
+    if time.size < 2 or not time[t] > time[t - 1]:
+        return values[0]
+    return values[t - 1] + (now - time[t - 1]) / (time[t] - time[t - 1]) * (values[t] - values[t - 1])
+
+
 @njit(float64(vector_type), **EXACT)
 def mean(values: Floats) -> float:
     """The mean of some numbers."""
@@ -97,9 +123,10 @@ def time_near_peak(width: Floats, high: Floats) -> float:
     return total
 
 
-@njit(float64(vector_type, vector_type, float64), **EXACT)
-def time_at_resonance(time: Floats, speed: Floats, critical: float) -> float:
-    """Time (s) with a rotor speed within a tenth of the ``critical`` one, up to the last bin or sample; linear in between."""
+@njit(float64(vector_type, vector_type, matrix_type), **EXACT)
+def time_at_resonance(time: Floats, speed: Floats, whirls: Matrix) -> float:
+    """Time (s) with a rotor speed within a tenth of the lowest critical one, up to the last bin or sample; linear in between."""
+    critical = whirls[0, 0] if whirls.shape[0] > 0 else math.nan
     total, low, high = 0.0, (1.0 - NEAR_CRITICAL) * critical, (1.0 + NEAR_CRITICAL) * critical
     if not critical > 0.0:
         return math.nan
@@ -240,32 +267,87 @@ def vibration_to_come(time: Floats, low: Floats, high: Floats, since: float, end
     return to_come / mean_size if mean_size > 0.0 else math.nan
 
 
-@njit(void(vector_type, matrix_type, float64, vector_type), **EXACT)
-def release_rows(speed: Floats, rate: Matrix, critical: float, found: Floats) -> None:
-    """Row, with its fraction, at which each stalled ball breaks away; nan if it never stalled or never broke away.
+# Which balls are stalled: the one rule for runs, sweeps, studies, basins, stepped responses and films.
+#
+# A rotor that runs above a critical speed w_c leaves there a whirl with the frequency f. It is w_c unless gyroscopic moments
+# raise it: of a mode with the share g of these in its inertia, f^2 - g w f = (1 - g) w_c^2 at the rotor speed w. A ball hangs at
+# a whirl that the rotor has passed by 2 % where its speed in space is twice as near to f as to w, or below f, where a weak drag
+# keeps it, down to half of f. It is stalled if it so goes round in the rotor once or more.
 
-    ``rate`` is that of the balls in the rotor, (T, n). A ball is stalled while it is three times nearer to the critical speed
-    than to the rotor speed, at least 2 % above the critical speed. A stalled ball hangs just below the critical speed; it is
-    released where it passes it for the last time, if it then comes nearer to the rotor speed.
+
+@njit(boolean(float64, float64, matrix_type), **EXACT)
+def hangs(own: float, speed: float, whirls: Matrix) -> bool:
+    """Whether a ball with the speed ``own`` in space hangs at a whirl that the rotor with its ``speed`` has passed, rad/s.
+
+    ``whirls`` are (K, 2): critical speeds (rad/s), ascending, and the gyroscopic share of each.
     """
-    last = speed.size - 1
+    size, own = abs(speed), math.copysign(1.0, speed) * own
+    for k in range(whirls.shape[0]):
+        critical, share = whirls[k, 0], whirls[k, 1]
+        if critical >= size:
+            break
+        turned = share * size
+        whirl = 0.5 * (turned + math.sqrt(turned * turned + 4.0 * (1.0 - share) * critical * critical))
+        ahead = size - whirl
+        if ahead > STALL_MARGIN * whirl and STALL_LEAST * whirl < own < whirl + STALL_SHARE * ahead:
+            return True
+    return False
+
+
+@njit(float64(strided_type, vector_type, int64, matrix_type), **EXACT)
+def hanging_part(rate: Floats, speed: Floats, row: int, whirls: Matrix) -> float:
+    """Which part of the way from a row, in which a ball hangs, to the next it still hangs; both speeds are linear there."""
+    inside, outside = 0.0, 1.0
+    for _ in range(HALVINGS):
+        s = 0.5 * (inside + outside)
+        rotor = speed[row] + s * (speed[row + 1] - speed[row])
+        if hangs(rate[row] + s * (rate[row + 1] - rate[row]) + rotor, rotor, whirls):
+            inside = s
+        else:
+            outside = s
+    return inside
+
+
+@njit(void(float64, vector_type, vector_type, matrix_type, matrix_type, matrix_type, matrix_type), **EXACT)
+def stalls(
+    start: float, time: Floats, speed: Floats, angle: Matrix, rate: Matrix, whirls: Matrix, found: Matrix
+) -> None:
+    """How long each ball is stalled (s); in which row, with its fraction, it breaks away; its speed at the end if stalled.
+
+    ``angle`` and ``rate`` are those of the balls in the rotor, (T, n), ``found`` is (3, n); each entry stands for the time before
+    it. A ball breaks away where it hangs for the last time, if it then makes up for half of its lag; nan if it does not. Its speed
+    at the end (rad/s) is the mean of the last twentieth; nan if it does not hang there.
+    """
+    last = time.size - 1
+    late = last
+    while late > 0 and (late == last or time[late - 1] >= (1.0 - LAST) * time[last]):
+        late -= 1
+    rotor, duration = mean(speed[late:]), time[last] - time[late]
     for i in range(rate.shape[1]):
-        found[i] = math.nan
-        stalled, hangs, below = 0, -1, -1
-        for t in range(last + 1):
-            margin = speed[t] - critical
-            if margin > STALL_MARGIN * critical:
-                excess = rate[t, i] + speed[t] - critical
-                if excess < STALL_SHARE * margin:
-                    stalled, hangs = stalled + 1, t
-                if excess < 0.0:
-                    below = t
-        if stalled < 2 or rate[last, i] + speed[last] - critical < 0.5 * (speed[last] - critical):
-            continue
-        row = min(below if below >= 0 else hangs, last - 1)  # it hung above the critical speed: the end of the stall
-        under = rate[row, i] + speed[row] - critical
-        rise = rate[row + 1, i] + speed[row + 1] - critical - under
-        found[i] = row + (min(max(-under / rise, 0.0), 1.0) if rise > 0.0 else 0.5)
+        found[0, i], found[1, i], found[2, i] = 0.0, math.nan, math.nan
+        until, own = last, 0.0
+        if duration > 0.0 and hangs(rotor + (angle[last, i] - angle[late, i]) / duration, rotor, whirls):
+            own = rotor + (angle[last, i] - angle[late, i]) / duration
+        else:
+            # back to where it hangs for the last time; does it gain on the rotor then?
+            while until >= 0 and not hangs(rate[until, i] + speed[until], speed[until], whirls):
+                until -= 1
+            gained = 0.0
+            for t in range(max(until, 0), last + 1):
+                gained = max(gained, abs(rate[t, i] + speed[t]) - abs(rate[until, i] + speed[until]))
+            if 0 <= until < last and gained > 0.5 * abs(rate[until, i]):
+                found[1, i] = until + hanging_part(rate[:, i], speed, until, whirls)
+        # the time for which it hangs, and how far it falls behind
+        turned = 0.0
+        for t in range(until + 1):
+            if hangs(rate[t, i] + speed[t], speed[t], whirls):
+                step = time[t] - (time[t - 1] if t > 0 else start)
+                found[0, i] += step
+                turned += abs(rate[t, i]) * step
+        if turned < 2.0 * math.pi:
+            found[0, i], found[1, i] = 0.0, math.nan
+        elif own != 0.0:
+            found[2, i] = own
 
 
 @njit(float64(float64, vector_type), **EXACT)
@@ -277,17 +359,6 @@ def value_at(row: float, values: Floats) -> float:
     if i == values.size - 1:
         return values[i]
     return values[i] + (row - i) * (values[i + 1] - values[i])
-
-
-@njit(void(float64, vector_type, vector_type, matrix_type, float64, vector_type), **EXACT)
-def stalled_times(start: float, time: Floats, speed: Floats, rate: Matrix, critical: float, found: Floats) -> None:
-    """How long each ball was stalled, s, by the rule of :func:`release_rows`; each entry stands for the time before it."""
-    for i in range(rate.shape[1]):
-        found[i] = 0.0
-        for t in range(time.size):
-            margin = speed[t] - critical
-            if margin > STALL_MARGIN * critical and rate[t, i] + speed[t] - critical < STALL_SHARE * margin:
-                found[i] += time[t] - (time[t - 1] if t > 0 else start)
 
 
 @njit(void(vector_type, matrix_type, vector_type), **EXACT)

@@ -54,6 +54,7 @@ from autobalancer.kernels.measures.columns_of_measures import (
     SINCE_RELEASE,
     SPEED_CHANGES,
     STALLED,
+    STALLED_BALLS,
     STATIC,
     STATUS,
     STEADY,
@@ -69,6 +70,7 @@ from autobalancer.kernels.measures.record_series import (
     changing,
     class_of,
     creeps,
+    crest_time,
     end_of_run_up,
     fastest,
     goes_round,
@@ -79,10 +81,9 @@ from autobalancer.kernels.measures.record_series import (
     mean_size,
     moved,
     origin_of,
-    release_rows,
     settled_from,
     speed_changes,
-    stalled_times,
+    stalls,
     standing,
     time_at_resonance,
     time_near_peak,
@@ -90,12 +91,12 @@ from autobalancer.kernels.measures.record_series import (
     too_short,
     twentieth,
     value_at,
+    value_when,
     vibration_to_come,
     wrapped,
 )
 from autobalancer.kernels.measures.workspace import (
     CENTERED,
-    CRITICAL,
     HELD,
     RESOLVED,
     MeasureInputs,
@@ -138,10 +139,10 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
     low, high, angle, rate = r.bin_low[:count], r.bin_high[:count], d.angle[:count], d.rate[:count]
     centered = 1 if g.scalars[CENTERED] != 0.0 else 0
     # the rotor
-    peak = greatest_at(high)
-    row[PEAK], row[PEAK_SPEED], row[PEAK_TIME] = high[peak], speed[peak], middle[peak]
+    row[PEAK], row[PEAK_TIME] = high[greatest_at(high)], crest_time(middle, time, high)
+    row[PEAK_SPEED] = value_when(row[PEAK_TIME], time, speed)
     row[NEAR_PEAK] = time_near_peak(d.width[:count], high)
-    row[AT_RESONANCE] = time_at_resonance(time, speed, g.scalars[CRITICAL])
+    row[AT_RESONANCE] = time_at_resonance(time, speed, g.whirls)
     row[CHANGES] = 1.0 if speed_changes(time, speed, now) else 0.0
     row[ROUND] = 1.0 if goes_round(time, angle, now) else 0.0
     row[BEFORE] = twentieth(middle, low, high, now, 0.9, centered)
@@ -156,23 +157,23 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
     # the balls: settled, released, stalled; the last one counts
     if n == 0:
         return
-    settled, rows, released, other = d.of_balls[0], d.of_balls[1], d.of_balls[2], d.of_balls[3]
+    settled, hung, other = d.of_balls[0], d.of_balls[1:4], d.of_balls[4]
     settled_from(time, angle, rate, begin, SETTLED, settled)
-    release_rows(speed, rate, g.scalars[CRITICAL], rows)
+    stalls(begin, time, speed, angle, rate, g.whirls, hung)
     for i in range(n):
-        released[i] = value_at(rows[i], time)
+        other[i] = value_at(hung[1, i], time)
     row[CREEPS] = 1.0 if creeps(time, angle, settled, since, now) else 0.0
     last = settled[greatest_at(settled)]
-    row[BREAK_AWAY_TIME] = greatest_known(released)
+    row[BREAK_AWAY_TIME] = greatest_known(other)
     row[SETTLED_AT], row[SETTLING], row[SINCE_RELEASE] = last, time_since(since, last), time_since(since, last)
     if row[BREAK_AWAY_TIME] > begin:
         free, _ = origin_of(row[BREAK_AWAY_TIME], RELEASE, begin, now, g.jumps)
         row[SINCE_RELEASE] = time_since(free, last)
+    row[STALLED_BALLS] = 0.0
     for i in range(n):
-        released[i] = value_at(rows[i], speed)
-    row[BREAK_AWAY_SPEED] = greatest_known(released)
-    stalled_times(begin, time, speed, rate, g.scalars[CRITICAL], other)
-    row[STALLED] = other[greatest_at(other)]
+        other[i] = value_at(hung[1, i], speed)
+        row[STALLED_BALLS] += 0.0 if math.isnan(hung[2, i]) else 1.0
+    row[BREAK_AWAY_SPEED], row[STALLED] = greatest_known(other), hung[0, greatest_at(hung[0])]
     fastest(speed, rate, other)
     row[BALL_SPEED] = other[greatest_at(other)]
     x, y = unbalance_at(time[count - 1], p)

@@ -51,18 +51,19 @@ class MeasureInputs(NamedTuple):
     jumps: Floats  # (J,) times at which the unbalance jumps, s
     meetings: Rows  # (touches,) what an impact means in each contact
     rebounds: Floats  # laws of restitution one behind the other
+    whirls: Matrix  # (K, 2) critical speeds with the balls on the rotor, ascending, rad/s, and gyroscopic shares
 
 
-# places in MeasureInputs.scalars: whether nothing can deflect the rotor for good; whether the balls are resolved; the lowest
-# critical speed, rad/s, nan without one; how the motion with balls held is found; whether the rotor moves in its plane only
-CENTERED, RESOLVED, CRITICAL, HELD, PLANAR, SCALARS = range(6)
+# places in MeasureInputs.scalars: whether nothing can deflect the rotor for good; whether the balls are resolved; how the
+# motion with balls held is found; whether the rotor moves in its plane only
+CENTERED, RESOLVED, HELD, PLANAR, SCALARS = range(5)
 
 inputs_type = struct_type(types.NamedTuple(
     [
         vector_type, matrix_type, vector_type, matrices_type, matrices_type, vector_type, matrix_type, matrix_type,
         vector_type, vector_type, matrix_type, integers_type, vector_type, matrix_type, matrix_type,
         vector_type, matrices_type, matrices_type, matrices_type, matrices_type, matrix_type, vector_type,
-        MEETING.rows_type(), vector_type,
+        MEETING.rows_type(), vector_type, matrix_type,
     ],
     MeasureInputs,
 ))  # fmt: skip
@@ -99,7 +100,7 @@ class Workspace(NamedTuple):
     speed: Floats  # (B,) at their ends, rad/s
     angle: Matrix  # (B, n) of the balls in the rotor, rad
     rate: Matrix  # (B, n) rad/s
-    of_balls: Matrix  # (4, n) work
+    of_balls: Matrix  # (5, n) work
     of_places: Matrix  # (5, most) work: rows of places and supports
     columns: Complexes  # (T, columns) work of the fit of what stands still
     small: Complexes  # (rows, columns) work of equations

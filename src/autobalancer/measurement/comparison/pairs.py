@@ -19,7 +19,7 @@ from autobalancer.measurement.orders.tracking import WINDOW, filtered_orders, fi
 from autobalancer.measurement.sensors import ORDER, Sensor, at_samples, motion, place_of_sensor, places_of, sampled
 from autobalancer.random_numbers import generator
 from autobalancer.results.measure_table import MEASURES, needed
-from autobalancer.results.run_arrays import Balls, Bins, Recorded, bins_of, critical_speed_of
+from autobalancer.results.run_arrays import Balls, Bins, Recorded, bins_of, whirls_of
 from autobalancer.results.signals import Signals
 from autobalancer.results.time_series import wrapped
 from autobalancer.rotordynamics.identification.fit import Rows, Search, Trial
@@ -267,7 +267,7 @@ def measure_rows(
         x, y = across @ np.array(values)
         speed = own if seen else of_run
         data = xr.Dataset({"deflection": ("time", np.hypot(x, y)), "speed": ("time", speed)}, {"time": time})
-        return Recorded(float(time[-1]), True, critical_speed_of(run), bins_of(data))
+        return Recorded(float(time[-1]), True, whirls_of(run), bins_of(data))
 
     rows = _rows([pairs[k] for k in here], recorded, "bins", seed)
     return rows, ["no measures of balls, supports and residual unbalance: they are not in signals of displacement"]
@@ -287,7 +287,7 @@ def _of_film(run: xr.Dataset, measured: xr.Dataset, pairs: list[Pair], seed: int
         rate = np.gradient(angle, time, axis=0)
         empty = Bins(*[np.zeros(0)] * 6)
         balls = Balls(float(time[0]), time, speed, angle, rate)
-        return Recorded(float(time[-1]), True, critical_speed_of(run), empty, balls)
+        return Recorded(float(time[-1]), True, whirls_of(run), empty, balls)
 
     return _rows(pairs, recorded, "balls", seed), ["no measures of the deflection: a film of balls does not show it"]
 

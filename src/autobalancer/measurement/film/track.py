@@ -25,6 +25,7 @@ from autobalancer.measurement.film.photograph import Film, Gray, film_facts
 from autobalancer.measurement.film.setup import FilmSetup, labeled
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.results.answers.answer import Answer, Labeled, provenance
+from autobalancer.results.time_series import hanging
 from autobalancer.units import argument, optional_argument
 
 Floats = NDArray[np.float64]
@@ -344,16 +345,14 @@ def impacts(time: Floats, angle: Floats, deviation: Floats, contact: float, orbi
 def stalls(time: Floats, speed: Floats, rate: Floats, critical: float) -> list[tuple[float, str]]:
     """Times at which balls are captured at the critical speed, and released from it.
 
-    A ball is stalled while its speed in space is three times nearer to the critical speed than to the rotor speed, at least
-    2 % above the critical speed, the rule of ``break_away_speed``; it is captured where that begins after it ran with the rotor,
-    and released where it runs with the rotor again.
+    A ball is stalled while it hangs by the rule of ``break_away_speed``; it is captured where that begins after it ran with the
+    rotor, and released where it runs with the rotor again.
     """
     stalls: list[tuple[float, str]] = []
     for i in range(rate.shape[1]):
         known = np.flatnonzero(np.isfinite(rate[:, i]) & np.isfinite(speed))
-        w, own = speed[known], speed[known] + rate[known, i]
-        stalled = (w > 1.02 * critical) & (3.0 * np.abs(own - critical) < np.abs(own - w))
-        with_rotor = np.abs(rate[known, i]) < 0.05 * np.abs(w)
+        stalled = hanging(rate[known, i], speed[known], np.array([[critical, 0.0]]))
+        with_rotor = np.abs(rate[known, i]) < 0.05 * np.abs(speed[known])
         state = ""
         for k, row in enumerate(known):
             if stalled[k]:

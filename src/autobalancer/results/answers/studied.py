@@ -11,22 +11,18 @@ import xarray as xr
 
 from autobalancer.results.answers.answer import FORMS, Answer, Form, Shown
 from autobalancer.results.display_units import axis_unit, length_text, moment_text, significant
-from autobalancer.results.verdict import NO_VERDICT, NOT_SETTLED, WORDS, WORSE, wilson_interval, worse_by
+from autobalancer.results.verdict import WORDS, wilson_interval, worse_by
 from autobalancer.tables import Column, rpm_and_si
 
 # Runs that end stalled.
 
 
 def stalled(values: Mapping[str, Any] | xr.Dataset, duration: float) -> Any:
-    """Which runs of ``duration`` (s) end stalled, from their measures.
+    """Which runs of ``duration`` (s) end stalled, from their measures: with stalled balls, or with a stalled rotor.
 
-    A ball stalls that has not settled, was stalled and never broke away, or makes the vibration worse than without balls at the
-    end. The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
+    The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
     """
-    verdict, release = np.asarray(values["verdict"]).astype(str), np.asarray(values["break_away_speed"])
-    bad = np.isin(verdict, (WORSE, NO_VERDICT, NOT_SETTLED)) | ~np.isfinite(release)
-    hung = ~np.isfinite(np.asarray(values["settled_at"])) & (np.asarray(values["stalled_time"]) > 0.0)
-    return (hung & bad) | (np.asarray(values["time_at_resonance"]) > 0.5 * duration)
+    return (np.asarray(values["stalled_balls"]) > 0) | (np.asarray(values["time_at_resonance"]) > 0.5 * duration)
 
 
 # The members of an ensemble as a table of shares with their intervals, and the quantiles of their measures.
@@ -143,7 +139,7 @@ class Ensemble(Answer):
 
     def _stall(self) -> Iterator[str]:
         """How many members end stalled, and for how long their balls were."""
-        if "time_at_resonance" not in self or "verdict" not in self or "duration" not in self.attrs:
+        if not {"time_at_resonance", "stalled_balls"} <= set(self.data_vars) or "duration" not in self.attrs:
             return
         which = self["outcome"].isin([FINISHED]).values & stalled(self, float(self.attrs["duration"]))
         share, low, high = (100.0 * value for value in self.share_of(which))
@@ -184,7 +180,8 @@ class Ensemble(Answer):
     def _cost(self) -> Iterator[str]:
         each = float(self.attrs.get("run_time_per_member", np.nan))
         if np.isfinite(each):
-            yield f"a member took {significant(1e3 * each)} ms of a core and {self.attrs['steps_per_member']:.0f} steps"
+            how = f", to a tolerance of {float(self.attrs['tolerance']):g}" if "tolerance" in self.attrs else ""
+            yield f"a member took {significant(1e3 * each)} ms of a core and {self.attrs['steps_per_member']:.0f} steps{how}"
 
 
 MAIN = "peak_deflection"  # the number that is shown where nothing else was asked for
@@ -263,7 +260,8 @@ class Studied(Ensemble):
             text = name.replace("_", " ")
             for head, level in ((text, 0.5), ("95 % below", 0.95)):
                 values = [_quantile(self[name].values[where & ran], level) for where in points]
-                columns.append(Column(head, shown.shown(np.array(values)), shown.sign, ".4g"))
+                cells = ["never" if np.isinf(value) else float(shown.shown(value)) for value in values]
+                columns.append(Column(head, cells, shown.sign, ".4g"))
         return columns
 
     def _shown_numbers(self) -> list[str]:
@@ -343,8 +341,11 @@ class Studied(Ensemble):
 
 
 def _quantile(values: Any, level: float) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.quantile(known, level)) if known.size else np.nan
+    """Of those that are known; a border that never comes is above all others."""
+    known = values[~np.isnan(values)]
+    with np.errstate(invalid="ignore"):
+        quantile = float(np.quantile(known, level)) if known.size else np.nan
+    return np.inf if known.size and np.isnan(quantile) else quantile
 
 
 # The ends of runs from many starts as a table: how often each one comes, and what it leaves.

@@ -527,7 +527,7 @@ def _general(machine: Machine, balls: tuple[Ball, ...], before: Reference, drive
     scale = spatial_scales(parts, length_scale(machine, parts, balls), len(balls), first.state.size)[0]
     own = replace(
         first, system=system, balls=balls, critical_speeds=parts.critical_speeds, scale=scale, reduction=parts.reduction,
-        places=parts.places, stations=parts.stations,
+        places=parts.places, stations=parts.stations, gyroscopic_shares=parts.gyroscopic_shares,
     )  # fmt: skip
     reach = drive is first.system.drive and (drive.kind == PRESCRIBED or own.critical_speeds == first.critical_speeds)
     if not long or (reach and all(getattr(host, name) is getattr(first.system.host, name) for name in MODAL)):
