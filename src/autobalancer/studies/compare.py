@@ -23,7 +23,7 @@ from autobalancer.results.chamber_measures import chamber_measures
 from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.run_arrays import recorded_of
 from autobalancer.results.verdict import NO_VERDICT, Verdict, verdict
-from autobalancer.simulation import held_run, simulated
+from autobalancer.simulation import ONE_RUN, held_run, simulated
 from autobalancer.simulation.chamber.chamber_verdict import chamber_verdict, middle_deflection
 from autobalancer.simulation.record import Envelope, LastRevolutions
 from autobalancer.stability.maps.exact import borders
@@ -40,7 +40,7 @@ def compare(
     *,
     at: Sequence[float | str] | float | str = (),
     duration: float | str | None = None,
-    tolerance: float = 1e-7,
+    tolerance: float = ONE_RUN["tolerance"],
     bins: int = 500,
     seed: int = 0,
     workers: int | None = None,
@@ -101,7 +101,7 @@ def compare(
     for name, row in zip(named, rows, strict=True):
         for text in row["beyond"]:
             warn(f"{name}: {text}", RangeWarning)
-    return _dataset(named, rows, speeds)
+    return _dataset(named, rows, speeds).assign_attrs(tolerance=tolerance, seed=seed)
 
 
 def _read(argument: MachineArgument) -> AnyMachine:

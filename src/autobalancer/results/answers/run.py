@@ -216,11 +216,13 @@ def _with_a_column_for_each_speed(found: Answer) -> xr.Dataset:
 
 
 def _border_notes(found: Answer) -> list[str]:
-    """Why a border is not known, and what it ignores; one sentence for all machines of which it is true."""
+    """How they ran, why a border is not known, and what it ignores; one sentence for all machines of which it is true."""
     concerned: dict[str, list[str]] = {}
     for name, note in zip(found["machine"].values, found["border_note"].values, strict=True):
         concerned.setdefault(str(note), []).append(str(name))
-    return [f"{', '.join(names)}: {note}" for note, names in concerned.items() if note]
+    how = "runs of seed {seed}, which draws start angles that no file gives, to a tolerance of {tolerance:g}"
+    ran = [how.format_map(found.attrs)] if "seed" in found.attrs else []
+    return [*ran, *(f"{', '.join(names)}: {note}" for note, names in concerned.items() if note)]
 
 
 FORMS["Comparison"] = Form(
@@ -273,7 +275,7 @@ class SteppedResponse(Answer):
 
     def greatest(self, speed_text: Callable[[float], str]) -> list[str]:
         """A sentence for each direction that was measured, with its speed as ``speed_text`` writes it."""
-        said = list(filter(None, [self._worse(), self._worst(speed_text)]))
+        said = [*filter(None, [self._worse(), self._worst(speed_text)]), *self._stalled(speed_text)]
         for kind in ("amplitude", *[self.WITHOUT] * (self.WITHOUT in self)):
             for name, row in self.rows(kind):
                 reached = [i for i, value in enumerate(row) if math.isfinite(value)]
@@ -283,6 +285,21 @@ class SteppedResponse(Answer):
                     held = ", without balls" * (kind == self.WITHOUT)
                     said.append(f"{name}{held}: greatest amplitude {length_text(row[peak])} at {at}")
         return said
+
+    def _stalled(self, speed_text: Callable[[float], str]) -> Iterator[str]:
+        """At which speeds balls were stalled, a sentence for each direction."""
+        if "ball_motion" not in self:
+            return
+        motion, balls = self["ball_motion"], self.sizes["ball"]
+        whole = motion if "direction" in self.dims else motion.expand_dims("direction")
+        speeds, stalled = self["speed"].values, whole.values == list(whole.attrs["flag_meanings"]).index("stalled")
+        for direction, counts in zip(whole["direction"].values, stalled.sum(axis=2), strict=True):
+            rows = np.flatnonzero(counts)
+            parts = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if rows.size else []
+            ranges = [" to ".join(dict.fromkeys(speed_text(float(speeds[k])) for k in (p[0], p[-1]))) for p in parts]
+            if ranges:
+                most = f"{counts.max()} of {balls} balls" + " at most" * (len(set(counts[rows].tolist())) > 1)
+                yield f"{direction}: {most} stalled at {', '.join(ranges)}"
 
     def _worst(self, speed_text: Callable[[float], str]) -> str:
         """At how many speeds the vibration is more than a tenth greater than without balls, and where most."""
