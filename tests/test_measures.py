@@ -57,7 +57,7 @@ def test_balls_behind_at_the_second_critical_speed_are_stalled_in_all_answers() 
     """A rigid rotor whose tilting mode has the whirl f^2 - f w J_p/J_t = 2 k a^2/J_t , above w_c at w."""
     supports = tuple(machines.Support(position=z, stiffness=30e3, damping=30.0) for z in (-0.12, 0.12))
     balls = [{"count": 2, "mass": 0.005, "motion": "point"}]
-    race = machines.Race(orbit_radius=0.05, coincidence=True, drag={"law": "beta", "beta": 1e-4}, balls=balls)
+    race = machines.Race(orbit_radius=0.05, collisions=False, drag={"law": "viscous", "damping": 1e-4}, balls=balls)
     machine = machines.Machine(
         name="tilting",
         axis="vertical",

@@ -14,18 +14,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import (
-    COLUMNS,
-    OF_COUNT,
-    OF_IMPULSE,
-    OF_LATE_POWER,
-    OF_LATE_RATE,
-    OF_POWER,
-    OF_SPEED,
-    SETTLED,
-    SINCE_RELEASE,
-    WIDTH,
-)
+from autobalancer.kernels.measures.columns_of_measures import COLUMNS, SETTLED, SINCE_RELEASE, WIDTH
 from autobalancer.kernels.measures.columns_of_measures import LAST as LAST_SHARE
 from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
 from autobalancer.results.run_arrays import (
@@ -137,6 +126,15 @@ LAST = "in the last revolutions"
 RUN_UP, RELEASED = "from the end of the run-up", "from the last release, if a ball stalls"
 SINCE = f"{RUN_UP} or a later jump of the unbalance"
 PER_BALL = "ball_angle_to_unbalance"
+
+OF_IMPACTS = (  # in the order of kernels/measures/columns_of_measures.py
+    ("impacts", "", "impacts of balls on each other, partitions and walls"),
+    ("impact_speed", "m/s", "mean speed of the impacts"),
+    ("impact_power", "W", "mean power that impacts dissipate over the run"),
+    ("greatest_impulse", "N s", "impulse of the hardest impact"),
+    ("late_impact_rate", "1/s", "impacts a second at the end of the run"),
+    ("late_impact_power", "W", "power that impacts dissipate at the end of the run"),
+)
 
 MEASURES = (
     Measure(
@@ -306,40 +304,9 @@ MEASURES = (
         OfAll("final ball angle from the unbalance", lambda r: r.final_angle, name=PER_BALL, per_ball=True),
         needs="final_angle",
     ),
-    Measure(
-        "impacts",
-        "",
-        "",
-        "impacts of balls on each other, partitions and walls",
-        lambda r: r.noise[OF_COUNT],
-        needs="impacts",
-    ),
-    Measure("impact_speed", "m/s", "", "mean speed of the impacts", lambda r: r.noise[OF_SPEED], needs="impacts"),
-    Measure(
-        "impact_power",
-        *("W", "", "mean power that impacts dissipate over the run"),
-        lambda r: r.noise[OF_POWER],
-        needs="impacts",
-    ),
-    Measure(
-        "greatest_impulse",
-        *("N s", "", "impulse of the hardest impact"),
-        lambda r: r.noise[OF_IMPULSE],
-        needs="impacts",
-    ),
-    Measure(
-        "late_impact_rate",
-        "1/s",
-        "",
-        "impacts a second at the end of the run",
-        lambda r: r.noise[OF_LATE_RATE],
-        needs="impacts",
-    ),
-    Measure(
-        "late_impact_power",
-        *("W", "", "power that impacts dissipate at the end of the run"),
-        lambda r: r.noise[OF_LATE_POWER],
-        needs="impacts",
+    *(
+        Measure(name, unit, "", text, lambda r, place=place: r.noise[place], needs="impacts")
+        for place, (name, unit, text) in enumerate(OF_IMPACTS)
     ),
     Measure(
         "peak_torque",

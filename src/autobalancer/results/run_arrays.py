@@ -15,27 +15,8 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import LAST, OF_IMPACTS, RELEASE, RUN_UP, SETTLED
-from autobalancer.results.time_series import (
-    NONE,
-    Complexes,
-    compiled,
-    each_ball,
-    end_of_run_up,
-    greatest_known,
-    last_deflection,
-    lifted_from,
-    load_of,
-    moved,
-    origin_of,
-    plain,
-    plane_sizes,
-    sizes,
-    standing_in,
-    time_since,
-    turns_of,
-    values_at,
-    wrapped,
-)
+from autobalancer.results import time_series
+from autobalancer.results.time_series import Complexes
 
 # What a run or one run of a sweep recorded, as plain arrays: all that a measure is computed from.
 
@@ -81,7 +62,7 @@ def noise_of(impacts: Impacts, end: float) -> Floats:
     from autobalancer.kernels.measures.record_series import impact_measures
 
     measured = np.empty(OF_IMPACTS)
-    time, speed, lost, impulse = map(plain, (impacts.time, impacts.speed, impacts.lost, impacts.impulse))
+    time, speed, lost, impulse = map(time_series.plain, (impacts.time, impacts.speed, impacts.lost, impacts.impulse))
     impact_measures(time, speed, lost, impulse, impacts.time.size, end - LAST * end, end, measured)
     return measured
 
@@ -102,11 +83,13 @@ class Bins(NamedTuple):
     @property
     def crest_time(self) -> float:
         """When the deflection is greatest, s, finer than the bins."""
-        return float(compiled().crest_time(*map(plain, (self.time, self.end, self.high))))
+        return float(time_series.compiled().crest_time(*map(time_series.plain, (self.time, self.end, self.high))))
 
     def at_crest(self, values: Floats) -> float:
         """What values at the ends of the bins are then."""
-        return float(compiled().value_when(self.crest_time, plain(self.end), plain(values)))
+        return float(
+            time_series.compiled().value_when(self.crest_time, time_series.plain(self.end), time_series.plain(values))
+        )
 
 
 class Balls(NamedTuple):
@@ -186,20 +169,20 @@ class Recorded:
     def moved(self) -> Moved:
         """Static deflection and vibration of all places; asks for ``turns``."""
         assert self.turns is not None
-        return Moved(sizes(self.turns[2]), *moved(*self.turns))
+        return Moved(time_series.sizes(self.turns[2]), *time_series.moved(*self.turns))
 
     @cached_property
     def pushed(self) -> Moved:
         """Static force and vibrating force on all supports; asks for ``forces``."""
         assert self.forces is not None
         force, static = self.forces
-        return Moved(sizes(static), *moved(force, force, static))
+        return Moved(time_series.sizes(static), *time_series.moved(force, force, static))
 
     @cached_property
     def residual_vibration(self) -> float:
         """Vibration at the reference station at the end, m; nan if a static load hides it."""
         if self.centered:
-            return last_deflection(self.bins.time, self.bins.high, self.end - LAST * self.end)
+            return time_series.last_deflection(self.bins.time, self.bins.high, self.end - LAST * self.end)
         if self.turns is not None:
             return float(self.moved.greatest[0])
         return float(self.late.max()) if self.late is not None else np.nan
@@ -229,7 +212,9 @@ class Recorded:
         """From when the run was left alone, s: the end of the run-up, or the last jump of the unbalance."""
         bins = self.bins
         start = float(bins.end[0] - bins.width[0])
-        return origin_of(end_of_run_up(bins.end, bins.speed, start), RUN_UP, start, self.end, self.jumps)[0]
+        return time_series.origin_of(
+            time_series.end_of_run_up(bins.end, bins.speed, start), RUN_UP, start, self.end, self.jumps
+        )[0]
 
     @cached_property
     def creeps(self) -> bool:
@@ -237,20 +222,20 @@ class Recorded:
         balls = self.balls
         if balls is None:
             return False
-        numbers = plain(balls.time), plain(balls.angle), plain(self.settled.at)
-        return bool(compiled().creeps(*numbers, self.since, self.end))
+        numbers = time_series.plain(balls.time), time_series.plain(balls.angle), time_series.plain(self.settled.at)
+        return bool(time_series.compiled().creeps(*numbers, self.since, self.end))
 
     @cached_property
     def released(self) -> Floats:
         """Rotor speed at which each stalled ball breaks away, rad/s; asks for ``balls``."""
         assert self.balls is not None
-        return values_at(self.stalls[1], self.balls.speed)
+        return time_series.values_at(self.stalls[1], self.balls.speed)
 
     @cached_property
     def released_at(self) -> Floats:
         """When it does, s; asks for ``balls``."""
         assert self.balls is not None
-        return values_at(self.stalls[1], self.balls.time)
+        return time_series.values_at(self.stalls[1], self.balls.time)
 
     @cached_property
     def stalls(self) -> Floats:
@@ -262,7 +247,7 @@ class Recorded:
     def fastest(self) -> Floats:
         """Greatest speed of each ball in space, rad/s; asks for ``balls``."""
         assert self.balls is not None
-        return each_ball(compiled().fastest, self.balls.speed, self.balls.rate)
+        return time_series.each_ball(time_series.compiled().fastest, self.balls.speed, self.balls.rate)
 
 
 def stalls_of(balls: Balls, whirls: Floats) -> Floats:
@@ -270,9 +255,9 @@ def stalls_of(balls: Balls, whirls: Floats) -> Floats:
 
     (3, n), by the rule of kernels/measures/record_series.py; nan where it does not break away or is not stalled at the end.
     """
-    numbers = map(plain, (balls.time, balls.speed, balls.angle, balls.rate, whirls))
+    numbers = map(time_series.plain, (balls.time, balls.speed, balls.angle, balls.rate, whirls))
     found = np.empty((3, balls.rate.shape[1]))
-    compiled().stalls(balls.start, *numbers, found)
+    time_series.compiled().stalls(balls.start, *numbers, found)
     return found
 
 
@@ -284,13 +269,15 @@ def settling(
     tolerance: float = SETTLED,
 ) -> Settled:
     """How long each ball takes to stay within ``tolerance`` (rad) of the angle to which it goes, and from where all count."""
-    at = each_ball(compiled().settled_from, balls.time, balls.angle, balls.rate, balls.start, tolerance)
-    after, cause = end_of_run_up(balls.time, balls.speed, balls.start), RUN_UP
+    at = time_series.each_ball(
+        time_series.compiled().settled_from, balls.time, balls.angle, balls.rate, balls.start, tolerance
+    )
+    after, cause = time_series.end_of_run_up(balls.time, balls.speed, balls.start), RUN_UP
     if settling_from == SETTLING_FROM[1]:
-        released = greatest_known(values_at(stalls_of(balls, whirls)[1], balls.time))
+        released = time_series.greatest_known(time_series.values_at(stalls_of(balls, whirls)[1], balls.time))
         after, cause = (released, RELEASE) if released > balls.start else (after, cause)
-    begin, name = origin_of(after, cause, balls.start, float(balls.time[-1]), jumps)
-    return Settled(time_since(begin, at), at, name, begin)
+    begin, name = time_series.origin_of(after, cause, balls.start, float(balls.time[-1]), jumps)
+    return Settled(time_series.time_since(begin, at), at, name, begin)
 
 
 def known_origin(settling_from: str) -> str:
@@ -317,18 +304,22 @@ def recorded_of(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Recor
     """
     bins, balls = bins_of(run), balls_of(run)
     told: dict[str, Any] = {}
-    end, centered, of_turns = float(run.attrs["end_time"]), load_of(run.attrs) == NONE, _of_turns(run)
+    end, centered, of_turns = (
+        float(run.attrs["end_time"]),
+        time_series.load_of(run.attrs) == time_series.NONE,
+        _of_turns(run),
+    )
     if not (centered or of_turns) and "x" in run and (inside := run["time"].values >= end - LAST * end).any():
         told["late"] = away_from_standing(run.isel(time=inside))
     if balls is not None and "unbalance_angle_in_rotor" in run:
-        told["final_angle"] = wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
+        told["final_angle"] = time_series.wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
     if "link_torque" in run and run["time"].size:
         told["links"] = Links(*series(run, "time", "speed", "twist", "link_torque"))
     if "support_force_x" in run and run["time"].size and run.sizes["support"]:
         told["pushes"] = _vectors(run, "support_force_", "x", "y")
     if "ball_floor_force" in run:
         time, speed, floor = series(run, "time", "speed", "ball_floor_force")
-        told["lifted"] = lifted_from(time, floor), lifted_from(speed, floor)
+        told["lifted"] = time_series.lifted_from(time, floor), time_series.lifted_from(speed, floor)
     jumps = jump_times(run)
     if jumps:
         parts = [part for begin, _, part in parts_between_jumps(run) if begin > 0.0]
@@ -428,7 +419,7 @@ def away_from_standing(samples: xr.Dataset) -> Floats:
     """Distance of the reference station from its static deflection in these samples of a run, m."""
     x, y = series(samples, "x", "y")
     z = (x + 1j * y)[:, None]
-    return np.abs(z - standing_in(samples, z, ""))[:, 0]
+    return np.abs(z - time_series.standing_in(samples, z, ""))[:, 0]
 
 
 def _bin_ends(run: xr.Dataset) -> Floats:
@@ -440,7 +431,7 @@ def _without_turns(part: xr.Dataset, settling_from: str) -> Recorded:
     """What a part of a run between jumps of the unbalance recorded."""
     return Recorded(
         end=float(part.attrs["end_time"]),
-        centered=load_of(part.attrs) == NONE,
+        centered=time_series.load_of(part.attrs) == time_series.NONE,
         whirls=whirls_of(part),
         bins=bins_of(part),
         balls=balls_of(part),
@@ -453,18 +444,18 @@ def _of_turns(run: xr.Dataset) -> dict[str, Any]:
     """What the last revolutions say of places, planes and supports; nothing without a whole one."""
     if "turn_rotor_angle" not in run or "turn_place_x" not in run:
         return {}
-    turns = turns_of(run["turn_rotor_angle"].values)
+    turns = time_series.turns_of(run["turn_rotor_angle"].values)
     if turns.start == turns.stop:
         return {}
     last = run.isel(turn=turns)
     z, v = (_vectors(last, "turn_place_", *names) for names in (("x", "y"), ("vx", "vy")))
-    told: dict[str, Any] = {"turns": (z, v, standing_in(last, z))}
+    told: dict[str, Any] = {"turns": (z, v, time_series.standing_in(last, z))}
     if run.sizes["support"]:
         force = _vectors(last, "turn_support_force_", "x", "y")
-        told["forces"] = force, standing_in(last, force)
+        told["forces"] = force, time_series.standing_in(last, force)
     if "plane" in run.coords:
-        told["planes"] = sizes = plane_sizes(last)
-        told["rotor"] = sum(sizes[0].T), sum(sizes[1].T)
+        told["planes"] = planes = time_series.plane_sizes(last)
+        told["rotor"] = sum(planes[0].T), sum(planes[1].T)
         if run.sizes["plane"] == 1:
             told["rotor"] = last["turn_unbalance"].values, last["turn_residual_unbalance"].values
     if "vibration_without_balls" in run:

@@ -196,12 +196,10 @@ def standing(z: Complexes, rotor: Floats, balls: Floats, load: str) -> Complexes
     result = np.zeros(z.shape[1], np.complex128)
     if load == NONE:
         return result
-    from autobalancer.kernels.measures import record_series
-
     count, columns = z.shape[0], 1 + 2 * (1 + balls.shape[1])
     work = np.zeros((max(count, columns), columns + z.shape[1] + 1), np.complex128)
     small = np.zeros((columns, columns + z.shape[1]), np.complex128)
-    record_series.standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, result)
+    compiled().standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, result)
     return result
 
 
@@ -482,30 +480,24 @@ def moved(z: Complexes, v: Complexes, mean: Complexes) -> tuple[Floats, Floats, 
 
     The rms are those along the direction in which they are greatest.
     """
-    from autobalancer.kernels.measures import record_series
-
     result = np.empty((3, z.shape[1]))
-    record_series.moved(complexes(z), complexes(v), z.shape[0], complexes(mean), result)
+    compiled().moved(complexes(z), complexes(v), z.shape[0], complexes(mean), result)
     return result[0], result[1], result[2]
 
 
 def sizes(z: Complexes) -> Floats:
     """Size of x + i y."""
-    from autobalancer.kernels.measures import record_series
-
     given = complexes(z)
     result = np.empty(given.shape)
-    record_series.sizes(given.ravel(), result.ravel())
+    compiled().sizes(given.ravel(), result.ravel())
     return result
 
 
 def directions(z: Complexes) -> Floats:
     """Angle of x + i y, rad."""
-    from autobalancer.kernels.measures import record_series
-
     given = complexes(z)
     result = np.empty(given.shape)
-    record_series.directions(given.ravel(), result.ravel())
+    compiled().directions(given.ravel(), result.ravel())
     return result
 
 

@@ -188,8 +188,7 @@ def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
         return None
     if balls is None or balls.time.size < 3:
         return None
-    late = int(np.searchsorted(balls.time, (1.0 - LAST) * balls.time[-1]))
-    late = min(late, balls.time.size - 2)
+    late = min(int(np.searchsorted(balls.time, (1.0 - LAST) * balls.time[-1])), balls.time.size - 2)
     way = np.abs(balls.angle[-1] - balls.angle[late]).max()
     speed = float(way / (balls.time[-1] - balls.time[late]))
     inside = balls.time >= 0.5 * (since + balls.time[-1])
@@ -402,8 +401,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
             NO_VERDICT, stopped or str(reason), peak=peak, peak_without_balls=other_peak, notes=notes, parts=parts_of(run),
             without_held=alone, stall=stall_of(run),
         )  # fmt: skip
-    places, supports = _places(run, held), _supports(run, held)
-    planes = _planes(run)
+    places, supports, planes = _places(run, held), _supports(run, held), _planes(run)
     unbalance, residual = _rotor(run.isel(turn=turns), planes)
     speed, mass = float(run["turn_speed"].values[-1]), float(run.attrs["turning_mass"])
     without = max(place.without_balls for place in places)
@@ -459,8 +457,7 @@ def _course(run: xr.Dataset) -> Course:
     middle, low, high = (
         run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
     )
-    centered = load_of(run.attrs) == NONE
-    end = float(run.attrs["end_time"])
+    centered, end = load_of(run.attrs) == NONE, float(run.attrs["end_time"])
     try:
         recorded = recorded_of(run)
         since, creeps = recorded.since, recorded.creeps
@@ -758,14 +755,11 @@ def _remaining_change(verdict: Verdict) -> str:
         said = f"balls still move {significant(math.degrees(ahead.speed), 2)} deg/s"
     if math.isnan(ahead.duration):
         return f"{said}; run longer (run.duration)"
+    later = "below 0.1 %" if ahead.share < LEAST_SHARE else f"about {share_text(ahead.share)}"
     return (
-        f"{said}; residual {share_text(verdict.residual_share)} now, {_later(ahead)} when they have settled (extrapolated); run "
+        f"{said}; residual {share_text(verdict.residual_share)} now, {later} when they have settled (extrapolated); run "
         f"for about {significant(ahead.duration, 2)} s to see it (run.duration)"
     )
-
-
-def _later(ahead: Forecast) -> str:
-    return "below 0.1 %" if ahead.share < LEAST_SHARE else f"about {share_text(ahead.share)}"
 
 
 def _peak(peak: Peak, speed_text: Callable[[float], str]) -> str:

@@ -10,36 +10,7 @@ from numba import boolean, float64, int64, types, void
 from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART
 from autobalancer.kernels.laws.contact_law import NONE, restitution_at
-from autobalancer.kernels.measures.columns_of_measures import (
-    CONSTANT,
-    JUMP,
-    LAST,
-    LATE,
-    LEAST_CHANGE,
-    LEAST_DRIFT,
-    LIMITS,
-    NEAR_CRITICAL,
-    NO_VERDICT,
-    OF_COUNT,
-    OF_IMPULSE,
-    OF_LATE_POWER,
-    OF_LATE_RATE,
-    OF_POWER,
-    OF_SPEED,
-    SAME_MOTION,
-    SAME_SPEED,
-    SAME_VIBRATION,
-    SETTLED,
-    SPEED_CHANGES,
-    STALL_LEAST,
-    STALL_MARGIN,
-    STALL_SHARE,
-    START,
-    STEADY,
-    TREND,
-    UNEVEN,
-    VIBRATION_CHANGES,
-)
+from autobalancer.kernels.measures import columns_of_measures as numbers
 from autobalancer.kernels.measures.observables import least_squares, reduce, square
 from autobalancer.kernels.measures.workspace import (
     MeasureInputs,
@@ -127,7 +98,7 @@ def time_near_peak(width: Floats, high: Floats) -> float:
 def time_at_resonance(time: Floats, speed: Floats, whirls: Matrix) -> float:
     """Time (s) with a rotor speed within a tenth of the lowest critical one, up to the last bin or sample; linear in between."""
     critical = whirls[0, 0] if whirls.shape[0] > 0 else math.nan
-    total, low, high = 0.0, (1.0 - NEAR_CRITICAL) * critical, (1.0 + NEAR_CRITICAL) * critical
+    total, low, high = 0.0, (1.0 - numbers.NEAR_CRITICAL) * critical, (1.0 + numbers.NEAR_CRITICAL) * critical
     if not critical > 0.0:
         return math.nan
     for i in range(1, time.size):
@@ -180,7 +151,7 @@ def drift(
             if k == 2:
                 low, high = min(low, other), max(high, other)
         first, second, mean = second, total / third - mean, total / third
-    if abs(second) <= max(least, TREND * (high - low)) or first * second <= 0.0:
+    if abs(second) <= max(least, numbers.TREND * (high - low)) or first * second <= 0.0:
         return mean, 0.0
     if abs(second) >= abs(first):
         return mean, math.copysign(math.inf, second)
@@ -228,9 +199,9 @@ def settled_from(time: Floats, angle: Matrix, rate: Matrix, start: float, tolera
     for i in range(angle.shape[1]):
         found[i] = math.nan
         since = within_since(time, angle, rate, i, angle[last, i], tolerance, start)
-        if not time[last] - since >= LAST * (time[last] - start):
+        if not time[last] - since >= numbers.LAST * (time[last] - start):
             continue
-        least, stay = LEAST_DRIFT * tolerance, time[last] - since
+        least, stay = numbers.LEAST_DRIFT * tolerance, time[last] - since
         mean_angle, to_come = drift(time, angle[:, i], angle[:, i], 0.0, time[last] - 0.5 * stay, least)
         if math.isinf(to_come):
             mean_angle, to_come = drift(time, angle[:, i], angle[:, i], 0.0, time[last] - 0.25 * stay, least)
@@ -243,10 +214,10 @@ def creeps(time: Floats, angle: Matrix, settled: Floats, since: float, end: floa
 
     That is after ``since`` (s), when the run-up ended and the unbalance jumped last. ``angle`` is (T, n) in the rotor, rad.
     """
-    begin = max(since, LATE * end)
+    begin = max(since, numbers.LATE * end)
     for i in range(angle.shape[1]):
         if math.isnan(settled[i]):
-            _, to_come = drift(time, angle[:, i], angle[:, i], 0.0, begin, LEAST_DRIFT * SETTLED)
+            _, to_come = drift(time, angle[:, i], angle[:, i], 0.0, begin, numbers.LEAST_DRIFT * numbers.SETTLED)
             if abs(to_come) > 0.0:
                 return True
     return False
@@ -262,8 +233,8 @@ def vibration_to_come(time: Floats, low: Floats, high: Floats, since: float, end
     if time.size == 0:
         return math.nan
     share, last = 0.0 if centered != 0 else 1.0, time.size - 1  # else the range
-    least = LEAST_CHANGE * (high[last] - share * low[last])
-    mean_size, to_come = drift(time, high, low, share, max(since, LATE * end), least)
+    least = numbers.LEAST_CHANGE * (high[last] - share * low[last])
+    mean_size, to_come = drift(time, high, low, share, max(since, numbers.LATE * end), least)
     return to_come / mean_size if mean_size > 0.0 else math.nan
 
 
@@ -289,7 +260,10 @@ def hangs(own: float, speed: float, whirls: Matrix) -> bool:
         turned = share * size
         whirl = 0.5 * (turned + math.sqrt(turned * turned + 4.0 * (1.0 - share) * critical * critical))
         ahead = size - whirl
-        if ahead > STALL_MARGIN * whirl and STALL_LEAST * whirl < own < whirl + STALL_SHARE * ahead:
+        if (
+            ahead > numbers.STALL_MARGIN * whirl
+            and numbers.STALL_LEAST * whirl < own < whirl + numbers.STALL_SHARE * ahead
+        ):
             return True
     return False
 
@@ -315,12 +289,12 @@ def stalls(
     """How long each ball is stalled (s); in which row, with its fraction, it breaks away; its speed at the end if stalled.
 
     ``angle`` and ``rate`` are those of the balls in the rotor, (T, n), ``found`` is (3, n); each entry stands for the time before
-    it. A ball breaks away where it hangs for the last time, if it then makes up for half of its lag; nan if it does not. Its speed
-    at the end (rad/s) is the mean of the last twentieth; nan if it does not hang there.
+    it. A ball breaks away where it hangs for the last time, if it then makes up for half of its lag; nan if it does not. Its
+    speed at the end (rad/s) is the mean of the last twentieth; nan if it does not hang there.
     """
     last = time.size - 1
     late = last
-    while late > 0 and (late == last or time[late - 1] >= (1.0 - LAST) * time[last]):
+    while late > 0 and (late == last or time[late - 1] >= (1.0 - numbers.LAST) * time[last]):
         late -= 1
     rotor, duration = mean(speed[late:]), time[last] - time[late]
     for i in range(rate.shape[1]):
@@ -377,7 +351,7 @@ def end_of_run_up(time: Floats, speed: Floats, start: float) -> float:
     Between two samples the speed goes on as before, up to the second one: exact where a ramp ends between them.
     """
     last = speed.size - 1
-    limit = CONSTANT * abs(speed[last])
+    limit = numbers.CONSTANT * abs(speed[last])
     for t in range(last - 1, -1, -1):
         off = abs(speed[t] - speed[last]) - limit
         if off > 0.0:
@@ -396,15 +370,15 @@ def origin_of(after: float, cause: int, start: float, end: float, jumps: Floats)
     That is ``after`` (s, what ``cause`` says; nan if it did not happen) or a jump of the unbalance, whichever is later; if there
     is neither, the start, or the last jump up to then.
     """
-    begin, kind = start, START
+    begin, kind = start, numbers.START
     for k in range(jumps.size):
-        if jumps[k] <= start and (kind == START or jumps[k] > begin):
-            begin, kind = jumps[k], JUMP
+        if jumps[k] <= start and (kind == numbers.START or jumps[k] > begin):
+            begin, kind = jumps[k], numbers.JUMP
     if after > start:
         begin, kind = after, cause
     for k in range(jumps.size):
         if start < jumps[k] <= end and jumps[k] >= begin:
-            begin, kind = jumps[k], JUMP
+            begin, kind = jumps[k], numbers.JUMP
     return begin, kind
 
 
@@ -434,7 +408,7 @@ def speed_changes(time: Floats, speed: Floats, end: float) -> bool:
     for t in range(time.size):
         if time[t] >= 0.95 * end:
             low, high = min(low, speed[t]), max(high, speed[t])
-    return high >= low and high - low > SAME_SPEED * max(abs(low), abs(high))
+    return high >= low and high - low > numbers.SAME_SPEED * max(abs(low), abs(high))
 
 
 @njit(boolean(vector_type, matrix_type, float64), **EXACT)
@@ -452,7 +426,7 @@ def goes_round(time: Floats, angle: Matrix, end: float) -> bool:
 # Whether a run is balanced, by the rule of results/verdict.py.
 
 
-FIRST = LIMITS[0]
+FIRST = numbers.LIMITS[0]
 REVOLUTIONS = 10.0  # so that each of the last twentieths has half of one, in which a vibration shows its extremes
 
 
@@ -486,16 +460,16 @@ def changing(
     all places, that without balls (m): below a tenth of it a vibration may change.
     """
     if speed:
-        return SPEED_CHANGES
+        return numbers.SPEED_CHANGES
     if creeps and not uneven and vibration > FIRST * without:
-        return VIBRATION_CHANGES
+        return numbers.VIBRATION_CHANGES
     greater, smaller = max(before, after), min(before, after)
     if greater > FIRST * without:
-        if greater > (UNEVEN if uneven else SAME_VIBRATION) * smaller:
-            return VIBRATION_CHANGES
-        if not uneven and (1.0 + to_come > SAME_VIBRATION or (1.0 + to_come) * SAME_VIBRATION < 1.0):
-            return VIBRATION_CHANGES
-    return STEADY
+        if greater > (numbers.UNEVEN if uneven else numbers.SAME_VIBRATION) * smaller:
+            return numbers.VIBRATION_CHANGES
+        if not uneven and (1.0 + to_come > numbers.SAME_VIBRATION or (1.0 + to_come) * numbers.SAME_VIBRATION < 1.0):
+            return numbers.VIBRATION_CHANGES
+    return numbers.STEADY
 
 
 @njit(boolean(float64, float64), **EXACT)
@@ -508,11 +482,11 @@ def too_short(end: float, speed: float) -> bool:
 def class_of(ratio: float) -> int:
     """The verdict on a vibration with balls over that without."""
     if math.isnan(ratio):
-        return NO_VERDICT
-    for k in range(len(LIMITS)):
-        if ratio <= LIMITS[k]:
+        return numbers.NO_VERDICT
+    for k in range(len(numbers.LIMITS)):
+        if ratio <= numbers.LIMITS[k]:
             return k
-    return len(LIMITS)
+    return len(numbers.LIMITS)
 
 
 # What the impacts of a run say of its noise and wear.
@@ -548,12 +522,12 @@ def impact_measures(
         if late <= time[k] <= end:
             last += 1
             spent += lost[k]
-    found[OF_COUNT] = count
-    found[OF_SPEED] = total / count if count > 0 else math.nan
-    found[OF_POWER] = energy / end if end > 0.0 else math.nan
-    found[OF_IMPULSE] = greatest
-    found[OF_LATE_RATE] = last / (end - late) if end > late else math.nan
-    found[OF_LATE_POWER] = spent / (end - late) if end > late else math.nan
+    found[numbers.OF_COUNT] = count
+    found[numbers.OF_SPEED] = total / count if count > 0 else math.nan
+    found[numbers.OF_POWER] = energy / end if end > 0.0 else math.nan
+    found[numbers.OF_IMPULSE] = greatest
+    found[numbers.OF_LATE_RATE] = last / (end - late) if end > late else math.nan
+    found[numbers.OF_LATE_POWER] = spent / (end - late) if end > late else math.nan
 
 
 @njit(void(system_type, inputs_type, workspace_type), **EXACT_PART)
@@ -629,7 +603,7 @@ def standing(
         for k in range(columns):
             work[t, size + k] = weight * z[t, k]
     reduce(work, count, size, columns, small)
-    least_squares(small, size, columns, SAME_MOTION, work)
+    least_squares(small, size, columns, numbers.SAME_MOTION, work)
     for k in range(columns):
         found[k] = small[0, size + k]
 

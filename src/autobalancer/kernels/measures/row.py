@@ -20,81 +20,9 @@ from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART
 from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
-from autobalancer.kernels.measures.columns_of_measures import (
-    AFTER,
-    AT_RESONANCE,
-    BALL_SPEED,
-    BEFORE,
-    BREAK_AWAY_SPEED,
-    BREAK_AWAY_TIME,
-    CHANGES,
-    CREEPS,
-    END,
-    END_SPEED,
-    FASTEST,
-    FORCE,
-    IMPACTS,
-    LAST,
-    LEFT,
-    LINEAR,
-    NEAR_PEAK,
-    NO_VERDICT,
-    NOT_SETTLED,
-    PEAK,
-    PEAK_SPEED,
-    PEAK_TIME,
-    RELEASE,
-    RESIDUAL,
-    ROUND,
-    RUN_UP,
-    SETTLED,
-    SETTLED_AT,
-    SETTLING,
-    SHARE,
-    SINCE_RELEASE,
-    SPEED_CHANGES,
-    STALLED,
-    STALLED_BALLS,
-    STATIC,
-    STATUS,
-    STEADY,
-    TO_COME,
-    VELOCITY,
-    VERDICT,
-    VIBRATION,
-    WIDTH,
-    WITHOUT,
-)
+from autobalancer.kernels.measures import columns_of_measures as columns
+from autobalancer.kernels.measures import record_series as series
 from autobalancer.kernels.measures.observables import ball_at, observe, observe_locked_balls, turns_of, unbalance_at
-from autobalancer.kernels.measures.record_series import (
-    changing,
-    class_of,
-    creeps,
-    crest_time,
-    end_of_run_up,
-    fastest,
-    goes_round,
-    greatest_at,
-    greatest_known,
-    impact_measures,
-    last_deflection,
-    mean_size,
-    moved,
-    origin_of,
-    settled_from,
-    speed_changes,
-    stalls,
-    standing,
-    time_at_resonance,
-    time_near_peak,
-    time_since,
-    too_short,
-    twentieth,
-    value_at,
-    value_when,
-    vibration_to_come,
-    wrapped,
-)
 from autobalancer.kernels.measures.workspace import (
     CENTERED,
     HELD,
@@ -139,46 +67,48 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
     low, high, angle, rate = r.bin_low[:count], r.bin_high[:count], d.angle[:count], d.rate[:count]
     centered = 1 if g.scalars[CENTERED] != 0.0 else 0
     # the rotor
-    row[PEAK], row[PEAK_TIME] = high[greatest_at(high)], crest_time(middle, time, high)
-    row[PEAK_SPEED] = value_when(row[PEAK_TIME], time, speed)
-    row[NEAR_PEAK] = time_near_peak(d.width[:count], high)
-    row[AT_RESONANCE] = time_at_resonance(time, speed, g.whirls)
-    row[CHANGES] = 1.0 if speed_changes(time, speed, now) else 0.0
-    row[ROUND] = 1.0 if goes_round(time, angle, now) else 0.0
-    row[BEFORE] = twentieth(middle, low, high, now, 0.9, centered)
-    row[AFTER] = twentieth(middle, low, high, now, 0.95, centered)
+    row[columns.PEAK], row[columns.PEAK_TIME] = high[series.greatest_at(high)], series.crest_time(middle, time, high)
+    row[columns.PEAK_SPEED] = series.value_when(row[columns.PEAK_TIME], time, speed)
+    row[columns.NEAR_PEAK] = series.time_near_peak(d.width[:count], high)
+    row[columns.AT_RESONANCE] = series.time_at_resonance(time, speed, g.whirls)
+    row[columns.CHANGES] = 1.0 if series.speed_changes(time, speed, now) else 0.0
+    row[columns.ROUND] = 1.0 if series.goes_round(time, angle, now) else 0.0
+    row[columns.BEFORE] = series.twentieth(middle, low, high, now, 0.9, centered)
+    row[columns.AFTER] = series.twentieth(middle, low, high, now, 0.95, centered)
     if centered == 1:
-        row[RESIDUAL] = last_deflection(middle, high, now - LAST * now)
+        row[columns.RESIDUAL] = series.last_deflection(middle, high, now - columns.LAST * now)
     # from when settling counts
     n, begin = g.ball_mass.size, r.bin_edges[0]
-    run_up = end_of_run_up(time, speed, begin)
-    since, _ = origin_of(run_up, RUN_UP, begin, now, g.jumps)
-    row[TO_COME] = vibration_to_come(middle, low, high, since, now, centered)
+    run_up = series.end_of_run_up(time, speed, begin)
+    since, _ = series.origin_of(run_up, columns.RUN_UP, begin, now, g.jumps)
+    row[columns.TO_COME] = series.vibration_to_come(middle, low, high, since, now, centered)
     # the balls: settled, released, stalled; the last one counts
     if n == 0:
         return
     settled, hung, other = d.of_balls[0], d.of_balls[1:4], d.of_balls[4]
-    settled_from(time, angle, rate, begin, SETTLED, settled)
-    stalls(begin, time, speed, angle, rate, g.whirls, hung)
+    series.settled_from(time, angle, rate, begin, columns.SETTLED, settled)
+    series.stalls(begin, time, speed, angle, rate, g.whirls, hung)
     for i in range(n):
-        other[i] = value_at(hung[1, i], time)
-    row[CREEPS] = 1.0 if creeps(time, angle, settled, since, now) else 0.0
-    last = settled[greatest_at(settled)]
-    row[BREAK_AWAY_TIME] = greatest_known(other)
-    row[SETTLED_AT], row[SETTLING], row[SINCE_RELEASE] = last, time_since(since, last), time_since(since, last)
-    if row[BREAK_AWAY_TIME] > begin:
-        free, _ = origin_of(row[BREAK_AWAY_TIME], RELEASE, begin, now, g.jumps)
-        row[SINCE_RELEASE] = time_since(free, last)
-    row[STALLED_BALLS] = 0.0
+        other[i] = series.value_at(hung[1, i], time)
+    row[columns.CREEPS] = 1.0 if series.creeps(time, angle, settled, since, now) else 0.0
+    last = settled[series.greatest_at(settled)]
+    row[columns.BREAK_AWAY_TIME] = series.greatest_known(other)
+    row[columns.SETTLED_AT], row[columns.SETTLING] = last, series.time_since(since, last)
+    row[columns.SINCE_RELEASE] = row[columns.SETTLING]
+    if row[columns.BREAK_AWAY_TIME] > begin:
+        free, _ = series.origin_of(row[columns.BREAK_AWAY_TIME], columns.RELEASE, begin, now, g.jumps)
+        row[columns.SINCE_RELEASE] = series.time_since(free, last)
+    row[columns.STALLED_BALLS] = 0.0
     for i in range(n):
-        other[i] = value_at(hung[1, i], speed)
-        row[STALLED_BALLS] += 0.0 if math.isnan(hung[2, i]) else 1.0
-    row[BREAK_AWAY_SPEED], row[STALLED] = greatest_known(other), hung[0, greatest_at(hung[0])]
-    fastest(speed, rate, other)
-    row[BALL_SPEED] = other[greatest_at(other)]
+        other[i] = series.value_at(hung[1, i], speed)
+        row[columns.STALLED_BALLS] += 0.0 if math.isnan(hung[2, i]) else 1.0
+    row[columns.BREAK_AWAY_SPEED] = series.greatest_known(other)
+    row[columns.STALLED] = hung[0, series.greatest_at(hung[0])]
+    series.fastest(speed, rate, other)
+    row[columns.BALL_SPEED] = other[series.greatest_at(other)]
     x, y = unbalance_at(time[count - 1], p)
     for i in range(n):
-        row[WIDTH + i] = wrapped(angle[count - 1, i] - math.atan2(y, x))
+        row[columns.WIDTH + i] = series.wrapped(angle[count - 1, i] - math.atan2(y, x))
 
 
 @njit(void(system_type, record_type, memory_type, inputs_type, workspace_type, vector_type), **EXACT_PART)
@@ -198,24 +128,24 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
     seen, centered = d.seen, 1 if g.scalars[CENTERED] != 0.0 else 0
     z, v, force = seen.z[:count], seen.v[:count], seen.force[:count]
     # deflections and their mean, then forces
-    standing(z, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
-    moved(z, v, count, d.mean, d.of_places)
-    static, velocity = 0.0, 0.0
+    series.standing(z, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
+    series.moved(z, v, count, d.mean, d.of_places)
+    row[columns.STATIC], row[columns.VELOCITY] = 0.0, 0.0
     for k in range(places):
-        static = max(static, math.sqrt(d.mean[k].real ** 2 + d.mean[k].imag ** 2))
-        velocity = max(velocity, d.of_places[2, k])
+        row[columns.STATIC] = max(row[columns.STATIC], math.sqrt(d.mean[k].real ** 2 + d.mean[k].imag ** 2))
+        row[columns.VELOCITY] = max(row[columns.VELOCITY], d.of_places[2, k])
     if centered == 0:
-        row[RESIDUAL] = d.of_places[0, 0]
-    elif row[RESIDUAL] > d.of_places[0, 0]:  # slow changes in the last twentieth count there too
-        d.of_places[0, 0] = row[RESIDUAL]
-    row[STATIC], row[VELOCITY], row[VIBRATION] = static, velocity, d.of_places[0, greatest_at(d.of_places[0, :places])]
-    standing(force, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
-    moved(force, force, count, d.mean, d.of_places)
-    row[FORCE] = d.of_places[0, greatest_at(d.of_places[0, :supports])] if supports > 0 else 0.0
+        row[columns.RESIDUAL] = d.of_places[0, 0]
+    elif row[columns.RESIDUAL] > d.of_places[0, 0]:  # slow changes in the last twentieth count there too
+        d.of_places[0, 0] = row[columns.RESIDUAL]
+    row[columns.VIBRATION] = d.of_places[0, series.greatest_at(d.of_places[0, :places])]
+    series.standing(force, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
+    series.moved(force, force, count, d.mean, d.of_places)
+    row[columns.FORCE] = d.of_places[0, series.greatest_at(d.of_places[0, :supports])] if supports > 0 else 0.0
     if n == 0:
         return
     # unbalance with and without the balls; of several planes the sum of their sizes
-    wanted, left = mean_size(seen.unbalance, 0, count), mean_size(seen.left, 0, count)
+    wanted, left = series.mean_size(seen.unbalance, 0, count), series.mean_size(seen.left, 0, count)
     if several == 1:
         for t in range(count):
             total, rest = 0.0, 0.0
@@ -224,31 +154,30 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
                 total += math.sqrt(one.real**2 + one.imag**2)
                 rest += math.sqrt(two.real**2 + two.imag**2)
             seen.unbalance[t, 0], seen.left[t, 0] = total, rest
-        wanted, left = mean_size(seen.unbalance, 0, count), mean_size(seen.left, 0, count)
-    row[LEFT] = left
-    row[SHARE] = left / wanted if wanted > 0.0 else math.nan
-    if g.scalars[HELD] == LINEAR and abs(m.state[SPEED]) < FASTEST:
+        wanted, left = series.mean_size(seen.unbalance, 0, count), series.mean_size(seen.left, 0, count)
+    row[columns.LEFT] = left
+    row[columns.SHARE] = left / wanted if wanted > 0.0 else math.nan
+    if g.scalars[HELD] == columns.LINEAR and abs(m.state[SPEED]) < columns.FASTEST:
         observe_locked_balls(p, g, m.clock[TIME], m.state[SPEED], d, d.of_places[3], d.of_places[4])
-        row[WITHOUT] = d.of_places[3, greatest_at(d.of_places[3, :places])]
+        row[columns.WITHOUT] = d.of_places[3, series.greatest_at(d.of_places[3, :places])]
 
 
 @njit(int64(vector_type), **EXACT)
 def judged(row: Floats) -> int:
     """The verdict on a row that has everything else."""
     # no verdict without a vibration to compare with: that of the same rotor with its balls held
-    without = row[WITHOUT]
-    if row[STATUS] != FINISHED or not without > 0.0:
-        return NO_VERDICT
-    vibration, moves = row[VIBRATION], row[CREEPS] == 1.0
+    without = row[columns.WITHOUT]
+    if row[columns.STATUS] != FINISHED or not without > 0.0:
+        return columns.NO_VERDICT
+    vibration, before, after = row[columns.VIBRATION], row[columns.BEFORE], row[columns.AFTER]
+    speed, uneven, moves = row[columns.CHANGES] != 0.0, row[columns.ROUND] != 0.0, row[columns.CREEPS] == 1.0
     # a run that still changes is not judged, nor one that is too short to tell
-    reason = changing(
-        row[CHANGES] != 0.0, row[ROUND] != 0.0, moves, row[BEFORE], row[AFTER], row[TO_COME], vibration, without
-    )
-    if reason != SPEED_CHANGES and too_short(row[END], row[END_SPEED]):
-        return NOT_SETTLED
-    if reason == STEADY:
-        return class_of(vibration / without)
-    return NO_VERDICT if reason == SPEED_CHANGES else NOT_SETTLED
+    reason = series.changing(speed, uneven, moves, before, after, row[columns.TO_COME], vibration, without)
+    if reason != columns.SPEED_CHANGES and series.too_short(row[columns.END], row[columns.END_SPEED]):
+        return columns.NOT_SETTLED
+    if reason == columns.STEADY:
+        return series.class_of(vibration / without)
+    return columns.NO_VERDICT if reason == columns.SPEED_CHANGES else columns.NOT_SETTLED
 
 
 @njit(void(system_type, record_type, memory_type, inputs_type, workspace_type, int64, vector_type), **EXACT)
@@ -258,7 +187,8 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
         row[k] = math.nan
     # what is known of any run
     now = m.clock[TIME]
-    row[STATUS], row[VERDICT], row[END], row[END_SPEED] = status, NO_VERDICT, now, m.state[SPEED]
+    row[columns.STATUS], row[columns.VERDICT] = status, columns.NO_VERDICT
+    row[columns.END], row[columns.END_SPEED] = now, m.state[SPEED]
     # from the envelope, if there is one; else only where the balls are
     count = _bins(r, m, g, d)
     if count > 0:
@@ -269,12 +199,12 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
         n, size, resolved = g.ball_mass.size, g.rows.shape[0], 1 if g.scalars[RESOLVED] != 0.0 else 0
         x, y = unbalance_at(now, p)
         for i in range(n):
-            row[WIDTH + i] = wrapped(ball_at(m.state, i, n, size, resolved)[0] - math.atan2(y, x))
+            row[columns.WIDTH + i] = series.wrapped(ball_at(m.state, i, n, size, resolved)[0] - math.atan2(y, x))
     # from the last revolutions, then the impacts, and last the verdict on all of it
     _turns(p, r, m, g, d, row)
     if p.touches.shape[0] > 0:
         found, hits = d.found, d.hits
-        impact_measures(hits[0], hits[1], hits[2], hits[3], d.noted[0], now - LAST * now, now, found)
+        series.impact_measures(hits[0], hits[1], hits[2], hits[3], d.noted[0], now - columns.LAST * now, now, found)
         for k in range(found.size):
-            row[IMPACTS + k] = found[k]
-    row[VERDICT] = judged(row)
+            row[columns.IMPACTS + k] = found[k]
+    row[columns.VERDICT] = judged(row)
