@@ -14,7 +14,7 @@ from tests.references.resolved_run_ups import GRIP, PLANAR, RIG, RIGID, apart, r
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
 from autobalancer.kernels import records as at
-from autobalancer.kernels.balls.path import closest
+from autobalancer.kernels.balls.guided import closest
 from autobalancer.kernels.records import FREE_BALL, WAVE
 from autobalancer.machine import Machine, Race
 

@@ -20,8 +20,7 @@ from numba.core.types import NamedUniTuple
 from autobalancer.flow.annulus import Annulus, Walls
 from autobalancer.flow.relaxation import Track, WallSpeed
 from autobalancer.kernels.annulus_flow import product, wall_speed
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED
+from autobalancer.kernels.compiler.flags import COMPILED, njit
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 REACH = 0.6  # step times (2 w + convection rate)

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numba import float64, void
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED
+from autobalancer.kernels.compiler.flags import COMPILED, njit
 from autobalancer.kernels.compiler.numba_struct import address, as_void, data
 from autobalancer.kernels.system import System, rhs_type, system_type, vector_type
 

@@ -17,11 +17,10 @@ from typing import NamedTuple
 
 from numba import types
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED, INLINE
+from autobalancer.kernels.compiler.flags import COMPILED, INLINE, njit
 from autobalancer.kernels.laws.curves import between
 from autobalancer.kernels.records import HILL
-from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
+from autobalancer.kernels.system import Floats, Matrix, matrix_type, tuple_type, vector_type
 
 # What the spectral flow solver keeps: matrices of the grid, fields with their past, a clock.
 #
@@ -36,8 +35,6 @@ from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 ) = range(13)  # fmt: skip
 CLOCK = AGO + 4
 LEVELS = 5  # of the past that are kept, one of them for the step that is tried
-
-stack_type = types.float64[:, :, ::1]
 
 
 class Plan(NamedTuple):
@@ -112,8 +109,8 @@ class State(NamedTuple):
     speeds: Floats  # (level,)
 
 
-plan_type = types.NamedTuple([vector_type] * 5 + [matrix_type] * 26 + [types.float64] * 2, Plan)
-state_type = types.NamedTuple([stack_type] * 8 + [matrix_type] * 16 + [vector_type] * 5, State)
+plan_type = tuple_type(Plan)
+state_type = tuple_type(State, **dict.fromkeys(State._fields[:8], types.float64[:, :, ::1]))
 
 
 REACH = 0.7  # step times rate of the explicit terms: inside their stable range

@@ -15,8 +15,7 @@ import math
 
 from numba import void
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EXACT, INLINE
+from autobalancer.kernels.compiler.flags import EXACT, INLINE, njit
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 SPEED, DAMPING, DRAG, COUPLING, SPREAD, COLUMNS = range(6)  # columns of a point

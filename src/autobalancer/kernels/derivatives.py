@@ -8,8 +8,7 @@ from typing import Any
 from numba import void
 
 from autobalancer.kernels.balls.rigid_impacts import recognize
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED
+from autobalancer.kernels.compiler.flags import COMPILED, njit
 from autobalancer.kernels.compiler.numba_struct import address, as_void, data
 from autobalancer.kernels.host.shaft_train import enter_segment
 from autobalancer.kernels.system import BALLS, Floats, Matrix, System, matrix_type, rhs_type, system_type, vector_type

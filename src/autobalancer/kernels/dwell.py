@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 from numba import int64, types
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED, INLINE, PART
+from autobalancer.kernels.compiler.flags import COMPILED, INLINE, PART, njit
 from autobalancer.kernels.compiler.numba_struct import address, as_void, data, deref, passed_by_address, struct_type
 from autobalancer.kernels.integrators.collocation import (
     BASIS,
@@ -50,10 +49,10 @@ from autobalancer.kernels.system import (
     Floats,
     Matrix,
     System,
-    matrix_type,
     rhs_type,
     system_at,
     system_type,
+    tuple_type,
     vector_type,
 )
 
@@ -83,13 +82,7 @@ class Window(NamedTuple):
     before: Floats  # (S + 1,) work
 
 
-window_type = struct_type(types.NamedTuple(
-    [
-        matrix_type, vector_type, matrix_type, matrix_type, matrix_type, matrix_type, matrix_type,
-        vector_type, vector_type, vector_type, matrix_type, vector_type, vector_type, vector_type,
-    ],
-    Window,
-))  # fmt: skip
+window_type = struct_type(tuple_type(Window))
 
 
 @njit(**PART)

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 from numba import int64, types, void
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED
+from autobalancer.kernels.compiler.flags import COMPILED, njit
 from autobalancer.kernels.compiler.numba_struct import with_numbers
 from autobalancer.kernels.integrators.collocation import Amplitudes, amplitudes_type, nodes_type, watch_type
 from autobalancer.kernels.integrators.collocation_stepper import integrate
@@ -30,7 +29,7 @@ from autobalancer.kernels.integrators.tableau import Tableau, tableau_type
 from autobalancer.kernels.measures.record_series import collect_impacts
 from autobalancer.kernels.measures.row import measure_row, start
 from autobalancer.kernels.measures.workspace import MeasureInputs, Workspace, inputs_type, workspace_type
-from autobalancer.kernels.system import Integers, Matrix, System, integers_type, matrix_type, rhs_type, system_type
+from autobalancer.kernels.system import Integers, Matrix, System, rhs_type, system_type, tuple_type
 
 LOOK = 4096  # steps between two looks at the impacts that were noted, and at the word to stop
 STOP, DONE, FLAGS = range(3)  # places in the flags: whether to stop; how many members are done
@@ -63,8 +62,8 @@ class Found(NamedTuple):
         return Found(*(whole[where] for whole in self))
 
 
-members_type = types.NamedTuple([integers_type] * 3 + [words_type, int64, integers_type, int64], Members)
-found_type = types.NamedTuple([matrix_type, matrix_type, words_type], Found)
+members_type = tuple_type(Members, words=words_type)
+found_type = tuple_type(Found, counts=words_type)
 measures_type = types.Tuple((inputs_type, workspace_type))
 Measures = tuple[MeasureInputs, Workspace]
 

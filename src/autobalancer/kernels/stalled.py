@@ -16,8 +16,7 @@ import math
 
 from numba import float64, int64, types
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED, MERGED
+from autobalancer.kernels.compiler.flags import COMPILED, MERGED, njit
 from autobalancer.kernels.fields import Field, Record
 from autobalancer.kernels.system import matrix_type, vector_type
 

@@ -227,6 +227,22 @@ def own(value: Any) -> Any:
 vector_type = types.Array(types.float64, 1, "C")
 matrix_type = types.Array(types.float64, 2, "C")
 integers_type = types.Array(types.int64, 1, "C")
+KINDS = {
+    "int": types.int64,
+    "float": types.float64,
+    "Floats": vector_type,
+    "Matrix": matrix_type,
+    "Integers": integers_type,
+}
+
+
+def tuple_type(kind: Any, **others: Any) -> Any:
+    """What a signature calls a named tuple: by the words of its fields, or by the types of ``others`` with their names."""
+    words = {name: word for part in kind.__mro__[::-1] for name, word in vars(part).get("__annotations__", {}).items()}
+    own = [others.get(name) or KINDS[words[name].__forward_arg__] for name in kind._fields]
+    return types.NamedTuple(own, kind)
+
+
 system_type = typeof(System(0, 0.0, 0.0, 0.0, 0, Drive()))
 numbers_type = types.CPointer(types.float64)
 rhs_type = types.FunctionType(types.void(types.float64, numbers_type, numbers_type, types.voidptr))

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import INLINE, MERGED
+from autobalancer.kernels.compiler.flags import INLINE, MERGED, njit
 from autobalancer.kernels.compiler.simd import power_of_two, rounded, select
 
 QUARTERS = 2.0 / math.pi  # quarter turns in a radian

@@ -12,10 +12,9 @@ from typing import Any
 
 from numba import float64, void
 
-from autobalancer.kernels.balls.path import orbit
-from autobalancer.kernels.compiler.cache import njit
+from autobalancer.kernels.balls.guided import orbit
 from autobalancer.kernels.compiler.callbacks import call_energy, call_force, call_pair, call_pair_energy
-from autobalancer.kernels.compiler.flags import APART, COMPILED, INLINE
+from autobalancer.kernels.compiler.flags import APART, COMPILED, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.records import BALL_STATES, BALL_VX, BALL_VY, BALL_X, BALL_Y, NONE
 from autobalancer.kernels.system import (

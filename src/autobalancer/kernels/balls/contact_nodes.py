@@ -12,8 +12,7 @@ from typing import Any
 from autobalancer.kernels.balls.guided import Row, left_over
 from autobalancer.kernels.balls.planar_nodes import EACH, SOLVED, load_row
 from autobalancer.kernels.balls.rigid_torques import FAR, LEAST, PULL, leads
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import ADDRESSED, MERGED
+from autobalancer.kernels.compiler.flags import ADDRESSED, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, amount, greater, greatest, load, store
 from autobalancer.kernels.host.linear import Motion

@@ -17,6 +17,7 @@ from autobalancer.kernels.balls.guided import (
     known_acceleration,
     normal,
     on_circle,
+    orbit,
     row,
     rubbed,
     rubbing_arm,
@@ -29,11 +30,9 @@ from autobalancer.kernels.balls.guided import (
     touch,
     wavy,
 )
-from autobalancer.kernels.balls.path import orbit
 from autobalancer.kernels.balls.rates import rates_of
 from autobalancer.kernels.balls.rigid_torques import keep
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EQUATIONS, EQUATIONS_PART, INLINE
+from autobalancer.kernels.compiler.flags import EQUATIONS, EQUATIONS_PART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data
 from autobalancer.kernels.compiler.simd import where
 from autobalancer.kernels.host.linear import Motion, dot

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 from autobalancer.kernels.balls.ball_forces import push_planar
 from autobalancer.kernels.balls.guided import Row, Share, on_circle, scaled, touch
 from autobalancer.kernels.balls.rigid_torques import bind_planar, press_planar
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EQUATIONS, INLINE
+from autobalancer.kernels.compiler.flags import EQUATIONS, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import deref
 from autobalancer.kernels.host.linear import Motion, motion_of
 from autobalancer.kernels.host.shaft_train import unbalance_value

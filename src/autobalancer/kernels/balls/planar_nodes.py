@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 from autobalancer.kernels.balls.guided import Row, left_over, on_circle, scaled
 from autobalancer.kernels.balls.planar import Rows, accelerations, eliminated, with_ball
 from autobalancer.kernels.balls.rigid_torques import leads
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EQUATIONS, MERGED
+from autobalancer.kernels.compiler.flags import EQUATIONS, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, lane, load, store
 from autobalancer.kernels.host.linear import Motion

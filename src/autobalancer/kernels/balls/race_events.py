@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from autobalancer.kernels.balls.path import orbit
+from autobalancer.kernels.balls.guided import orbit
 from autobalancer.kernels.balls.rigid_impacts import (
     NEAR,
     Limits,
+    at_rest,
     close,
     count_bound,
     exists,
@@ -21,12 +22,12 @@ from autobalancer.kernels.balls.rigid_impacts import (
     is_closed,
     is_loose,
     opening,
+    rubs,
     settle,
     thin,
 )
 from autobalancer.kernels.balls.rigid_torques import FAR, LEAST, NOW, OWN_PULL, PULL, WHEN
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import ADDRESSED, INLINE, PART
+from autobalancer.kernels.compiler.flags import ADDRESSED, INLINE, PART, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.integrators.dense_output import component, evaluate, polynomials
 from autobalancer.kernels.integrators.integrator_state import (
@@ -59,7 +60,6 @@ from autobalancer.kernels.records import (
 )
 from autobalancer.kernels.system import BALLS, SPEED, System, system_at
 
-ROUNDING = 1.0 + 1e-9  # a ball leaves its rest with an acceleration whose sign is not one of rounding
 PIECES = 16  # into which a step is cut in search of a ball that turns round and back
 SHORT = 1e-8  # rad of rotor angle in the shortest step for the sake of a ball that breaks loose
 
@@ -85,25 +85,12 @@ def adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> 
 
 
 @njit(**INLINE)
-def _loose(ball: Any, moving: Any) -> bool:
-    """Whether adherence cannot hold this ball, after the equations were evaluated."""
-    path = math.sqrt(moving.held_lean_x**2 + moving.held_lean_y**2) / ball.mass
-    pressed = max(moving.normal, -ball.pulls * moving.normal)
-    return abs(moving.need) > ROUNDING * ball.adherence * path * pressed
-
-
-@njit(**INLINE)
 def lowest(first: float, last: float, falling: float, rising: float, step: float) -> float:
     """Where the tangents at both ends of a step meet, of a number that falls at its start and rises at its end; else infinite."""
     if falling >= 0.0 or rising <= 0.0:
         return math.inf
     bottom = min(max((last - first - rising * step) / (falling - rising), 0.0), step)
     return first + falling * bottom
-
-
-@njit(**INLINE)
-def rubs(ball: Any) -> bool:
-    return ball.rolling > 0.0 or ball.adherence > 0.0
 
 
 @njit(**INLINE)
@@ -152,7 +139,7 @@ def _due(p: System, t: Tableau, m: Memory) -> bool:
             if moving.mode != 0.0:
                 due = due or stopped(BALLS + p.ball_count + b, moving.mode, t, m)
             else:
-                due = due or _loose(ball, moving)
+                due = due or is_loose(p, b)
     return due
 
 
@@ -226,8 +213,7 @@ def _cut(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
             m.counts[EVALUATIONS] += 1
             loose = False
             for b in range(p.ball_count):
-                ball, moving = p.balls[b], p.guided[b]
-                loose = loose or (moving.mode == 0.0 and rubs(ball) and _loose(ball, moving))
+                loose = loose or (at_rest(p, b) and is_loose(p, b))
             if loose:
                 high = x
             else:
@@ -249,14 +235,13 @@ def _pass(time, rhs, parameters, pair):  # type: ignore[no-untyped-def]
     """At the end of a cut step, which is in ``m.state``: balls that stopped rest or turn round, balls that are loose roll."""
     (_, m), p = deref(pair), deref(system_at(parameters))
     for b in range(p.ball_count):
-        if rubs(p.balls[b]) and p.guided[b].mode == 0.0:
+        if at_rest(p, b):
             m.state[BALLS + p.ball_count + b] = 0.0
     rhs(time, data(m.state), data(m.trial), parameters)
     m.counts[EVALUATIONS] += 1
     for b in range(p.ball_count):
-        ball, moving = p.balls[b], p.guided[b]
-        if rubs(ball) and moving.mode == 0.0 and _loose(ball, moving):
-            moving.mode = math.copysign(1.0, moving.need)
+        if at_rest(p, b) and is_loose(p, b):
+            p.guided[b].mode = math.copysign(1.0, p.guided[b].need)
 
 
 # Impacts of balls as a run goes: every contact that begins is noted with its speed, a step later than it began.
@@ -484,7 +469,7 @@ def _pulls(x, time, rates, parameters, pair):  # type: ignore[no-untyped-def]
     m.counts[EVALUATIONS] += 1
     loose = p.rigid.margin[NOW] < -2.0 * p.rigid.margin[PULL]
     for k in range(p.ball_count):
-        if rubs(p.balls[k]) and p.guided[k].mode == 0.0 and p.guided[k].bound == 0:
+        if at_rest(p, k) and p.guided[k].bound == 0:
             loose = loose or is_loose(p, k)
     return loose
 
@@ -495,7 +480,7 @@ def _opening_place(first, time, rates, parameters, pair):  # type: ignore[no-unt
     _, p = deref(pair), deref(system_at(parameters))
     resting = p.rigid.bound[0] > 0
     for k in range(p.ball_count):
-        resting = resting or (rubs(p.balls[k]) and p.guided[k].mode == 0.0)
+        resting = resting or at_rest(p, k)
     if not resting:
         return first
     pieces = 8 if p.rigid.bound[0] > 0 else 1
@@ -549,7 +534,7 @@ def _pass_contact(time, rates, parameters, pair):  # type: ignore[no-untyped-def
     """At the end of the step that was cut, which is in ``m.state``: impacts, balls that stop or roll, contacts that open."""
     (_, m), p = deref(pair), deref(system_at(parameters))
     for k in range(p.ball_count):
-        if rubs(p.balls[k]) and p.guided[k].mode == 0.0:
+        if at_rest(p, k):
             m.state[BALLS + p.ball_count + k] = 0.0
     stands = time - p.rigid.margin[WHEN] <= 1e-2 * SHORT / max(1.0, abs(m.state[SPEED]))
     p.rigid.bound[1] = p.rigid.bound[1] + 1 if stands else 0

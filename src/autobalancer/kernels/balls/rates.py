@@ -14,8 +14,7 @@ Rows of guided balls that rigid contacts join come in between.
 from __future__ import annotations
 
 from autobalancer.kernels.balls.rigid_torques import bind, press
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import INLINE
+from autobalancer.kernels.compiler.flags import INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import deref
 from autobalancer.kernels.host.external_forces import add_external_forces
 from autobalancer.kernels.host.linear import solve_coupled, solve_free, write_rotor

@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 from numba import types, void
 
 from autobalancer.kernels.balls.ball_forces import push_resolved
-from autobalancer.kernels.balls.path import closest, orbit
+from autobalancer.kernels.balls.guided import closest, orbit
 from autobalancer.kernels.balls.rates import rates_of
-from autobalancer.kernels.compiler.cache import njit
 from autobalancer.kernels.compiler.callbacks import call_friction
-from autobalancer.kernels.compiler.flags import COMPILED, EQUATIONS, INLINE
+from autobalancer.kernels.compiler.flags import COMPILED, EQUATIONS, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.laws.contact_law import NONE as CONSTANT

@@ -17,8 +17,7 @@ import math
 from typing import Any, NamedTuple
 
 from autobalancer.kernels.balls.rigid_torques import FAR, LEAST, NOW, PULL, capacity, leads, link
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, INLINE
+from autobalancer.kernels.compiler.flags import APART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.laws.contact_law import NONE, restitution_at
 from autobalancer.kernels.records import AHEAD, BEHIND, NEXT
@@ -515,13 +514,15 @@ def _press(time, y, rates, system, size, count, still):  # type: ignore[no-untyp
 
 
 @njit(**INLINE)
-def _rubs(ball: Any) -> bool:
+def rubs(ball: Any) -> bool:
+    """Whether friction can hold a ball."""
     return bool(ball.rolling > 0.0 or ball.adherence > 0.0)
 
 
 @njit(**INLINE)
-def _at_rest(p: System, k: int) -> bool:
-    return bool(p.guided[k].mode == 0.0 and _rubs(p.balls[k]))
+def at_rest(p: System, k: int) -> bool:
+    """Whether friction holds a ball."""
+    return bool(p.guided[k].mode == 0.0 and rubs(p.balls[k]))
 
 
 @njit(**INLINE)
@@ -529,14 +530,14 @@ def _set_modes(y: Any, p: System) -> None:
     """Balls that friction can hold rest where their speed is zero, and roll the way they move elsewhere."""
     for k in range(p.ball_count):
         rate = y[BALLS + p.ball_count + k]
-        if _rubs(p.balls[k]):
+        if rubs(p.balls[k]):
             p.guided[k].mode = math.copysign(1.0, rate) if rate != 0.0 else 0.0
 
 
 @njit(**INLINE)
 def _may_press(y: Any, p: System, kind: int, k: int, still: float) -> bool:
     """Whether a contact of balls that roll is at rest."""
-    rest = _at_rest(p, k) or (kind == NEXT and _at_rest(p, p.contacts[k].next))
+    rest = at_rest(p, k) or (kind == NEXT and at_rest(p, p.contacts[k].next))
     return bool(not rest and abs(opening(y, p, kind, k)) <= still)
 
 
@@ -547,12 +548,12 @@ def _rest(time, y, rates, system, count, still):  # type: ignore[no-untyped-def]
     r = p.rigid
     for q in range(count):
         kind, k = r.kinds[q], r.balls[q]
-        held = _at_rest(p, k) and (kind != NEXT or _at_rest(p, p.contacts[k].next))
+        held = at_rest(p, k) and (kind != NEXT or at_rest(p, p.contacts[k].next))
         close(p, kind, k, 1 if held and abs(opening(y, p, kind, k)) <= still else 0)
     count_bound(system)
     resting = False
     for k in range(p.ball_count):
-        resting = resting or _at_rest(p, k)
+        resting = resting or at_rest(p, k)
     done = 0
     while resting and done <= p.ball_count:
         rates(time, y, data(r.base), system)
@@ -567,10 +568,10 @@ def _loosen(system: Any) -> bool:
     p = deref(system_at(system))
     some = False
     for k in range(p.ball_count):
-        if p.guided[k].bound == 0 and _at_rest(p, k):
+        if p.guided[k].bound == 0 and at_rest(p, k):
             if is_loose(p, k):
                 p.guided[k].mode, some = math.copysign(1.0, p.guided[k].need), True
-        elif leads(p, k) and _at_rest(p, k):
+        elif leads(p, k) and at_rest(p, k):
             some = _break(p, k) or some
     if some:
         count_bound(system)

@@ -15,8 +15,7 @@ import math
 from typing import Any, NamedTuple
 
 from autobalancer.kernels.balls.guided import Row
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, INLINE
+from autobalancer.kernels.compiler.flags import APART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.records import PRESCRIBED
 from autobalancer.kernels.system import BALLS, System, system_at
@@ -160,7 +159,7 @@ def bind_planar(y: Any, system: Any) -> tuple[float, float, float, float, float,
 # open: there ``least`` and ``most`` say what a ball may pass on to the next one.
 
 
-ROUNDING = 1.0 + 1e-9  # as in race_events.py
+ROUNDING = 1.0 + 1e-9  # a ball leaves its rest with an acceleration whose sign is not one of rounding
 # places in Rigid.margin: least torque of a contact now, since a look, the one that counts as a pull, that one as assembled
 # (N m); time of the last change (s)
 NOW, LEAST, PULL, OWN_PULL, WHEN = range(5)

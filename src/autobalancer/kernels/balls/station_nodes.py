@@ -40,8 +40,7 @@ from autobalancer.kernels.balls.guided import (
     wavy,
 )
 from autobalancer.kernels.balls.planar_nodes import set_rate_of_rotor
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import ADDRESSED, EQUATIONS, MERGED
+from autobalancer.kernels.compiler.flags import ADDRESSED, EQUATIONS, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, lane, load, store
 from autobalancer.kernels.host.linear import Motion
@@ -265,7 +264,7 @@ def rough_station_nodes(time: float, step: float, system: Any, amplitudes: Any) 
 
 @njit(**MERGED)
 def _orbit(waves: Any, ball: Any, c: Any, s: Any) -> tuple[Any, Any, Any]:
-    """Radius and its first two derivatives, as in balls/path.py."""
+    """Radius and its first two derivatives, as in balls/guided.py."""
     radius, first, second = all_lanes(ball.orbit), all_lanes(0.0), all_lanes(0.0)
     cosine, sine = c, s
     for h in range(1, ball.waves + 1):

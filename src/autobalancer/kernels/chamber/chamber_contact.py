@@ -16,8 +16,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from autobalancer.kernels.chamber.chamber_records import BLOCK
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, MERGED
+from autobalancer.kernels.compiler.flags import APART, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import data
 from autobalancer.kernels.laws.contact_law import held_speed, table_value
 
@@ -387,41 +386,20 @@ def _look_up(rebounds, block, count):
 
 
 @njit(**APART)
-def press_varied(run, contact, block, count, rebounds):
-    """The same as ``press`` where restitution depends on the speed of an impact."""
-    _look_up(rebounds, block, count)
-    wall, ball = contact.friction, contact.ball_friction
-    padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
-    if contact.has_memory != 0:
-        for i in range(padded):
-            m = _meeting(block, i)
-            o = overlap(m)
-            c = _constants(
-                run, contact, _friction(block, i, wall, ball), 1.0, contact.damping_ratio * data(block.found)[i]
-            )
-            force, stretch = with_memory(c, m, o, vector(block.stretch, i))
-            put_vector(block.stretch, i, stretch)
-            _leave(block, i, felt(c, m, o, force), force)
-    else:
-        for i in range(padded):
-            m = _meeting(block, i)
-            o = overlap(m)
-            c = _constants(run, contact, _friction(block, i, wall, ball), data(block.found)[i], 0.0)
-            force = restitution(c, m, o)
-            _leave(block, i, felt(c, m, o, force), force)
-
-
-@njit(**APART)
-def press(run, contact, block, count):
+def press(run, contact, block, count, rebounds):
     """Forces, losses and energy of the first ``count`` contacts of ``block``; unused places are computed too."""
-    wall, ball = contact.friction, contact.ball_friction
-    recovered, damping = contact.restitution_squared, contact.damping_ratio
+    wall, ball, found = contact.friction, contact.ball_friction, data(block.found)
     padded = (count + AT_ONCE - 1) // AT_ONCE * AT_ONCE
+    if contact.varies != 0:  # restitution depends on the speed of an impact
+        _look_up(rebounds, block, count)
+    else:
+        for i in range(padded):
+            found[i] = 1.0 if contact.has_memory != 0 else contact.restitution_squared
     if contact.has_memory != 0:
         for i in range(padded):
             m = _meeting(block, i)
             o = overlap(m)
-            c = _constants(run, contact, _friction(block, i, wall, ball), recovered, damping)
+            c = _constants(run, contact, _friction(block, i, wall, ball), 1.0, contact.damping_ratio * found[i])
             force, stretch = with_memory(c, m, o, vector(block.stretch, i))
             put_vector(block.stretch, i, stretch)
             _leave(block, i, felt(c, m, o, force), force)
@@ -429,6 +407,6 @@ def press(run, contact, block, count):
         for i in range(padded):
             m = _meeting(block, i)
             o = overlap(m)
-            c = _constants(run, contact, _friction(block, i, wall, ball), recovered, damping)
+            c = _constants(run, contact, _friction(block, i, wall, ball), found[i], 0.0)
             force = restitution(c, m, o)
             _leave(block, i, felt(c, m, o, force), force)

@@ -41,8 +41,7 @@ from autobalancer.kernels.chamber.contact_blocks import (
     sight,
     walls,
 )
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, MERGED
+from autobalancer.kernels.compiler.flags import APART, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import data, row
 
 # mypy: disable-error-code="no-untyped-def"

@@ -15,7 +15,6 @@ from autobalancer.kernels.chamber.chamber_contact import (
     minus,
     plus,
     press,
-    press_varied,
     put,
     put_vector,
     take,
@@ -24,8 +23,7 @@ from autobalancer.kernels.chamber.chamber_contact import (
     vector,
 )
 from autobalancer.kernels.chamber.chamber_records import BLOCK, THETA, TURN_Y, TURN_Z, WALLS
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, MERGED
+from autobalancer.kernels.compiler.flags import APART, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import data, row
 
 # mypy: disable-error-code="no-untyped-def"
@@ -237,10 +235,7 @@ def near_pairs(chamber, filled, axis):
 def act(chamber, count, axis):
     """Evaluate the first ``count`` contacts and add their forces, in their order; ``axis`` is that of the rotor."""
     block, body, power, since = chamber.scratch.contacts, chamber.body, chamber.power, chamber.since
-    if chamber.contact.varies != 0:
-        press_varied(chamber.run, chamber.contact, block, count, chamber.rebounds)
-    else:
-        press(chamber.run, chamber.contact, block, count)
+    press(chamber.run, chamber.contact, block, count, chamber.rebounds)
     # contact by contact, in the order in which they were entered: sums keep their bits
     remember = chamber.contact.has_memory != 0
     middle = three(body.place)

@@ -29,8 +29,7 @@ from autobalancer.kernels.chamber.chamber_records import (
     Chamber,
     Samples,
 )
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, COMPILED, MERGED
+from autobalancer.kernels.compiler.flags import APART, COMPILED, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import row
 
 # mypy: disable-error-code="no-untyped-def"

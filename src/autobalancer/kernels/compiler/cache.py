@@ -19,7 +19,6 @@ is locked by a file beside its place, which falls with the process that holds it
 from __future__ import annotations
 
 import hashlib
-import inspect
 import io
 import json
 import multiprocessing
@@ -40,10 +39,6 @@ from typing import Any
 
 import llvmlite
 import numba
-from numba.core import caching, codegen, event, typeinfer
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.dispatcher import Dispatcher
-from numba.core.sigutils import normalize_signature
 
 from autobalancer.progress import not_counted
 
@@ -56,7 +51,7 @@ HERE = Path(os.path.abspath(__file__)).parents[1]  # the folder of all kernels
 BESIDE = Path("__pycache__")
 SHIPPED = HERE / "compiled"
 LIST = "kernels.json"  # what the shipped kernels are made for, and the hash of each file
-NOT_COMPILED = {"compiler/cache.py"}  # kernels import it, but nothing of it is compiled
+NOT_COMPILED = {f"compiler/{name}.py" for name in ("cache", "kept", "lazy")}  # imported by kernels, not compiled
 _IMPORT = re.compile(r"^\s*from (autobalancer\.kernels[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
@@ -94,49 +89,9 @@ MOST = 4  # processes
 Work = tuple[Any, Any]  # a kernel, and the types of its arguments if it does not declare them
 
 
-def njit(signature: Any = None, *, cache: bool = False, **options: Any) -> Any:
-    """Numba's decorator of the same name, but kernels are kept in :func:`cache_place`, not where Numba looks.
-
-    Parameters
-    ----------
-    signature
-        Types for which the function is compiled when it is first used, or a list of them; else they follow from its calls. A
-        function from outside the kernels is compiled at once.
-    cache
-        Whether the compiled function is kept for other processes.
-    options
-        Those of Numba.
-    """
-    if not cache:
-        return numba.njit(signature, **options)
-
-    def decorate(function: Any) -> Any:
-        kernel = numba.njit(**options)(function)
-        if hasattr(kernel, "_cache"):  # else the compiler is switched off
-            if not stock("cache"):
-                kernel._cache = KernelCache(function)
-            if signature is not None:
-                declared = signature if isinstance(signature, list) else [signature]
-                if stock("lazy"):
-                    return _compiled_at_once(kernel, declared)
-                wait_for_use(kernel, declared)
-            if signature is not None and not Path(inspect.getfile(function)).is_relative_to(HERE):
-                kernel.compile(None)  # the law of a user: whether it compiles is asked here
-        return kernel
-
-    return decorate
-
-
-def _compiled_at_once(kernel: Any, declared: list[Any]) -> Any:
-    for each in declared:
-        kernel.compile(each)
-    kernel.disable_compile()
-    return kernel
-
-
 def prepare_cache() -> tuple[bool, str]:
     """Whether kernels can be kept, and what the user should know about it."""
-    kept, place_note = _existing_cache()
+    kept, place_note = (True, "") if stock("cache") else _existing_cache()
     return kept, "; ".join(filter(None, (_about_numba(), place_note)))
 
 
@@ -233,11 +188,11 @@ class Shipped:
             wrong = [name for name in self._made_with if here.get(name) != self._made_with[name]]
             ours, theirs = (", ".join(f"{name} {of.get(name)}" for name in wrong) for of in (here, self._made_with))
             return f"were made with {theirs}, here is {ours}"
+        from numba.core.codegen import get_host_cpu_features
+
         _, level, features = self._processor
         given = getattr(numba.config, "CPU_FEATURES", None)  # of a user who names another processor
-        missing = set(features.split(",")) - set(
-            (codegen.get_host_cpu_features() if given is None else given).split(",")
-        )
+        missing = set(features.split(",")) - set((get_host_cpu_features() if given is None else given).split(","))
         lacks = ", ".join(sorted(name.lstrip("+") for name in missing))
         return f"are for processors of the level {level}, this one lacks {lacks}" if missing else ""
 
@@ -259,7 +214,7 @@ class Shipped:
 
     def _content(self, name: str) -> bytes:
         content = (self._folder / name).read_bytes()
-        if _hash(content) != self._hashes.get(name):
+        if hash_of(content) != self._hashes.get(name):
             raise ValueError(f"{name} has another content")
         return content
 
@@ -300,121 +255,8 @@ def compiler_versions() -> dict[str, str]:
     return {"Python": str(sys.implementation.cache_tag), "Numba": numba.__version__, "llvmlite": llvmlite.__version__}
 
 
-class _Locator(caching._CacheLocator):
-    """Tells Numba's cache where the kernels of a function are, and under which name."""
-
-    def __init__(self, function: Any) -> None:
-        self._py_file = inspect.getfile(function)
-        source = Path(os.path.abspath(self._py_file))
-        self.folder = folder_of(source) if source.is_file() else None
-        if not source.is_file() or (self.folder is None and shipped() is None):
-            raise RuntimeError(f"cannot cache function {function.__qualname__}: there is no place for it")
-        self._stamp, self._line = stamp_of(source), function.__code__.co_firstlineno
-
-    def get_cache_path(self) -> str:
-        return str(self.folder)
-
-    def get_source_stamp(self) -> str:
-        return self._stamp
-
-    def get_disambiguator(self) -> str:
-        """Functions may share a name, so the line; and the source."""
-        return f"{self._line}-{self._stamp}"
-
-
-class _Kernels(caching.CompileResultCacheImpl):
-    def __init__(self, function: Any) -> None:
-        self._lineno = function.__code__.co_firstlineno
-        self._locator = _Locator(function)
-        name = f"{Path(self._locator._py_file).stem}.{function.__qualname__}"
-        self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", ""))
-
-
-class _Files(caching.IndexDataCacheFile):
-    """Kernels with their hash in the name: what is cut is found, and no two processes give one name to two kernels."""
-
-    def save(self, key: Any, data: Any) -> None:
-        """Keep a kernel, and then the way to it."""
-        content = self._dump(data)
-        name = f"{self._index_name.removesuffix('.nbi')}.{_hash(content)[:12]}.nbc"
-        with self._open_for_write(self._data_path(name)) as file:
-            file.write(content)
-        self._save_index(self._load_index() | {key: name})
-
-    def _load_data(self, name: str) -> Any:
-        content = Path(self._data_path(name)).read_bytes()
-        if not name.endswith(f".{_hash(content)[:12]}.nbc"):
-            raise ValueError(f"{name} is damaged")
-        return pickle.loads(content)
-
-
-class KernelCache(caching.FunctionCache):
-    """The compiled kernels of one function, found by the content of its source."""
-
-    _impl_class = _Kernels
-
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        place = self._impl.locator
-        self._cache_file = _Files(place.get_cache_path(), self._impl.filename_base, place.get_source_stamp())
-        if place.folder is None:
-            self.disable()  # nothing can be kept, but kernels are shipped
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function, or None: then this process alone compiles it."""
-        found = self._shipped_overload(sig, target_context) or self._kept_overload(sig, target_context)
-        if found is None and take(self.lock(sig)):  # another process has compiled it meanwhile
-            found = self._kept_overload(sig, target_context)
-            if found is not None:
-                give(self.lock(sig))
-        return found
-
-    def lock(self, sig: Any) -> Path | None:
-        """The file that is locked while the function is compiled for these types; None where nothing can be kept."""
-        types = _hash(str(normalize_signature(sig)[0]).encode())[:12]
-        return Path(f"{self._cache_file._index_path}.{types}.lock") if self._enabled else None
-
-    def _kept_overload(self, sig: Any, target_context: Any) -> Any:
-        """What is damaged is removed, and compiled again."""
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception:  # a damaged pickle may raise anything
-            with suppress(OSError):
-                Path(self._cache_file._index_path).unlink()
-            return None
-
-    def _shipped_overload(self, sig: Any, target_context: Any) -> Any:
-        kernels = shipped()
-        if kernels is None:
-            return None
-        target_context.refresh()
-        try:
-            data = kernels.load(self._cache_file._index_name, self._index_key(sig, kernels))
-            return data and self._impl.rebuild(target_context, data)
-        except Exception as error:  # also of a file that cannot be read
-            complain(f"are damaged ({error})")
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled function, and drop those of older sources. What cannot be kept is compiled again next time."""
-        if not self._enabled:
-            return
-        try:
-            super().save_overload(sig, data)
-        except Exception:  # a full disk; a function that stands in no module
-            return
-        finally:
-            give(self.lock(sig))
-        stamp, folder = self._cache_file._source_stamp, Path(self.cache_path)
-        name = Path(self._cache_file._index_path).name.partition(f"-{stamp}")[0].rpartition("-")[0]
-        older = re.compile(rf"{re.escape(name)}-\d+-(?!{stamp})[0-9a-f]{{12}}\..*\.nb[ic]")
-        for path in folder.iterdir():
-            if older.fullmatch(path.name):
-                with suppress(OSError):
-                    path.unlink()
-
-
-def _hash(content: bytes) -> str:
+def hash_of(content: bytes) -> str:
+    """By which files are known."""
     return hashlib.sha256(content).hexdigest()
 
 
@@ -471,37 +313,6 @@ def _nowhere() -> str:
 
 class Missing(Exception):
     """A kernel is not in its place."""
-
-
-class Kernel(Dispatcher):
-    """A function that declares its types, and is compiled for them, and no others, when it is first called."""
-
-    declared: tuple[Any, ...] = ()
-    _can_compile: bool
-
-    def compile(self, sig: Any) -> Any:
-        """Compile it for all that it declares, whatever is asked."""
-        with global_compiler_lock:
-            if not self.declared or self.is_compiling:
-                return super().compile(sig)
-            if self._can_compile:
-                with typeinfer.register_dispatcher(self):  # as Numba does, for functions that call themselves
-                    for each in self.declared:
-                        super().compile(each)
-                self.disable_compile()
-            return None
-
-    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
-        if not (self.declared and self._can_compile):  # it may be compiled, and these arguments do not fit
-            return super()._compile_for_args(*arguments, **named)  # type: ignore[misc]
-        self.compile(None)
-        return self  # which Numba calls then
-
-
-def wait_for_use(dispatcher: Any, declared: list[Any]) -> None:
-    """Let a function of Numba declare its types, and compile it when it is used."""
-    dispatcher.__class__ = Kernel
-    dispatcher.declared = tuple(declared)
 
 
 _of_thread = threading.local()  # whether it only loads
@@ -631,9 +442,9 @@ def help() -> None:
         _compile([(kernel, None) for kernel in declared_in(import_module(module))])
 
 
-def declared_in(module: Any) -> list[Kernel]:
-    """The kernels of a module that declare their types."""
-    own = (value for value in vars(module).values() if isinstance(value, Kernel) and value.declared)
+def declared_in(module: Any) -> list[Any]:
+    """The kernels of a module that declare their types and wait for their use."""
+    own = (value for value in vars(module).values() if hasattr(value, "py_func") and getattr(value, "declared", None))
     return [kernel for kernel in own if kernel.py_func.__module__ == module.__name__]
 
 
@@ -653,7 +464,7 @@ KINDS = {
 }
 
 
-class Announcement(event.Listener):
+class Announcement:
     """Writes a line when the first kernel of a kind is compiled in a process; kernels from the cache are not."""
 
     def __init__(self) -> None:
@@ -685,4 +496,6 @@ class Announcement(event.Listener):
 
 def announce_compiling() -> None:
     """From now on."""
-    event.register("numba:compile", Announcement())
+    from numba.core import event
+
+    event.register("numba:compile", type("Listener", (Announcement, event.Listener), {})())

@@ -22,8 +22,8 @@ from numba import config, from_dtype, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from autobalancer.kernels.compiler.cache import njit, stock
-from autobalancer.kernels.compiler.flags import KEPT, NUMBERS
+from autobalancer.kernels.compiler.cache import stock
+from autobalancer.kernels.compiler.flags import KEPT, NUMBERS, njit
 from autobalancer.kernels.fields import Record
 from autobalancer.kernels.records import PLACE, SLIP
 

@@ -1,133 +1,71 @@
 """How all kernels are compiled.
 
+What knows the private parts of Numba stands beside this, in ``inlining.py``, ``kept.py`` and ``lazy.py``, which are imported
+where no piece of them is left to Numba (:func:`stock`), so a Numba without these parts will do too.
+
 Without reference counts: kernels own no memory, and counting would cost more than their arithmetic. So a kernel
 that allocates an array does not compile.
 """
 
 from __future__ import annotations
 
-import copy
+import inspect
 import warnings
-from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from numba.core import inline_closurecall, ir, postproc, untyped_passes
-from numba.core.analysis import compute_cfg_from_blocks
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
-from numba.core.ir_utils import guard, simplify_CFG
+import numba
 
 from autobalancer.errors import CacheWarning
-from autobalancer.kernels.compiler.cache import announce_compiling, prepare_cache, stock
-
-# Numba's inlining of ``inline="always"``, in a quarter of the time and with the same outcome.
-#
-# Numba prepares a function anew for each call of it, and copies all variables of it with each of its blocks. Here a
-# function is prepared once in a process, and blocks share what no copy of them changes.
+from autobalancer.kernels.compiler.cache import HERE, announce_compiling, prepare_cache, stock
 
 
-class Block(ir.Block):
-    """A block whose copy has statements of its own, and names of the same scope."""
+def njit(signature: Any = None, *, cache: bool = False, **options: Any) -> Any:
+    """Numba's decorator of the same name, but kernels are kept in :func:`cache_place`, not where Numba looks.
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Block:
-        twin = Block(self.scope, self.loc)
-        twin.body = [_twin_of_statement(statement) for statement in self.body]
-        return twin
+    Parameters
+    ----------
+    signature
+        Types for which the function is compiled when it is first used, or a list of them; else they follow from its calls. A
+        function from outside the kernels is compiled at once.
+    cache
+        Whether the compiled function is kept for other processes.
+    options
+        Those of Numba.
+    """
+    if not cache:
+        return numba.njit(signature, **options)
 
+    def decorate(function: Any) -> Any:
+        kernel = numba.njit(**options)(function)
+        if hasattr(kernel, "_cache"):  # else the compiler is switched off
+            if not stock("cache"):
+                from autobalancer.kernels.compiler.kept import KernelCache
 
-def _twin_of_statement(statement: Any) -> Any:
-    twin = copy.copy(statement)
-    twin.__dict__.update({name: _twin(value) for name, value in vars(statement).items()})
-    return twin
+                kernel._cache = KernelCache(function)
+            if signature is not None:
+                declared = signature if isinstance(signature, list) else [signature]
+                if stock("lazy"):
+                    for each in declared:
+                        kernel.compile(each)
+                    kernel.disable_compile()
+                    return kernel
+                from autobalancer.kernels.compiler.lazy import wait_for_use
 
+                wait_for_use(kernel, declared)
+            if signature is not None and not Path(inspect.getfile(function)).is_relative_to(HERE):
+                kernel.compile(None)  # the law of a user: whether it compiles is asked here
+        return kernel
 
-def _twin(value: Any) -> Any:
-    """Expressions and collections anew; variables, constants and places in the source are never changed."""
-    if isinstance(value, ir.Expr):
-        return ir.Expr(value.op, value.loc, **{name: _twin(part) for name, part in value._kws.items()})
-    if isinstance(value, (list, tuple)):
-        return type(value)(map(_twin, value))
-    return value
-
-
-class Worker(inline_closurecall.InlineWorker):
-    """Puts the bodies of functions in place of their calls."""
-
-    _prepared: dict[Callable[..., Any], Any] = {}
-
-    def __init__(self, *given: Any, **named: Any) -> None:
-        super().__init__(*given, **named)
-        self._compiler_pipeline: Callable[..., PassManager] = _until_types_are_known
-
-    def run_untyped_passes(self, func: Callable[..., Any], enable_ssa: bool = False) -> Any:
-        """The function as Numba sees it, for one call."""
-        if func not in self._prepared:
-            self._prepared[func] = super().run_untyped_passes(func, enable_ssa)
-        self.flags.enable_ssa = enable_ssa  # as Numba leaves it
-        return _for_one_call(self._prepared[func])
-
-
-def _for_one_call(prepared: Any) -> Any:
-    """The same function with a scope that may gain names."""
-    found = prepared.copy()
-    (first, *_) = prepared.blocks.values()
-    scope = ir.Scope(first.scope.parent, first.scope.loc)
-    scope.localvars._con.update(first.scope.localvars._con)
-    scope.redefined.update(first.scope.redefined)
-    for label, block in prepared.blocks.items():
-        found.blocks[label] = Block(scope, block.loc)
-        found.blocks[label].body = block.body
-    return found
+    return decorate
 
 
-@register_pass(mutates_CFG=True, analysis_only=False)
-class Inlining(untyped_passes.InlineInlinables):
-    """In place of Numba's."""
+def _pipeline() -> dict[str, Any]:
+    if stock("inlining"):
+        return {}
+    from autobalancer.kernels.compiler.inlining import KernelCompiler
 
-    _name = "autobalancer_inlining"
-
-    def __init__(self) -> None:
-        FunctionPass.__init__(self)
-
-    def run_pass(self, state: Any) -> bool:
-        """Inline all calls, also those in what was inlined."""
-        check = inline_closurecall.callee_ir_validator
-        worker = Worker(state.typingctx, state.targetctx, state.locals, state.pipeline, state.flags, validator=check)
-        blocks, changed = list(state.func_ir.blocks.items()), False
-        while blocks:
-            _, block = blocks.pop()
-            for i, statement in enumerate(block.body):
-                call = getattr(statement, "value", None)
-                called = isinstance(statement, ir.Assign) and isinstance(call, ir.Expr) and call.op == "call"
-                if called and guard(self._do_work, state, blocks, block, i, call, worker):
-                    changed = True
-                    break  # the rest of the block is a new block
-        if changed:
-            for dead in compute_cfg_from_blocks(state.func_ir.blocks).dead_nodes():
-                del state.func_ir.blocks[dead]
-            postproc.PostProcessor(state.func_ir).run()
-            state.func_ir.blocks = simplify_CFG(state.func_ir.blocks)
-        return True
-
-
-def _until_types_are_known(state: Any) -> PassManager:
-    return _with_own_inlining(DefaultPassBuilder.define_untyped_pipeline(state))
-
-
-def _with_own_inlining(passes: PassManager) -> PassManager:
-    passes.passes = [
-        (Inlining if each is untyped_passes.InlineInlinables else each, about) for each, about in passes.passes
-    ]
-    passes.finalize()
-    return passes
-
-
-class KernelCompiler(CompilerBase):
-    """Numba's compiler with this inlining."""
-
-    def define_pipelines(self) -> list[PassManager]:
-        """What is done one after the other."""
-        return [_with_own_inlining(DefaultPassBuilder.define_nopython_pipeline(self.state))]
+    return {"pipeline_class": KernelCompiler}
 
 
 KEPT, NOTE = prepare_cache()
@@ -137,8 +75,7 @@ if not stock("announce"):
     announce_compiling()
 
 INLINE: dict[str, Any] = {"inline": "always", "error_model": "numpy", "_nrt": False}
-INLINING: dict[str, Any] = {} if stock("inlining") else {"pipeline_class": KernelCompiler}
-NUMBERS: dict[str, Any] = INLINING | {"error_model": "numpy", "_nrt": False}
+NUMBERS: dict[str, Any] = _pipeline() | {"error_model": "numpy", "_nrt": False}
 # nothing is contracted: the same bits alone and as a part of another function, from which Numba would else take its flags
 EXACT: dict[str, Any] = NUMBERS | {"cache": KEPT, "nogil": True, "no_cfunc_wrapper": True, "fastmath": False}
 COMPILED: dict[str, Any] = EXACT | {"fastmath": {"contract"}}

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EQUATIONS_PART, INLINE
+from autobalancer.kernels.compiler.flags import EQUATIONS_PART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref, row
 from autobalancer.kernels.host.linear import Motion, dot
 from autobalancer.kernels.host.shaft_train import unbalance_value

@@ -14,8 +14,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EQUATIONS_PART, INLINE
+from autobalancer.kernels.compiler.flags import EQUATIONS_PART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import LANES, add_product, lanes, put
 from autobalancer.kernels.host.shaft_train import drive_value, motor_torque, unbalance_value

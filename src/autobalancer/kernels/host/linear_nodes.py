@@ -14,8 +14,7 @@ from __future__ import annotations
 from typing import Any
 
 from autobalancer.kernels.balls.planar_nodes import motion_at_nodes, unbalance_at_nodes
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import MERGED
+from autobalancer.kernels.compiler.flags import MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import data
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, load, root, store
 from autobalancer.kernels.host.external_forces import tabled

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EQUATIONS_PART, INLINE
+from autobalancer.kernels.compiler.flags import EQUATIONS_PART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import deref
 from autobalancer.kernels.records import HILL, MOUNT, PRESCRIBED
 from autobalancer.kernels.system import SPEED, THETA, Drive, system_at

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, MERGED
+from autobalancer.kernels.compiler.flags import APART, MERGED, njit
 from autobalancer.kernels.compiler.numba_struct import (
     data,
     deref,
@@ -22,7 +21,7 @@ from autobalancer.kernels.compiler.numba_struct import (
     value_type,
 )
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, load, store
-from autobalancer.kernels.system import Floats, Integers, integers_type, vector_type
+from autobalancer.kernels.system import Floats, Integers, tuple_type
 from autobalancer.kernels.trigonometry import exponential_of_lanes, sine_cosine_of_lanes
 
 # The eight Radau nodes of a step and all matrices over them, worked out with sixty digits.
@@ -53,7 +52,6 @@ class Radau(NamedTuple):
     determinant: Floats  # (9,)
 
 
-radau_type = types.NamedTuple([vector_type] * 9 + [types.float64] + [vector_type] * 2, Radau)
 _Numbers = list[Decimal]
 
 
@@ -239,18 +237,7 @@ class Amplitudes(NamedTuple):
 
 WORK = 20 * NODES + 64
 NO_BASES = np.zeros(0)
-amplitudes_type = struct_type(
-    types.NamedTuple(
-        [types.int64] * 3
-        + [radau_type, vector_type, integers_type]
-        + [vector_type] * 5
-        + [integers_type]
-        + [vector_type] * 13
-        + [integers_type] * 2
-        + [vector_type] * 6,
-        Amplitudes,
-    )
-)
+amplitudes_type = struct_type(tuple_type(Amplitudes, radau=tuple_type(Radau)))
 amplitudes_at = pointer_to(value_type(amplitudes_type))
 nodes_type = types.FunctionType(types.void(types.float64, types.float64, types.voidptr, types.voidptr))
 """(time, step, system, amplitudes): ``forces`` from ``values`` at all nodes of the step that begins at ``time``."""

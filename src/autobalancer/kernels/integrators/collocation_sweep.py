@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import MERGED, PART
+from autobalancer.kernels.compiler.flags import MERGED, PART, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, amount, greater, greatest, lane, load, store, total
 from autobalancer.kernels.integrators.collocation import (

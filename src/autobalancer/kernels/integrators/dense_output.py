@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import INLINE, PART
+from autobalancer.kernels.compiler.flags import INLINE, PART, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.compiler.simd import LANES, NODES, add_product, all_lanes, lanes, load, put, store
 from autobalancer.kernels.integrators.integrator_state import TAKEN, Memory

@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import ADDRESSED
+from autobalancer.kernels.compiler.flags import ADDRESSED, njit
 from autobalancer.kernels.compiler.numba_struct import passed_by_address, pointer_to, struct_type, value_type
 from autobalancer.kernels.compiler.simd import LANES
 from autobalancer.kernels.integrators.tableau import tableau_type
-from autobalancer.kernels.system import Floats, Integers, Matrix, integers_type, matrix_type, rhs_type, vector_type
+from autobalancer.kernels.system import Floats, Integers, Matrix, rhs_type, tuple_type
 
 # places in Memory.clock
 TIME, STEP, END, LONGEST, ERROR, TAKEN = range(6)
@@ -39,13 +38,7 @@ class Memory(NamedTuple):
     spare: Floats  # (w,) work
 
 
-memory_type = struct_type(types.NamedTuple(
-    [
-        vector_type, integers_type, vector_type, vector_type, vector_type,
-        matrix_type, matrix_type, vector_type, vector_type, vector_type, vector_type,
-    ],
-    Memory,
-))  # fmt: skip
+memory_type = struct_type(tuple_type(Memory))
 
 
 def memory(

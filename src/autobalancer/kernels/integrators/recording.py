@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba import int64, types
+from numba import int64
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import INLINE, MERGED, PART
+from autobalancer.kernels.compiler.flags import INLINE, MERGED, PART, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref, passed_by_address, struct_type
 from autobalancer.kernels.compiler.simd import NODES, all_lanes, amount, load, root, select, store, total
 from autobalancer.kernels.integrators.dense_output import component, evaluate, polynomials, quantity, slope, states_at
@@ -24,7 +23,7 @@ from autobalancer.kernels.integrators.integrator_state import (
     TAKEN,
     Memory,
 )
-from autobalancer.kernels.system import THETA, Floats, Integers, X, Y, integers_type, matrix_type, vector_type
+from autobalancer.kernels.system import THETA, Floats, Integers, Matrix, X, Y, tuple_type
 
 PIECES = NODES  # parts into which a step is cut in search of extrema and events
 NEAR = 1e-12  # a squared deflection is an extremum if it would change by no more than this share of it
@@ -35,12 +34,12 @@ class Record(NamedTuple):
     """Where a run writes; an array of length zero means: not wanted."""
 
     sample_times: Floats  # (m,) ascending
-    samples: Floats  # (m, n) states
+    samples: Matrix  # (m, n) states
     bin_edges: Floats  # (b + 1,) ascending
     bin_low: Floats  # (b,) least deflection in the bin
     bin_high: Floats  # (b,) greatest deflection in the bin
-    bin_states: Floats  # (b, n) state at the end of the bin
-    turn_states: Floats  # (r, n + 1) ring of states (time first) at equal steps of the rotor angle
+    bin_states: Matrix  # (b, n) state at the end of the bin
+    turn_states: Matrix  # (r, n + 1) ring of states (time first) at equal steps of the rotor angle
     turn_step: float  # that step, rad
     turn_count: float  # revolutions kept
     event_kinds: Integers  # (e,) of the quantity, and its components: integrators/dense_output.py
@@ -52,18 +51,10 @@ class Record(NamedTuple):
     event_seen: Integers  # (e,) how often it happened
     event_sides: Floats  # (e,) on which side of the level the quantity was seen last, +1 or -1; 0 before the first look
     event_places: Floats  # (e,) work: the fraction of the step up to which passages are noted
-    event_states: Floats  # (k, n + 2) event number, time, state; the first k events
+    event_states: Matrix  # (k, n + 2) event number, time, state; the first k events
 
 
-record_type = struct_type(types.NamedTuple(
-    [
-        vector_type, matrix_type, vector_type, vector_type, vector_type, matrix_type, matrix_type,
-        types.float64, types.float64,
-        integers_type, integers_type, integers_type, vector_type, integers_type, integers_type, integers_type,
-        vector_type, vector_type, matrix_type,
-    ],
-    Record,
-))  # fmt: skip
+record_type = struct_type(tuple_type(Record))
 
 
 @njit(**INLINE)
@@ -131,11 +122,13 @@ def _at_ends_of_pieces(cut, pair):  # type: ignore[no-untyped-def]
 
 @njit(**INLINE)
 def _note(deflection, time, r, m):  # type: ignore[no-untyped-def]
+    """Into the bin of this time, whose number is returned."""
     number = m.counts[NEXT_BIN]
     while number < r.bin_low.size - 1 and time > r.bin_edges[number + 1]:
         number += 1
     r.bin_low[number] = min(r.bin_low[number], deflection)
     r.bin_high[number] = max(r.bin_high[number], deflection)
+    return number
 
 
 @njit(**PART)
@@ -154,9 +147,14 @@ def record_envelope(left, right, cut, kept, pair):  # type: ignore[no-untyped-de
     for piece in range(PIECES):
         # a part whose growth changes its sign has an extremum inside
         low, high = cut * piece / PIECES, cut * (piece + 1) / PIECES
-        after = m.spare[piece]
-        _note(m.trial[piece], left + high * step, r, m)
-        if before * after < 0.0:
+        after, end = m.spare[piece], m.trial[piece]
+        number = _note(end, left + high * step, r, m)
+        # nothing to be found in a part whose squared deflection cannot pass what is known: it changes by twice the growth over it
+        reach = 2.0 * (abs(before) + abs(after)) * (high - low)
+        known = r.bin_edges[number] <= left + low * step and (
+            end * end + reach < r.bin_high[number] ** 2 if before > 0.0 else end * end - reach > r.bin_low[number] ** 2
+        )
+        if before * after < 0.0 and not known:
             # a turning point inside, by the rule of the Illinois; it counts besides the end of the piece
             place, f_low, f_high, square = high, before, after, 0.0
             for _ in range(6):

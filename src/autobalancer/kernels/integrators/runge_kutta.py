@@ -12,8 +12,7 @@ from typing import Any
 
 from numba import int64
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import COMPILED, INLINE, PART
+from autobalancer.kernels.compiler.flags import COMPILED, INLINE, PART, njit
 from autobalancer.kernels.compiler.numba_struct import address, as_void, data, deref
 from autobalancer.kernels.compiler.simd import LANES, add_product, lanes, put
 from autobalancer.kernels.host.shaft_train import enter_segment, next_corner

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import INLINE
+from autobalancer.kernels.compiler.flags import INLINE, njit
 from autobalancer.kernels.records import NONE
 from autobalancer.kernels.system import BALLS, Fluid
 

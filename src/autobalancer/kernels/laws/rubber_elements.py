@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 from numba import boolean, void
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import APART, COMPILED
+from autobalancer.kernels.compiler.flags import APART, COMPILED, njit
 from autobalancer.kernels.system import Floats, Matrix, matrix_type, vector_type
 
 ORDER = 12  # of the power series of a step

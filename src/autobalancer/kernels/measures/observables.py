@@ -7,8 +7,7 @@ from typing import Any
 
 from numba import boolean, float64, int64, types, void
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, INLINE
+from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data, row
 from autobalancer.kernels.host.external_forces import central
 from autobalancer.kernels.measures.workspace import (

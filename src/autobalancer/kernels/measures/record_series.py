@@ -7,8 +7,7 @@ from typing import Any
 
 from numba import boolean, float64, int64, types, void
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART
+from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, njit
 from autobalancer.kernels.laws.contact_law import NONE, restitution_at
 from autobalancer.kernels.measures import columns_of_measures as numbers
 from autobalancer.kernels.measures.observables import least_squares, reduce, square

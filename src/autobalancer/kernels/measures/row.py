@@ -15,8 +15,7 @@ import math
 
 from numba import float64, int64, void
 
-from autobalancer.kernels.compiler.cache import njit
-from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART
+from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, njit
 from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
