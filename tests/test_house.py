@@ -21,7 +21,7 @@ FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, BODY = 800, 12, 80
 CEILINGS = {
     "files": 399,
-    "modules with one importer, beside them": 0.031,
+    "modules with one importer, beside them": 0.037,  # three of them know the inside of Numba, and are loaded by one switch
     "public functions named once elsewhere": 0.121,
     "import lines": 0.06,
     "import cycles": 0,

@@ -223,15 +223,10 @@ NAMES: dict[str, dict[str, str]] = {
         "rubber_signals": "measurement.rubber",
         "load_rubber": "measurement.rubber",
         "hysteresis": "measurement.rubber",
-        **dict.fromkeys(("Camera", "Exposure"), "measurement.film.drawn"),
-        **dict.fromkeys(
-            ("film_camera", "film_setup", "load_film_setup", "save_film_setup"), "measurement.film.setup_file"
-        ),
+        **dict.fromkeys(("Camera", "Exposure", "film_camera", "film_setup", "render_film"), "measurement.film.drawn"),
+        **dict.fromkeys(("FilmSetup", "Mark", "load_film_setup", "save_film_setup"), "measurement.film.setup"),
         **dict.fromkeys(("photographed_angles", "rest_histogram"), "measurement.film.photograph"),
         "Film": "measurement.film.photograph",
-        "FilmSetup": "measurement.film.setup",
-        "Mark": "measurement.film.setup",
-        "render_film": "measurement.film.drawn",
         "track_balls": "measurement.film.track",
         "rectified_picture": "measurement.film.track",
         "Channel": "measurement.signals.form",

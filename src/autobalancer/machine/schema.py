@@ -36,7 +36,7 @@ class FileKind(NamedTuple):
 OTHERS: dict[Kind, FileKind] = {
     "design": FileKind("design specification", "studies.design.design_file", "read_spec", "design {}"),
     "study": FileKind("study", "studies.study.study_file", "read_study", "study {}"),
-    "film": FileKind("set-up of a film", "measurement.film.setup_file", "load_film_setup", "measure balls FILM {}"),
+    "film": FileKind("set-up of a film", "measurement.film.setup", "load_film_setup", "measure balls FILM {}"),
     "channels": FileKind(
         "description of channels",
         "measurement.signals.load",

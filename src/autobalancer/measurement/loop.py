@@ -22,6 +22,7 @@ from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.display_units import moment_text
+from autobalancer.results.labels import labeled
 from autobalancer.roots import root
 from autobalancer.rotordynamics.receptance.rational_fit import Fitting, pole_model
 from autobalancer.rotordynamics.receptance.receptances import PoleModel, hertz
@@ -99,9 +100,9 @@ def receptance_stability(
         "frequency_high": ("highest frequency needed", "rad/s"),
     }
     # growth and margins at each speed
-    dataset = xr.Dataset(coords={"speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})})
-    for number, (name, (text, unit)) in enumerate(meanings.items()):
-        dataset[name] = ("speed", [row[number] for row in rows], {"long_name": text, "units": unit})
+    columns = zip(meanings.items(), zip(*rows, strict=True), strict=True)
+    data = {name: ("speed", list(column), *about) for (name, about), column in columns}
+    dataset = labeled(data, {"speed": ("speed", list(speeds), "rotor speed", "rad/s")})
     # does the answer rest on what was measured?
     within = (dataset["frequency_low"] >= band[0]) & (dataset["frequency_high"] <= band[1])
     dataset["covered"] = within.assign_attrs(long_name="whether these were measured")
@@ -156,15 +157,8 @@ def _row(
         gain = min(_margin(rate, GAINS) for rate in rates)
         phase = min(_margin(partial(rate, 1.0), sign * PHASES) for rate in rates for sign in (1.0, -1.0))
     drag = least_drag_factor(model, balls, states, speed)
-    return (
-        s.real,
-        abs(s.imag),
-        drag,
-        gain,
-        phase,
-        spread(balls, angles),
-        *needed_frequencies(model, balls, angles, speed, s),
-    )
+    needed = needed_frequencies(model, balls, angles, speed, s)
+    return s.real, abs(s.imag), drag, gain, phase, spread(balls, angles), *needed
 
 
 def _rate(model: PoleModel, balls: RaceBalls, angles: Floats, speed: float, gain: float, phase: float = 0.0) -> float:
@@ -346,10 +340,11 @@ def receptance_border(
         raise QuestionError(f"speeds searched: given {low:g} to {high:g} rad/s; must be above zero and ascend")
     ranges = _stable_ranges(model, balls, states, low, high)
     border = ranges[-1][0] if ranges and ranges[-1][1] == high else math.inf
-    dataset = xr.Dataset(
+    begins, ends = [r[0] for r in ranges], [r[1] for r in ranges]
+    dataset = labeled(
         {
-            "stable_from": ("range", [r[0] for r in ranges], {"long_name": "stable from", "units": "rad/s"}),
-            "stable_to": ("range", [r[1] for r in ranges], {"long_name": "stable up to", "units": "rad/s"}),
+            "stable_from": ("range", begins, "stable from", "rad/s"),
+            "stable_to": ("range", ends, "stable up to", "rad/s"),
         }
     )
     # how far noise in the receptance moves it: fits of resampled residuals
@@ -465,15 +460,18 @@ def receptance_loop(fit: xr.Dataset, balls: RaceBalls, speed: float | str, *, ba
     measured_at = fit["frequency"].values
     bare = fit["receptance_real"].values + 1j * fit["receptance_imag"].values
     measured = bare / (1.0 - model.added_mass * measured_at**2 * bare)
-    dataset = xr.Dataset(coords={"loop_frequency": frequency, "frequency": measured_at})
     curves = {
         "loop": ("loop_frequency", _loop(balls, speed, frequency, model.at(frequency))),
         "measured_loop": ("frequency", _loop(balls, speed, measured_at, measured)),
     }
-    for name, (dim, values) in curves.items():
-        dataset[f"{name}_real"] = (dim, values.real, {"long_name": "loop, real part", "units": ""})
-        dataset[f"{name}_imag"] = (dim, values.imag, {"long_name": "loop, imaginary part", "units": ""})
-        dataset[dim].attrs = {"long_name": "frequency in space", "units": "rad/s"}
+    dataset = labeled(
+        {f"{name}_real": (dim, values.real, "loop, real part", "") for name, (dim, values) in curves.items()}
+        | {f"{name}_imag": (dim, values.imag, "loop, imaginary part", "") for name, (dim, values) in curves.items()},
+        {
+            dim: (dim, values, "frequency in space", "rad/s")
+            for dim, values in (("loop_frequency", frequency), ("frequency", measured_at))
+        },
+    )
     dataset.attrs = {
         **provenance(),
         "title": "Loop of evenly spread balls",

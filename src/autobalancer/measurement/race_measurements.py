@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.catalog.resolve import resolve
@@ -18,6 +17,7 @@ from autobalancer.laws.stall import rest_ends
 from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer, Form, Shown, provenance, sure
 from autobalancer.results.display_units import length_text
+from autobalancer.results.labels import labeled
 from autobalancer.roots import root
 from autobalancer.rotordynamics.response import response
 from autobalancer.tables import Column
@@ -106,11 +106,15 @@ def _profile(angles: ArrayLike | str | Path, radii: ArrayLike | None) -> tuple[F
         table = read_table(Path(angles), EXAMPLE)
         name = "radius" if "radius" in table.heads else "deviation"
         return np.mod(table.numbers("angle", "rad"), 2.0 * np.pi), table.numbers(name, "m"), name == "radius"
-    phi = np.atleast_1d(np.asarray(texts_argument("angles", angles, "rad"), float))
-    r = np.atleast_1d(np.asarray(texts_argument("radii", np.nan if radii is None else radii, "m"), float))
+    phi, r = _row("angles", angles, "rad"), _row("radii", radii, "m")
     if phi.ndim != 1 or phi.shape != r.shape or not (np.isfinite(phi).all() and np.isfinite(r).all()):
         raise QuestionError("race_shape: give as many finite radii as angles")
     return np.mod(phi, 2.0 * np.pi), r, bool(np.abs(r.mean()) > 10.0 * np.ptp(r))
+
+
+def _row(name: str, values: ArrayLike | None, unit: str) -> Floats:
+    """Numbers or texts that a caller gives, SI; nan where nothing was given."""
+    return np.atleast_1d(np.asarray(texts_argument(name, np.nan if values is None else values, unit), float))
 
 
 def _check(phi: Floats, waves: int) -> None:
@@ -154,20 +158,18 @@ def _answer(
     round_part = rows[:, [0, 1, waves + 1]] @ result[[0, 1, waves + 1]]
     fine = _rows(np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False), waves)
     shape = np.delete(fine, [0, 1, waves + 1], axis=1) @ np.delete(result, [0, 1, waves + 1])
-    over, points = ("order",), ("point",)
-    data = {
-        "amplitude": (over, amplitude[1:], "amplitude of the wave", "m"),
-        "amplitude_deviation": (over, spread[1:], "its standard deviation", "m"),
-        "crest": (over, crest[1:], "angle of a crest in the rotor", "rad"),
-        "crest_deviation": (over, turned[1:], "its standard deviation", "rad"),
-        "profile": (points, r - round_part, "radius less circle and eccentricity", "m"),
-        "fitted": (points, rows @ result - round_part, "sum of the waves", "m"),
-    }
-    answer = xr.Dataset(
-        {name: (dims, values, {"long_name": text, "units": unit}) for name, (dims, values, text, unit) in data.items()},
+    answer = labeled(
         {
-            "order": ("order", k[1:], {"long_name": "undulations per revolution", "units": "1"}),
-            "angle": ("point", phi, {"long_name": "angle in the rotor", "units": "rad"}),
+            "amplitude": ("order", amplitude[1:], "amplitude of the wave", "m"),
+            "amplitude_deviation": ("order", spread[1:], "its standard deviation", "m"),
+            "crest": ("order", crest[1:], "angle of a crest in the rotor", "rad"),
+            "crest_deviation": ("order", turned[1:], "its standard deviation", "rad"),
+            "profile": ("point", r - round_part, "radius less circle and eccentricity", "m"),
+            "fitted": ("point", rows @ result - round_part, "sum of the waves", "m"),
+        },
+        {
+            "order": ("order", k[1:], "undulations per revolution", "1"),
+            "angle": ("point", phi, "angle in the rotor", "rad"),
         },
     )
     warnings = []
@@ -335,25 +337,16 @@ def rest_friction(machine: Machine | str | Path, angles: ArrayLike | str | Path,
         remarks.append(
             "the rests gather in the middle of their interval, so that friction is rather smaller than stated"
         )
-    return RestFriction(
-        rest_friction[0],
-        rest_friction[1],
-        rest_friction[2],
-        width,
-        width_low,
-        width_high,
-        middle,
-        float(spread),
-        tuple(rests.tolist()),
-        tuple(remarks),
-    )
+    widths = width, width_low, width_high
+    adherence, low, high = rest_friction
+    return RestFriction(adherence, low, high, *widths, middle, float(spread), tuple(rests.tolist()), tuple(remarks))
 
 
 def _rests(angles: ArrayLike | str | Path) -> Floats:
     if isinstance(angles, (str, Path)):
         result = read_table(Path(angles), REST_EXAMPLE).numbers("angle", "rad")
     else:
-        result = np.atleast_1d(np.asarray(texts_argument("angles", angles, "rad"), float))
+        result = _row("angles", angles, "rad")
     if result.ndim != 1 or result.size < FEWEST or not np.isfinite(result).all():
         raise QuestionError(f"rest_friction: given {result.size} rests; at least {FEWEST} finite angles are needed")
     wrapped = np.mod(result + np.pi, 2.0 * np.pi) - np.pi
@@ -499,23 +492,14 @@ def _record(
 ) -> tuple[Floats, Floats, Floats]:
     if isinstance(time, (str, Path)):
         table = read_table(Path(time), LAG_EXAMPLE)
-        parts = [
-            table.numbers("time", "s"),
-            table.numbers("rotor speed", "rad/s"),
-            table.numbers("ball speed", "rad/s"),
-        ]
+        t, w, b = (
+            table.numbers(name, u) for name, u in (("time", "s"), ("rotor speed", "rad/s"), ("ball speed", "rad/s"))
+        )
     else:
         given = (("time", time, "s"), ("rotor_speed", rotor_speed, "rad/s"), ("ball_speed", ball_speed, "rad/s"))
-        parts = [
-            np.atleast_1d(np.asarray(texts_argument(n, np.nan if v is None else v, u), float)) for n, v, u in given
-        ]
-    t, w, b = parts
-    if (
-        t.ndim != 1
-        or not t.shape == w.shape == b.shape
-        or t.size < FEWEST_LAGS
-        or not all(np.isfinite(p).all() for p in parts)
-    ):
+        t, w, b = (_row(name, values, unit) for name, values, unit in given)
+    alike = t.ndim == 1 and t.shape == w.shape == b.shape
+    if not alike or t.size < FEWEST_LAGS or not np.isfinite([t, w, b]).all():
         raise QuestionError(
             f"drag_from_lag: give at least {FEWEST_LAGS} finite times, and as many speeds of rotor and ball"
         )

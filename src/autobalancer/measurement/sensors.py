@@ -14,7 +14,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.signals.form import Channel, signals
+from autobalancer.measurement.signals.form import Channel, hertz_argument, signals
 from autobalancer.random_numbers import generator
 from autobalancer.results.time_series import of_a_run
 from autobalancer.units import argument
@@ -67,7 +67,7 @@ def record(
     """
     if not sensors:
         raise QuestionError("record: sensors: given none; give at least one")
-    rate = hertz("sampling_rate", sampling_rate)
+    rate = hertz_argument("sampling_rate", sampling_rate)
     time = _times(run, rate, start, end)
     angle = np.asarray(make_interp_spline(sampled(run), run["rotor_angle"].values, k=DEGREE)(time), np.float64)
     channels: dict[str, Channel] = {}
@@ -280,7 +280,8 @@ class Sensor:
             raise QuestionError(f"sensor: runout is seen by a displacement sensor only, not by one of {self.quantity}")
         parts = tuple((order, argument("sensor: runout", size, "m"), float(at)) for order, size, at in self.runout)
         object.__setattr__(self, "runout", parts)
-        object.__setattr__(self, "low_pass", None if self.low_pass is None else hertz("low_pass", self.low_pass))
+        corner = None if self.low_pass is None else hertz_argument("low_pass", self.low_pass)
+        object.__setattr__(self, "low_pass", corner)
         self._check()
 
     def _check(self) -> None:
@@ -370,20 +371,6 @@ class Tacho:
         numbers = (float(self.jitter), self.noise, self.level, self.angle)
         if not all(map(math.isfinite, numbers)) or min(numbers[:2]) < 0.0 or self.level <= 0.0:
             raise QuestionError("tacho: jitter and noise must not be negative, and the level must be greater than zero")
-
-
-def hertz(name: str, value: float | str) -> float:
-    """A frequency in cycles per second, of a number in Hz or a text with a unit.
-
-    Raises
-    ------
-    QuestionError
-        If it is not greater than zero.
-    """
-    hertz = argument(name, value, "rad/s") / (2.0 * math.pi) if isinstance(value, str) else argument(name, value, "Hz")
-    if not (math.isfinite(hertz) and hertz > 0.0):
-        raise QuestionError(f"{name}: given {hertz:g} Hz; must be greater than zero")
-    return hertz
 
 
 # Motions and forces between the samples of a run: splines, and how far they can be trusted.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexedArray, explicit_indexing_adapter
 
-from autobalancer.errors import ResultError
+from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.answers.answer import Answer, Form, Shown, sure
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis, vibration_axis
 from autobalancer.tables import Column
@@ -128,6 +128,19 @@ class Signals(Answer):
         ),
         most=60,
     )
+
+    @classmethod
+    def given(cls, signals: xr.Dataset, owner: str) -> Signals:
+        """The argument of a function with this name, if they are such.
+
+        Raises
+        ------
+        QuestionError
+            If they are something else.
+        """
+        if not isinstance(signals, cls):
+            raise QuestionError(f"{owner}: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+        return signals
 
     def facts(self) -> list[tuple[str, str]]:
         """Length, rate, and where they come from."""

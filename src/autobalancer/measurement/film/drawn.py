@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.optics import View, in_space, looking
 from autobalancer.measurement.film.photograph import Film, Gray, write_film
-from autobalancer.measurement.film.setup import Mark, places_of
+from autobalancer.measurement.film.setup import FilmSetup, Mark, places_of
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.random_numbers import generator
 from autobalancer.results.drawn import Motion, Races, races_of
@@ -547,3 +547,75 @@ class Exposure:
                 f"noise {self.noise:g}, lost {self.lost:g}, brightness {self.brightness:g}: noise is from 0 to 1, lost from 0 to "
                 "below 1, brightness above 0"
             )
+
+
+# The camera and the set-up of such a film.
+
+
+def film_camera(
+    run: RunArgument,
+    *,
+    tilt: float | str = 0.0,
+    width: int = 1280,
+    height: int = 720,
+    distortion: tuple[float, ...] = (),
+    turning: bool = False,
+    race: int = 1,
+) -> Camera:
+    """A camera that sees a race of a run with its marks in full.
+
+    Parameters
+    ----------
+    run
+        Of balls in races, or the path of its file.
+    tilt
+        Angle between the lens and the axis of the rotor, rad or a text.
+    width, height
+        Of the picture, pixels.
+    distortion
+        One or two radial terms.
+    turning
+        Whether the camera turns with the rotor.
+    race
+        Which race, counted from 1 over all balancers.
+
+    Raises
+    ------
+    QuestionError
+        If the run has no such race, or the camera is not possible.
+    """
+    reach = 1.2 * scenery(run, race).sizes.disc
+    return Camera.above(reach, tilt=tilt, width=width, height=height, distortion=distortion, turning=turning)
+
+
+def film_setup(run: RunArgument, camera: Camera, *, race: int = 1) -> FilmSetup:
+    """The set-up of a film that ``render_film`` makes of a run with this camera and the usual marks.
+
+    Parameters
+    ----------
+    run, camera
+        As given to ``render_film``.
+    race
+        Which race, counted from 1 over all balancers.
+
+    Raises
+    ------
+    QuestionError
+        As :func:`~autobalancer.measure.render_film`.
+    """
+    here, view = scenery(run, race), camera.view()
+    shown = here.rotor_marks if camera.turning else here.frame_marks
+    marks = []
+    for mark in shown:
+        column, row = view.pixels(in_space(mark.z, 0.0))
+        marks.append(Mark(place=mark.place, radius=mark.radius, pixel=(round(float(column), 1), round(float(row), 1))))
+    return FilmSetup(
+        orbit_radius=here.sizes.orbit,
+        ball_diameter=2.0 * here.sizes.ball,
+        balls=len(here.balls),
+        marks=tuple(marks),
+        rotor_marks=() if camera.turning else here.rotor_marks,
+        ball_height=here.sizes.ball_height,
+        camera="turning" if camera.turning else "rest",
+        distortion=max(1, len(camera.distortion)),
+    )

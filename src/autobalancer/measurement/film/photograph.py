@@ -97,10 +97,7 @@ def _clicked(pixels: Floats, camera: Calibration, setup: FilmSetup) -> BallsInPi
         for j in range(i):
             if abs(place[i] - place[j]) < 0.6 * setup.ball_diameter:
                 raise QuestionError(f"clicked: balls {j + 1} and {i + 1} are at one place")
-    ahead = (
-        camera.view.places(pixels + np.array([0.5, 0.0]), setup.ball_height),
-        camera.view.places(pixels + np.array([0.0, 0.5]), setup.ball_height),
-    )
+    ahead = [camera.view.places(pixels + step, setup.ball_height) for step in 0.5 * np.eye(2)]
     along = 1j * (place - complex(*setup.race_center)) / np.abs(place - complex(*setup.race_center))
     slopes = [((one[:, 0] + 1j * one[:, 1] - place) / 0.5 * np.conj(along)).real for one in ahead]
     return BallsInPicture(place, setup.pixel_deviation * np.hypot(*slopes), np.ones(len(place)))
@@ -169,14 +166,11 @@ def rest_histogram(found: Sequence[xr.Dataset], *, bins: int = 12, reference: fl
     where = np.floor(place).astype(int) % bins
     within = place - np.floor(place)
     unsure = np.minimum(within, 1.0 - within) * wide < 2.0 * np.array(spreads)
+    spread = np.sqrt(0.25 * np.bincount(where, weights=unsure, minlength=bins))
     data = xr.Dataset(
         {
             "count": ("bin", np.bincount(where, minlength=bins), {"long_name": "balls at rest", "units": ""}),
-            "count_deviation": (
-                "bin",
-                np.sqrt(0.25 * np.bincount(where, weights=unsure, minlength=bins)),
-                {"long_name": "standard deviation of the count", "units": ""},
-            ),
+            "count_deviation": ("bin", spread, {"long_name": "standard deviation of the count", "units": ""}),
         },
         {"angle": ("bin", wide * np.arange(bins), {"long_name": "angle from the reference", "units": "rad"})},
         {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,9 +13,12 @@ from numpy.typing import NDArray
 from pydantic import Field, PlainValidator, model_validator
 
 from autobalancer.errors import QuestionError
+from autobalancer.files.machine_file import part_text
+from autobalancer.files.text_files import faults_of, read_toml
 from autobalancer.machine.keys import document
 from autobalancer.machine.part import Length, Position, Positive, Quantity, Question, key
 from autobalancer.results.labels import LABELS, Label
+from autobalancer.safe_file import as_path, write_text_safely
 from autobalancer.units import shortened, to_si
 
 # Marks: round spots of known place, on the rotor or on what stands still around it.
@@ -127,6 +131,46 @@ class FilmSetup(Question):
 
 
 document(FilmSetup)
+
+
+# Set-ups as TOML files.
+
+
+def load_film_setup(path: str | Path) -> FilmSetup:
+    """Read a set-up from a TOML file.
+
+    Parameters
+    ----------
+    path
+        With the keys of :class:`~autobalancer.measure.FilmSetup`; ``[[marks]]`` and ``[[rotor_marks]]`` have ``place``,
+        ``radius`` and ``pixel``.
+
+    Raises
+    ------
+    QuestionError
+        If the file, a key or a value is wrong; the message names it.
+    """
+    path = as_path(path)
+    with faults_of(str(path)):
+        return FilmSetup(**read_toml(path))
+
+
+def save_film_setup(setup: FilmSetup, path: str | Path) -> Path:
+    """Write a set-up as a TOML file that :func:`load_film_setup` reads.
+
+    Parameters
+    ----------
+    setup
+        To be written.
+    path
+        Of the file.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be written.
+    """
+    return write_text_safely(path, part_text(setup))
 
 
 # Long names and units of what films and photographs give; the rest has those of runs.

@@ -334,12 +334,7 @@ def impacts(time: Floats, angle: Floats, deviation: Floats, contact: float, orbi
                 before = k
     rows.sort()
     columns = list(zip(*rows, strict=True)) or [(), (), (), ()]
-    return Contacts(
-        np.array(columns[0], np.float64),
-        np.array(columns[1], np.float64),
-        np.array(columns[2], np.int64),
-        np.array(columns[3], np.int64),
-    )
+    return Contacts(*(np.array(column, kind) for column, kind in zip(columns, "ddqq", strict=True)))
 
 
 def stalls(time: Floats, speed: Floats, rate: Floats, critical: float) -> list[tuple[float, str]]:

@@ -37,15 +37,11 @@ def with_rotor_angle(signals: xr.Dataset, **tacho: Any) -> xr.Dataset:
     if {"speed", "rotor_angle_deviation"} <= set(signals):
         return signals
     angle, time = signals["rotor_angle"].values, signals["time"].values
-    missing = {"speed": np.gradient(angle, time), "rotor_angle_deviation": np.zeros_like(angle)}
-    units = {"speed": "rad/s", "rotor_angle_deviation": "rad"}
-    return signals.assign(
-        {
-            name: ("time", values, {"units": units[name], "quantity": "speed" if name == "speed" else "angle"})
-            for name, values in missing.items()
-            if name not in signals
-        }
-    )
+    missing = {
+        "speed": ("time", np.gradient(angle, time), {"units": "rad/s", "quantity": "speed"}),
+        "rotor_angle_deviation": ("time", np.zeros_like(angle), {"units": "rad", "quantity": "angle"}),
+    }
+    return signals.assign({name: entry for name, entry in missing.items() if name not in signals})
 
 
 def rotor_angle(
@@ -165,8 +161,7 @@ def _over(time: Floats, function: Callable[[Floats], Floats]) -> Floats | Sample
 
 
 def _chosen(signals: xr.Dataset, tacho: str) -> str:
-    if not isinstance(signals, Signals):
-        raise QuestionError("rotor_angle: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "rotor_angle")
     if tacho and tacho in signals:
         return tacho
     by = {

@@ -21,6 +21,7 @@ from autobalancer.measurement.signals.form import hertz_argument
 from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.results.answers.answer import provenance
+from autobalancer.results.labels import labeled
 from autobalancer.results.signals import LONG, Orders, Signals, at_samples, extremes, merged_windows, places
 from autobalancer.units.quantity import ends_argument
 
@@ -99,8 +100,7 @@ def orders(
         If there is no tacho, an order is not above zero or beyond half of the sampling rate, or the window is longer than
         the signals.
     """
-    if not isinstance(signals, Signals):
-        raise QuestionError("orders: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "orders")
     if "rotor_angle" in signals and tacho:
         raise QuestionError(f"orders: the signals have their angle already; leave out {', '.join(tacho)}")
     signals = with_rotor_angle(signals, **tacho)
@@ -420,24 +420,20 @@ def _dataset(
         phase_deviation = np.minimum(deviation / size, math.pi / math.sqrt(3.0))
     phase_deviation = np.hypot(phase_deviation, requested.orders[:, None, None] * sure)
     dims = ("order", "channel", "time")
-    dataset = xr.Dataset(
+    dataset = labeled(
         {
-            "amplitude": (dims, size, {"long_name": "amplitude of the order"}),
-            "phase": (dims, np.angle(tracked.amplitude), {"long_name": "lead over the zero mark", "units": "rad"}),
-            "amplitude_deviation": (dims, deviation, {"long_name": "standard deviation of the amplitude"}),
-            "phase_deviation": (
-                dims,
-                phase_deviation,
-                {"long_name": "standard deviation of the phase", "units": "rad"},
-            ),
-            "bias": (dims, bias, {"long_name": "what the window or filter probably takes away"}),
-            "residual": (dims[1:], tracked.residual, {"long_name": "standard deviation of what the orders leave"}),
+            "amplitude": (dims, size, "amplitude of the order"),
+            "phase": (dims, np.angle(tracked.amplitude), "lead over the zero mark", "rad"),
+            "amplitude_deviation": (dims, deviation, "standard deviation of the amplitude"),
+            "phase_deviation": (dims, phase_deviation, "standard deviation of the phase", "rad"),
+            "bias": (dims, bias, "what the window or filter probably takes away"),
+            "residual": (dims[1:], tracked.residual, "standard deviation of what the orders leave"),
         },
         {
-            "order": ("order", requested.orders, {"long_name": "order of the rotor speed", "units": "1"}),
-            "channel": ("channel", requested.channels, {"long_name": "channel"}),
-            "time": ("time", at, {"long_name": "time", "units": "s"}),
-            "speed": ("time", speed, {"long_name": "rotor speed", "units": "rad/s"}),
+            "order": ("order", requested.orders, "order of the rotor speed", "1"),
+            "channel": ("channel", requested.channels, "channel"),
+            "time": ("time", at, "time", "s"),
+            "speed": ("time", speed, "rotor speed", "rad/s"),
         },
     )
     for key in ("units", "quantity", "place", "direction"):
@@ -532,15 +528,13 @@ def _without(orders: Orders, runout: np.ndarray, spread: np.ndarray, where: str)
         ("phase_deviation", np.sqrt(added**2 + np.maximum(0.0, of_angle))),
     ):
         orders[name] = (orders[name].dims, values, orders[name].attrs)
-    orders["runout_amplitude"] = (("order", "channel"), np.abs(runout), {"long_name": "run-out that was subtracted"})
-    about = {"long_name": "standard deviation of its parts, which all points share"}
-    orders["runout_deviation"] = (("order", "channel"), spread, about)
-    orders["runout_phase"] = (
-        ("order", "channel"),
-        np.angle(runout),
-        {"long_name": "its lead over the mark", "units": "rad"},
-    )
-    return Orders.of(orders.assign_attrs(runout=f"subtracted, found at slow roll {where}"))
+    each = ("order", "channel")
+    found = {
+        "runout_amplitude": (each, np.abs(runout), "run-out that was subtracted"),
+        "runout_deviation": (each, spread, "standard deviation of its parts, which all points share"),
+        "runout_phase": (each, np.angle(runout), "its lead over the mark", "rad"),
+    }
+    return Orders.of(orders.assign(labeled(found)).assign_attrs(runout=f"subtracted, found at slow roll {where}"))
 
 
 def _matching(orders: Orders, slow: xr.Dataset) -> xr.Dataset:

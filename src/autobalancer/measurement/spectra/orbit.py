@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,7 +16,7 @@ from autobalancer.measurement.orders.tacho import with_rotor_angle
 from autobalancer.measurement.orders.tracking import fitted_orders, vibrations
 from autobalancer.measurement.spectra.spectrum import decay_rate
 from autobalancer.results.answers.answer import Labeled, provenance
-from autobalancer.results.labels import LABELS
+from autobalancer.results.labels import LABELS, labeled
 from autobalancer.results.signals import Orders, Signals
 from autobalancer.units import argument, optional_argument
 
@@ -63,8 +64,7 @@ def orbit(
     QuestionError
         If there are not two such channels, they look along one line, or the window is not within the signals.
     """
-    if not isinstance(signals, Signals):
-        raise QuestionError("orbit: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "orbit")
     x, y = _pair(signals, x, y)
     signals = with_rotor_angle(signals)
     time, angle = signals["time"].values, signals["rotor_angle"].values
@@ -86,29 +86,26 @@ def orbit(
     waves = tracked[:, :, None] * np.exp(1j * wanted[:, None, None] * turned)
     # two circles, with the rotor and against it, whose sum is the ellipse
     forward, backward = 0.5 * (tracked[:, 0] + 1j * tracked[:, 1]), 0.5 * np.conj(tracked[:, 0] - 1j * tracked[:, 1])
-    own = {"long_name": "as measured, without the mean", "units": "m"}
-    entries = {
-        "semi_major": (np.abs(forward) + np.abs(backward), "semi-major axis", "m"),
-        "semi_minor": (np.abs(forward) - np.abs(backward), "semi-minor axis, negative where it whirls backward", "m"),
-        "tilt": (0.5 * np.angle(forward * backward), "direction of the major axis", "rad"),
-        "forward": (np.abs(forward), "circle with the rotor", "m"),
-        "backward": (np.abs(backward), "circle against it", "m"),
-    }
-    dataset = xr.Dataset(
-        {key: ("order", numbers, {"long_name": text, "units": unit}) for key, (numbers, text, unit) in entries.items()},
+    sizes = np.abs(forward), np.abs(backward)
+    minor = ("order", sizes[0] - sizes[1], "semi-minor axis, negative where it whirls backward", "m")
+    own, both = "as measured, without the mean", ("order", "turned")
+    moved = values[:, inside] - values[:, inside].mean(axis=1, keepdims=True)
+    dataset = labeled(
         {
-            "order": ("order", wanted, {"long_name": "order of the rotor speed", "units": "1"}),
-            "turned": ("turned", turned, {"long_name": "angle of the rotor", "units": "rad"}),
-            "time": ("time", time[inside], {"long_name": "time", "units": "s"}),
+            "semi_major": ("order", sizes[0] + sizes[1], "semi-major axis", "m"),
+            "semi_minor": minor,
+            "tilt": ("order", 0.5 * np.angle(forward * backward), "direction of the major axis", "rad"),
+            "forward": ("order", sizes[0], "circle with the rotor", "m"),
+            "backward": ("order", sizes[1], "circle against it", "m"),
+            **{name: ("time", row, own, "m") for name, row in zip("xy", moved, strict=True)},
+            **{f"filtered_{name}": (both, waves[:, k].real, "of one order", "m") for k, name in enumerate("xy")},
+        },
+        {
+            "order": ("order", wanted, "order of the rotor speed", "1"),
+            "turned": ("turned", turned, "angle of the rotor", "rad"),
+            "time": ("time", time[inside], "time", "s"),
         },
     )
-    for k, name in enumerate("xy"):
-        dataset[name] = ("time", values[k, inside] - values[k, inside].mean(), own)
-        dataset[f"filtered_{name}"] = (
-            ("order", "turned"),
-            waves[:, k].real,
-            {"long_name": "of one order", "units": "m"},
-        )
     speed = float(np.interp(center, angle, signals["speed"].values))
     head = {
         "title": f"orbit of {x} and {y} at {float(np.interp(center, angle, time)):.4g} s",
@@ -224,8 +221,7 @@ def envelope(
     QuestionError
         If there is neither an angle nor a length of bins, or bins have fewer than four samples.
     """
-    if not isinstance(signals, Signals):
-        raise QuestionError("envelope: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "envelope")
     names, time = vibrations(signals, channels), signals["time"].values
     if bin_length is not None:
         numbers = np.floor((time - time[0]) / argument("bin_length", bin_length, "s") + 1e-9)
@@ -246,21 +242,20 @@ def envelope(
         np.array([cut.reduceat(signals[name].values, starts)[:-1] for name in names])
         for cut in (np.minimum, np.maximum)
     )
-    dataset = xr.Dataset(
-        coords={"channel": ("channel", names), "units": ("channel", [signals[n].attrs["units"] for n in names])}
-    )
     entries = {"envelope_time": 0.5 * (time[starts[:-1]] + ends), "envelope_end": ends}
     if "speed" in signals:
         entries["envelope_speed"] = signals["speed"].values[starts[1:]]
-    for key, values in entries.items():
-        dataset[key] = ("bin", values, {"long_name": LABELS[key].long_name, "units": LABELS[key].units})
-    for key, values, text in (
-        ("envelope_low", low, "least value in the bin"),
-        ("envelope_high", high, "greatest value in the bin"),
-    ):
-        dataset[key] = (("channel", "bin"), values, {"long_name": text})
+    both = ("channel", "bin")
+    data: dict[str, Any] = {
+        key: ("bin", values, LABELS[key].long_name, LABELS[key].units) for key, values in entries.items()
+    }
+    data |= {
+        "envelope_low": (both, low, "least value in the bin"),
+        "envelope_high": (both, high, "greatest value in the bin"),
+    }
+    coordinates = {"channel": ("channel", names), "units": ("channel", [signals[n].attrs["units"] for n in names])}
     title = f"envelope of {signals.attrs.get('origin') or 'signals'}"
-    return Labeled.of(dataset.assign_attrs({"title": title} | provenance()))
+    return Labeled.of(labeled(data, coordinates, {"title": title} | provenance()))
 
 
 # Damping from a decay, and from the width of a resonance.
@@ -305,8 +300,7 @@ def damping(
     QuestionError
         If there are several vibrations and none is chosen, or the piece holds no such oscillation.
     """
-    if not isinstance(signals, Signals):
-        raise QuestionError("damping: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "damping")
     names = vibrations(signals, channel or None)
     if len(names) > 1:
         raise QuestionError(f"channel: there are several, {', '.join(names)}; choose one")
@@ -395,13 +389,12 @@ def half_power(orders: xr.Dataset, channel: str = "", *, order: float = 1.0) -> 
     texts = (
         [f"the run-up is fast, {fast:.2g} of the squared decay rate: the damping is too great"] if fast > SLOW else []
     )
-    entries = {
-        "frequency": (float(w[k]), "frequency of the peak", "rad/s"),
-        "damping_ratio": (ratio, "damping ratio", ""),
-        "damping_ratio_deviation": (deviation, "standard deviation of the damping ratio", ""),
-    }
-    dataset = xr.Dataset(
-        {key: ((), value, {"long_name": text, "units": unit}) for key, (value, text, unit) in entries.items()}
+    dataset = labeled(
+        {
+            "frequency": ((), float(w[k]), "frequency of the peak", "rad/s"),
+            "damping_ratio": ((), ratio, "damping ratio", ""),
+            "damping_ratio_deviation": ((), deviation, "standard deviation of the damping ratio", ""),
+        }
     )
     head = {"title": f"resonance of {name}", "warnings": "\n".join(texts)}
     return Labeled.of(dataset.assign_attrs(head | provenance()))

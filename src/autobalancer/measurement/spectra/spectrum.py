@@ -22,6 +22,7 @@ from autobalancer.measurement.orders.tracking import vibrations
 from autobalancer.measurement.signals.form import hertz_argument
 from autobalancer.progress import Progress, shows_progress, silent
 from autobalancer.results.answers.answer import Labeled, provenance
+from autobalancer.results.labels import labeled
 from autobalancer.results.signals import Signals, Spectrum, at_samples, extremes, merged_windows, places
 from autobalancer.roots import root
 
@@ -70,8 +71,7 @@ def spectrum(
     QuestionError
         If there is no such channel or window, or the signals are too short for the resolution.
     """
-    if not isinstance(signals, Signals):
-        raise QuestionError("spectrum: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "spectrum")
     if window not in WINDOWS:
         raise QuestionError(f"window: given {window!r}; must be one of {', '.join(WINDOWS)}")
     names = vibrations(signals, channels)
@@ -118,32 +118,26 @@ def _dataset(
     texts = [text for line in lines for text in line_names(line.frequency, line.amplitude, how["speed"], natural, near)]
     every = Lines(*(np.concatenate(parts) for parts in zip(*lines, strict=True)))
     of = [name for name, line in zip(names, lines, strict=True) for _ in line.frequency]
-    dataset = xr.Dataset(
+    dataset = labeled(
         {
-            "amplitude": (dims, amplitude, {"long_name": "amplitude of a sinusoid"}),
-            "density": (dims, density, {"long_name": "mean square a hertz", "units_form": "{}^2/Hz"}),
-            "line_channel": ("line", np.array(of, dtype=object), {"long_name": "channel of the line"}),
-            "line_frequency": ("line", every.frequency, {"long_name": "frequency of the line", "units": "rad/s"}),
-            "line_frequency_deviation": (
-                "line",
-                every.frequency_deviation,
-                {"long_name": "standard deviation of the frequency of the line", "units": "rad/s"},
-            ),
-            "line_amplitude": ("line", every.amplitude, {"long_name": "amplitude of the line"}),
-            "line_amplitude_deviation": (
-                "line",
-                every.amplitude_deviation,
-                {"long_name": "standard deviation of the amplitude of the line"},
-            ),
-            "line_name": ("line", np.array(texts, dtype=object), {"long_name": "what it is"}),
+            "amplitude": (dims, amplitude, "amplitude of a sinusoid"),
+            "density": (dims, density, "mean square a hertz"),
+            "line_channel": ("line", np.array(of, dtype=object), "channel of the line"),
+            "line_name": ("line", np.array(texts, dtype=object), "what it is"),
+            **{
+                f"line_{name}{ending}": ("line", getattr(every, name + ending), f"{of}{name} of the line", *unit)
+                for name, *unit in (("frequency", "rad/s"), ("amplitude",))
+                for ending, of in (("", ""), ("_deviation", "standard deviation of the "))
+            },
         },
         {
-            "channel": ("channel", names, {"long_name": "channel"}),
-            "frequency": ("frequency", frequency, {"long_name": "frequency", "units": "rad/s"}),
+            "channel": ("channel", names, "channel"),
+            "frequency": ("frequency", frequency, "frequency", "rad/s"),
             "units": ("channel", [str(signals[name].attrs.get("units", "")) for name in names]),
         },
         {"title": f"spectrum of {signals.attrs.get('origin') or 'signals'}", **how, **provenance()},
     )
+    dataset["density"].attrs["units_form"] = "{}^2/Hz"
     return Spectrum.of(dataset)
 
 
@@ -362,8 +356,7 @@ def order_map(
     QuestionError
         If the signals are shorter than a window, or there is no tacho or channel.
     """
-    if not isinstance(signals, Signals):
-        raise QuestionError("order_map: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "order_map")
     if over not in ("order", "frequency"):
         raise QuestionError(f"over: given {over!r}; must be 'order' or 'frequency'")
     signals = with_rotor_angle(signals, **tacho)
@@ -386,18 +379,12 @@ def order_map(
     time = signals["time"].values
     # the speed in the middle of each window
     speed = at_samples(signals["speed"], (along - time[0]) * (time.size - 1) / (time[-1] - time[0]))
-    dataset = xr.Dataset(
+    dataset = labeled(
+        {"amplitude": (("time", over), amplitude, f"amplitude of {name}", signals[name].attrs["units"])},
         {
-            "amplitude": (
-                ("time", over),
-                amplitude,
-                {"long_name": f"amplitude of {name}", "units": signals[name].attrs["units"]},
-            )
-        },
-        {
-            "time": ("time", along, {"long_name": "time", "units": "s"}),
-            over: (over, axis, {"long_name": text, "units": unit}),
-            "speed": ("time", speed, {"long_name": "rotor speed", "units": "rad/s"}),
+            "time": ("time", along, "time", "s"),
+            over: (over, axis, text, unit),
+            "speed": ("time", speed, "rotor speed", "rad/s"),
         },
         {
             "title": f"map of {name} of {signals.attrs.get('origin') or 'signals'}",
@@ -519,8 +506,7 @@ def converted(
     QuestionError
         If there is no such channel, or the corner is missing or at less than four periods of it in the signals.
     """
-    if not isinstance(signals, Signals):
-        raise QuestionError("converted: give measured signals, from ab.measure.load_signals or ab.measure.signals")
+    signals = Signals.given(signals, "converted")
     if to not in POWERS:
         raise QuestionError(f"to: given {to!r}; must be one of {', '.join(POWERS)}")
     there = [str(n) for n, v in signals.data_vars.items() if v.attrs.get("quantity") in POWERS]
@@ -742,32 +728,29 @@ def _decay_dataset(
     of_parts = np.hypot(parts.real * spread[1 : 1 + 2 * count : 2], parts.imag * spread[2 : 2 + 2 * count : 2])
     of_parts = of_parts / np.maximum(np.abs(parts), 1e-300)
     natural = np.hypot(decay, frequency)
+    of_ratio = np.hypot(decay_spread * frequency, decay * frequency_spread) * frequency / natural**3
+    of_phase = np.minimum(of_parts / np.maximum(np.abs(parts), 1e-300), np.pi / np.sqrt(3.0))
+    # of each quantity its values and their standard uncertainties
     entries = {
-        "frequency": (frequency, "natural frequency, damped", "rad/s"),
-        "decay_rate": (decay, "decay rate", "1/s"),
-        "damping_ratio": (decay / natural, "damping ratio", ""),
-        "logarithmic_decrement": (2.0 * np.pi * decay / frequency, "logarithmic decrement", ""),
-        "amplitude": (size * np.abs(parts), "amplitude at the first sample", ""),
-        "phase": (np.angle(parts), "phase at the first sample", "rad"),
-        "frequency_uncertainty": (frequency_spread, "standard uncertainty of the frequency", "rad/s"),
-        "decay_rate_uncertainty": (decay_spread, "standard uncertainty of the decay rate", "1/s"),
-        "damping_ratio_uncertainty": (
-            np.hypot(decay_spread * frequency, decay * frequency_spread) * frequency / natural**3,
-            "standard uncertainty of the damping ratio",
-            "",
-        ),
-        "amplitude_uncertainty": (size * of_parts, "standard uncertainty of the amplitude", ""),
-        "phase_uncertainty": (
-            np.minimum(of_parts / np.maximum(np.abs(parts), 1e-300), np.pi / np.sqrt(3.0)),
-            "standard uncertainty of the phase",
-            "rad",
-        ),
+        "frequency": (frequency, frequency_spread, "natural frequency, damped", "rad/s"),
+        "decay_rate": (decay, decay_spread, "decay rate", "1/s"),
+        "damping_ratio": (decay / natural, of_ratio, "damping ratio", ""),
+        "amplitude": (size * np.abs(parts), size * of_parts, "amplitude at the first sample", ""),
+        "phase": (np.angle(parts), of_phase, "phase at the first sample", "rad"),
     }
-    result = xr.Dataset(coords={"mode": ("mode", np.arange(1, count + 1)), "time": ("time", t, {"units": "s"})})
-    for key, (numbers, text, unit) in entries.items():
-        result[key] = ("mode", np.asarray(numbers)[order], {"long_name": text, "units": unit})
-    result["signal"] = ("time", y, {"long_name": "measured"})
-    result["fitted"] = ("time", y + size * residuals, {"long_name": "fitted"})
+    decrement = (2.0 * np.pi * decay / frequency)[order]
+    about = "standard uncertainty of the {}"
+    result = labeled(
+        {key: ("mode", numbers[order], text, unit) for key, (numbers, _, text, unit) in entries.items()}
+        | {"logarithmic_decrement": ("mode", decrement, "logarithmic decrement", "")}
+        | {
+            f"{key}_uncertainty": ("mode", unsure[order], about.format(key.replace("_", " ")), unit)
+            for key, (_, unsure, _, unit) in entries.items()
+        }
+        | {"signal": ("time", y, "measured"), "fitted": ("time", y + size * residuals, "fitted")},
+        {"mode": ("mode", np.arange(1, count + 1)), "time": ("time", t)},
+    )
+    result["time"].attrs["units"] = "s"
     doubts = _doubts(result)
     for text in doubts:
         warn(text, RangeWarning)
