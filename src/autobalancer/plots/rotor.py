@@ -647,7 +647,9 @@ def liquid_response(
     QuestionError
         If ``found`` is no such response, has fewer than two speeds, or the unit is unknown.
     """
-    found = result(found, "plot.liquid_response", "rotor.liquid_response", _is_liquid_response)
+    found = result(
+        found, "plot.liquid_response", "rotor.liquid_response", lambda it: "without_liquid" in it and "share" in it
+    )
     if found["speed"].size < 2:
         raise QuestionError("plot.liquid_response: the result has one speed only; ask for several")
     found, unit = found.sortby("speed"), speed_axis(speed_unit)
@@ -676,10 +678,6 @@ def liquid_response(
     return figure
 
 
-def _is_liquid_response(dataset: xr.Dataset) -> bool:
-    return "without_liquid" in dataset and "share" in dataset
-
-
 # The torsional response of a drive train over the speed.
 
 
@@ -698,7 +696,12 @@ def torsional_response(found: RunArgument, *, speed_unit: str = "rpm") -> Figure
     QuestionError
         If ``found`` is no torsional response, has fewer than two speeds, or the unit is unknown.
     """
-    found = result(found, "plot.torsional_response", "rotor.torsional_response", _is_torsional_response)
+    found = result(
+        found,
+        "plot.torsional_response",
+        "rotor.torsional_response",
+        lambda it: "link_torque" in it and "harmonic" in it.dims,
+    )
     if found["speed"].size < 2:
         raise QuestionError("plot.torsional_response: the result has one speed only; ask for several")
     found, unit = found.sortby("speed"), speed_axis(speed_unit)
@@ -726,10 +729,6 @@ def torsional_response(found: RunArgument, *, speed_unit: str = "rpm") -> Figure
         figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.align_ylabels([above, below])
     return figure
-
-
-def _is_torsional_response(dataset: xr.Dataset) -> bool:
-    return "link_torque" in dataset and "harmonic" in dataset.dims
 
 
 # Picture of the planar oscillators of a rotor: receptances, and how far they hold.

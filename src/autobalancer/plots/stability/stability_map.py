@@ -75,7 +75,7 @@ def border_curve(
         found,
         "plot.border_curve",
         "stability.border_curve",
-        _is_curve,
+        lambda it: "parameter" in it.attrs and any(name in it and it[name].ndim == 1 for name in BORDERS),
     )
     highest = optional_argument("highest", highest, "rad/s")
     unit = speed_axis(speed_unit)
@@ -122,10 +122,6 @@ def border_curve(
 def drawable(speeds: np.ndarray, high: float) -> np.ndarray:
     """Never is far above the picture; what does not exist stays a gap."""
     return np.where(np.isposinf(speeds), 1e3 * high, speeds)
-
-
-def _is_curve(dataset: xr.Dataset) -> bool:
-    return "parameter" in dataset.attrs and any(name in dataset and dataset[name].ndim == 1 for name in BORDERS)
 
 
 def _line(axes: Axes, x: np.ndarray, speeds: np.ndarray, high: float, style: dict[str, Any], sign: str) -> list[str]:
