@@ -256,7 +256,7 @@ def compare(
         'Speed at which the deflection is wanted too, such as "40 rad/s". May be repeated.',
     ] = None,
     duration: Annotated[float | None, In("s"), 'Such as "60 s"; by default that of each machine.'] = None,
-    tolerance: Annotated[float, "Relative error per step."] = 1e-7,
+    tolerance: Annotated[float, "Relative error per step."] = 1e-8,
     seed: Seed = 0,
 ) -> Reply:
     """Run several machines and put side by side what each run left, and from which speed on it balances.
