@@ -11,14 +11,13 @@ import pytest
 from tests.references import averaged as references
 from tests.references import averaged_two_balls
 from tests.references.averaged import averaged_residuals, unbalance_whirl
-from tests.references.planar_states import Equilibrium, equilibria_of
+from tests.references.planar_states import Equilibrium, backward_whirl, equilibria_of
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.stability import averaged
 from autobalancer.stability import averaged as averaged_formulas
 from autobalancer.stability import averaged as speed_windows
-from autobalancer.stability.averaged import averaged_station_matrices
 from autobalancer.stability.host.stations import Plane, of_plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, worst_case_border
 from autobalancer.stability.maps.exact import averaged_border_of
@@ -70,8 +69,10 @@ def as_printed(p: Plane, speed: float, state: Equilibrium) -> list[np.ndarray]:
     order = [0, 2, 1, 3, *range(4, 4 + n)]
     by = np.kron([[0.0, -1.0], [1.0, 0.0]], np.eye(2)) / (2.0 * p.mass * speed)  # -1/(2iWM) on real and imaginary parts
     rows = np.block([[by.T * -1.0, np.zeros((4, n))], [np.zeros((n, 4)), np.diag(1.0 / p.moment)]])
-    found = averaged_station_matrices(of_plane(p), speed, references.at_station(state))
-    return [(rows @ matrix)[np.ix_(order, order)] for matrix in found]
+    st, there, speeds = of_plane(p), references.at_station(state), np.array([speed])
+    center = (there.whirl[st.station] + st.offset)[None]
+    found = averaged._matrices(st, speeds, there.angles[None], center, averaged.whirl_of(st, speeds))
+    return [(rows @ matrix[0])[np.ix_(order, order)] for matrix in found]
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
@@ -83,7 +84,7 @@ def test_every_state_of_rest_in_the_rotor_is_a_steady_state_of_the_averaged_equa
         assert abs(rate_x) + abs(rate_y) < 1e-12 * speed * abs(a_x)
         assert np.abs(torque).max() < 1e-10 * p.moment[0] * speed**2 * abs(a_x)
         assert 0.5 * (a_x + a_y) == pytest.approx(state.whirl, rel=1e-10)
-        assert a_x - 0.5 * (a_x + a_y) == pytest.approx(np.conj(p.backward(speed, state.whirl)), rel=1e-9)
+        assert a_x - 0.5 * (a_x + a_y) == pytest.approx(np.conj(backward_whirl(p, speed, state.whirl)), rel=1e-9)
 
 
 @pytest.mark.parametrize("speed", SPEEDS)

@@ -72,6 +72,12 @@ def balanced_about(p: Plane, speed: float, stiffness: complex) -> list[Equilibri
     return [state for center in centers for state in states_about(p, speed, stiffness, center)]
 
 
+def backward_whirl(p: Plane, speed: float, whirl: complex) -> complex:
+    """The backward component of the whirl that comes with the forward component ``whirl``: z = a e^iWt + b e^-iWt."""
+    x, y = (complex(k - p.mass * speed**2, b * speed) for k, b in zip(p.stiffness, p.damping, strict=True))
+    return complex(np.conj(whirl * (y - x) / (y + x)))
+
+
 def _whirl(p: Plane, angles: Floats, speed: float) -> complex:
     load = p.fixed_load + complex((p.moment * np.exp(1j * angles)).sum())
     return speed**2 * load / p.dynamic_stiffness(speed)

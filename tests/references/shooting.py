@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from tests.references.planar_states import Equilibrium
+from tests.references.planar_states import Equilibrium, backward_whirl
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
@@ -44,7 +44,7 @@ def periodic_state(machine: Machine, p: Plane, speed: float, guess: Equilibrium)
         If shooting does not converge: then there is no such state near the guess.
     """
     turn = Turn(machine, p, speed)
-    backward = p.backward(speed, guess.whirl)
+    backward = backward_whirl(p, speed, guess.whirl)
     z = guess.whirl + backward
     v = 1j * speed * (guess.whirl - backward)
     state = np.concatenate([[z.real, z.imag, v.real, v.imag], guess.angles, np.zeros(turn.count)])

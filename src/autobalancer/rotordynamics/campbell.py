@@ -167,30 +167,26 @@ def intersections(
     for h in harmonics:
         above = branches.eigenvalue.imag - h * speeds
         for b, i in zip(*np.nonzero(above[:, :-1] * above[:, 1:] < 0.0), strict=True):
-            intersections.append((_refined(model, branches, speeds, h, int(b), int(i), motions), h, int(b)))
+            # refined between the two speeds, by the motion that is most like both ends of the branch
+            ends = {float(speeds[k]): float(above[b, k]) for k in (i, i + 1)}
+            low, high = ends
+            vectors = branches.vector[b, i : i + 2]
+
+            def miss(speed: float, h: float = h, ends: Any = ends, vectors: Any = vectors) -> float:
+                if speed in ends:
+                    return float(ends[speed])
+                found: FreeMotions = motions(speed)
+                likeness = correlation(vectors, found.vector, model.mass)
+                low, high = ends
+                share = (speed - low) / (high - low)
+                best = int(np.argmax((1.0 - share) * likeness[0] + share * likeness[1]))
+                return float(found.eigenvalue.imag[best] - h * speed)
+
+            intersections.append((root(miss, low, high, xtol=1e-12 * high, rtol=1e-13), h, int(b)))
         intersections += [
             (float(speeds[i]), h, int(b)) for b, i in zip(*np.nonzero(above == 0.0), strict=True) if speeds[i] > 0
         ]
     return sorted(intersections)
-
-
-def _refined(
-    model: LateralModel, branches: Branches, speeds: Floats, harmonic: float, branch: int, left: int, motions: Any
-) -> float:
-    low, high = float(speeds[left]), float(speeds[left + 1])
-    ends = branches.eigenvalue.imag[branch, left : left + 2] - harmonic * speeds[left : left + 2]
-    vectors = branches.vector[branch, left : left + 2]
-
-    def above(speed: float) -> float:
-        if speed in (low, high):
-            return float(ends[0 if speed == low else 1])
-        found: FreeMotions = motions(speed)
-        likeness = correlation(vectors, found.vector, model.mass)
-        share = (speed - low) / (high - low)
-        best = int(np.argmax((1.0 - share) * likeness[0] + share * likeness[1]))
-        return float(found.eigenvalue.imag[best] - harmonic * speed)
-
-    return root(above, low, high, xtol=1e-12 * high, rtol=1e-13)
 
 
 # Critical speeds: where a whirl of the free rotor has the speed of the rotor, or a multiple of it.

@@ -74,16 +74,28 @@ def liquid_response(machine: Machine | str | Path, speeds: Sequence[float | str]
     unbalance = sum(unbalance_factor(part, np.inf) * part.vector for part in machine.unbalances)
     if not unbalance:
         raise MachineError("liquid_response: unbalances: there is none, and without one nothing deflects the rotor")
+    # speed below which gravity takes the liquid off the wall: on a vertical axis the surface is a paraboloid, which leaves the
+    # top of the wall dry below w^2 = g L / (R^2 - b^2); on a horizontal one the liquid falls from the top at about w^2 b = g
+    g, upright = float(machine.gravity), machine.axis == "vertical"
+    heads = [ring.height / (ring.radius**2 - ring.surface**2) if upright else 1.0 / ring.surface for ring in rings]
+    slowest = math.sqrt(g * max(heads))
     balance = _Balance(
         rings,
         float(rotor.mass),
         rotor.stiffness_xy[0],
         rotor.damping_xy[0],
         complex(unbalance),
-        _slowest(machine, rings),
+        slowest,
     )
     moments = np.array([balance.moment(r) for r in balance.looked])
-    rows = [_state_at(balance, float(w), moments) for w in omega]
+    rows: list[tuple[float, float, float, float, str]] = []  # least and greatest deflection, phase, moment, wall
+    for w in omega.tolist():
+        states = balance.steady(w, moments) if w >= balance.slowest else []
+        if not states:
+            rows.append((math.nan, math.nan, math.nan, math.nan, WALLS[2 if w >= balance.slowest else 3]))
+            continue
+        own = balance.moment(states[0]) - balance.liquid * states[0]  # about the rotor's center
+        rows.append((states[0], states[-1], balance.phase(states[0], w), own, balance.wall(states[0])))
     least, greatest, phase, moment = (np.array([row[i] for row in rows]) for i in range(4))
     alone, frozen = (_linear(balance, omega, mass) for mass in (balance.mass, balance.mass + balance.liquid))
     growth = growth_rate(balance.rings, balance.mass, balance.stiffness, omega)
@@ -118,18 +130,6 @@ def _rotor(machine: Machine) -> PlanarRotor:
             "rotor: its supports differ along x and y, so the liquid never comes to rest in the rotor; make them alike"
         )
     return planar_rotor(machine)
-
-
-def _slowest(machine: Machine, rings: tuple[Ring, ...]) -> float:
-    """Speed below which gravity takes the liquid off the wall, rad/s.
-
-    On a vertical axis the surface is a paraboloid, which leaves the top of the wall dry below w^2 = g L / (R^2 - b^2); on a
-    horizontal one the liquid falls from the top at about w^2 b = g.
-    """
-    g = float(machine.gravity)
-    if machine.axis == "vertical":
-        return max(math.sqrt(g * ring.height / (ring.radius**2 - ring.surface**2)) for ring in rings)
-    return max(math.sqrt(g / ring.surface) for ring in rings)
 
 
 class _Balance:
@@ -175,18 +175,6 @@ class _Balance:
         if any(math.isnan(ring.moment(deflection)) for ring in self.rings):
             return WALLS[2]
         return WALLS[any(deflection > ring.layer for ring in self.rings)]
-
-
-def _state_at(balance: _Balance, speed: float, moments: Floats) -> tuple[float, float, float, float, str]:
-    """Least and greatest deflection, phase, moment about the rotor's center, and the wall."""
-    nothing = math.nan
-    if speed < balance.slowest:
-        return nothing, nothing, nothing, nothing, WALLS[3]
-    state = balance.steady(speed, moments)
-    if not state:
-        return nothing, nothing, nothing, nothing, WALLS[2]
-    own = balance.moment(state[0]) - balance.liquid * state[0]
-    return state[0], state[-1], balance.phase(state[0], speed), own, balance.wall(state[0])
 
 
 def _linear(balance: _Balance, omega: Floats, mass: float) -> Floats:

@@ -116,20 +116,14 @@ def _(p: Plane) -> Border | None:
 
 
 def _closed_border(p: Plane) -> Border:
-    if not p.isotropic:
-        return _orthotropic(p)
-    share = damping_share(p)
-    if share >= 1.0:
-        return Border(
-            WORST,
-            math.inf,
-            "for the worst unbalance up to the capability; drag or damping is too small (Spannan 2021, 4.75)",
-        )
-    speed = math.sqrt(p.stiffness[0] / p.mass * (1.0 + share) / (1.0 - share))
-    return Border(WORST, speed, "sufficient only" if p.moment.size == 1 else "")
-
-
-def _orthotropic(p: Plane) -> Border:
+    if p.isotropic:
+        share = damping_share(p)
+        if share >= 1.0:
+            why = "for the worst unbalance up to the capability; drag or damping is too small (Spannan 2021, 4.75)"
+            return Border(WORST, math.inf, why)
+        speed = math.sqrt(p.stiffness[0] / p.mass * (1.0 + share) / (1.0 - share))
+        return Border(WORST, speed, "sufficient only" if p.moment.size == 1 else "")
+    # on orthotropic supports the last range in which it is stable
     _closed_form(p, isotropic=False)
     searched = p.highest_searched
     ranges = stable_ranges(p)
@@ -354,14 +348,6 @@ def whirl_of(st: Stations, speeds: Floats) -> Whirl:
     seen = np.outer(quarter, quarter.conj())
     rows = np.concatenate([st.rows, st.rows, np.zeros((len(st.names), model.size - 2 * n))], 1)
     return Whirl(np.asarray(seen * slow), np.asarray(seen * held), rows, 0.5, mass)
-
-
-def averaged_station_matrices(st: Stations, speed: float, state: StationState) -> tuple[Floats, Floats]:
-    """A and B of A x' + B x = 0 for x = (Re a, Im a, phi_1 ... phi_n), real."""
-    center = (state.whirl[st.station] + st.offset)[None]
-    speeds = np.array([speed])
-    a, b = _matrices(st, speeds, state.angles[None], center, whirl_of(st, speeds))
-    return a[0], b[0]
 
 
 def averaged_station_eigenvalues(st: Stations, speed: float, state: StationState) -> Complexes:

@@ -12,33 +12,32 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.assembly.drive_train import without_links
-from autobalancer.assembly.guided_balls import Lags
 from autobalancer.assembly.places import in_frame
 from autobalancer.assembly.system import Assembly, assemble, steady
-from autobalancer.assembly.terms import Theory, unknown
+from autobalancer.assembly.terms import Theory
 from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.integrators import tableau
 from autobalancer.kernels.integrators.integrator_state import memory
 from autobalancer.kernels.integrators.runge_kutta import FINISHED, advance
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matrix, System, X, Y
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import Constant, PrescribedSpeed, Ramp
-from autobalancer.results.answers.answer import provenance
+from autobalancer.results.labels import labeled
 from autobalancer.results.time_series import hanging
 from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, PARTLY, WORSE, verdict_word, wilson_interval
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.record import record_for
 from autobalancer.simulation.steppers import equations
+from autobalancer.stability.border import attributes
 from autobalancer.stability.friction import RELEASED
 from autobalancer.stability.host.stations import (
     Complexes,
     Plane,
     Stations,
+    free_eigenvalues,
     refuse_forces,
-    slowest_decay,
     station_form,
 )
 from autobalancer.stability.states.linearized import growth
@@ -64,33 +63,23 @@ def question_of(
     profile = Ramp(start=0.0, end=speed, duration=1.0) if ramp else Constant(speed=speed)
     there = machine.model_copy(update={"drive": PrescribedSpeed(profile=profile)})
     assembly = assemble(without_links(there), seed=seed, contact=False, lags=lags)
-    slowest = _slowest(st, speed)
-    longest = hold or _long_enough(slowest, speed, lags if ramp else {})
-    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
-    earliest = _steady_after(st, speed, longest) if rubs else 0.0
-    return Question(machine, assembly, st, speed, longest, tolerance, _rest(st, slowest, speed), earliest, rubs)
-
-
-def _slowest(st: Stations, speed: float) -> float:
-    """Decay rate of the slowest mode of all stable states, 1/s; infinite if none is stable."""
+    # decay rate of the slowest mode of all stable states, 1/s; infinite if none is stable
     rates = [-growth(judged(st, speed, state)[0], state.freedom) for state in states_of(st, speed)]
-    return min([rate for rate in rates if rate > 0.0], default=math.inf)
-
-
-def _long_enough(slowest: float, speed: float, lags: Lags) -> float:
-    """Some decay times of the slowest mode, and of fluid that a run-up left behind."""
-    turn = 2.0 * math.pi / speed
-    slowest = min([slowest, *(float(lag.rates.min()) for lag in lags.values())])
-    return min(max(REVOLUTIONS[0] * turn, 25.0 / slowest), REVOLUTIONS[1] * turn)
-
-
-def _rest(st: Stations, slowest: float, speed: float) -> float:
-    """Ball speed in the rotor below which balls count as at rest, rad/s.
-
-    Of rotors with several coordinates the slowest modes of the balls decay so slowly that balls still have a way to go at 1e-5
-    of the rotor speed: there they must be within :data:`WAY` of their places.
-    """
-    return REST * speed if st.model.pairs == 1 else min(REST * speed, WAY * slowest)
+    slowest, turn = min([rate for rate in rates if rate > 0.0], default=math.inf), 2.0 * math.pi / speed
+    # some decay times of it, and of fluid that a run-up left behind
+    forgets = min([slowest, *(float(lag.rates.min()) for lag in (lags if ramp else {}).values())])
+    longest = hold or min(max(REVOLUTIONS[0] * turn, 25.0 / forgets), REVOLUTIONS[1] * turn)
+    # balls that friction holds may be shaken loose until the rotor has forgotten its start but for a hundredth
+    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
+    earliest = 0.0
+    if rubs:
+        slowest_of_rotor = float((-free_eigenvalues(st.model, speed).real).min())
+        settled = math.log(100.0) / slowest_of_rotor if slowest_of_rotor > 0.0 else math.inf
+        earliest = min(settled, 0.5 * longest)
+    # of rotors with several coordinates the slowest modes of the balls decay so slowly that balls still have a way to go at
+    # 1e-5 of the rotor speed: there they must be near their places
+    rest = REST * speed if st.model.pairs == 1 else min(REST * speed, WAY * slowest)
+    return Question(machine, assembly, st, speed, longest, tolerance, rest, earliest, rubs)
 
 
 def released(axes: Iterable[str], acceleration: float | None, balls: Iterable[Ball]) -> str:
@@ -101,15 +90,6 @@ def released(axes: Iterable[str], acceleration: float | None, balls: Iterable[Ba
     if any(name.startswith("ball_speed") for name in axes) or any(ball.start_speed for ball in balls):
         return "released at this speed with speeds of their own (not a run-up)"
     return RELEASED if not axes else RELEASED.replace("random", "the given")
-
-
-def _steady_after(st: Stations, speed: float, hold: float) -> float:
-    """Time after which the rotor has forgotten its start but for a hundredth, s; at most half of the time there is.
-
-    Balls that friction holds may be shaken loose until then.
-    """
-    slowest = slowest_decay(st, speed)
-    return min(math.log(100.0) / slowest if slowest > 0.0 else math.inf, 0.5 * hold)
 
 
 def ends_dataset(
@@ -161,11 +141,7 @@ def ends_dataset(
     if not axes:
         dataset["share_low"] = ("end", low, {"long_name": "lower end of its 95 % interval", "units": "1"})
         dataset["share_high"] = ("end", high, {"long_name": "upper end of its 95 % interval", "units": "1"})
-    dataset.attrs = {
-        **provenance(),
-        "title": f"Basins of {machine.name}",
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
+    dataset.attrs = attributes(machine, f"Basins of {machine.name}", Theory.BASIN) | {
         "states": list(STATES),
         "plane_states": list(PLANE_STATES),
         "speed": question.speed,
@@ -174,16 +150,12 @@ def ends_dataset(
         "seed": seed,
         "released": released(axes, acceleration, question.assembly.balls),
         "overlapping": states.size - possible.size,
-        "ignores": ", ".join(unknown(machine, Theory.BASIN)),
         **({"flow_model": "modes"} if diffusing_lags(machine) else {}),
         "remarks": [] if question.rubs else [NONE_GIVEN],
     }
-    return dataset if axes else _with_starts(dataset, starts)
-
-
-def _with_starts(dataset: xr.Dataset, starts: Matrix) -> xr.Dataset:
-    """The random starts themselves, and the number of the one with the greatest deflection at its end."""
-    n = dataset.sizes["ball"]
+    if axes:
+        return dataset
+    # the random starts themselves, and the number of the one with the greatest deflection at its end
     dataset["start_ball_angle_in_rotor"] = (("run", "ball"), starts[:, BALLS : BALLS + n], START_ANGLE)
     worst = int(np.nan_to_num(dataset["final_deflection"].values).argmax())
     return dataset.assign_attrs(worst=worst, worst_by="final_deflection", acceleration=0.0)
@@ -295,8 +267,10 @@ def end_state(question: Question, end: Floats) -> End:
             )
     # at rest: every plane is named by where its balls and its center are
     center = centers(question, end)
-    own_names = tuple(_at_rest(question, end[BALLS : BALLS + n], center, st.station == p) for p in planes)
-    return End(_all_planes(own_names), own_names)
+    names = tuple(_at_rest(question, end[BALLS : BALLS + n], center, st.station == p) for p in planes)
+    if "held by friction" not in names and "balanced" in names:
+        return End("balanced" if set(names) == {"balanced"} else "mixed", names)
+    return End(next(name for name in ("held by friction", "in line", "coincident") if name in names), names)
 
 
 def centers(question: Question, end: Floats) -> Complexes:
@@ -333,15 +307,6 @@ def _at_rest(question: Question, angles: Floats, center: Complexes, here: np.nda
     if question.rubs and not (true | row).all():
         return "held by friction"
     return "coincident" if len(set(np.sign(along.real[~true]))) <= 1 else "in line"
-
-
-def _all_planes(planes: tuple[str, ...]) -> str:
-    """The name of all planes, whose balls rest."""
-    if "held by friction" in planes:
-        return "held by friction"
-    if "balanced" in planes:
-        return "balanced" if set(planes) == {"balanced"} else "mixed"
-    return "in line" if "in line" in planes else "coincident"
 
 
 def overlapping(question: Question, starts: Matrix) -> np.ndarray[Any, np.dtype[np.bool_]]:
@@ -419,11 +384,8 @@ class Turn:
         return np.asarray(run.state[self.kept])
 
 
-# A system at a steady drive, with the unbalance after all schedules.
-
-
 def steadily(system: System, drive: Drive) -> System:
-    """The same with another drive, in all of whose segments the loads are the last ones."""
+    """The same with another drive, in all of whose segments the loads are those after all schedules."""
     loads = np.repeat(system.host.loads[-1:], len(drive.segments), axis=0)
     return system._replace(drive=drive, host=system.host._replace(loads=loads))
 
@@ -448,7 +410,10 @@ def residuals(
     st, speed = question.st, question.speed
     # what the balls of each plane make up, and what they should
     each = moments_of(st, angles)
-    wanted = _needed_moments(st, speed)
+    try:
+        wanted = -st.fixed_load if st.model.pairs == 1 else required(st, speed)
+    except QuestionError:  # a critical speed of an undamped rotor
+        wanted = np.full(len(st.names), np.nan + 0j)
     left_at = np.abs(each - wanted)
     left, whole = left_at.sum(axis=-1), float(np.abs(wanted).sum())
     resting = np.isin(states, [STATES.index(name) for name in AT_REST])
@@ -457,41 +422,46 @@ def residuals(
     alone = float(_deflections(st, speed, np.zeros((1, len(st.names)), np.complex128)).max())
     deflection = _deflections(st, speed, each.reshape(-1, len(st.names))).max(axis=-1).reshape(left.shape)
     ends = np.where(resting & np.isfinite(deflection), deflection, seen)
-    dataset = xr.Dataset(
-        {"residual_unbalance": (dims, left), "final_deflection": (dims, ends)},
-        {"quantile": list(QUANTILES), "verdict": list(WORDS), "plane": list(st.names)},
-    )
-    dataset["plane_residual_unbalance"] = ((*dims, "plane"), left_at)
-    dataset["plane_unbalance"] = ("plane", np.abs(wanted))
+
     # distributions over the starts that end at rest
-    for name, values in (("residual_quantile", left), ("deflection_quantile", deflection)):
-        there = values[resting]
-        dataset[name] = ("quantile", np.quantile(there, QUANTILES) if there.size else np.full(len(QUANTILES), np.nan))
-    at_rest = left_at[resting]
-    nothing = np.full((len(QUANTILES), len(st.names)), np.nan)
-    quantiles = np.quantile(at_rest, QUANTILES, axis=0) if len(at_rest) else nothing
-    dataset["plane_residual_quantile"] = (("quantile", "plane"), quantiles)
+    def quantiles(values: Floats) -> Floats:
+        if len(values):
+            return np.asarray(np.quantile(values, QUANTILES, axis=0))
+        return np.full((len(QUANTILES), *values.shape[1:]), np.nan)
+
     # the verdict on each end, and those that never come to rest
     words = [verdict_word(value / alone) if alone > 0.0 else NO_VERDICT for value in deflection[resting]]
-    counts = [words.count(word) for word in WORDS[:-1]]
-    counts.append(int((possible & ~resting).sum()))
-    dataset["verdict_share"] = ("verdict", np.array(counts) / max(int(possible.sum()), 1))
-    dataset["unbalance"] = whole
-    dataset["deflection_without_balls"] = alone
-    for name, text, unit in (
-        ("residual_unbalance", "unbalance of rotor and balls together", "kg m"),
-        ("final_deflection", "deflection at the end", "m"),
-        ("residual_quantile", "residual unbalance of the starts that end at rest", "kg m"),
-        ("deflection_quantile", "deflection of the starts that end at rest", "m"),
-        ("verdict_share", "share of the starts", "1"),
-        ("unbalance", "unbalance without balls", "kg m"),
-        ("deflection_without_balls", "deflection with evenly spread balls", "m"),
-        ("plane_residual_unbalance", "what the balls of a plane lack to balance it", "kg m"),
-        ("plane_residual_quantile", "residual unbalance of a plane, of the starts that end at rest", "kg m"),
-        ("plane_unbalance", "unbalance that the balls of a plane have to balance", "kg m"),
-    ):
-        dataset[name].attrs.update(long_name=text, units=unit)
-    return dataset
+    counts = [*(words.count(word) for word in WORDS[:-1]), int((possible & ~resting).sum())]
+    shares, planes = np.array(counts) / max(int(possible.sum()), 1), (*dims, "plane")
+    own = quantiles(left_at[resting])
+    data = {
+        "residual_unbalance": (dims, left, "unbalance of rotor and balls together", "kg m"),
+        "final_deflection": (dims, ends, "deflection at the end", "m"),
+        "plane_residual_unbalance": (planes, left_at, "what the balls of a plane lack to balance it", "kg m"),
+        "plane_unbalance": ("plane", np.abs(wanted), "unbalance that the balls of a plane have to balance", "kg m"),
+        "residual_quantile": (
+            "quantile",
+            quantiles(left[resting]),
+            "residual unbalance of the starts that end at rest",
+            "kg m",
+        ),
+        "deflection_quantile": (
+            "quantile",
+            quantiles(deflection[resting]),
+            "deflection of the starts that end at rest",
+            "m",
+        ),
+        "plane_residual_quantile": (
+            ("quantile", "plane"),
+            own,
+            "residual unbalance of a plane, of the starts that end at rest",
+            "kg m",
+        ),
+        "verdict_share": ("verdict", shares, "share of the starts", "1"),
+        "unbalance": ((), whole, "unbalance without balls", "kg m"),
+        "deflection_without_balls": ((), alone, "deflection with evenly spread balls", "m"),
+    }
+    return labeled(data).assign_coords(quantile=list(QUANTILES), verdict=list(WORDS), plane=list(st.names))
 
 
 def moments_of(st: Stations, angles: Floats) -> Complexes:
@@ -500,16 +470,6 @@ def moments_of(st: Stations, angles: Floats) -> Complexes:
     for ball, place in enumerate(st.station.tolist()):
         moments[..., place] += st.moment[ball] * np.exp(1j * angles[..., ball])
     return moments
-
-
-def _needed_moments(st: Stations, speed: float) -> Complexes:
-    """What the balls of each plane have to add up to, (P,) kg m; nan at a critical speed of an undamped rotor."""
-    if st.model.pairs == 1:
-        return -st.fixed_load
-    try:
-        return required(st, speed)
-    except QuestionError:
-        return np.full(len(st.names), np.nan + 0j)
 
 
 def _deflections(st: Stations, speed: float, moments: Complexes) -> Floats:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
-from autobalancer.assembly.terms import Theory, ignores
+from autobalancer.assembly.terms import Theory, ignores, unknown
+from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.notebook import picture_html
+from autobalancer.results.answers.answer import provenance
 from autobalancer.tables import Table, border_cell, rpm_and_si
 
 
@@ -65,6 +68,17 @@ def ignoring(machine: Machine, border: Border, theory: Theory) -> Border:
     """A border whose note names what its theory leaves out of this machine; one that is not known leaves out nothing."""
     left_out = "" if math.isnan(border.speed) else ignores(machine, theory)
     return replace(border, note="; ".join(filter(None, (border.note, left_out))))
+
+
+def attributes(machine: Machine, title: str, theory: Theory) -> dict[str, Any]:
+    """What every labeled answer about stability carries."""
+    return {
+        "title": title,
+        **provenance(),
+        "machine": machine_text(machine),
+        "machine_name": machine.name,
+        "ignores": ", ".join(unknown(machine, theory)),
+    }
 
 
 class Borders(Table[Border]):

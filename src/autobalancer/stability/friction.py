@@ -78,7 +78,19 @@ def held_by_friction(
     left_out = ignores(machine, Theory.HELD)
     if not holding.any():
         return HeldByFriction(at, 0, (), "; ".join(filter(None, (NONE_GIVEN, left_out))))
-    races = _races(st, at, balls, holding, rolling)
+    compliance = st.rows @ st.compliance(at) * at**2
+    races = Races(
+        whirl=compliance @ st.fixed_load,
+        host=np.asarray(compliance @ st.rows.T, np.complex128),
+        place=st.station,
+        offset=st.offset,
+        moment=st.moment,
+        orbit=np.array([ball.orbit_radius for ball in balls]),
+        adherence=holding,
+        rolling=rolling,
+        push=st.moment * at**2 / st.inertia,
+        decay=st.drag / st.inertia,
+    )
     angles = generator(seed).uniform(-math.pi, math.pi, (starts, len(balls)))
     result = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
     rise = greatest_rise(machine, at)
@@ -141,22 +153,6 @@ def race_centers(st: Stations) -> Complexes:
     return np.array([st.offset[st.station == place].mean() for place in range(len(st.names))], np.complex128)
 
 
-def _races(st: Stations, speed: float, balls: tuple[Ball, ...], holding: Floats, rolling: Floats) -> Races:
-    compliance = st.rows @ st.compliance(speed) * speed**2
-    return Races(
-        whirl=compliance @ st.fixed_load,
-        host=np.asarray(compliance @ st.rows.T, np.complex128),
-        place=st.station,
-        offset=st.offset,
-        moment=st.moment,
-        orbit=np.array([ball.orbit_radius for ball in balls]),
-        adherence=holding,
-        rolling=rolling,
-        push=st.moment * speed**2 / st.inertia,
-        decay=st.drag / st.inertia,
-    )
-
-
 def _shaken(races: Races, weight: float) -> Races:
     """Races whose balls the weight pulls to and fro once a turn: it takes from what friction holds, on either side."""
     taken = weight / races.orbit
@@ -168,7 +164,9 @@ def _shaken(races: Races, weight: float) -> Races:
 def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: float) -> tuple[HeldPlane, ...]:
     count = range(len(st.names))
     # what whirl each plane bears before its balls move
-    held = np.array([_held(races, place, weight) for place in count])
+    balls = zip(races.place.tolist(), races.orbit.tolist(), races.adherence.tolist(), strict=True)
+    kinds = [(place, held_whirl(orbit, mu, weight=weight)) for place, orbit, mu in dict.fromkeys(balls)]
+    held = np.array([max(whirl for own, whirl in kinds if own == place) for place in count])
     center = race_centers(st)
     # unbalance over whirl: the inverse of how the planes move by unbalance
     stiff = np.asarray(np.linalg.pinv(races.host, rcond=1e-11), np.complex128)  # moment per whirl, kg
@@ -189,6 +187,14 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
         total if yields(st, speed) else _sticking(races, stiff, centered, held)
     )  # else balls gather on the heavy side
     sticking = np.minimum(most + eccentric, total)
+    # how far beside its balanced place a ball may stay
+    shaken = _shaken(races, weight)
+
+    def widest(here: NDArray[np.bool_], gain: complex) -> float:
+        kinds = np.unique(np.column_stack([shaken.moment, shaken.orbit, shaken.adherence])[here], axis=0).tolist()
+        every = [rest_ends(gain, moment, moment, orbit, mu) for moment, orbit, mu in kinds if mu > 0.0]
+        return max((abs(end) for ends in every if ends for end in ends), default=0.0)
+
     # plane by plane, as numbers that say themselves
     planes = []
     for place, name in enumerate(st.names):
@@ -215,18 +221,12 @@ def _planes(st: Stations, speed: float, races: Races, whirl: Complexes, weight: 
                 trapped_share=float((held_back[:, place] > most[place] * (1.0 + 1e-9)).mean()),
                 median_whirl=float(np.median(deflection)),
                 whirl_95=float(np.quantile(deflection, 0.95)),
-                rest_interval=_interval(_shaken(races, weight), here, complex(races.host[place, place])),
+                rest_interval=widest(here, complex(races.host[place, place])),
                 greatest_acceleration=max(float(held[place]), 0.0) * speed**2 / float(races.orbit[here].max()),
                 heavy_interval=math.asin(min(loads / whole, 1.0)) if loads < whole else math.pi,
             )
         )
     return tuple(planes)
-
-
-def _held(races: Races, place: int, weight: float) -> float:
-    here = races.place == place
-    kinds = set(zip(races.orbit[here].tolist(), races.adherence[here].tolist(), strict=True))
-    return max(held_whirl(orbit, mu, weight=weight) for orbit, mu in kinds)
 
 
 def _sticking(races: Races, stiff: Complexes, needed: Floats, held: Floats) -> Floats:
@@ -249,14 +249,6 @@ def _sticking(races: Races, stiff: Complexes, needed: Floats, held: Floats) -> F
             break
     total = needed + np.bincount(races.place, races.moment, count)
     return np.asarray(np.minimum(size @ whirl, total), np.float64)
-
-
-def _interval(races: Races, here: np.ndarray[Any, Any], gain: complex) -> float:
-    widest = 0.0
-    for moment, orbit, mu in set(zip(races.moment[here], races.orbit[here], races.adherence[here], strict=True)):
-        ends = rest_ends(gain, float(moment), float(moment), float(orbit), float(mu)) if mu > 0.0 else None
-        widest = max(widest, *(abs(end) for end in ends)) if ends else widest
-    return float(widest)
 
 
 # Where balls with friction stop, from many starts at rest in the rotor at constant speed.

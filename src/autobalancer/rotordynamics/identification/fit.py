@@ -166,20 +166,14 @@ def _read(machine: Machine, free: FreeParameter) -> Unknown:
             f"identify: {name}: the start {start:g} {unit} is outside the bounds {lower:g} to {upper:g}; "
             "widen them, or give another 'start'"
         )
-    return Unknown(
-        name, paths, free.tie, origins, lower, upper, start, _scale(lower, upper, start, origins[0], name), unit
-    )
-
-
-def _scale(lower: float, upper: float, start: float, origin: float, name: str) -> float:
+    # the size of a step; a logarithm where bounds of one sign are far apart
     near, far = sorted((abs(lower), abs(upper)))
-    if lower * upper > 0.0 and math.isfinite(far) and far > DECADE * near:
-        return 0.0
-    width = upper - lower
-    size = abs(start) or (0.5 * width if math.isfinite(width) else abs(origin))
-    if size == 0.0:
-        raise QuestionError(f"identify: {name}: it starts at zero and has no bounds; give bounds, or a 'start'")
-    return min(size, width) if math.isfinite(width) else size
+    width, scale = upper - lower, 0.0
+    if not (lower * upper > 0.0 and math.isfinite(far) and far > DECADE * near):
+        scale = min(abs(start) or (0.5 * width if math.isfinite(width) else abs(origins[0])), width)
+        if scale == 0.0:
+            raise QuestionError(f"identify: {name}: it starts at zero and has no bounds; give bounds, or a 'start'")
+    return Unknown(name, paths, free.tie, origins, lower, upper, start, scale, unit)
 
 
 def _number(value: float | str, unit: str, name: str) -> float:

@@ -20,6 +20,7 @@ from autobalancer.machine import Machine
 from autobalancer.machine.path import entry_at
 from autobalancer.notebook import picture_html
 from autobalancer.results.answers.answer import Labeled, provenance
+from autobalancer.results.labels import labeled
 from autobalancer.rotordynamics.identification.fit import (
     EXACT,
     Bounds,
@@ -161,7 +162,7 @@ def identify(
             predicted = _predictions(_trial(machine, sought, point), measurements)
         except MachineError:
             return np.full(sum(r.measured.size for r in rows), np.nan)
-        return _residual(measurements, predicted)
+        return np.concatenate([m.residual(p) for m, p in zip(measurements, predicted, strict=True)])
 
     low, high = np.array([u.inner_bounds for u in sought]).T
     fit = best_fit(residuals, begin, low, high, loss, loss_scale, starts, seed, search)
@@ -202,10 +203,6 @@ def _trial(machine: Machine, sought: list[Unknown], point: Floats) -> Trial:
 
 def _predictions(trial: Trial, measurements: Sequence[Measurement]) -> list[Floats]:
     return [measurement.predict(trial) for measurement in measurements]
-
-
-def _residual(measurements: Sequence[Measurement], predicted: list[Floats]) -> Floats:
-    return np.concatenate([m.residual(p) for m, p in zip(measurements, predicted, strict=True)])
 
 
 # Response curves of the machine before and after a fit, also between the measured speeds, where a peak may lie.
@@ -263,20 +260,6 @@ TOO_SMALL, COMPUTED, ENOUGH = (
 )  # the same below which one does, but of computed values; so many are needed to tell
 
 
-def _scatter(ratio: float, misfit: float, freedom: int) -> list[str]:
-    """That the deviations do not fit to the stated errors, being larger or smaller."""
-    if ratio > TOO_LARGE:
-        return [
-            f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors; "
-            f"the uncertainties above are enlarged {max(1.0, misfit):.1f} times"
-        ]
-    if freedom >= ENOUGH and COMPUTED < ratio < TOO_SMALL:
-        return [
-            f"the deviations are {ratio:.2g} of the stated errors: these are too large, and so probably are the uncertainties"
-        ]
-    return []
-
-
 def dataset(
     machine: Machine,
     fitted: Machine,
@@ -298,8 +281,7 @@ def dataset(
     def words(entries: list[str]) -> np.ndarray:
         return np.array(entries, dtype=object)
 
-    about = {"long_name": "free parameter"}
-    result = xr.Dataset(coords={name: (name, names, about) for name in ("parameter", "other_parameter")})
+    coordinates = {name: (name, names, "free parameter") for name in ("parameter", "other_parameter")}
     # the free parameters, how they hang together, and each measured row before and after the fit
     data: dict[str, tuple[Any, Any, str]] = {
         "value": ("parameter", values, "identified value, SI"),
@@ -331,8 +313,7 @@ def dataset(
         "row_kind": ("row", words([r.kind for r, _ in per_row]), "kind of measurement"),
         "row_unit": ("row", words([r.unit for r, _ in per_row]), "unit of the row"),
     }
-    for key, (dims, numbers, text) in data.items():
-        result[key] = (dims, numbers, {"long_name": text})
+    result = labeled(data, coordinates)
     # how well the fit explains the scatter: errors that were given too small enlarge all uncertainties
     freedom = deviation.size - known.rank - int(at_bound.sum())
     ratio = float(np.sqrt((deviation**2).sum() / freedom)) if freedom > 0 else float("nan")
@@ -340,7 +321,16 @@ def dataset(
     result["uncertainty"] = result["uncertainty"] * max(1.0, misfit)
     result["uncertainty"].attrs["long_name"] = "standard uncertainty, SI"
     # what a reader has to know before the numbers are used
-    notes = [*known.notes, *_scatter(ratio, misfit, freedom)]
+    notes = list(known.notes)
+    if ratio > TOO_LARGE:
+        notes.append(
+            f"the deviations are {ratio:.1f} times the stated errors: the model does not describe the data to these errors; "
+            f"the uncertainties above are enlarged {max(1.0, misfit):.1f} times"
+        )
+    elif freedom >= ENOUGH and COMPUTED < ratio < TOO_SMALL:
+        notes.append(
+            f"the deviations are {ratio:.2g} of the stated errors: these are too large, and so probably are the uncertainties"
+        )
     if fit.starts > 1 and fit.agreeing == 1:
         notes.append(f"only one of {fit.starts} starts ended at the best fit; give more starts, or narrower bounds")
     if fit.outcome != "converged":
@@ -380,7 +370,8 @@ def report_text(data: xr.Dataset) -> str:
     lines += ["", "  measured -> before, after the fit, deviation in standard deviations"]
     for label, part in grouped(data):
         if part.sizes["row"] > 1 and str(part["row_kind"].values[0]) in MANY:
-            rms, greatest = (float(f(np.abs(part["deviation"].values))) for f in (_rms, np.max))
+            away = np.abs(part["deviation"].values)
+            rms, greatest = float(np.sqrt(np.mean(away**2))), float(away.max())
             lines.append(f"  {label}: {part.sizes['row']} values, rms {rms:.3f}, greatest {greatest:.2f}")
             continue
         if part.sizes["row"] > 1:
@@ -393,8 +384,8 @@ def report_text(data: xr.Dataset) -> str:
             continue
         factor, unit = shown_unit(part)
         numbers = [factor * float(part[name][0]) for name in ("measured", "before", "after")]
-        away = float(part["deviation"][0])
-        lines.append(f"  {label}: {numbers[0]:.6g} -> {numbers[1]:.6g}, {numbers[2]:.6g} {unit}, {away:+.2f}")
+        last = f"{numbers[2]:.6g} {unit}, {float(part['deviation'][0]):+.2f}"
+        lines.append(f"  {label}: {numbers[0]:.6g} -> {numbers[1]:.6g}, {last}")
     freedom = data.attrs["degrees_of_freedom"]
     lines += [
         "",
@@ -414,10 +405,6 @@ def shown_parameter(dataset: xr.Dataset) -> tuple[float, str]:
     """Factor and unit in which people read a free parameter: that of the machine file."""
     unit = str(dataset["written_unit"].item())
     return (1.0 / to_si(f"1 {unit}", str(dataset["unit"].item())) if unit else 1.0), unit
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def shown_unit(part: xr.Dataset) -> tuple[float, str]:

@@ -123,17 +123,12 @@ class Fitting:
         """The modes nearest to the data, from modes that are near."""
         return self._refine(modes.shapes, 60, 1e-13)
 
-    def _bounds(self, count: int) -> tuple[Floats, Floats]:
-        """Of ln d, ln e: frequencies within a hundred times the band, and what damping cannot be told from none."""
-        low, high = math.log(np.abs(self.sigma).min()), math.log(np.abs(self.sigma).max())
-        far, ones = math.log(100.0), np.ones(count)
-        return (
-            np.concatenate([(low - 25.0) * ones, 2.0 * (low - far) * ones]),
-            np.concatenate([(high + 2.0 * far) * ones, 2.0 * (high + far) * ones]),
-        )
-
     def _refine(self, start: Floats, steps: int, tolerance: float) -> Modes:
-        low, high = self._bounds(start.size // 2)
+        # ln d, ln e: frequencies within a hundred times the band, and what damping cannot be told from none
+        ones, far = np.ones(start.size // 2), math.log(100.0)
+        first, last = math.log(np.abs(self.sigma).min()), math.log(np.abs(self.sigma).max())
+        low = np.concatenate([(first - 25.0) * ones, 2.0 * (first - far) * ones])
+        high = np.concatenate([(last + 2.0 * far) * ones, 2.0 * (last + far) * ones])
         solution = least_squares(
             lambda x: self.numerators(x)[1],
             np.clip(start, low + 1e-6, high - 1e-6),
@@ -220,7 +215,12 @@ def receptance(
     unit, size = math.sqrt(frequency[0] * frequency[-1]), float(np.abs(values).max())
     coherence = np.asarray(part["coherence"].values, np.float64) if "coherence" in part else None
     described = NoiseShapes(noise, frequency / unit, values / size, coherence)
-    _refuse_growth(described)
+    # the values, weighted by their noise, must not be those of a force that feeds energy
+    if float((np.abs(described.values) * described.values.imag / described.start).sum()) > 0.0:
+        raise QuestionError(
+            "receptance: its imaginary part is positive, so the force would draw energy from the rotor; "
+            "turn the sign of the force, or take the complex conjugate if the file uses e^(-i w t)"
+        )
     best, kept, dropped = sure_modes(described, modes, most_modes, progress if callable(progress) else None)
     lone = np.zeros_like(used)
     lone[np.flatnonzero(used)[~kept]] = True
@@ -259,16 +259,6 @@ def _used(frequency: Floats, band: tuple[float | str, float | str] | None) -> ND
     return used
 
 
-def _refuse_growth(noise: NoiseShapes) -> None:
-    """The imaginary part of the values, weighted by their noise, must not be that of a force that feeds energy."""
-    weight = 1.0 / noise.start
-    if float((weight * np.abs(noise.values) * noise.values.imag).sum()) > 0.0:
-        raise QuestionError(
-            "receptance: its imaginary part is positive, so the force would draw energy from the rotor; "
-            "turn the sign of the force, or take the complex conjugate if the file uses e^(-i w t)"
-        )
-
-
 # The labelled outcome of a fit: poles, modes with their uncertainty, and the noise.
 
 
@@ -285,7 +275,9 @@ def fit_dataset(
     deviation[used] = size * np.sqrt(best.variance)
     dataset = measured.copy()
     values = np.asarray(measured["receptance_real"].values + 1j * measured["receptance_imag"].values)[used]
-    error = _share(values - fitted[used], fitted[used], best.variance)
+    # root mean square of what is left as a share of the values, each line with the weight of its noise
+    left, whole = ((np.abs(part) ** 2 / best.variance).sum() for part in (values - fitted[used], fitted[used]))
+    error = math.sqrt(float(left / whole))
     lightness = float((residues * poles).sum().real)
     over_frequency = {
         "fitted_real": (fitted.real, "fitted receptance, real part", "m/N"),
@@ -311,11 +303,6 @@ def fit_dataset(
         "band_high": float(frequency[used][-1]),
     }
     return dataset
-
-
-def _share(left: Complexes, fitted: Complexes, variance: Floats) -> float:
-    """Root mean square of what is left as a share of the values, each line with the weight of its noise."""
-    return math.sqrt(float((np.abs(left) ** 2 / variance).sum() / (np.abs(fitted) ** 2 / variance).sum()))
 
 
 def _mode_values(modes: Modes, spread: Floats, unit: float, size: float) -> list[tuple[str, Floats, str, str]]:
@@ -349,58 +336,49 @@ WHAT_TO_DO = "look at the picture and try another number of modes (--modes) or a
 
 def with_doubts(dataset: xr.Dataset, best: FittedModes, unit: float, lone: Floats, dropped: list[float]) -> xr.Dataset:
     """``dataset`` with its ``warnings``, one sentence a line; ``lone`` and ``dropped`` are frequencies, rad/s."""
-    texts = [*_mass_doubt(dataset), *_energy_doubt(dataset, best, unit), *_weak_doubt(dataset, best, unit)]
-    texts += [*_lone_line_notes(lone), *_dropped(dataset, dropped), *_noise_doubt(dataset), *_tail_doubt(dataset)]
+    low, high = dataset.attrs["band_low"], dataset.attrs["band_high"]
+    texts, lines = [], np.asarray(dataset["frequency"].values[dataset["used"].values > 0], np.float64) / unit
+    if not dataset.attrs["effective_mass"] > 0.0:
+        texts.append(f"the fit has no positive mass at high frequency; measure to higher frequencies, or {WHAT_TO_DO}")
+    # energy that the fit feeds in, more than its noise explains
+    grid = np.linspace(low, high, 2000) / unit
+    slopes = best.modes.slopes(grid)
+    unsure = np.einsum("ij,jk,ik->i", slopes.imag, covariance(best, lines), slopes.imag)
+    values = best.modes.at(grid)
+    active = unit * grid[values.imag > np.maximum(SURE * np.sqrt(np.maximum(unsure, 0.0)), 1e-6 * np.abs(values))]
+    if active.size:
+        texts.append(
+            f"the fit feeds energy between {hertz(active[0])} and {hertz(active[-1])} Hz, more than its noise explains, and no "
+            f"rotor at rest does that: either there are too many modes or the lines there are bad ({WHAT_TO_DO}), "
+            "or force and deflection are not at one place and along one direction"
+        )
+    # modes and lines that are none
+    if weak := weak_modes(best, lines):
+        places = _listed(unit * frequencies(best)[weak])
+        texts.append(f"the fit at {places} Hz cannot be told from noise. Give fewer --modes")
+    if lone.size:
+        few = f"{_listed(lone[:4])} Hz" + (f" and {lone.size - 4} more" if lone.size > 4 else "")
+        texts.append(
+            f"left out as disturbed: {few}, where no mode but single lines stand out, as mains hum or a bad line does. "
+            "If it is a mode, measure with a finer resolution, or give --modes"
+        )
+    if dropped:
+        inside = [at for at in dropped if low <= at <= high]
+        where = [f"at {_listed(inside)} Hz"] if inside else []
+        where += [f"{len(dropped) - len(inside)} outside the band"] if len(inside) < len(dropped) else []
+        texts.append(f"dropped: fitted modes that cannot be told from noise or drift, {' and '.join(where)}")
+    texts += _noise_doubt(dataset)
+    # modes outside the band, which are there to describe what reaches into it
+    frequency = dataset["mode_frequency"].values
+    outside = frequency[(frequency < low) | (frequency > high)]
+    if outside.size:
+        which = "a mode at {} Hz lies" if outside.size == 1 else "modes at {} Hz lie"
+        texts.append(
+            f"{which.format(_listed(outside))} outside the measured band: only what reaches into the band is known, so "
+            "frequency and damping there are estimates"
+        )
     dataset.attrs["warnings"] = "\n".join(texts)
     return Answer.of(dataset, "FittedReceptance")
-
-
-def _mass_doubt(dataset: xr.Dataset) -> list[str]:
-    if dataset.attrs["effective_mass"] > 0.0:
-        return []
-    return [f"the fit has no positive mass at high frequency; measure to higher frequencies, or {WHAT_TO_DO}"]
-
-
-def _energy_doubt(dataset: xr.Dataset, best: FittedModes, unit: float) -> list[str]:
-    grid = np.linspace(dataset.attrs["band_low"], dataset.attrs["band_high"], 2000) / unit
-    known = covariance(best, _lines(dataset) / unit)
-    slopes = best.modes.slopes(grid)
-    unsure = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes.imag, known, slopes.imag), 0.0))
-    values = best.modes.at(grid)
-    active = unit * grid[values.imag > np.maximum(SURE * unsure, 1e-6 * np.abs(values))]
-    if active.size == 0:
-        return []
-    return [
-        f"the fit feeds energy between {hertz(active[0])} and {hertz(active[-1])} Hz, more than its noise explains, and no "
-        f"rotor at rest does that: either there are too many modes or the lines there are bad ({WHAT_TO_DO}), "
-        "or force and deflection are not at one place and along one direction"
-    ]
-
-
-def _weak_doubt(dataset: xr.Dataset, best: FittedModes, unit: float) -> list[str]:
-    weak = weak_modes(best, _lines(dataset) / unit)
-    if not weak:
-        return []
-    return [f"the fit at {_listed(unit * frequencies(best)[weak])} Hz cannot be told from noise. Give fewer --modes"]
-
-
-def _lone_line_notes(lone: Floats) -> list[str]:
-    if lone.size == 0:
-        return []
-    few = f"{_listed(lone[:4])} Hz" + (f" and {lone.size - 4} more" if lone.size > 4 else "")
-    return [
-        f"left out as disturbed: {few}, where no mode but single lines stand out, as mains hum or a bad line does. "
-        "If it is a mode, measure with a finer resolution, or give --modes"
-    ]
-
-
-def _dropped(dataset: xr.Dataset, dropped: list[float]) -> list[str]:
-    if not dropped:
-        return []
-    inside = [at for at in dropped if dataset.attrs["band_low"] <= at <= dataset.attrs["band_high"]]
-    places = [f"at {_listed(inside)} Hz"] if inside else []
-    places += [f"{len(dropped) - len(inside)} outside the band"] if len(inside) < len(dropped) else []
-    return [f"dropped: fitted modes that cannot be told from noise or drift, {' and '.join(places)}"]
 
 
 def _noise_doubt(dataset: xr.Dataset) -> list[str]:
@@ -425,24 +403,6 @@ def _noise_doubt(dataset: xr.Dataset) -> list[str]:
             f'--band "{hertz(frequency[0])} Hz:{hertz(end)} Hz" leaves them out'
         )
     return texts
-
-
-def _tail_doubt(dataset: xr.Dataset) -> list[str]:
-    """Modes outside the band, which are there to describe what reaches into it."""
-    frequency = dataset["mode_frequency"].values
-    low, high = dataset.attrs["band_low"], dataset.attrs["band_high"]
-    outside = frequency[(frequency < low) | (frequency > high)]
-    if outside.size == 0:
-        return []
-    which = "a mode at {} Hz lies" if outside.size == 1 else "modes at {} Hz lie"
-    return [
-        f"{which.format(_listed(outside))} outside the measured band: only what reaches into the band is known, so frequency "
-        "and damping there are estimates"
-    ]
-
-
-def _lines(dataset: xr.Dataset) -> Floats:
-    return np.asarray(dataset["frequency"].values[np.flatnonzero(dataset["used"].values)], np.float64)
 
 
 def _listed(frequencies: list[float] | Floats) -> str:
@@ -505,7 +465,10 @@ def lone_lines(found: FittedModes, noise: NoiseShapes) -> NDArray[np.int64]:
     left = np.abs(noise.values - fitted) ** 2
     variance = np.maximum(found.variance, (DIGITS * np.abs(noise.values).max()) ** 2)
     far = left / variance > math.log(noise.frequency.size) + SURE_EVIDENCE
-    lone = _short_runs(far)
+    # runs of few lines; longer ones are something that is not yet fitted
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]])))
+    runs = [range(int(start), int(end)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
+    lone = [i for run in runs if len(run) <= FEW for i in run]
     for near in _groups(found, noise.frequency):
         part = parts[:, near].sum(axis=1)
         gain = (np.abs(noise.values - fitted + part) ** 2 - left) / variance
@@ -513,13 +476,6 @@ def lone_lines(found: FittedModes, noise: NoiseShapes) -> NDArray[np.int64]:
         if gain.sum() - gain[strongest].sum() < cost(gain.size):
             lone += [int(i) for i in strongest if gain[i] > math.log(gain.size)]
     return np.unique(np.array(lone, np.int64))
-
-
-def _short_runs(far: NDArray[np.bool_]) -> list[int]:
-    """Indices in runs of no more than ``FEW``; longer ones are something that is not yet fitted."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]])))
-    runs = [range(int(start), int(end)) for start, end in zip(edges[::2], edges[1::2], strict=True)]
-    return [i for run in runs if len(run) <= FEW for i in run]
 
 
 def _groups(found: FittedModes, frequency: Floats) -> list[NDArray[np.int64]]:

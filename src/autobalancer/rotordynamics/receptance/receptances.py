@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,7 @@ from autobalancer.files.samples import sample_hint
 from autobalancer.files.text_files import Table, read_table
 from autobalancer.machine import Machine, ModalRotor, PlanarRotor, Resonance
 from autobalancer.results.answers.answer import Answer, Labeled, provenance
+from autobalancer.results.labels import labeled
 from autobalancer.results.signals import UNIVERSAL, Function, is_universal, read_universal
 from autobalancer.safe_file import as_path, not_to_read
 from autobalancer.units import optional_argument, to_si
@@ -116,19 +117,16 @@ def load_receptance(
     else:
         dataset = _of_table(read_table(path, EXAMPLE, path.name))
     mass = optional_argument("mass_added", mass_added, "kg")
-    return dataset if mass is None else _without(dataset, mass)
-
-
-def _without(measured: xr.Dataset, mass: float) -> xr.Dataset:
-    """The same without a mass at the place: 1/H0 = 1/H + m w^2."""
+    if mass is None:
+        return dataset
     if not mass >= 0.0:
         raise QuestionError(f"mass_added: given {mass:g} kg; must not be negative")
-    values = measured["receptance_real"].values + 1j * measured["receptance_imag"].values
-    values = values / (1.0 + mass * measured["frequency"].values ** 2 * values)
-    result = measured.copy()
+    # without this mass at the place: 1/H0 = 1/H + m w^2
+    values = dataset["receptance_real"].values + 1j * dataset["receptance_imag"].values
+    values = values / (1.0 + mass * dataset["frequency"].values ** 2 * values)
     for name, part in (("receptance_real", values.real), ("receptance_imag", values.imag)):
-        result[name] = measured[name].copy(data=part)
-    return result.assign_attrs(mass_added=mass)
+        dataset[name] = dataset[name].copy(data=part)
+    return dataset.assign_attrs(mass_added=mass)
 
 
 def _of_table(table: Table) -> xr.Dataset:
@@ -190,7 +188,11 @@ def _of_functions(functions: list[Function], name: str, number: int | None) -> x
     if not responses:
         others = "; ".join(odd[:3]) or f"{len(functions)} other functions"
         raise ResultError(f"{name}: no dataset 58 with a frequency response of motion over force, but {others}")
-    driving = [entry for entry in responses if _at_one_point(entry[0])]
+    driving = [
+        entry
+        for entry in responses
+        if entry[0].response[0] == entry[0].reference[0] and abs(entry[0].response[1]) == abs(entry[0].reference[1])
+    ]
     candidates = driving if number is None else responses[number - 1 : number] if number > 0 else []
     if len(candidates) != 1:
         rows = "; ".join(
@@ -212,10 +214,6 @@ def _of_functions(functions: list[Function], name: str, number: int | None) -> x
         kind,
         title=title,
     )
-
-
-def _at_one_point(function: Function) -> bool:
-    return function.response[0] == function.reference[0] and abs(function.response[1]) == abs(function.reference[1])
 
 
 def _response(function: Function, place: str) -> tuple[str, float, str]:
@@ -263,17 +261,14 @@ def receptance_dataset(
     if not (np.abs(values) > 0.0).all():
         raise ResultError(f"{title}: a value is exactly zero, which cannot be a measurement; delete that line")
     values = values / (1j * frequency) ** POWERS[kind]
-    dataset = xr.Dataset(
-        {
-            "receptance_real": ("frequency", values.real, {"long_name": "receptance, real part", "units": "m/N"}),
-            "receptance_imag": ("frequency", values.imag, {"long_name": "receptance, imaginary part", "units": "m/N"}),
-        },
-        {"frequency": ("frequency", frequency, {"long_name": "frequency", "units": "rad/s"})},
-        {**provenance(), "title": title, "measured": kind},
-    )
+    data: dict[str, tuple[Any, ...]] = {
+        "receptance_real": ("frequency", values.real, "receptance, real part", "m/N"),
+        "receptance_imag": ("frequency", values.imag, "receptance, imaginary part", "m/N"),
+    }
     if coherence is not None:
-        dataset["coherence"] = ("frequency", np.asarray(coherence)[order], {"long_name": "coherence", "units": ""})
-    return Labeled.of(dataset)
+        data["coherence"] = ("frequency", np.asarray(coherence)[order], "coherence", "")
+    about = {**provenance(), "title": title, "measured": kind}
+    return Labeled.of(labeled(data, {"frequency": ("frequency", frequency, "frequency", "rad/s")}, about))
 
 
 def hertz(frequency: float) -> str:
@@ -332,7 +327,19 @@ def measured_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> Me
             "picture, and fit fewer modes or a narrower band"
         )
     modes, error = _damped_by_itself(fit, modes)
-    measured_rotor = _with_modes(fit, modes)
+    # the fit with the receptance, poles and residues of these modes
+    mass, own, ratio = modes
+    roots = np.sqrt((ratio**2 - 1.0).astype(np.complex128))
+    poles, others = own * (-ratio + roots), own * (-ratio - roots)
+    residues = 1.0 / (mass * (poles - others))
+    both = {
+        "fitted": _receptance(modes, np.asarray(fit["frequency"].values, np.float64)),
+        "pole": np.concatenate([poles, others]),
+        "residue": np.concatenate([residues, -residues]),
+    }
+    parts = {f"{name}_{part}": getattr(of, part) for name, of in both.items() for part in ("real", "imag")}
+    parts |= {"mode_mass": mass, "mode_frequency": own, "mode_damping_ratio": ratio}
+    measured_rotor = fit.assign({name: fit[name].copy(data=part) for name, part in parts.items()})
     measured_rotor.attrs |= {"fit_error": error, "free_error": fit.attrs["fit_error"]}
     if error > COUPLED * fit.attrs["fit_error"]:
         said = (
@@ -340,7 +347,13 @@ def measured_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> Me
             f"{100.0 * fit.attrs['fit_error']:.2g} %: the rotor that runs is that much coarser than the measurement"
         )
         measured_rotor.attrs["warnings"] = "\n".join(filter(None, (fit.attrs["warnings"], said)))
-    return MeasuredRotor(_rotor(modes, about), Answer.of(measured_rotor, "FittedReceptance"))
+    # of one mode a planar rotor, of several a modal one
+    (m, w, d), *more = modes.T.tolist()
+    rotor: PlanarRotor | ModalRotor = PlanarRotor(mass=m, stiffness=m * w**2, damping=2.0 * d * w * m, inertia=about)
+    if more:
+        listed = tuple(Resonance(mass=m, frequency=w, damping_ratio=d) for m, w, d in modes.T.tolist())
+        rotor = ModalRotor(resonances=listed, inertia=about)
+    return MeasuredRotor(rotor, Answer.of(measured_rotor, "FittedReceptance"))
 
 
 def fit_text(fit: Answer) -> str:
@@ -386,31 +399,6 @@ def _damped_by_itself(fit: xr.Dataset, modes: Floats) -> tuple[Floats, float]:
     modes = np.exp(best).reshape(3, -1)
     size = float((np.abs(_receptance(modes, frequency) / noise) ** 2).sum())
     return modes[:, np.argsort(modes[1])], math.sqrt(float((left(best) ** 2).sum()) / size)
-
-
-def _with_modes(fit: xr.Dataset, modes: Floats) -> xr.Dataset:
-    mass, own, ratio = modes
-    poles = own * (-ratio + np.sqrt((ratio**2 - 1.0).astype(np.complex128)))
-    others = own * (-ratio - np.sqrt((ratio**2 - 1.0).astype(np.complex128)))
-    residues = 1.0 / (mass * (poles - others))
-    values = _receptance(modes, np.asarray(fit["frequency"].values, np.float64))
-    both = {
-        "fitted": values,
-        "pole": np.concatenate([poles, others]),
-        "residue": np.concatenate([residues, -residues]),
-    }
-    parts = {f"{name}_{part}": getattr(of, part) for name, of in both.items() for part in ("real", "imag")}
-    parts |= {"mode_mass": mass, "mode_frequency": own, "mode_damping_ratio": ratio}
-    return fit.assign({name: fit[name].copy(data=part) for name, part in parts.items()})
-
-
-def _rotor(modes: Floats, inertia: float | None) -> PlanarRotor | ModalRotor:
-    listed = modes.T.tolist()
-    if len(listed) > 1:
-        parts = tuple(Resonance(mass=m, frequency=w, damping_ratio=ratio) for m, w, ratio in listed)
-        return ModalRotor(resonances=parts, inertia=inertia)
-    ((m, w, ratio),) = listed
-    return PlanarRotor(mass=m, stiffness=m * w**2, damping=2.0 * ratio * w * m, inertia=inertia)
 
 
 def _receptance(modes: Floats, frequency: Floats) -> Complexes:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Protocol, Self, TypeVar
 
 import numpy as np
@@ -24,7 +25,6 @@ from autobalancer.stability.continuation.steady import (
     Range,
     Steady,
     centers_of,
-    joined,
     restoring,
     splittings,
     true_races,
@@ -235,25 +235,8 @@ SINGULAR = 1e-6  # singular value below which the equations have two curves thro
 
 def special_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """All special points between two points of a curve, in order."""
-    hopf_points = _hopf_points(problem, a, b)
-    if problem.loose:  # across a continuum balls may meet and part freely; it ends where its parameter turns
-        hopf_points += [
-            replace(s, kind="branch point", onward=(), ends=True) for s in _folds_and_branch_points(problem, a, b)
-        ]
-    else:
-        hopf_points += symmetric_points(problem, kind, a, b) or _folds_and_branch_points(problem, a, b)
-    chord = (b.u - a.u) * problem.weight
-    return sorted(hopf_points, key=lambda s: float(chord @ s.point.u))
-
-
-def growing(values: Complexes) -> Floats:
-    """Real parts of the pairs of complex eigenvalues, greatest first."""
-    return np.sort(values.real[values.imag > SMALL * np.abs(values).max()])[::-1]
-
-
-def _hopf_points(problem: Steady, a: Point, b: Point) -> list[Special]:
     before, after = (int((growing(problem.eigenvalues(p.u)) > 0.0).sum()) for p in (a, b))
-    hopf_points = []
+    specials: list[Special] = []
     for rank in range(min(before, after), max(before, after)):
 
         def crossing(p: Point, rank: int = rank) -> float:
@@ -263,10 +246,22 @@ def _hopf_points(problem: Steady, a: Point, b: Point) -> list[Special]:
         try:
             point = locate(problem, a, b, crossing)
             if abs(crossing(point)) < 1e-6 * problem.span.frequency:
-                hopf_points.append(hopf_point(problem, point))
+                specials.append(hopf_point(problem, point))
         except NoConvergence:
             continue
-    return hopf_points
+    if problem.loose:  # across a continuum balls may meet and part freely; it ends where its parameter turns
+        specials += [
+            replace(s, kind="branch point", onward=(), ends=True) for s in _folds_and_branch_points(problem, a, b)
+        ]
+    else:
+        specials += symmetric_points(problem, kind, a, b) or _folds_and_branch_points(problem, a, b)
+    chord = (b.u - a.u) * problem.weight
+    return sorted(specials, key=lambda s: float(chord @ s.point.u))
+
+
+def growing(values: Complexes) -> Floats:
+    """Real parts of the pairs of complex eigenvalues, greatest first."""
+    return np.sort(values.real[values.imag > SMALL * np.abs(values).max()])[::-1]
 
 
 def hopf_point(problem: Steady, guess: Point) -> Special:
@@ -420,12 +415,16 @@ def symmetric_points(problem: Steady, kind: list[tuple[float, ...]], a: Point, b
 def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point) -> list[Special]:
     """Two groups of equal balls come together."""
     meetings, first = [], problem.first
-    for one, other in _meeting(problem.groups, kind):
+    equal = [kind[group[0]] for group in problem.groups]  # only equal balls can come together
+    for one, other in combinations(range(len(equal)), 2):
+        if equal[one] != equal[other]:
+            continue
         apart = [math.sin(0.5 * float(p.u[first + one] - p.u[first + other])) for p in (a, b)]
         if apart[0] * apart[1] >= 0.0:
             continue
         guess = a.u + apart[0] / (apart[0] - apart[1]) * (b.u - a.u)
-        groups = joined(problem.groups, (one, other))
+        both = tuple(sorted(problem.groups[one] + problem.groups[other]))
+        groups = tuple(both if k == one else group for k, group in enumerate(problem.groups) if k != other)
         together = Steady(problem.span, groups)
         start = np.append(together.gathered(problem.state(guess)), guess[-1])
         start[first + one] += 0.5 * math.remainder(guess[first + other] - guess[first + one], 2.0 * math.pi)
@@ -438,12 +437,6 @@ def _meetings(problem: Steady, kind: list[tuple[float, ...]], a: Point, b: Point
                 Special("pitchfork", Point(point, b.tangent), onward=((groups, np.zeros(len(groups))),), ends=True)
             )
     return meetings
-
-
-def _meeting(groups: Groups, kind: list[tuple[float, ...]]) -> list[tuple[int, int]]:
-    """Pairs of groups of equal balls: those that can come together."""
-    count = len(groups)
-    return [(a, b) for a in range(count) for b in range(a + 1, count) if kind[groups[a][0]] == kind[groups[b][0]]]
 
 
 def _splittings(problem: Steady, a: Point, b: Point) -> list[Special]:

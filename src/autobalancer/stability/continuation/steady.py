@@ -274,24 +274,14 @@ class Steady:
         """Of the merged balls, 1/s, greatest real part first; on anisotropic supports exponents of multipliers."""
         key = u.tobytes()
         if key not in self._known:  # the end of a step is the begin of the next one
-            self._known = {**dict([*self._known.items()][-1:]), key: self._eigenvalues(u)}
+            values = self.field(u).exponents(u[:-1] * self.scale, self.scale)
+            self._known = {**dict([*self._known.items()][-1:]), key: values}
         return self._known[key]
-
-    def _eigenvalues(self, u: Floats) -> Complexes:
-        field = self.field(u)
-        if isinstance(field, Cycle):
-            return field.exponents(u[:-1] * self.scale)
-        values = np.linalg.eigvals(self.jacobian(u)) * self.span.frequency
-        return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
 
     def all_eigenvalues(self, u: Floats) -> Complexes:
         """Of all balls, 1/s: those of the merged balls and of groups that fall apart."""
         whole = self.span.whole(float(u[-1]))
-        if isinstance(whole, Cycle):
-            return whole.exponents(self.state(u))
-        scale = self.span.scale(whole.balls)
-        values = np.linalg.eigvals(whole.jacobian(self.state(u)) * scale / scale[:, None])
-        return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+        return whole.exponents(self.state(u), self.span.scale(whole.balls))
 
     def second(self, u: Floats, a: Numbers, b: Numbers) -> Numbers:
         """Second derivatives of the scaled field along scaled directions."""
@@ -350,11 +340,14 @@ class Family:
         self.count = 1 if self._base.isotropic else FIRST_COUNT  # of harmonics of a state
         if self.count > 1:
             refuse_motion_along_the_axis(self._base.model)
-        for name in self.parameters:
-            for part in parts_of(name):
-                self._check(part)
+        for part in (part for name in self.parameters for part in parts_of(name)):
+            self._check(part)
         if "speed" not in self.parameters:
-            speed = _constant_speed(machine) if speed is None else speed
+            drive = machine.drive
+            if speed is None and isinstance(drive, PrescribedSpeed) and isinstance(drive.profile, Constant):
+                speed = float(drive.profile.speed)
+            if speed is None:
+                raise QuestionError("speed: the machine has no constant prescribed speed; give one, in rad/s")
             if not (math.isfinite(speed) and speed > 0.0):
                 raise QuestionError(f"speed: given {speed!r}; must be greater than zero, in rad/s")
         self._speed = speed
@@ -438,7 +431,16 @@ class Family:
             return self._equations(of_plane(p), speed)
         host = self._base if machine is self.machine else station_form(machine)
         for name, value in quick.items():
-            host = _scaled(host, name, value)
+            if name == "drag":
+                host = replace(host, drag=np.full(host.moment.size, value))
+                continue
+            if host.unbalance == 0.0:
+                raise QuestionError(
+                    "parameter 'unbalance': the unbalances of this machine have no resultant; give the path of one of them, "
+                    "such as 'unbalances[1].moment'"
+                )
+            share = value / abs(host.unbalance)  # all unbalances keep their proportions
+            host = replace(host, load=host.load * share, unbalance=host.unbalance * share)
         return self._equations(host if self._basis is None else projected(host, self._basis), speed)
 
     def _check(self, name: str) -> None:
@@ -468,19 +470,6 @@ class Family:
             raise QuestionError(f"parameter {name!r}: must be a number that can change smoothly")
 
 
-def _scaled(host: Stations, name: str, value: float) -> Stations:
-    """The same for any rotor; all its unbalances keep their proportions."""
-    if name == "drag":
-        return replace(host, drag=np.full(host.moment.size, value))
-    size = abs(host.unbalance)
-    if size == 0.0:
-        raise QuestionError(
-            "parameter 'unbalance': the unbalances of this machine have no resultant; give the path of one of them, such as "
-            "'unbalances[1].moment'"
-        )
-    return replace(host, load=host.load * (value / size), unbalance=host.unbalance * (value / size))
-
-
 def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
     """What ``with_quantity`` would give, without going through the description of the machine."""
     if name == "unbalance":
@@ -506,12 +495,6 @@ def _changed(p: Plane, machine: Machine, name: str, value: float) -> Plane:
     inertia = ((1.0 + spin) * value + fluid) * orbit**2
     whole = p.mass + float(mass.sum() - p.ball_mass.sum())
     return replace(p, mass=whole, ball_mass=mass, moment=mass * orbit, inertia=inertia)
-
-
-def _constant_speed(machine: Machine) -> float:
-    if isinstance(machine.drive, PrescribedSpeed) and isinstance(machine.drive.profile, Constant):
-        return float(machine.drive.profile.speed)
-    raise QuestionError("speed: the machine has no constant prescribed speed; give one, in rad/s")
 
 
 # Equal balls can be exchanged: balls that coincide move as one, and states that differ by an exchange are the same.
@@ -576,7 +559,9 @@ def merged(p: Stations, groups: Groups) -> Stations:
 
 def expanded(states: Floats, groups: Groups, rotor: int) -> Floats:
     """States of the merged balls as states of all balls, behind ``rotor`` components; last axis rotor + 2 n."""
-    place = rotor + _places(groups)
+    place = np.zeros(sum(len(group) for group in groups), np.int64)
+    for number, group in enumerate(groups):
+        place[list(group)] = rotor + number
     return np.concatenate([states[..., :rotor], states[..., place], states[..., len(groups) + place]], -1)
 
 
@@ -592,7 +577,7 @@ def restoring(equations: Equations, state: Floats) -> Floats:
 
     Where it varies over half a turn, the constant one that does the same.
     """
-    field, here = (equations, state) if isinstance(equations, Field) else (equations.field, equations.around(state))
+    field, here = equations.field, equations.around(state)
     p, first = field.host, field.rotor
     half, turned = first // 2, np.zeros_like(here)
     turned[..., first : first + field.balls] = (
@@ -602,7 +587,7 @@ def restoring(equations: Equations, state: Floats) -> Floats:
     whole = field.accelerations(here, field(here))
     torque = right[1][..., half:] - (matrices[1][..., half:, :half] @ whole[..., None])[..., 0]
     stiffness = np.asarray(-torque / (p.inertia * field.speed**2))
-    if isinstance(equations, Field):
+    if equations.count == 1:
         return stiffness
     slowed = np.roll(turned, field.balls, -1)
     return equations.held(stiffness, -field.series(here, slowed, 1)[1][1][..., half:] / (p.inertia * field.speed))
@@ -618,13 +603,6 @@ def splittings(groups: Groups) -> list[tuple[Groups, Floats]]:
             way[number], way[number + 1] = (len(group) - part) / len(group), -part / len(group)
             result.append((new, way))
     return result
-
-
-def joined(groups: Groups, pair: tuple[int, int]) -> Groups:
-    """The groups after two of them have become one."""
-    a, b = pair
-    both = tuple(sorted(groups[a] + groups[b]))
-    return (*groups[:a], both, *groups[a + 1 : b], *groups[b + 1 :])
 
 
 def in_two_bundles(
@@ -667,10 +645,3 @@ def signature(p: Stations, state: Floats) -> Floats:
         numbers = [whirl * p.model.total_mass / (abs(p.unbalance) + total), *sums]
         values += [n.real for n in numbers] + [abs(n.imag) if loads.size == 1 else n.imag for n in numbers]
     return np.array(values)
-
-
-def _places(groups: Groups) -> np.ndarray:
-    place = np.zeros(sum(len(group) for group in groups), np.int64)
-    for number, group in enumerate(groups):
-        place[list(group)] = number
-    return place

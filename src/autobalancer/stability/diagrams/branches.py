@@ -11,11 +11,13 @@ from typing import Any, Literal, TypeVar, get_args
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.terms import Theory, unknown
+from autobalancer.assembly.terms import Theory
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import balls_in_races, machine_text
+from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.results.answers.answer import Answer, provenance
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.labels import labeled
+from autobalancer.stability.border import attributes
 from autobalancer.stability.continuation.bifurcations import (
     Curve,
     FoldCurve,
@@ -32,7 +34,7 @@ from autobalancer.stability.continuation.steady import Family, Range, Steady, bu
 from autobalancer.stability.diagrams.explorer import Branch, Branches, Explorer, Progress
 from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.host.vector_field import Cycle, Equations
-from autobalancer.stability.periodic.orbits import Row, verdict
+from autobalancer.stability.periodic.orbits import Row
 from autobalancer.stability.periodic.stalled import partly_stalled_orbits, stalled_orbits
 from autobalancer.stability.states.linearized import settled_on
 from autobalancer.stability.states.rest_states import StationState, state_vector, states_of, without_exchanges
@@ -51,9 +53,6 @@ TWO_FREQUENCIES = (
 )
 MOTIONS = ("stalled", "partly stalled")
 SAME_WHIRL = 0.02  # of the speed: stalled orbits of a group nearer to each other are of one branch
-
-
-TEXTS = ("kind", "name", "verdict", "special_type", "criticality")
 
 
 def branches(
@@ -164,20 +163,15 @@ def branches(
             _stalled(explorer, span, kind, intervals, from_state)
         if from_state in ("partly stalled", "all"):
             _partly_stalled(explorer, span, kind, intervals, from_state)
-    attributes: dict[str, Any] = {
-        "title": f"Branches of {machine.name}",
-        **provenance(),
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
+    about = attributes(machine, f"Branches of {machine.name}", Theory.AT_REST) | {
         "parameter": parameter,
         "theory": "pseudo-arclength continuation of the full equations",
-        "ignores": ", ".join(unknown(machine, Theory.AT_REST)),
     }
     if family.count > 1:
-        attributes |= {"theory": f"{attributes['theory']} over half a turn", "not_followed": TWO_FREQUENCIES}
+        about |= {"theory": f"{about['theory']} over half a turn", "not_followed": TWO_FREQUENCIES}
     if "speed" not in parameter:
-        attributes["speed"] = family(first).speed
-    return Branches.of(_branch_dataset(explorer, family.attributes(0), attributes))
+        about["speed"] = family(first).speed
+    return Branches.of(_branch_dataset(explorer, family.attributes(0), about))
 
 
 def _branch_dataset(explorer: Explorer, parameter: dict[str, str], attributes: dict[str, Any]) -> xr.Dataset:
@@ -186,56 +180,44 @@ def _branch_dataset(explorer: Explorer, parameter: dict[str, str], attributes: d
     number = [i for i, branch in enumerate(explorer.branches, 1) for _ in branch.rows]
     kind = [branch.kind for branch in explorer.branches for _ in branch.rows]
     balls, names = len(explorer.kind), explorer.span.whole(0.0).host.names
-    data: dict[str, tuple[Any, Any, dict[str, str]]] = {
-        "branch": ("point", np.array(number, np.int64), {"long_name": "number of the branch, counted from 1"}),
-        "parameter": ("point", [row.value for row in rows], parameter),
-        "kind": ("point", kind, {"long_name": "equilibrium or orbit"}),
-        "name": ("point", [row.name for row in rows], {"long_name": "name of the state or motion"}),
-        "verdict": ("point", [verdict(row) for row in rows], {"long_name": "stable, marginal or unstable"}),
-        "unstable_directions": (
-            "point",
-            np.array([row.unstable for row in rows], np.int64),
-            {"long_name": "unstable directions"},
-        ),
-        "growth_rate": ("point", [row.growth for row in rows], _text("growth rate of the leading disturbance", "1/s")),
-        **_motion(rows, balls, len(names), "point", ""),
-    }
-    result = explorer.specials
+    result, along = explorer.specials, tuple(parameter.values())[:2]
     marks = [f.row for f in result]
     lyapunov = [f.special.lyapunov for f in result]
-    data |= {
-        "special_type": ("special", [f.special.kind for f in result], {"long_name": "what happens there"}),
-        "special_branch": (
-            "special",
-            np.array([f.branch + 1 for f in result], np.int64),
-            {"long_name": "on which branch"},
-        ),
-        "special_parameter": ("special", [row.value for row in marks], parameter),
-        "special_frequency": (
-            "special",
-            [f.special.frequency for f in result],
-            _text("frequency of the motion", "rad/s"),
-        ),
-        "lyapunov_coefficient": ("special", lyapunov, _text("first Lyapunov coefficient for ball angles in rad", "1")),
-        "criticality": (
-            "special",
-            [_criticality(value) for value in lyapunov],
-            {"long_name": "super- or subcritical Hopf point"},
-        ),
+
+    def counts(values: list[int]) -> np.ndarray:
+        return np.array(values, np.int64)
+
+    def words(values: list[str]) -> np.ndarray:
+        return np.asarray(values, np.str_)
+
+    at, mark = "point", "special"
+    data: dict[str, tuple[Any, ...]] = {
+        "branch": (at, counts(number), "number of the branch, counted from 1"),
+        "parameter": (at, [row.value for row in rows], *along),
+        "kind": (at, words(kind), "equilibrium or orbit"),
+        "name": (at, words([row.name for row in rows]), "name of the state or motion"),
+        "verdict": (at, words([row.verdict for row in rows]), "stable, marginal or unstable"),
+        "unstable_directions": (at, counts([row.unstable for row in rows]), "unstable directions"),
+        "growth_rate": (at, [row.growth for row in rows], "growth rate of the leading disturbance", "1/s"),
+        **_motion(rows, balls, len(names), at, ""),
+        "special_type": (mark, words([f.special.kind for f in result]), "what happens there"),
+        "special_branch": (mark, counts([f.branch + 1 for f in result]), "on which branch"),
+        "special_parameter": (mark, [row.value for row in marks], *along),
+        "special_frequency": (mark, [f.special.frequency for f in result], "frequency of the motion", "rad/s"),
+        "lyapunov_coefficient": (mark, lyapunov, "first Lyapunov coefficient for ball angles in rad", "1"),
+        "criticality": (mark, words([_criticality(value) for value in lyapunov]), "super- or subcritical Hopf point"),
         "special_unstable_directions": (
-            "special",
-            np.array([row.unstable for row in marks], np.int64),
-            {"long_name": "unstable directions there; 0 where stability begins or ends"},
+            mark,
+            counts([row.unstable for row in marks]),
+            "unstable directions there; 0 where stability begins or ends",
         ),
-        **_motion(marks, balls, len(names), "special", "special_"),
+        **_motion(marks, balls, len(names), mark, "special_"),
     }
-    table = xr.Dataset(coords={"ball": np.arange(1, balls + 1)})
-    if len(names) > 1:
-        table = table.assign_coords(station=list(names))
-    for name, (dims, values, attrs) in data.items():
-        table[name] = (dims, np.asarray(values, np.str_ if name in TEXTS else None), attrs)
-    table.attrs = attributes | {"branch_ends": [branch.ended for branch in explorer.branches]}
-    return table
+    ends = {"branch_ends": [branch.ended for branch in explorer.branches]}
+    table = labeled(data, None, attributes | ends).assign_coords(ball=np.arange(1, balls + 1))
+    for name in ("parameter", "special_parameter"):
+        table[name].attrs.update(parameter)
+    return table.assign_coords(station=list(names)) if len(names) > 1 else table
 
 
 def _motion(rows: list[Row], balls: int, stations: int, dim: str, prefix: str) -> dict[str, Any]:
@@ -247,7 +229,8 @@ def _motion(rows: list[Row], balls: int, stations: int, dim: str, prefix: str) -
         f"{prefix}station_deflection_{which}": (
             (dim, "station"),
             np.array([row.stations[side] for row in rows], np.float64).reshape(len(rows), stations),
-            _text(f"{word} deflection of a station", "m"),
+            f"{word} deflection of a station",
+            "m",
         )
         for side, (which, word) in enumerate((("min", "least"), ("max", "greatest")))
         if stations > 1
@@ -255,18 +238,14 @@ def _motion(rows: list[Row], balls: int, stations: int, dim: str, prefix: str) -
     low, high, speed = (by_ball([getattr(row, key) for row in rows]) for key in ("low", "high", "ball_speed"))
     turning = "; nan where the ball turns round and round"
     return {
-        f"{prefix}deflection_min": (dim, [row.deflection[0] for row in rows], _text(f"least deflection{most}", "m")),
-        f"{prefix}deflection_max": (dim, [row.deflection[1] for row in rows], _text(f"greatest deflection{most}", "m")),
+        f"{prefix}deflection_min": (dim, [row.deflection[0] for row in rows], f"least deflection{most}", "m"),
+        f"{prefix}deflection_max": (dim, [row.deflection[1] for row in rows], f"greatest deflection{most}", "m"),
         **by_station,
-        f"{prefix}ball_angle_in_rotor_min": (shape, low, _text(f"least ball angle in the rotor{turning}", "rad")),
-        f"{prefix}ball_angle_in_rotor_max": (shape, high, _text(f"greatest ball angle in the rotor{turning}", "rad")),
-        f"{prefix}ball_speed_in_space": (shape, speed, _text("mean ball speed in space", "rad/s")),
-        f"{prefix}period": (dim, [row.period for row in rows], _text("period in the frame of the rotor", "s")),
+        f"{prefix}ball_angle_in_rotor_min": (shape, low, f"least ball angle in the rotor{turning}", "rad"),
+        f"{prefix}ball_angle_in_rotor_max": (shape, high, f"greatest ball angle in the rotor{turning}", "rad"),
+        f"{prefix}ball_speed_in_space": (shape, speed, "mean ball speed in space", "rad/s"),
+        f"{prefix}period": (dim, [row.period for row in rows], "period in the frame of the rotor", "s"),
     }
-
-
-def _text(long_name: str, units: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": units}
 
 
 def _criticality(lyapunov: float) -> str:
@@ -476,17 +455,9 @@ def bifurcation_curves(
         return (rows, specials), max(explorer.tail(), *(row["tail"] for row in rows))
 
     rows, specials = with_enough_harmonics(family, followed)
-    attributes = {
-        "title": f"{kind} curves of {machine.name}, {from_state} state",
-        **provenance(),
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
-        "parameter": parameter,
-        "second_parameter": second,
-        "state": from_state,
-        "ignores": ", ".join(unknown(machine, Theory.AT_REST)),
-    }
-    return _dataset(family, rows, specials, attributes)
+    title = f"{kind} curves of {machine.name}, {from_state} state"
+    about = {"parameter": parameter, "second_parameter": second, "state": from_state}
+    return _dataset(family, rows, specials, attributes(machine, title, Theory.AT_REST) | about)
 
 
 def _curve_from(special: Special, problem: Steady, second: float, ends: tuple[float, float]) -> tuple[Curve, Floats]:
@@ -578,17 +549,19 @@ def _passes_through(rows: list[dict[str, Any]], problem: Curve, u: Floats) -> bo
 def _dataset(
     family: Family, rows: list[dict[str, Any]], specials: list[dict[str, Any]], attributes: dict[str, Any]
 ) -> xr.Dataset:
-    parameters = {"parameter": family.attributes(0), "second_parameter": family.attributes(1)}
-    data: dict[str, Any] = {"curve": ("point", [row["curve"] for row in rows], {"long_name": "number of the curve"})}
-    for name, attrs in parameters.items():
-        data[name] = ("point", [row[name] for row in rows], attrs)
-        data[f"special_{name}"] = ("special", np.array([row[name] for row in specials], np.float64), attrs)
     types = np.array([row["type"] for row in specials], dtype=np.str_)
-    data["special_type"] = ("special", types, {"long_name": "what happens there"})
+    data: dict[str, tuple[Any, ...]] = {
+        "curve": ("point", [row["curve"] for row in rows], "number of the curve"),
+        "special_type": ("special", types, "what happens there"),
+    }
     if rows and "frequency" in rows[0]:
         values = [row["lyapunov_coefficient"] for row in rows]
-        data["frequency"] = ("point", [row["frequency"] for row in rows], {"long_name": "frequency", "units": "rad/s"})
-        data["lyapunov_coefficient"] = ("point", values, {"long_name": "first Lyapunov coefficient", "units": "1"})
-        names = ["supercritical" if value < 0.0 else "subcritical" for value in values]
-        data["criticality"] = ("point", names, {"long_name": "criticality"})
-    return Answer.of(xr.Dataset(data, attrs=attributes), "BifurcationCurves")
+        data["frequency"] = ("point", [row["frequency"] for row in rows], "frequency", "rad/s")
+        data["lyapunov_coefficient"] = ("point", values, "first Lyapunov coefficient", "1")
+        data["criticality"] = ("point", [_criticality(value) or "subcritical" for value in values], "criticality")
+    result = labeled(data, None, attributes)
+    for number, name in enumerate(("parameter", "second_parameter")):
+        about = family.attributes(number)
+        result[name] = ("point", [row[name] for row in rows], about)
+        result[f"special_{name}"] = ("special", np.array([row[name] for row in specials], np.float64), about)
+    return Answer.of(result, "BifurcationCurves")

@@ -208,16 +208,12 @@ class Explorer:
                 continue
             if 0.0 <= first[-1] <= 1.0 and not self._known(new, first):
                 followed += self._steady(new, first, (first - here) / OFF, here)
-        if followed == 2:
-            self._sew()
-
-    def _sew(self) -> None:
-        """The last two branches leave a branch point in opposite directions: they are one."""
-        second, first = self.branches.pop(), self.branches[-1]
-        first.rows = [*reversed(second.rows), *first.rows[1:]]
-        first.points = [*reversed(second.points), *first.points[1:]]
-        for result in self.specials:
-            result.branch = min(result.branch, len(self.branches) - 1)
+        if followed == 2:  # two that leave in opposite directions are one branch
+            other, branch = self.branches.pop(), self.branches[-1]
+            branch.rows = [*reversed(other.rows), *branch.rows[1:]]
+            branch.points = [*reversed(other.points), *branch.points[1:]]
+            for result in self.specials:
+                result.branch = min(result.branch, len(self.branches) - 1)
 
     def _note(self, special: Special, number: int, problem: Steady) -> None:
         row = steady_row(problem, special.point.u)
@@ -253,16 +249,13 @@ class Explorer:
         part = follow_orbits(problem, u, like, self.steps.most, born=born, say=lambda share: self._say(number, share))
         self.specials += [SpecialPoint(special, number, row, None) for special, row in part.specials]
         self.branches[number].ended = part.ended
-        if part.ended == "Hopf":
-            self._arrived(part.rows[-1].share)
+        if part.ended == "Hopf":  # the point at which an orbit has shrunk to nothing needs no branch of its own
+            share = part.rows[-1].share
+            open_ends = [f for f in self.specials if f.special.kind == "Hopf" and not f.used]
+            near = min(open_ends, key=lambda f: abs(f.row.share - share), default=None)
+            if near is not None and abs(near.row.share - share) < 0.02:
+                near.used = True
         return part.rows
-
-    def _arrived(self, share: float) -> None:
-        """The Hopf point at which an orbit has shrunk to nothing needs no branch of its own."""
-        open_ends = [f for f in self.specials if f.special.kind == "Hopf" and not f.used]
-        near = min(open_ends, key=lambda f: abs(f.row.share - share), default=None)
-        if near is not None and abs(near.row.share - share) < 0.02:
-            near.used = True
 
 
 def _born_at(span: Range, groups: Groups, hopf: Special, intervals: int) -> tuple[Orbits, Floats, Floats]:

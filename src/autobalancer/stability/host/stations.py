@@ -122,11 +122,6 @@ class Plane:
             return complex(math.inf)
         return 2.0 * x * y / total
 
-    def backward(self, speed: float, whirl: complex) -> complex:
-        """Backward component of the whirl that comes with the forward component ``whirl``: z = a e^iWt + b e^-iWt."""
-        x, y = (complex(k - self.mass * speed**2, b * speed) for k, b in zip(self.stiffness, self.damping, strict=True))
-        return complex(np.conj(whirl * (y - x) / (y + x)))
-
     @property
     def fixed_load(self) -> complex:
         """Unbalance and the eccentric masses of the balls, kg m."""
@@ -280,7 +275,8 @@ class BallForces:
         size = np.maximum(np.abs(turn).max(-1), np.abs(change).max(-1) / speed)[..., None]
         step = (APART if order < 2 else WIDER) / np.where(size > 0.0, size, 1.0)
         way = PLACES.reshape(-1, *[1] * np.ndim(turn)) * step
-        values = self.torques(angles + way * turn, rates + way * change, speed, _first(angles))
+        first = np.reshape(angles, (-1, angles.shape[-1]))[0]
+        values = self.torques(angles + way * turn, rates + way * change, speed, first)
         return [np.tensordot(WEIGHTS[k], values, 1) / step**k for k in range(order + 1)]
 
     @property
@@ -336,10 +332,6 @@ def _torques_and_wall_forces(system: System, angles: Floats, rates: Floats, spee
     states[:, BALLS : BALLS + count], states[:, BALLS + count :] = angles, rates
     force_torques(system, states, speed, forces)
     return forces
-
-
-def _first(angles: Floats) -> Floats:
-    return np.asarray(np.reshape(angles, (-1, angles.shape[-1]))[0])
 
 
 def without_forces(machine: Machine) -> Machine:
@@ -692,6 +684,14 @@ def _load_at(machine: Machine, model: LateralModel, time: float, before: bool) -
     return load, unbalance_vector(machine, time, before=before)
 
 
+def vector_of(unbalance: complex | float) -> complex:
+    """An unbalance that is given, a vector or a mere size, kg m."""
+    value = complex(unbalance)
+    if not np.isfinite(value) or (not isinstance(unbalance, complex) and value.real < 0.0):
+        raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
+    return value
+
+
 def load_of_size(machine: Machine, model: LateralModel, unbalance: complex | float) -> tuple[Complexes, complex]:
     """Load and resultant with another size or vector of the only unbalance, kg m."""
     if len(machine.unbalances) != 1 or machine.unbalances[0].is_couple:
@@ -699,9 +699,7 @@ def load_of_size(machine: Machine, model: LateralModel, unbalance: complex | flo
             f"unbalance: the machine has {len(machine.unbalances)} unbalances along its axis; change the one you mean in "
             "the machine, such as 'unbalances[1].moment'"
         )
-    value, part = complex(unbalance), machine.unbalances[0]
-    if not np.isfinite(value) or (not isinstance(unbalance, complex) and value.real < 0.0):
-        raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
+    value, part = vector_of(unbalance), machine.unbalances[0]
     direction = complex(np.exp(1j * float(part.angle)))
     if isinstance(unbalance, complex):
         value = value / direction
@@ -751,23 +749,18 @@ class Series:
     __rmul__ = __mul__
 
 
-# The damping of the whirl at a critical speed, and of the slowest motion of the rotor.
+# The damping of the whirl at a critical speed, and of all free motions of the rotor.
 
 
 def damping_ratio(model: LateralModel, speed: float) -> float:
     """Of the free whirl that turns with the rotor at a critical speed."""
-    values = _free(model, speed)
+    values = free_eigenvalues(model, speed)
     own = values[np.argmin(np.abs(values - 1j * speed))]
     return float(-own.real / abs(own))
 
 
-def slowest_decay(st: Stations, speed: float) -> float:
-    """Decay rate of the free motion of the rotor that dies away last, 1/s; with the mass of the balls on it."""
-    return float((-_free(st.model, speed).real).min())
-
-
-def _free(model: LateralModel, speed: float) -> NDArray[np.complex128]:
-    """Eigenvalues of the rotor at a speed, 1/s."""
+def free_eigenvalues(model: LateralModel, speed: float) -> NDArray[np.complex128]:
+    """Eigenvalues of the rotor at a speed, 1/s, with the mass of the balls on it."""
     mass: NDArray[Any]
     stiffness: NDArray[Any]
     turning: NDArray[Any]

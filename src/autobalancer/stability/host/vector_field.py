@@ -182,6 +182,29 @@ class Field:
                 matrix[..., one, other] += (slopes.T * np.asarray(entry[k])[..., None, :]) @ slopes
             load[..., ball] += adds.torque[k]
 
+    def at(self, state: Floats, theta: Floats) -> Floats:
+        """A state, which is at rest, at any rotor angles: once."""
+        return state[None]
+
+    def around(self, state: Numbers) -> Numbers:
+        """The state, which is alike at all angles."""
+        return state
+
+    def exponents(self, state: Floats, scale: Floats | float = 1.0) -> Complexes:
+        """Growth rates, 1/s, greatest real part first, (size,); ``scale`` is the size of each component."""
+        sizes = np.broadcast_to(scale, state.shape)
+        values = np.linalg.eigvals(self.jacobian(state) * sizes / sizes[:, None])
+        return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
+
+    def held(self, stiffness: Floats, damping: Floats) -> Floats:
+        """As :meth:`Cycle.held`: the stiffness is constant."""
+        return stiffness
+
+    @property
+    def field(self) -> Field:
+        """Itself."""
+        return self
+
     def accelerations(self, states: Floats, rates: Floats) -> Floats:
         """A, of the coordinates in space along the axes of the rotor; ``rates`` is the field there."""
         half = self.rotor // 2
@@ -189,8 +212,13 @@ class Field:
 
     def jacobian(self, states: Floats) -> Matrix:
         """Derivative of the field with respect to the state, (..., size, size)."""
-        if not self.host.plain:
-            return self._jacobian_by_series(states)
+        if not self.host.plain:  # balls feel more than the deflection of their race: one direction after the other
+            directions = self.units(states)
+            matrices, pushes = self.series(np.broadcast_to(states, directions.shape), directions, 1)
+            inertia = self.inertia(matrices[0][0])
+            rates = np.linalg.solve(inertia, pushes[0][0, ..., None])
+            moved = pushes[1] - (matrices[1] @ rates)[..., 0]
+            return self._slopes(np.linalg.solve(inertia, np.moveaxis(moved, 0, -1)))
         p, n, speed, first = self.host, self.balls, self.speed, self.rotor
         half, pairs = first // 2, first // 4
         _, damping, stiffness, _ = self._matrices
@@ -214,15 +242,6 @@ class Field:
         right[..., half + ball, first + ball] = p.moment * (c * ax + s * ay - speed**2 * along)
         right[..., half + ball, first + n + ball] = -p.drag
         return self._slopes(np.linalg.solve(self.inertia(self._coupling(c, s)), right))
-
-    def _jacobian_by_series(self, states: Floats) -> Matrix:
-        """The same where balls feel more than the deflection of their race: one direction after the other."""
-        directions = self.units(states)
-        matrices, right = self.series(np.broadcast_to(states, directions.shape), directions, 1)
-        inertia = self.inertia(matrices[0][0])
-        rates = np.linalg.solve(inertia, right[0][0, ..., None])
-        moved = right[1] - (matrices[1] @ rates)[..., 0]
-        return self._slopes(np.linalg.solve(inertia, np.moveaxis(moved, 0, -1)))
 
     @staticmethod
     def units(states: Floats) -> Floats:
@@ -435,7 +454,7 @@ class Cycle:
 
     def at(self, state: Floats, theta: Floats) -> Floats:
         """A state at any rotor angles, (k, size)."""
-        return np.asarray(_waves(self.count, theta) @ state.reshape(self.count, self.size))
+        return np.asarray(_harmonics(self.count, theta) @ state.reshape(self.count, self.size))
 
     def harmonics(self, states: Numbers) -> Numbers:
         """The other way, (..., count * size)."""
@@ -507,7 +526,7 @@ class Cycle:
             whole = one @ whole
         return whole
 
-    def exponents(self, state: Floats) -> Complexes:
+    def exponents(self, state: Floats, scale: Floats | float = 1.0) -> Complexes:
         """Growth rates, 1/s, greatest real part first, (size,)."""
         multipliers = np.linalg.eigvals(self.half_turn(state)).astype(np.complex128)
         multipliers[multipliers == 0.0] = np.finfo(float).tiny  # what dies out within half a turn
@@ -556,13 +575,9 @@ def step_maps(held: Matrix, slowed: Matrix, h: float) -> Matrix:
     return maps
 
 
-def _waves(count: int, theta: Floats | None = None) -> Matrix:
-    """Harmonics, the columns, at the angles of half a turn or at others."""
-    return _at_own(count) if theta is None else _harmonics(count, theta)
-
-
 @cache
-def _at_own(count: int) -> Matrix:
+def _waves(count: int) -> Matrix:
+    """Harmonics, the columns, at the angles of half a turn."""
     return _harmonics(count, np.pi * np.arange(count) / count)
 
 

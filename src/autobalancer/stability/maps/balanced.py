@@ -230,8 +230,10 @@ class EqualBalls:
         if self.spread is not None:
             return np.full(speeds.size, self.spread)
         shares = self.shares(speeds)
-        possible = shares <= self.balancer.count * (1.0 + 1e-12)
-        return np.where(possible, self._spread(np.minimum(shares, self.balancer.count)), np.nan)
+        count = self.balancer.count
+        held = np.minimum(shares, count)
+        spreads = spread_of_two(held) if count == 2 else np.interp(held, *self._table)
+        return np.where(shares <= count * (1.0 + 1e-12), spreads, np.nan)
 
     def rates(self, speeds: Floats) -> Floats:
         """Growth rates, 1/s."""
@@ -239,19 +241,14 @@ class EqualBalls:
         rates = growth_rates(self.balancer, speeds, np.nan_to_num(spreads))[0]
         return np.where(np.isnan(spreads), np.nan, rates)
 
-    def _spread(self, shares: Floats) -> Floats:
-        count = self.balancer.count
-        if count == 2:
-            return spread_of_two(shares)
-        grid, values = self._table
-        return np.asarray(np.interp(shares, grid, values))
-
     @cached_property
     def _table(self) -> tuple[Floats, Floats]:
         """|S2| over the resultant: one value if the race is centric, else a table."""
-        count, center = self.balancer.count, self.plane.offset[0]
-        grid = self.shares(np.ones(1)) if center == 0.0 else np.linspace(0.0, count, 40 * count + 1)
-        low, high = np.array([spread_range(count, min(float(share), float(count))) for share in grid]).T
+        count, grid = self.balancer.count, self.shares(np.ones(1))
+        if self.plane.offset[0] == 0.0:
+            low, high = np.array([spread_range(count, min(float(share), float(count))) for share in grid]).T
+        else:
+            grid, low, high = _spread_table(count)
         return grid, low + self.place * (high - low)
 
 

@@ -12,20 +12,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_quantity
 from autobalancer.assembly.terms import Theory, ignores, unknown, weightless
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, QuestionError, RangeWarning, warn
-from autobalancer.files.machine_file import balls_in_races, machine_text
+from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.machine.path import axis_attributes, dimension_of, text_of
-from autobalancer.results.answers.answer import Answer, provenance
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.labels import labeled
 from autobalancer.roots import root
-from autobalancer.stability.border import Border
-from autobalancer.stability.host.stations import Floats, Plane, is_planar, plane
+from autobalancer.stability.border import Border, attributes
+from autobalancer.stability.host.stations import Floats, is_planar, plane
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.exact import (
     AVERAGED,
@@ -34,7 +34,7 @@ from autobalancer.stability.maps.exact import (
     border_of,
     borders_of,
     exact_borders,
-    speed_or_none,
+    positive_speed,
     theory_of,
     with_ignored_terms,
     worst_case_of,
@@ -42,7 +42,7 @@ from autobalancer.stability.maps.exact import (
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
 from autobalancer.stability.states.rest_states import Described, described
-from autobalancer.units import to_si, unbalance_argument
+from autobalancer.units import unbalance_argument
 
 Progress = Callable[[int, int], None]
 VARIABLES = {name: name.replace(", ", "_").replace(" ", "_") for name in NAMES}
@@ -108,7 +108,7 @@ def border_curve(
         raise QuestionError(f"values: given none; give at least one of {parameter!r}")
     points = [value.item() if isinstance(value, np.generic) else value for value in values]
     numbers = [si_value(machine, parameter, value) for value in points]
-    rows, critical, top = [], [], speed_or_none(up_to)
+    rows, critical, top = [], [], None if up_to is None else positive_speed(up_to, "up_to")
     constant: tuple[Border, ...] | None = None  # only the exact border depends on the unbalance of races on the axis
     for number, value in enumerate(points):
         changed, p = with_values(machine, {parameter: value})
@@ -146,46 +146,38 @@ def _dataset(
     machine: Machine, parameter: str, numbers: list[float], rows: list[tuple[Border, ...]], critical: list[float]
 ) -> Answer:
     dim = dimension_of(parameter)
-    dataset = xr.Dataset(coords={dim: (dim, numbers, axis_attributes(parameter))})
-    names = [name for name in VARIABLES if any(border.name == name for row in rows for border in row)]
+    by_name = [{border.name: border for border in row} for row in rows]
+    names = [name for name in VARIABLES if any(name in entry for entry in by_name)]
+    data: dict[str, tuple[Any, ...]] = {}
     for name in names:
-        by_name = [{border.name: border for border in row} for row in rows]
         missing = Border(name, math.nan, MISSING.get(name, ""))
         borders = [entry.get(name, missing) for entry in by_name]
-        dataset[VARIABLES[name]] = (dim, [b.speed for b in borders], {"long_name": name, "units": "rad/s"})
-        dataset[f"{VARIABLES[name]}_note"] = (
-            dim,
-            np.array([b.note for b in borders], dtype=object),
-            {"long_name": f"note on the {name}"},
-        )
-    dataset["critical_speed"] = (dim, critical, {"long_name": "lower critical speed", "units": "rad/s"})
+        notes = np.array([b.note for b in borders], dtype=object)
+        data[VARIABLES[name]] = (dim, [b.speed for b in borders], name, "rad/s")
+        data[f"{VARIABLES[name]}_note"] = (dim, notes, f"note on the {name}")
+    data["critical_speed"] = (dim, critical, "lower critical speed", "rad/s")
     p = described(weightless(machine), None)
-    dataset.attrs = {
-        "title": f"Border speeds of {machine.name} over {text_of(parameter)}",
-        **provenance(),
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
+    # what the borders of balls at rest leave out, and those of stalled balls, which know more
+    left_out: dict[bool, dict[str, None]] = {}
+    for theory in map(theory_of, names):
+        left_out.setdefault(theory is Theory.STALLED, {}).update(dict.fromkeys(unknown(machine, theory)))
+    stalled = ", ".join(left_out.get(True, ()))
+    ignored = {"ignores": stalled}
+    if False in left_out:
+        ignored = {"ignores": ", ".join(left_out[False]), "stalled_ignores": stalled}
+    title = f"Border speeds of {machine.name} over {text_of(parameter)}"
+    dataset = labeled(data, None, attributes(machine, title, Theory.AT_REST)).assign_coords(
+        {dim: (dim, numbers, axis_attributes(parameter))}
+    )
+    dataset.attrs |= ignored | {
         "parameter": parameter,
         "unbalance": abs(p.unbalance),
         "capability": float(np.sum(p.capability)),
         "balls": len(resolve(machine)),
-        **_ignored(machine, names),
         "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
         "capture speed: torque balance of stalled balls",
     }
     return Answer.of(dataset, "BorderCurve")
-
-
-def _ignored(machine: Machine, names: list[str]) -> dict[str, str]:
-    """What the borders of balls at rest leave out, and those of stalled balls, which know more."""
-    left_out: dict[bool, dict[str, None]] = {}
-    for name in names:
-        theory = theory_of(name)
-        left_out.setdefault(theory is Theory.STALLED, {}).update(dict.fromkeys(unknown(machine, theory)))
-    stalled = ", ".join(left_out.get(True, ()))
-    if False not in left_out:
-        return {"ignores": stalled}
-    return {"ignores": ", ".join(left_out[False]), "stalled_ignores": stalled}
 
 
 # The least viscosity or drag with which the balanced state is stable at a speed and above it.
@@ -257,7 +249,7 @@ def _minimum(
     machine = weightless(whole)
     if which not in VARIABLES:
         raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
-    wanted = _speed(speed)
+    wanted = positive_speed(speed)
     p = described(machine, unbalance)
     if left_out := ignores(whole, theory_of(which)):
         warn(f"minimum {name}: the {which} {left_out}", RangeWarning)
@@ -282,13 +274,22 @@ def _minimum(
     grid = np.linspace(low, high, round(STEPS * (high - low) / math.log(10.0)) + 1)[::-1]
     if not enough(float(grid[0])):
         return math.inf
-    if which == RELEASE:
-        grid = _around(enough, grid)
+    if which == RELEASE:  # whose answer changes once over the drag: the two neighbors between which it does
+        first, last = 0, grid.size - 1
+        if enough(float(grid[last])):
+            return 0.0
+        while last - first > 1:
+            middle = (first + last) // 2
+            first, last = (middle, last) if enough(float(grid[middle])) else (first, middle)
+        grid = grid[first : last + 1]
     # between two values: a root where the border is a smooth function, else bisection
     for before, after in pairwise(grid):
         if not enough(float(after)):
             if which in (RELEASE, CAPTURE):
-                return _root(surplus, float(after), float(before))
+                at = root(surplus, float(after), float(before), xtol=1e-11, rtol=1e-14)
+                while surplus(at) > 0.0 and at < before:
+                    at += 1e-10
+                return math.exp(at)
             return _bisected(enough, float(after), float(before))
     return 0.0
 
@@ -337,32 +338,6 @@ def _surplus(machine: Machine, p: Described, which: str, speed: float) -> float:
     return -1.0 if math.isnan(border) else max(min(math.log(border / speed), 1.0), -1.0)
 
 
-def _around(enough: Callable[[float], bool], grid: Floats) -> Floats:
-    """The two neighbors between which a question is decided whose answer changes once, as that of release does over the drag."""
-    low, high = 0, grid.size - 1
-    if enough(float(grid[high])):
-        return grid[:1]
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if enough(float(grid[middle])) else (low, middle)
-    return grid[low : high + 1]
-
-
-def _root(surplus: Callable[[float], float], low: float, high: float) -> float:
-    """Like :func:`_bisected`, faster where the surplus is smooth."""
-    at = root(surplus, low, high, xtol=1e-11, rtol=1e-14)
-    while surplus(at) > 0.0 and at < high:
-        at += 1e-10
-    return math.exp(at)
-
-
-def _speed(speed: float | str) -> float:
-    value = float(to_si(speed, "rad/s"))
-    if not value > 0.0:
-        raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
-    return value
-
-
 def _bisected(enough: Callable[[float], bool], low: float, high: float) -> float:
     """The logarithm between one that is not enough and one that is, turned back."""
     while high - low > 1e-10:
@@ -393,7 +368,7 @@ def rates_over(
     outer = [name for name in values if name not in inner]  # those that need another machine
     speeds = values.get("speed", np.array([speed]))
     rows = list(product(*(values[name].tolist() for name in outer)))
-    machines, planes = zip(*(with_values(machine, dict(zip(outer, row, strict=True))) for row in rows), strict=True)
+    planes = [with_values(machine, dict(zip(outer, row, strict=True)))[1] for row in rows]
     own = np.array([np.nan])  # the unbalance of the machine
     sizes = values.get("unbalance", own) if planar else own
     # some more tasks than threads, so that none waits long for the last
@@ -404,9 +379,11 @@ def rates_over(
     def work(task: tuple[int, Floats]) -> None:
         row, part = task
         for k in part:
-            here = planes[row]
-            p = here if np.isnan(sizes[k]) else with_size(here, float(sizes[k]))
-            result[row, k] = _rates(machines[row], p, speeds, worst)
+            p = planes[row]
+            if not np.isnan(sizes[k]):  # another size of its unbalance
+                p = replace(p, unbalance=float(sizes[k]) * (p.unbalance / abs(p.unbalance) if p.unbalance else 1.0))
+            rates = np.array([member.rates(speeds) for member in balanced_states(p)[:MEMBERS]])
+            result[row, k] = (np.fmax if worst else np.fmin).reduce(rates)
 
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
         for done, _ in enumerate(pool.map(work, tasks), 1):
@@ -416,18 +393,6 @@ def rates_over(
     order = [*outer, *(name for name in inner if name in values)]
     kept = result.reshape([values[name].size for name in order])
     return np.ascontiguousarray(kept.transpose([order.index(name) for name in values]))
-
-
-def with_size(p: Plane, size: float) -> Plane:
-    """The plane with another size of its unbalance."""
-    direction = p.unbalance / abs(p.unbalance) if p.unbalance else 1.0
-    return replace(p, unbalance=size * direction)
-
-
-def _rates(machine: Machine, p: Described, speeds: Floats, worst: bool) -> Floats:
-    members = balanced_states(p)[:MEMBERS]
-    rates = np.array([member.rates(speeds) for member in members])
-    return np.asarray((np.fmax if worst else np.fmin).reduce(rates))
 
 
 def with_values(machine: Machine, values: dict[str, Any]) -> tuple[Machine, Described]:

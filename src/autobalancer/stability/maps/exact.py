@@ -68,14 +68,24 @@ def exact_borders(machine: Machine, p: Described) -> list[Border]:
         result = [one.noted(short) for one in result if not math.isnan(one.speed)] or result
     if isinstance(members[0], ForcedBalls):
         result = [one.noted(members[0].left_at(one.speed)) for one in result]
+
     # one position, or the worst and the best of a continuum
-    low, high = min(result, key=_rank), max(result, key=_rank)
+    def rank(border: Border) -> float:
+        return -math.inf if math.isnan(border.speed) else border.speed
+
+    low, high = min(result, key=rank), max(result, key=rank)
     if len(members) == 1:
         return result
     best = replace(low, name="exact border, best case")
     if math.isnan(high.speed):  # nowhere is there any of them
         return [high, best]
-    which = f"worst of {len(result)} positions of the balls, {_range(members)}best {_say(low.speed)}"
+    spreads = ""
+    if isinstance(members[0], EqualBalls):
+        fast = np.array([40.0 * members[0].balancer.critical_speed])
+        ends = [float(m.spreads(fast)[0]) for m in (members[0], members[-1]) if isinstance(m, EqualBalls)]
+        spreads = f"|S2| from {ends[0]:.3g} to {ends[1]:.3g}; "
+    speed = "none" if math.isnan(low.speed) else "never" if math.isinf(low.speed) else f"{low.speed:.5g} rad/s"
+    which = f"worst of {len(result)} positions of the balls, {spreads}best {speed}"
     if math.isinf(high.speed) and math.isfinite(low.speed):
         which += ", worst never"
     return [replace(high, best=low.speed).noted(which), best.noted("best of these positions")]
@@ -188,25 +198,6 @@ def _worst_spread(members: Sequence[Balanced], p: Described) -> Border:
     )
 
 
-def _rank(border: Border) -> float:
-    return -math.inf if math.isnan(border.speed) else border.speed
-
-
-def _say(speed: float) -> str:
-    return "none" if math.isnan(speed) else "never" if math.isinf(speed) else f"{speed:.5g} rad/s"
-
-
-def _range(members: list[Balanced]) -> str:
-    if not isinstance(members[0], EqualBalls):
-        return ""
-    ends = [
-        float(m.spreads(np.array([40.0 * m.balancer.critical_speed]))[0])
-        for m in (members[0], members[-1])
-        if isinstance(m, EqualBalls)
-    ]
-    return f"|S2| from {ends[0]:.3g} to {ends[1]:.3g}; "
-
-
 # All speed ranges in which the balanced state is stable, not only the last one.
 
 
@@ -279,7 +270,8 @@ def stable_windows(
     items = [windows_of(member, low, float(highest), p) for member in members]
     common = items[0][0]
     for windows, _ in items[1:]:
-        common = _overlap(common, windows)
+        overlaps = [(max(a, c), min(b, d)) for a, b in common for c, d in windows]
+        common = [(start, end) for start, end in overlaps if start < end]
     note = items[0][1]
     if len(members) > 1:
         note = f"all of {len(members)} positions that balance; {note}".rstrip("; ")
@@ -392,11 +384,6 @@ def _halved(holds: Callable[[float], bool], inside: float, outside: float) -> fl
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if holds(middle) else (inside, middle)
     return float(inside)
-
-
-def _overlap(window: list[Window], other: list[Window]) -> list[Window]:
-    pairs = ((max(a, c), min(b, d)) for a, b in window for c, d in other)
-    return [pair for pair in pairs if pair[0] < pair[1]]
 
 
 # The border speeds, each under its own name.
@@ -574,16 +561,15 @@ def borders(
     """
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
-    return Borders(borders_of(machine, described(weightless(machine), unbalance), only, speed_or_none(up_to)))
+    top = None if up_to is None else positive_speed(up_to, "up_to")
+    return Borders(borders_of(machine, described(weightless(machine), unbalance), only, top))
 
 
-def speed_or_none(speed: float | str | None) -> float | None:
+def positive_speed(speed: float | str, name: str = "speed") -> float:
     """rad/s, above zero."""
-    if speed is None:
-        return None
     value = float(to_si(speed, "rad/s"))
     if not value > 0.0:
-        raise QuestionError(f"up_to: given {speed!r}; must be greater than zero")
+        raise QuestionError(f"{name}: given {speed!r}; must be greater than zero")
     return value
 
 

@@ -14,12 +14,14 @@ from autobalancer.assembly.quantities import parameter_range, si_value, value_of
 from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.catalog.product_tables import fluid, fluids
 from autobalancer.errors import CatalogError, QuestionError
-from autobalancer.files.machine_file import balls_in_races, machine_text
+from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.machine.path import QUANTITIES, axis_attributes, dimension_of, parts_of
 from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
-from autobalancer.results.answers.answer import Answer, provenance
+from autobalancer.results.answers.answer import Answer
+from autobalancer.results.labels import labeled
+from autobalancer.stability.border import attributes
 from autobalancer.stability.friction import held_share
 from autobalancer.stability.host.stations import Floats, is_planar
 from autobalancer.stability.maps.balanced import balanced_states
@@ -30,7 +32,7 @@ from autobalancer.stability.maps.curve import (
     unbalances_to_capability,
     with_values,
 )
-from autobalancer.stability.maps.exact import borders_of
+from autobalancer.stability.maps.exact import borders_of, positive_speed
 from autobalancer.stability.stall.capture import CAPTURE, RELEASE
 from autobalancer.stability.states.rest_states import described
 from autobalancer.units import to_si
@@ -102,8 +104,14 @@ def map(
     refuse_beyond_memory(
         "stability map", math.prod(v.size for v in values.values()), "points", 400.0, "; ask for fewer"
     )
-    fixed = math.nan if "speed" in axes else _fixed_speed(machine, speed)
-    if "speed" in axes and speed is not None:
+    fixed = math.nan
+    if "speed" not in axes:
+        fixed = value_of(machine, "speed") if speed is None else positive_speed(speed)
+        if not fixed > 0.0:
+            raise QuestionError(
+                "speed: it is neither an axis nor prescribed by the machine's drive; give one, in rad/s"
+            )
+    elif speed is not None:
         raise QuestionError("speed: given twice, as an axis and as a number; leave out one of them")
     later = min(borders, max(axis.size for name, axis in values.items() if name != "speed")) if "speed" in axes else 0
     first, second = _split_progress(progress, later)
@@ -134,16 +142,12 @@ def _split_progress(progress: Progress | None, later: int) -> tuple[Progress | N
     return first, lambda done, total: told(rows + done, rows + total)
 
 
-def _known(name: str) -> None:
-    if name not in ("speed", *QUANTITIES) and "." not in name:
-        raise QuestionError(
-            f"{name!r} is not a parameter; available are speed, {', '.join(QUANTITIES)}, and paths with dots"
-        )
-
-
 def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
     for part in parts_of(name):
-        _known(part)
+        if part not in ("speed", *QUANTITIES) and "." not in part:
+            raise QuestionError(
+                f"{part!r} is not a parameter; available are speed, {', '.join(QUANTITIES)}, and paths with dots"
+            )
     if isinstance(axis, str):
         axis = parameter_range(machine, name, axis)
     points = [value.item() if isinstance(value, np.generic) else value for value in axis]
@@ -158,40 +162,19 @@ def _numbers(machine: Machine, name: str, axis: Axis) -> Floats:
     return numbers
 
 
-def _fixed_speed(machine: Machine, speed: float | str | None) -> float:
-    if speed is not None:
-        value = float(to_si(speed, "rad/s"))
-        if not value > 0.0:
-            raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
-        return value
-    value = value_of(machine, "speed")
-    if not value > 0.0:
-        raise QuestionError("speed: it is neither an axis nor prescribed by the machine's drive; give one, in rad/s")
-    return value
-
-
 def _dataset(machine: Machine, values: dict[str, Floats], rates: Floats, speed: float, positions: str) -> xr.Dataset:
-    dims = tuple(dimension_of(name) for name in values)
-    dataset = xr.Dataset()
-    for dim, (name, numbers) in zip(dims, values.items(), strict=True):
-        dataset = dataset.assign_coords({dim: (dim, numbers, axis_attributes(name))})
-    dataset["growth_rate"] = (dims, rates, {"long_name": "growth rate of the balanced state", "units": "1/s"})
+    axes = {dimension_of(name): (name, numbers) for name, numbers in values.items()}
     p = described(weightless(machine), None)
-    route = balanced_states(p)[0].route
-    dataset.attrs = {
-        "title": f"Stability map of {machine.name}",
-        **provenance(),
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
+    about = attributes(machine, f"Stability map of {machine.name}", Theory.AT_REST) | {
         "parameters": list(values),
         "positions": positions if p.moment.size > 2 else "only ones",
         "unbalance": abs(p.unbalance),
-        "theory": f"exact: full equations, {route}",
+        "theory": f"exact: full equations, {balanced_states(p)[0].route}",
         "ignores": ", ".join(unknown(with_friction(machine, values), Theory.AT_REST)),
+        **({} if math.isnan(speed) else {"speed": speed}),
     }
-    if not math.isnan(speed):
-        dataset.attrs["speed"] = speed
-    return dataset
+    result = labeled({"growth_rate": (tuple(axes), rates, "growth rate of the balanced state", "1/s")}, None, about)
+    return result.assign_coords({dim: (dim, numbers, axis_attributes(name)) for dim, (name, numbers) in axes.items()})
 
 
 # What is drawn on a map besides the growth rate: border speeds, operating points, fluids of the catalog.
@@ -210,7 +193,7 @@ def with_borders(
     """The border speeds over the axis that is not the speed, at ``count`` of its values; ``progress`` counts these."""
     other = next(name for name in values if name != "speed")
     axis = np.unique(values[other])
-    chosen = axis[np.unique(np.linspace(0, axis.size - 1, min(count, axis.size)).round().astype(int))]
+    chosen = _thinned(axis, count)
     if other == "unbalance" and is_planar(machine):  # the border has a narrow peak over it
         dense = unbalances_to_capability(machine, 2 * count)
         chosen = np.unique([*chosen, *dense[(dense >= axis[0]) & (dense <= axis[-1])]])
@@ -222,10 +205,7 @@ def with_borders(
 
 def with_release(dataset: xr.Dataset, machine: Machine, values: dict[str, Floats]) -> xr.Dataset:
     """Release and capture speed over two axes without the speed, at a few values of each."""
-    few = [
-        axis[np.unique(np.linspace(0, axis.size - 1, min(COARSE, axis.size)).round().astype(int))]
-        for axis in (np.unique(axis) for axis in values.values())
-    ]
+    few = [_thinned(axis, COARSE) for axis in values.values()]
     speeds = np.full((2, *(axis.size for axis in few)), np.nan)
     for i, first in enumerate(few[0].tolist()):
         for j, second in enumerate(few[1].tolist()):
@@ -272,7 +252,9 @@ def with_fluids(dataset: xr.Dataset, machine: Machine, names: list[str]) -> xr.D
     """The fluids of the catalog along a viscosity axis, at the temperature of the machine's fluid, else 25 degC."""
     if "viscosity" not in names:
         return dataset
-    temperature = _temperature(machine)
+    races = (race for balancer in machine.balancers for race in balancer.races)
+    known = (race.fluid.temperature for race in races if race.fluid is not None and race.fluid.temperature is not None)
+    temperature = float(next(known, 298.15))
     low, high = float(dataset["viscosity"].min()), float(dataset["viscosity"].max())
     rows = []
     for entry in fluids():
@@ -292,14 +274,6 @@ def with_fluids(dataset: xr.Dataset, machine: Machine, names: list[str]) -> xr.D
     attrs = {"long_name": "its density; the map keeps that of the machine's fluid", "units": "kg/m^3"}
     dataset["fluid_density"] = ("fluid", [row[3] for row in rows], attrs)
     return dataset
-
-
-def _temperature(machine: Machine) -> float:
-    for balancer in machine.balancers:
-        for race in balancer.races:
-            if race.fluid is not None and race.fluid.temperature is not None:
-                return float(race.fluid.temperature)
-    return 298.15
 
 
 # Where on a map friction holds balls at rest: the whirl it holds against that of the unbalance.
@@ -342,6 +316,7 @@ def with_friction_share(dataset: xr.Dataset, machine: Machine, values: dict[str,
 
 
 def _thinned(axis: Floats, count: int) -> Floats:
+    """So many of its values, ascending, evenly chosen."""
     ordered = np.unique(axis)
     return np.asarray(
         ordered[np.unique(np.linspace(0, ordered.size - 1, min(count, ordered.size)).round().astype(int))]

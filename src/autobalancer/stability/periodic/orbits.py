@@ -33,8 +33,8 @@ from autobalancer.stability.continuation.steady import (
     nearly_true_races,
     running_true,
 )
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
-from autobalancer.stability.host.vector_field import Cycle, Equations
+from autobalancer.stability.host.stations import Complexes, Floats, Matrix
+from autobalancer.stability.host.vector_field import Equations
 from autobalancer.stability.states.linearized import deciding_eigenvalues
 from autobalancer.stability.states.rest_states import state_at_rest
 
@@ -115,19 +115,14 @@ class Orbits:
         states = self.states(u)
         defect = self.mesh.slopes_at_gauss(states) - self._field(u, self.mesh.at_gauss(states))[1]
         ends = states[-1] - states[0] - self.jump
-        return np.concatenate([defect.ravel(), ends, [float((self._phase() * states).sum()) - self._level()]])
+        phase = self._phase()
+        off = float((phase * states).sum()) - float((phase * self.reference).sum())
+        return np.concatenate([defect.ravel(), ends, [off]])
 
     def _phase(self) -> Matrix:
-        """Row of the phase condition: integral of x . reference' (Doedel 1981)."""
+        """Row of the phase condition: integral of x . reference' (Doedel 1981), from the Gauss points to the nodes."""
         weighted = self.mesh.slopes_at_gauss(self.reference) * self.mesh.weights()[:, :, None]
-        return self._to_nodes(weighted)
-
-    def _level(self) -> float:
-        return float((self._phase() * self.reference).sum())
-
-    def _to_nodes(self, at_gauss: Matrix) -> Matrix:
-        """Transpose of :meth:`Mesh.at_gauss`."""
-        pieces = np.einsum("kj,nkd->njd", basis()[0], at_gauss)
+        pieces = np.einsum("kj,nkd->njd", basis()[0], weighted)
         nodes = np.zeros((self.mesh.count * DEGREE + 1, self.size))
         for j in range(DEGREE + 1):
             nodes[j : j + self.mesh.count * DEGREE : DEGREE] += pieces[:, j]
@@ -142,7 +137,7 @@ class Orbits:
         slope = sum(w * self._field(np.append(u[:-1], s), at)[1] for s, w in zip(shares, weights, strict=True))
         extra = -np.stack([rates, np.asarray(slope)], -1)
         count = rates.size
-        inside = condensed(self.mesh, jacobians, extra, right[:count].reshape(rates.shape)).nodes
+        inside = condensed(self.mesh, jacobians, extra, right[:count].reshape(rates.shape))
         rows = np.zeros((d + 2, d + 3))
         rows[:d] = inside[-1] - inside[0]
         rows[d] = np.einsum("nd,ndc->c", self._phase(), inside)
@@ -178,8 +173,8 @@ class Orbits:
         at, scale = self.mesh.at_gauss(states), self.span.scale(field.balls)
         jacobians = field.jacobian(at) * (self.period(u) * scale / scale[:, None])
         n, m, d = at.shape
-        whole: Condensed = condensed(self.mesh, jacobians, np.zeros((n, m, d, 0)), np.zeros((n, m, d)))
-        values = np.linalg.eigvals(whole.monodromy).astype(np.complex128)
+        nodes = condensed(self.mesh, jacobians, np.zeros((n, m, d, 0)), np.zeros((n, m, d)))
+        values = np.linalg.eigvals(nodes[-1, :, :d]).astype(np.complex128)
         trivial = int(np.argmin(np.abs(values - 1.0)))
         others = np.delete(values, trivial)
         return np.concatenate([values[trivial : trivial + 1], others[np.argsort(-np.abs(others))]])
@@ -264,21 +259,10 @@ class Mesh:
         return Mesh(edges)
 
 
-@dataclass(frozen=True)
-class Condensed:
-    """All nodes as ``nodes @ (first node, extra unknowns, 1)``, (N m + 1, d, d + e + 1)."""
-
-    nodes: Any
-
-    @property
-    def monodromy(self) -> Matrix:
-        """The last node by the first one."""
-        d = self.nodes.shape[1]
-        return np.asarray(self.nodes[-1, :, :d])
-
-
-def condensed(mesh: Mesh, jacobians: Any, extra: Any, right: Any) -> Condensed:
+def condensed(mesh: Mesh, jacobians: Any, extra: Any, right: Any) -> Any:
     """Solve sum_j slopes x_j / h - A sum_j values x_j + extra . y = right inside all intervals.
+
+    All nodes as the result @ (first node, extra unknowns, 1), (N m + 1, d, d + e + 1).
 
     ``jacobians`` (N, m, d, d), ``extra`` (N, m, d, e), ``right`` (N, m, d).
     """
@@ -299,7 +283,7 @@ def condensed(mesh: Mesh, jacobians: Any, extra: Any, right: Any) -> Condensed:
         piece = local[i, :, :, :d] @ first
         piece[:, :, d:] += local[i, :, :, d:]
         nodes[i * m + 1 : (i + 1) * m + 1] = piece
-    return Condensed(nodes)
+    return nodes
 
 
 # What is kept of one point of a branch.
@@ -332,12 +316,17 @@ class Row:
     period: float
     frequency: float  # of the leading eigenvalue or multiplier
 
+    @property
+    def verdict(self) -> str:
+        """stable, marginal or unstable."""
+        return "unstable" if self.unstable else "marginal" if self.growth > -ZERO * self.speed else "stable"
+
 
 def steady_row(problem: Steady, u: Floats) -> Row:
     """The row of a steady state."""
     field, state = problem.span.whole(float(u[-1])), problem.state(u)
     # states of a turn, on anisotropic supports where the rotor's orbit is an ellipse
-    around = field.at(state, AROUND) if isinstance(field, Cycle) else state[None]
+    around = field.at(state, AROUND)
     values = problem.all_eigenvalues(u)
     freedom = running_true(field, state, problem.span.length)
     name = _name(field, state, problem.span.length)
@@ -346,16 +335,12 @@ def steady_row(problem: Steady, u: Floats) -> Row:
     lead = deciding[np.argmax(deciding.real)]
     n = field.balls
     angles = around[:, field.rotor : field.rotor + n]
-    size = deflections(field.host, around)
     unstable = int((deciding.real > ZERO * field.speed).sum())
     return Row(
-        share=float(u[-1]),
-        value=problem.span.value(float(u[-1])),
+        **_place(problem.span, u, around),
         speed=field.speed,
         name=name,
         state=state[: field.rotor + 2 * n],
-        stations=(size.min(0), size.max(0)),
-        deflection=(float(size.max(1).min()), float(size.max())),
         low=angles.min(0),
         high=angles.max(0),
         ball_speed=np.full(n, field.speed),
@@ -374,19 +359,15 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
     edges = problem.mesh.edges
     fine = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(FINE) / FINE).ravel(), 1.0)
     states = problem.mesh.interpolated(orbit.states, fine)
-    size = deflections(problem.span.whole(float(u[-1])).host, states)
     angles = states[:, problem.span.rotor : problem.span.rotor + n]
     # balls that turn round and round have no least angle
     turning = np.array(orbit.winding) != 0
     lead = orbit.multipliers[1]
     return Row(
-        share=float(u[-1]),
-        value=problem.span.value(float(u[-1])),
+        **_place(problem.span, u, states),
         speed=orbit.speed,
         name="stalled" if turning.all() else "partly stalled" if turning.any() else "swinging",
         state=orbit.states[0],
-        stations=(size.min(0), size.max(0)),
-        deflection=(float(size.max(1).min()), float(size.max())),
         low=np.where(turning, np.nan, angles.min(0)),
         high=np.where(turning, np.nan, angles.max(0)),
         ball_speed=orbit.ball_speed_in_space,
@@ -397,11 +378,13 @@ def orbit_row(problem: Orbits, u: Floats) -> Row:
     )
 
 
-def deflections(host: Stations, states: Floats) -> Floats:
-    """Of the stations, (..., P) m."""
+def _place(span: Range, u: Floats, states: Floats) -> dict[str, Any]:
+    """Where a row is along the parameter, and the deflections in its states."""
+    host, share = span.whole(float(u[-1])).host, float(u[-1])
     pairs = host.model.pairs
-    along = [states[..., part] @ host.rows.T for part in (slice(0, pairs), slice(pairs, 2 * pairs))]
-    return np.asarray(np.hypot(*along))
+    size = np.hypot(*(states[:, part] @ host.rows.T for part in (slice(0, pairs), slice(pairs, 2 * pairs))))
+    most = (float(size.max(1).min()), float(size.max()))
+    return {"share": share, "value": span.value(share), "stations": (size.min(0), size.max(0)), "deflection": most}
 
 
 def _name(field: Equations, state: Floats, length: float) -> str:
@@ -416,13 +399,6 @@ def _name(field: Equations, state: Floats, length: float) -> str:
     sides = (np.exp(-1j * state[first : first + host.moment.size]) * center).real > 0.0
     alike = all(side.all() or not side.any() for side in (sides[host.station == place] for place in stations))
     return "coincident" if alike else "in line"
-
-
-def verdict(row: Row) -> str:
-    """stable, marginal or unstable."""
-    if row.unstable:
-        return "unstable"
-    return "marginal" if row.growth > -ZERO * row.speed else "stable"
 
 
 # One side of a branch of periodic orbits, from a start to where it ends.
@@ -482,7 +458,12 @@ def follow_orbits(
     # a period that grows without limit ends at an orbit of infinite period
     if side.ended in ("too unstable to be followed", "period without limit") and _without_limit(rows, NEARLY):
         side.ended = "period without limit"
-        last = _extrapolated(rows, problem.span.value)
+        # at a fold on a stable orbit 1/T^2 runs to zero linearly; elsewhere it is about here
+        (x, p), (y, q), (z, r) = ((row.period**-2, row.share) for row in rows[-3:])
+        share = r
+        if not rows[-1].unstable and q != p and y != x and abs((r - q) / (q - p) * (y - x) / (z - y) - 1.0) < 0.3:
+            share = r - z * (r - q) / (z - y)
+        last = replace(rows[-1], share=share, value=problem.span.value(share), period=math.inf)
         side.specials.append((Special("infinite period", Point(u, like), 0.0), last))
     return side
 
@@ -501,15 +482,6 @@ def _without_limit(rows: list[Row], change: float) -> bool:
     values = [row.value for row in rows if row.period > 0.5 * period]
     longer = len(values) > 3 and period > 2.0 * min(row.period for row in rows if math.isfinite(row.period))
     return longer and max(values) - min(values) < change * max(map(abs, values))
-
-
-def _extrapolated(rows: list[Row], value: Callable[[float], float]) -> Row:
-    """Where the period is infinite: at a fold on a stable orbit 1/T^2 runs to zero linearly; elsewhere about here."""
-    (x, p), (y, q), (z, r) = ((row.period**-2, row.share) for row in rows[-3:])
-    share = r
-    if not rows[-1].unstable and q != p and y != x and abs((r - q) / (q - p) * (y - x) / (z - y) - 1.0) < 0.3:
-        share = r - z * (r - q) / (z - y)
-    return replace(rows[-1], share=share, value=value(share), period=math.inf)
 
 
 # Special points of a curve of periodic orbits: folds, period doublings, tori and branch points.

@@ -34,7 +34,14 @@ def stalled_orbits(span: Range, groups: Groups, share: float, intervals: int) ->
         return
     mesh = Mesh(np.linspace(0.0, 1.0, intervals + 1))
     rotor = Whirling(field.host)
-    balance = Balance(rotor, Loads(tuple(_group(field, number) for number in range(len(groups)))))
+    # the merged balls as groups of one
+    p, stalled = field.host, []
+    for i in range(len(groups)):
+        orbit = float(p.moment[i] / p.ball_mass[i])
+        spin = float(p.inertia[i] / (p.moment[i] * orbit)) - 1.0
+        ball = Ball(0, 0, float(p.ball_mass[i]), 0.0, 0.0, 0.0, orbit, spin, 0.0, float(p.drag[i]), 0j, None, 0.0)
+        stalled.append(StalledGroup(int(p.station[i]), 1, ball, 0.0))
+    balance = Balance(rotor, Loads(tuple(stalled)))
     (result,) = stable(balance, balance.found(np.array([field.speed])))
     for whirl, phases, hanging in zip(result.whirl.tolist(), result.phases, balance.resonant(result), strict=True):
         if not hanging:
@@ -48,15 +55,6 @@ def stalled_orbits(span: Range, groups: Groups, share: float, intervals: int) ->
             continue
         if 0.5 < problem.period(u) / period < 2.0:
             yield problem, u
-
-
-def _group(field: Equations, number: int) -> StalledGroup:
-    """One of the merged balls."""
-    p, i = field.host, number
-    orbit = float(p.moment[i] / p.ball_mass[i])
-    spin = float(p.inertia[i] / (p.moment[i] * orbit)) - 1.0
-    ball = Ball(0, 0, float(p.ball_mass[i]), 0.0, 0.0, 0.0, orbit, spin, 0.0, float(p.drag[i]), 0j, None, 0.0)
-    return StalledGroup(int(p.station[i]), 1, ball, 0.0)
 
 
 def _guess(field: Equations, whirl: float, phases: Floats, times: Floats) -> Matrix:
@@ -135,12 +133,13 @@ class Hanging:
         at = at[(at > 0.019 * self.speed) & (at < 0.999 * self.speed)]
         here = self.surplus(at)
         rising = np.flatnonzero((here[:-1] < 0.0) & (here[1:] >= 0.0))
-        result = [root(self._one, at[i], at[i + 1], xtol=1e-10 * self.speed) for i in rising]
+
+        def one(whirl: float) -> float:
+            return float(self.surplus(np.array([whirl]))[0])
+
+        result = [root(one, at[i], at[i + 1], xtol=1e-10 * self.speed) for i in rising]
         first = 2 * self.whole.model.pairs
         return [v for v in result if np.abs(self.answer(np.array([v]))[0, first:]).max(initial=0.0) < LARGEST_SWING]
-
-    def _one(self, whirl: float) -> float:
-        return float(self.surplus(np.array([whirl]))[0])
 
 
 class Eased(Range):

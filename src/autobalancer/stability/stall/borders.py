@@ -61,7 +61,6 @@ from autobalancer.stability.stall.capture import (
     never,
     others,
     parted,
-    unmet_range_text,
     unsought,
 )
 from autobalancer.stability.stall.states import AllModes, Balance, Loads, StalledGroup, States, Whirling, stalled_groups
@@ -85,7 +84,9 @@ def release_of(
     left_out = sum(group.count for group in groups) < p.moment.size
     loads = Loads(groups)
     top = p.highest_searched
-    limit = _limit(machine, p) if up_to is None else up_to
+    highest = highest_prescribed(machine)
+    limit = highest if highest is not None and highest > p.scale_speed else math.inf
+    limit = limit if up_to is None else up_to
     runs = None
     soft = rubber_under_balls(machine)
     if soft is not None:
@@ -152,12 +153,6 @@ def _in_one_plane(p: Plane, group: StalledGroup, capture: bool) -> tuple[Border,
         else parted(ball, receptance, critical, folds, group.count, how)
     )
     return (released, _at_most(caught(folds, released), released.speed)) if capture else (released,)
-
-
-def _limit(machine: Machine, p: Described) -> float:
-    """The highest prescribed speed; infinite without one, or if it is below all critical speeds."""
-    highest = highest_prescribed(machine)
-    return highest if highest is not None and highest > p.scale_speed else math.inf
 
 
 # The release speed in closed form: from which rotor speed on no ball can stall, linear drag and isotropic supports.
@@ -229,20 +224,37 @@ def joint_borders(
     ranges = hanging_ranges(rotor, loads, top, limit)
     known = reached(ranges, st.critical_speeds)
     met = [one for one in known if one.begin <= limit]
-    notes = [unmet_range_text(one) for one in sorted(ranges, key=lambda one: one.begin) if one not in known][:1]
+    notes = []
+    if unmet := min((one for one in ranges if one not in known), key=lambda one: one.begin, default=None):
+        to = "" if math.isinf(unmet.end) else f" to {unmet.end:.4g}"
+        again = "balls can stall again, at a resonance that rises with the speed, never passed"
+        notes.append(f"from {unmet.begin:.4g}{to} rad/s on {again}")
     if len(met) < len(known):
         notes.append(f"resonances above {limit:.4g} rad/s left out")
     if not met:
         release = Border(RELEASE, math.nan, "; ".join([PASS, *notes]))
         return release, *([Border(CAPTURE, math.nan, PASS)] if capture else [])
     # the last of these ends releases the balls
-    met = _followed(runs, met)
+    if runs is not None:
+        # those near the highest end to where the last ball leaves in a slow run, if that is elsewhere
+        ends = np.array([one.end for one in met])
+        highest = float(ends.max())
+        for k, one in enumerate(met):
+            run = runs.released(one) if UPPER * highest < one.end < math.inf else None
+            if run is not None and (np.abs(run.speed / ends - 1.0) > DIFFERS).all():
+                slips, cause = tuple(run.slip.tolist()), GRADUAL if run.gradual else RUN
+                met[k] = replace(one, end=run.speed, whirl=run.speed - max(slips), cause=cause, slips=slips)
     last = max(met, key=lambda one: one.end)
     if math.isinf(last.end):
         first = f"at {furthest_speed(rotor, top):.4g} rad/s balls are still stalled at the resonance near {last.whirl:.4g} rad/s"
     else:
         first = beyond(st, loads, last) if last.slips else f"{HOW} at the resonance of {last.whirl:.4g} rad/s"
-        notes = [*_exactly(rotor, loads, last, top), *notes, *_supports(st, loads, last, top)]
+        notes += _supports(st, loads, last, top)
+        # to where balls hang that lie exactly on each other, as they cannot part
+        if last.cause == "parting":
+            further = followed(Balance(rotor, loads.some(last.groups)), last.state, top, ("fold", "swinging"))
+            if further.cause and further.speed >= (1.0 + WORTH) * last.end:
+                notes.insert(0, EXACTLY.format(further.speed))
     first += hanging_balls_text(st, loads, last) + (UNFOLLOWED if last.cause == LOST else "")
     notes += unsought(loads, runs is not None)
     result = [Border(RELEASE, last.end, "; ".join([first, *others(st, loads, met, last), *notes]))]
@@ -250,21 +262,6 @@ def joint_borders(
         highest = max(last.end, *(one.end for one in ranges))  # also of those that a run-up does not meet
         result.append(_at_most(_captured(rotor, loads, last.end, top, limit, runs), highest))
     return tuple(result)
-
-
-def _followed(runs: SlowRuns | None, met: list[HangingRange]) -> list[HangingRange]:
-    """Ranges near the highest end to where the last ball leaves in a slow run, if that is elsewhere."""
-    if runs is None:
-        return met
-    ends = np.array([one.end for one in met])
-    highest, hanging_ranges = float(ends.max()), []
-    for one in met:
-        last = runs.released(one) if UPPER * highest < one.end < math.inf else None
-        if last is not None and (np.abs(last.speed / ends - 1.0) > DIFFERS).all():
-            slips, cause = tuple(last.slip.tolist()), GRADUAL if last.gradual else RUN
-            one = replace(one, end=last.speed, whirl=last.speed - max(slips), cause=cause, slips=slips)
-        hanging_ranges.append(one)
-    return hanging_ranges
 
 
 def _unbounded(rotor: Whirling, loads: Loads, limit: float) -> str:
@@ -300,16 +297,6 @@ def _captured(
     balls = "" if border.station is None else f" of {rotor.st.names[border.station]} alone"
     how = RUN_DOWN if border.cause == "run" else HOW
     return capture_border(border.speed, "; ".join([f" of {border.whirl:.4g} rad/s", *notes]), balls, how)
-
-
-def _exactly(rotor: Whirling, loads: Loads, last: HangingRange, top: float) -> list[str]:
-    """To where balls hang that lie exactly on each other, as they cannot part."""
-    if last.cause != "parting":
-        return []
-    further = followed(Balance(rotor, loads.some(last.groups)), last.state, top, ("fold", "swinging"))
-    if not further.cause or further.speed < (1.0 + WORTH) * last.end:
-        return []
-    return [EXACTLY.format(further.speed)]
 
 
 def _supports(st: Stations, loads: Loads, last: HangingRange, top: float) -> list[str]:
@@ -361,29 +348,19 @@ def several_on_rubber(
         return Border(RELEASE, math.nan, UNEVEN, False), *caught
     critical = tuple(w for rotor in whole.frozen for w in rotor.st.critical_speeds)
     try:
-        ranges = _ranges(whole, limit)
+        slowest, quickest = whole.frozen[0], whole.frozen[-1]
+        own = [w for rotor in (slowest, quickest) for w in rotor.st.critical_speeds]
+        own = own or [rotor.modes(0.0).frequency[0] for rotor in whole.frozen]
+        low, high = RANGES_BELOW * min(own), min(FAR * max(own), whole.rotor.st.model.top_speed)
+        speeds = np.geomspace(low, high, max(round(np.log(high / low) / np.log(FINE)), 2))
+        chosen = sets(slowest, loads)
+        ranges = [one for groups in chosen for one in of_set(whole.of(groups), groups, speeds, limit)]
     except QuestionError as refused:
         return Border(RELEASE, math.nan, str(refused), False), *caught
     met = [one for one in reached(ranges, critical) if one.begin <= limit]
     if not met:
         return Border(RELEASE, math.nan, PASS), *caught
     return _released(whole, met), *caught
-
-
-def _ranges(whole: Softening, limit: float) -> list[HangingRange]:
-    """All ranges, set by set."""
-    hanging_ranges: list[HangingRange] = []
-    for chosen in sets(whole.frozen[0], whole.loads):
-        hanging_ranges += of_set(whole.of(chosen), chosen, _speeds(whole), limit)
-    return hanging_ranges
-
-
-def _speeds(whole: Softening) -> Floats:
-    """Of the rotor, at which balances are sought, rad/s."""
-    critical = [w for rotor in (whole.frozen[0], whole.frozen[-1]) for w in rotor.st.critical_speeds]
-    critical = critical or [rotor.modes(0.0).frequency[0] for rotor in whole.frozen]
-    low, high = RANGES_BELOW * min(critical), min(FAR * max(critical), whole.rotor.st.model.top_speed)
-    return np.geomspace(low, high, max(round(np.log(high / low) / np.log(FINE)), 2))
 
 
 def _released(whole: Softening, met: list[HangingRange]) -> Border:
@@ -393,7 +370,11 @@ def _released(whole: Softening, met: list[HangingRange]) -> Border:
         return Border(RELEASE, math.inf, f"{STAY.format(last.whirl)}{hanging_balls_text(st, loads, last)}")
     first = f"{ON_RUBBER}, at a whirl of {last.whirl:.4g} rad/s{hanging_balls_text(st, loads, last)}"
     first += UNFOLLOWED if last.cause == LOST else ""
-    notes = [first, *_first(whole, met, last), *others(st, loads, met, last), *_beyond(whole, last)]
+    notes = [first, *_first(whole, met, last), *others(st, loads, met, last)]
+    some = whole.of(last.groups)
+    sizes = zip(some.stretches(last.state)[0].tolist(), whole.soft.laws, strict=True)
+    if beyond_range := [size for size, law in sizes if size > law.largest_amplitude]:
+        notes.append(BEYOND.format(1e3 * max(beyond_range)))
     return Border(RELEASE, last.end, "; ".join([*notes, *unsought(loads, runs=False)]))
 
 
@@ -411,16 +392,6 @@ def _first(whole: Softening, met: list[HangingRange], last: HangingRange) -> lis
     several = len({other.station for other in loads.groups}) > 1
     name = st.names[group.station] if several else f"{1e3 * group.moment / group.ball.orbit_radius:.3g} g"
     return [FIRST.format(name, one.end)]
-
-
-def _beyond(whole: Softening, last: HangingRange) -> list[str]:
-    some = whole.of(last.groups)
-    size = [
-        float(stretch)
-        for stretch, law in zip(some.stretches(last.state)[0], whole.soft.laws, strict=True)
-        if stretch > law.largest_amplitude
-    ]
-    return [BEYOND.format(1e3 * max(size))] if size else []
 
 
 # Release and capture on rubber that softens with the amplitude: the whirl that stalled balls make decides how stiff it
@@ -487,7 +458,11 @@ def on_rubber(
         over = folds[-1].release / folds[-1].release_whirl
     if folds and math.isinf(folds[-1].release):
         return never("no drag is enough at a resonance", capture)
-    how = ON_RUBBER + _beyond_rubber_range(soft, row, total, folds, over)
+    how = ON_RUBBER
+    if folds:
+        size = _circles(soft, row, total, np.array([folds[-1].release_whirl]), over).amplitude[0]
+        sizes = [float(one) for one, law in zip(size, soft.laws, strict=True) if one > law.largest_amplitude]
+        how += f"; {BEYOND.format(1e3 * max(sizes))}" if sizes else ""
     # the last fold releases the balls; in a run-down they are caught again
     released = parted(ball, receptance, resonances, folds, group.count, how)
     if not capture:
@@ -531,15 +506,6 @@ def _resonances(soft: Softened) -> list[float]:
     }
     moved |= {speed for speed in every[-1] if all(abs(speed - w) > MOVED * speed for w in every[0])}
     return sorted(moved | still) or list(every[0])
-
-
-def _beyond_rubber_range(soft: Softened, row: Floats, total: float, folds: tuple[StallRange, ...], over: float) -> str:
-    if not folds:
-        return ""
-    v = np.array([folds[-1].release_whirl])
-    size = _circles(soft, row, total, v, over).amplitude
-    sizes = [float(one) for one, law in zip(size[0], soft.laws, strict=True) if one > law.largest_amplitude]
-    return f"; {BEYOND.format(1e3 * max(sizes))}" if sizes else ""
 
 
 # Balances of stalled balls on rubber that softens: the whirl that they make decides how stiff it is, and this the

@@ -104,7 +104,16 @@ def _first_leaving(balance: Balance, path: list[Point], sign: float, causes: tup
         return None
     k = int(np.flatnonzero(~stays.all(axis=0))[0])
     here, there = path[k], path[k + 1]
-    shares = {cause: _share(balance, here, there, sign, cause) for i, cause in enumerate(causes) if not stays[i, k]}
+    shares = {}
+    for cause in (cause for i, cause in enumerate(causes) if not stays[i, k]):
+
+        def value(share: float, cause: str = cause) -> float:
+            return float(_tests(balance, [_between(balance, here, there, share)], sign, cause)[0])
+
+        try:
+            shares[cause] = root(value, 0.0, 1.0, xtol=SHARP if cause == "fold" else SHARP**2)
+        except ValueError:
+            shares[cause] = 0.0
     # at a fold an eigenvalue is zero, too
     first = min(shares, key=lambda one: shares[one] - (NEAR if one == "fold" else 0.0))
     return Leaving(state_at(_between(balance, here, there, shares[first]).x), first)
@@ -121,18 +130,6 @@ def _value(balance: Balance, states: States, cause: str) -> Floats:
     if cause == "swinging":
         return -growth(balance, states)
     return (together if cause == "parting" else past)(balance, states)
-
-
-def _share(balance: Balance, here: Point, there: Point, sign: float, cause: str) -> float:
-    """Of the way from one point to the next at which balls leave."""
-
-    def value(share: float) -> float:
-        return float(_tests(balance, [_between(balance, here, there, share)], sign, cause)[0])
-
-    try:
-        return root(value, 0.0, 1.0, xtol=SHARP if cause == "fold" else SHARP**2)
-    except ValueError:
-        return 0.0
 
 
 def _between(balance: Balance, here: Point, there: Point, share: float) -> Point:

@@ -77,7 +77,16 @@ def captured(
     speeds = speeds[speeds <= max(highest, 1.5 * released if math.isfinite(released) else 0.0)]
     balance = Balance(rotor, loads)
     if balance.rolling.any():
-        return _let_down(balance, speeds)
+        # rolling resistance holds balls at rest: from where on it no longer holds them where they all slip alike
+        begun = _slipping(balance, speeds)
+        if begun is None:
+            return Capture(math.nan, reason=HELD)
+        speed = float(begun.speed[0])
+        slower = stands(balance, (1.0 - 0.1 * BESIDE) * speed)
+        if slower.speed.size and slower.whirl[0] > (1.0 - 2.0 * BESIDE) * speed:
+            return _down(balance, slower.some(np.array([0])), float(speeds[0]))
+        below = stands(balance, (1.0 - BESIDE) * speed)
+        return Capture(speed, float(below.whirl[0]) if below.speed.size else math.nan, "fold")
     # a state of all balls in step above the highest resonance, from which to come down
     begun = None
     if len(loads.groups) == 1:
@@ -220,19 +229,6 @@ def stands(balance: Balance, speed: float) -> States:
     """Stable balances at one rotor speed, of groups whose balls stay together, those that lag least first."""
     (steady,) = balance.found(np.array([speed]))
     return steady.some(np.flatnonzero(growth(balance, steady) < 0.0))
-
-
-def _let_down(balance: Balance, speeds: Floats) -> Capture:
-    """The same where rolling resistance holds balls at rest: from where on it no longer holds them where they all slip alike."""
-    begun = _slipping(balance, speeds)
-    if begun is None:
-        return Capture(math.nan, reason=HELD)
-    speed = float(begun.speed[0])
-    slower = stands(balance, (1.0 - 0.1 * BESIDE) * speed)
-    if slower.speed.size and slower.whirl[0] > (1.0 - 2.0 * BESIDE) * speed:
-        return _down(balance, slower.some(np.array([0])), float(speeds[0]))
-    below = stands(balance, (1.0 - BESIDE) * speed)
-    return Capture(speed, float(below.whirl[0]) if below.speed.size else math.nan, "fold")
 
 
 def _slipping(balance: Balance, speeds: Floats) -> States | None:
@@ -578,13 +574,6 @@ def others(st: Stations, loads: Loads, met: list[HangingRange], last: HangingRan
         if text not in texts:
             texts.append(text)
     return texts[:OTHERS]
-
-
-def unmet_range_text(hanging_range: HangingRange) -> str:
-    """A range that no run-up meets."""
-    to = "" if math.isinf(hanging_range.end) else f" to {hanging_range.end:.4g}"
-    begin = f"{hanging_range.begin:.4g}{to}"
-    return f"from {begin} rad/s on balls can stall again, at a resonance that rises with the speed, never passed"
 
 
 # Release and capture speed of equal balls in one plane, whatever the receptance of the rotor.

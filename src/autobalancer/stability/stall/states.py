@@ -80,25 +80,27 @@ def stalled_groups(machine: Machine, station: list[int]) -> tuple[StalledGroup, 
 
     Balls between partitions are carried along and are left out.
     """
+
+    def alike(ball: Ball, other: Ball) -> bool:
+        """Whether they stall like equal ones; those of a lot differ by some 1e-4."""
+        if (ball.drag_curve is None) != (
+            other.drag_curve is None
+        ) or ball.rolling_resistance != other.rolling_resistance:
+            return False
+        first, second = ((ball.moment, ball.orbit_radius, ball.drag, ball.inertia) for ball in (ball, other))
+        return bool(np.allclose(first, second, rtol=EQUAL, atol=0.0))
+
     result: list[StalledGroup] = []
     for number, (place, ball) in enumerate(zip(station, resolve(machine), strict=True)):
         if machine.balancers[ball.balancer].races[ball.race].partitions is not None:
             continue
         for g, group in enumerate(result):
-            if group.station == place and _equal(group.ball, ball):
+            if group.station == place and alike(group.ball, ball):
                 result[g] = replace(group, count=group.count + 1, members=(*group.members, number))
                 break
         else:
             result.append(StalledGroup(place, 1, ball, ball.rolling_resistance, (number,)))
     return tuple(result)
-
-
-def _equal(ball: Ball, other: Ball) -> bool:
-    """Whether balls stall like equal ones; those of a lot differ by some 1e-4."""
-    if (ball.drag_curve is None) != (other.drag_curve is None) or ball.rolling_resistance != other.rolling_resistance:
-        return False
-    first, second = ((ball.moment, ball.orbit_radius, ball.drag, ball.inertia) for ball in (ball, other))
-    return bool(np.allclose(first, second, rtol=EQUAL, atol=0.0))
 
 
 @dataclass(frozen=True)
@@ -223,6 +225,13 @@ class Whirling:
         """Damping and stiffness of the supports while the rotor runs at ``speed``."""
         return self._seen(self.st.model.damping_at(speed)), self._seen(self.st.model.stiffness_at(speed))
 
+    def _supports(self, speeds: Floats) -> tuple[Complexes, Complexes]:
+        """Damping and stiffness at rotor speeds (s,), one for all where they have no tables."""
+        if self.st.model.speeds.size == 1:
+            return self._held
+        damping, stiffness = zip(*(self._at(float(speed)) for speed in speeds), strict=True)
+        return np.stack(damping), np.stack(stiffness)
+
     @property
     def matrices(self) -> tuple[Complexes, ...] | None:
         """K, C, G and M of the whirl, (n, n); none if supports have tables over the speed."""
@@ -237,10 +246,7 @@ class Whirling:
     def receptance(self, whirl: Floats, speed: Floats | float) -> Complexes:
         """Forward receptance between the stations at whirl speeds (n,) and one rotor speed or one each, (n, P, P), m/N."""
         v, w = np.broadcast_arrays(np.asarray(whirl, float), np.asarray(speed, float))
-        damping, stiffness = self._held
-        if self.st.model.speeds.size > 1:
-            parts = [self._at(float(one)) for one in (w if np.ndim(speed) else w[:1])]
-            damping, stiffness = (np.stack(matrices) for matrices in zip(*parts, strict=True))
+        damping, stiffness = self._supports(w if np.ndim(speed) else w[:1])
         v, w = v[:, None, None], w[:, None, None]
         dynamic = stiffness + 1j * v * (damping + w * self._turning) - v**2 * self._mass
         return np.asarray(self.read @ np.linalg.solve(dynamic, self.load[None]))
@@ -248,10 +254,7 @@ class Whirling:
     def free_motion(self, speeds: Floats) -> tuple[Complexes, Complexes, Complexes]:
         """S of (z, z')' = S (z, z') + P f at rotor speeds, (s, 2 n, 2 n), P (2 n, P), and R z'' by f at once, (P, P)."""
         n = self._mass.shape[0]
-        damping, stiffness = self._held
-        if self.st.model.speeds.size > 1:
-            parts = [self._at(float(speed)) for speed in speeds]
-            damping, stiffness = (np.stack(matrices) for matrices in zip(*parts, strict=True))
+        damping, stiffness = self._supports(speeds)
         whole = np.zeros((speeds.size, 2 * n, 2 * n), np.complex128)
         whole[:, :n, n:] = np.eye(n)
         whole[:, n:, :n] = -(self._lightness @ stiffness)
@@ -284,23 +287,19 @@ class Whirling:
         return AllModes(*(np.stack(parts) for parts in zip(*result, strict=True)))
 
     def _known(self, speed: float) -> Known:
+        """Poles (K,), and what the stations see and feel of them, (K, P)."""
         key = 0.0 if self._fixed else speed
         if key not in self._all:
-            self._all[key] = self._decomposed(key)
+            damping, stiffness = self._at(key)
+            n, load = self._mass.shape[0], self.load
+            by_mass = np.linalg.solve(self._mass, np.hstack([stiffness, damping + key * self._turning, load]))
+            whole = np.zeros((2 * n, 2 * n), np.complex128)
+            whole[:n, n:] = np.eye(n)
+            whole[n:] = -by_mass[:, : 2 * n]
+            poles, vectors = np.linalg.eig(whole)
+            left = np.linalg.lstsq(vectors, np.vstack([np.zeros_like(load), by_mass[:, 2 * n :]]), rcond=None)[0]
+            self._all[key] = poles, np.asarray((self.read @ vectors[:n]).T), left
         return self._all[key]
-
-    def _decomposed(self, speed: float) -> Known:
-        """Poles (K,), and what the stations see and feel of them, (K, P)."""
-        damping, stiffness = self._at(speed)
-        n = self._mass.shape[0]
-        load, read = self.load, self.read
-        by_mass = np.linalg.solve(self._mass, np.hstack([stiffness, damping + speed * self._turning, load]))
-        whole = np.zeros((2 * n, 2 * n), np.complex128)
-        whole[:n, n:] = np.eye(n)
-        whole[n:] = -by_mass[:, : 2 * n]
-        poles, vectors = np.linalg.eig(whole)
-        left = np.linalg.lstsq(vectors, np.vstack([np.zeros_like(load), by_mass[:, 2 * n :]]), rcond=None)[0]
-        return poles, np.asarray((read @ vectors[:n]).T), left
 
 
 SLIPS = np.geomspace(1e-5, 0.75, 160)  # shares of the rotor speed by which balls may lag
@@ -468,12 +467,17 @@ class Balance:
 
     def found(self, speeds: Floats) -> list[States]:
         """All balances at each rotor speed, those that lag least first."""
-        modes = self.rotor.all_modes(speeds)
         if len(self.loads.groups) > 2:
-            begun = self._guessed(speeds)
-        else:
-            begun = self._scanned(speeds, modes)
-        return self.sorted(begun, speeds)
+            return self.sorted(self._guessed(speeds), speeds)
+        # where the last balance changes its sign along the arcs on which the first one holds
+        modes = self.rotor.all_modes(speeds)
+        whirl = self._whirls(speeds, modes)
+        lag, arcs = np.log((speeds[:, None] - whirl) / whirl), self.arcs(speeds, modes, whirl)
+        starts = [crossings(speeds, lag, rest, phase) for rest, phase in arcs]
+        if len(arcs) == 2:
+            starts += joints(speeds, lag, arcs)
+        y = np.vstack([y[:, : len(self.loads.groups)] for _, y in starts])
+        return self.sorted(States(np.concatenate([one for one, _ in starts]), y), speeds)
 
     def sorted(self, begun: States, speeds: Floats) -> list[States]:
         """Balances near some states, at each rotor speed those that lag least first."""
@@ -481,16 +485,6 @@ class Balance:
         order = np.lexsort((*known.y.T[::-1], known.speed))
         known = known.some(order)
         return [_distinct(known.some(np.flatnonzero(known.speed == speed))) for speed in speeds]
-
-    def _scanned(self, speeds: Floats, modes: AllModes) -> States:
-        """Where the last balance changes its sign along the arcs on which the first one holds."""
-        whirl = self._whirls(speeds, modes)
-        lag, arcs = np.log((speeds[:, None] - whirl) / whirl), self.arcs(speeds, modes, whirl)
-        starts = [crossings(speeds, lag, rest, phase) for rest, phase in arcs]
-        if len(arcs) == 2:
-            starts += joints(speeds, lag, arcs)
-        y = np.vstack([y[:, : len(self.loads.groups)] for _, y in starts])
-        return States(np.concatenate([one for one, _ in starts]), y)
 
     def arcs(self, speeds: Floats, modes: AllModes, whirl: Floats) -> list[tuple[Floats, Floats]]:
         """Of one or two groups: surplus of the last brake over the need where the first are equal, and the phase, (s, n).

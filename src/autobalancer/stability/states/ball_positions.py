@@ -58,18 +58,14 @@ def directions(lengths: Floats, target: complex) -> Floats | None:
     cut = min(int(np.searchsorted(np.cumsum(sides), half, side="right")), lengths.size)
     a, b, c = float(sides[:cut].sum()), float(sides[cut]), float(sides[cut + 1 :].sum())
     full = np.empty(sides.size)  # a along 0, then b, then c back to the start
-    first, second = _triangle(a, b, c)
+    # directions of the second and third side when the first points along zero and the third leads back
+    first, second = 0.0, math.pi
+    if a != 0.0 and b != 0.0:
+        cosine = (a * a + b * b - c * c) / (2.0 * a * b)
+        first = math.pi - math.acos(min(max(cosine, -1.0), 1.0))
+        second = cmath.phase(-a - b * cmath.exp(1j * first))
     full[:cut], full[cut], full[cut + 1 :] = 0.0, first, second
     return np.asarray(full[:-1] - full[-1] + math.pi + cmath.phase(target))
-
-
-def _triangle(a: float, b: float, c: float) -> tuple[float, float]:
-    """Directions of the second and third side when the first points along zero and the third leads back."""
-    if a == 0.0 or b == 0.0:
-        return 0.0, math.pi
-    cosine = (a * a + b * b - c * c) / (2.0 * a * b)
-    turn = math.pi - math.acos(min(max(cosine, -1.0), 1.0))
-    return turn, cmath.phase(-a - b * cmath.exp(1j * turn))
 
 
 # Which |S2|, S2 = sum of e^(2 i phi), equal balls can have while they balance a given unbalance.
@@ -102,7 +98,9 @@ def spread_range(count: int, share: float) -> tuple[float, float]:
         return float(count), float(count)
     # three directions and all sizes of groups; a fine search about the best of a grid
     low, high = np.inf, 0.0
-    for groups in _groups(count):
+    # sizes of three groups, of which the second and third change places without effect
+    pairs = [(first, second) for first in range(1, count - 1) for second in range(1, (count - first) // 2 + 1)]
+    for groups in ((first, second, count - first - second) for first, second in pairs):
         check_deadline()
         angles = np.linspace(0.0, np.pi, POINTS)
         values = _spreads(np.exp(1j * angles), groups, share)
@@ -121,15 +119,6 @@ def spread_range(count: int, share: float) -> tuple[float, float]:
     elif any(_symmetric_zero(count, share, first) for first in (1.0, -1.0)):
         low = 0.0
     return float(low), float(high)
-
-
-def _groups(count: int) -> list[tuple[int, int, int]]:
-    """Sizes of three groups; the second and third change places without effect."""
-    return [
-        (first, second, count - first - second)
-        for first in range(1, count - 1)
-        for second in range(1, (count - first) // 2 + 1)
-    ]
 
 
 def _spreads(first: Complexes, groups: tuple[int, int, int], share: float) -> Floats:

@@ -163,7 +163,9 @@ def verdict(rate: float, speed: float) -> str:
 
 
 def exponents_of(st: Stations, speed: float, guess: StationState) -> Complexes:
-    """ln(multiplier) over the time of a turn, 1/s, the fastest growing first, as many as :func:`counted`.
+    """ln(multiplier) over the time of a turn, 1/s, the fastest growing first.
+
+    Two for each ball and coordinate, of those along and about the axis where they are known.
 
     Raises
     ------
@@ -177,11 +179,6 @@ def exponents_of(st: Stations, speed: float, guess: StationState) -> Complexes:
     multipliers = np.linalg.eigvals(half) ** 2
     values = np.log(multipliers) * speed / (2.0 * math.pi)
     return np.asarray(values[np.argsort(-values.real, kind="stable")], np.complex128)
-
-
-def counted(st: Stations) -> int:
-    """Number of exponents: two for each ball and coordinate, of those along and about the axis where they are known."""
-    return 2 * (st.moment.size + (st.model.size if st.plain else 2 * st.model.pairs))
 
 
 def in_mean(st: Stations, speed: float, guess: StationState) -> StationState:
@@ -352,8 +349,11 @@ class _Balance:
 
     def solved(self, mean: Matrix, swing: Matrix) -> tuple[Matrix, Matrix]:
         """Mean angles (n, 1) and swings (n, m) of the balls at which all torques vanish."""
-        st, size = self.st, self.m * self.st.moment.size
-        unit = self._unit()
+        st, w, size = self.st, self.speed, self.m * self.st.moment.size
+        # size of the torque on each ball, (n, 1)
+        own = np.abs(st.offset).max() + np.abs(self.alone).max() / w**2
+        reach = np.abs(self.answer).sum(axis=1).max() * st.moment.sum()
+        unit = np.asarray(st.moment * w**2 * (own + reach))[:, None]
         miss = self._torques(mean, swing)
         for _ in range(NEWTON_STEPS):
             if np.abs(miss / unit).max(initial=0.0) < 1e-15:
@@ -395,13 +395,6 @@ class _Balance:
         parts = np.concatenate([total.real, total.imag]).ravel()
         result = (self.answer @ parts).reshape(2 * places, self.m) + self.alone
         return np.asarray(result[:places] + 1j * result[places:])
-
-    def _unit(self) -> Floats:
-        """Size of the torque on each ball, (n, 1)."""
-        st, w = self.st, self.speed
-        own = np.abs(st.offset).max() + np.abs(self.alone).max() / w**2
-        reach = np.abs(self.answer).sum(axis=1).max() * st.moment.sum()
-        return np.asarray(st.moment * w**2 * (own + reach))[:, None]
 
     def _forces(self, mean: Matrix, swing: Matrix) -> tuple[Complexes, tuple[Complexes, Complexes, Complexes]]:
         """Force of each ball on its station (n, m), and its derivatives by phi, phi', phi''."""
@@ -515,19 +508,10 @@ def settled_on(cycle: Cycle, angles: Floats, freedom: int = 0) -> Floats:
     start = np.atleast_2d(angles)
     parts = np.zeros((cycle.count, cycle.size))
     parts[: len(start), cycle.rotor : cycle.rotor + cycle.balls] = start
-    return _newton(cycle, parts.ravel(), freedom)
-
-
-def tail(cycle: Cycle, state: Floats) -> float:
-    """Size of the highest harmonic, over the sizes of the components."""
-    return float(np.abs((state / sizes(cycle)).reshape(cycle.count, -1)[-2:]).max())
-
-
-def _newton(cycle: Cycle, state: Floats, freedom: int) -> Floats:
-    scale = sizes(cycle)
+    state, scale, last = parts.ravel(), sizes(cycle), math.inf
+    # the rotor as it follows the balls, then Newton's method for all
     follows = np.tile(np.arange(cycle.size) < cycle.rotor, cycle.count)
     slope, miss = cycle.jacobian(state), cycle(state)
-    state, last = np.array(state), math.inf
     state[follows] -= np.linalg.solve(slope[np.ix_(follows, follows)], miss[follows])
     for _ in range(CORRECTIONS):
         slope, miss = cycle.jacobian(state) * scale / scale[:, None], -cycle(state) / scale
@@ -539,6 +523,11 @@ def _newton(cycle: Cycle, state: Floats, freedom: int) -> Floats:
             return state
         last = length
     raise QuestionError(f"steady state: no periodic state is found near these ball angles at {cycle.speed:.6g} rad/s")
+
+
+def tail(cycle: Cycle, state: Floats) -> float:
+    """Size of the highest harmonic, over the sizes of the components."""
+    return float(np.abs((state / sizes(cycle)).reshape(cycle.count, -1)[-2:]).max())
 
 
 def sizes(cycle: Cycle) -> Floats:
@@ -595,7 +584,11 @@ def growth_rates(p: Plane, speeds: Floats, angles: Matrix, neutral: NDArray[np.i
         for part in np.split(places, range(width, places.size, width)):
             check_deadline()
             half = half_turns(p, speeds[part], angles[part], int(count))
-            rates[part] = _greatest(half, speeds[part], neutral[part])
+            with np.errstate(divide="ignore"):  # a motion that dies out at once
+                values = np.log(np.linalg.eigvals(half).astype(np.complex128))
+            deciding = np.take_along_axis(values.real, np.argsort(np.abs(values), axis=1), axis=1)
+            deciding[np.arange(half.shape[1]) < neutral[part, None]] = -np.inf
+            rates[part] = deciding.max(axis=1) * speeds[part] / np.pi
     return rates
 
 
@@ -631,15 +624,6 @@ def half_turns(p: Plane, speeds: Floats, angles: Matrix, steps: int) -> Matrix:
         odd = maps[:, -1:] if maps.shape[1] % 2 else maps[:, :0]
         maps = np.concatenate([maps[:, 1::2] @ maps[:, : maps.shape[1] // 2 * 2 : 2], odd], axis=1)
     return np.asarray(maps[:, 0])
-
-
-def _greatest(half: Matrix, speeds: Floats, neutral: NDArray[np.int64]) -> Floats:
-    with np.errstate(divide="ignore"):  # a motion that dies out at once
-        values = np.log(np.linalg.eigvals(half).astype(np.complex128))
-    order = np.argsort(np.abs(values), axis=1)
-    counted = np.take_along_axis(values.real, order, axis=1)
-    counted[np.arange(half.shape[1]) < neutral[:, None]] = -np.inf
-    return np.asarray(counted.max(axis=1) * speeds / np.pi)
 
 
 def _accelerations_over_half_turn(p: Plane, speeds: Floats, angles: Matrix) -> Matrix:

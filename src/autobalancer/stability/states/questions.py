@@ -10,16 +10,18 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from autobalancer.assembly.terms import Theory, unknown
+from autobalancer.assembly.terms import Theory
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
-from autobalancer.files.machine_file import balls_in_races, machine_text
+from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
-from autobalancer.results.answers.answer import Answer, provenance
+from autobalancer.results.answers.answer import Answer
 from autobalancer.results.answers.forms import verdict_ranges
+from autobalancer.results.labels import labeled
+from autobalancer.stability.border import attributes
 from autobalancer.stability.host.reduction import reduced
 from autobalancer.stability.host.stations import Complexes, Stations, station_form
-from autobalancer.stability.states.linearized import counted, exponents_of, growth, in_mean, modes, motion_name, verdict
+from autobalancer.stability.states.linearized import exponents_of, growth, in_mean, modes, motion_name, verdict
 from autobalancer.stability.states.rest_states import (
     StationState,
     balanced_of,
@@ -84,7 +86,8 @@ def equilibria(
     values = np.array([row[0] for row in rows]).reshape(len(states), modes)
     rates = [_rate(row[0], state) for row, state in zip(rows, states, strict=True)]
     where = _place_text(st)
-    data: dict[str, tuple[Any, Any, str, str]] = {
+    verdicts = ["not found" if np.isnan(rate) else verdict(rate, speed) for rate in rates]
+    data: dict[str, tuple[Any, ...]] = {
         "name": ("state", [state.name for state in states], "name of the state", ""),
         "ball_angle_in_rotor": (("state", "ball"), angles, "ball angle in the rotor", "rad"),
         "deflection": ("state", np.abs(first), f"deflection{where}", "m"),
@@ -98,21 +101,17 @@ def equilibria(
         "growth_rate": ("state", rates, "growth rate", "1/s"),
         "leading_motion": ("state", [text for _, text in rows], "what moves in the leading mode", ""),
     }
-    dataset = xr.Dataset(coords={"mode": np.arange(1, modes + 1), "ball": np.arange(1, n + 1)})
     if where:
         needed = required(st, speed) if n else np.zeros(0, np.complex128)
-        dataset = dataset.assign_coords(station=("station", list(st.names)))
         data |= {
             "deflection_at_station": (("state", "station"), np.abs(whirl), "deflection at the stations", "m"),
             "required_moment": ("station", np.abs(needed), "what the balls of a station have to add up to", "kg m"),
             "required_moment_angle": ("station", np.angle(needed), "direction of that in the rotor", "rad"),
         }
-    for name, (dims, entries, text, unit) in data.items():
-        dataset[name] = (dims, entries, {"long_name": text, "units": unit})
-    verdicts = ["not found" if np.isnan(rate) else verdict(rate, speed) for rate in rates]
-    dataset["verdict"] = ("state", verdicts, {"long_name": "stable, marginal or unstable"})
-    dataset.attrs = _attributes(machine, st) | {"speed": speed, "title": f"Steady states of {machine.name}"}
-    return Answer.of(dataset, "Equilibria")
+    data["verdict"] = ("state", verdicts, "stable, marginal or unstable")
+    result = labeled(data, None, _attributes(machine, st, f"Steady states of {machine.name}") | {"speed": speed})
+    result = result.assign_coords({"mode": np.arange(1, modes + 1), "ball": np.arange(1, n + 1)} | _station_names(st))
+    return Answer.of(result, "Equilibria")
 
 
 def eigenvalues(
@@ -170,27 +169,29 @@ def eigenvalues(
         if progress is not None:
             progress(number + 1, len(speeds))
     if not rows:
-        raise QuestionError(_why_none(st, state))
+        why = f"no state {state!r} at any of these speeds" if state != "balanced" else why_no_state(st)
+        raise QuestionError(why if st.moment.size else "the machine has no balls; there is no such state")
     values = np.array([row[2] for row in rows])
     rates = [_rate(row[2], row[1]) for row in rows]
     whirl = np.abs(np.array([row[1].whirl for row in rows]))
     where = _place_text(st)
-    result = xr.Dataset(
-        {
-            "eigenvalue_real": (("speed", "mode"), values.real, {"long_name": "real part", "units": "1/s"}),
-            "eigenvalue_imag": (("speed", "mode"), values.imag, {"long_name": "imaginary part", "units": "rad/s"}),
-            "growth_rate": ("speed", rates, {"long_name": "growth rate", "units": "1/s"}),
-            "verdict": ("speed", [verdict(rate, row[0]) for rate, row in zip(rates, rows, strict=True)]),
-            "deflection": ("speed", whirl[:, 0], {"long_name": f"deflection{where}", "units": "m"}),
-            "leading_motion": ("speed", [row[3] for row in rows], {"long_name": "what moves in the leading mode"}),
-        },
-        {"speed": ("speed", [row[0] for row in rows], {"long_name": "rotor speed", "units": "rad/s"})},
-    )
+    both = ("speed", "mode")
+    data: dict[str, tuple[Any, ...]] = {
+        "eigenvalue_real": (both, values.real, "real part", "1/s"),
+        "eigenvalue_imag": (both, values.imag, "imaginary part", "rad/s"),
+        "growth_rate": ("speed", rates, "growth rate", "1/s"),
+        "verdict": ("speed", [verdict(rate, row[0]) for rate, row in zip(rates, rows, strict=True)]),
+        "deflection": ("speed", whirl[:, 0], f"deflection{where}", "m"),
+        "leading_motion": ("speed", [row[3] for row in rows], "what moves in the leading mode"),
+    }
     if where:
-        result = result.assign_coords(station=("station", list(st.names)))
-        result["deflection_at_station"] = (("speed", "station"), whirl, {"long_name": "deflection", "units": "m"})
-    extra = {"state": state, "speeds_without_state": missing, "title": f"Stability of {machine.name}, {state}"}
-    result.attrs = _attributes(machine, st) | extra
+        data["deflection_at_station"] = (("speed", "station"), whirl, "deflection", "m")
+    result = labeled(
+        data,
+        {"speed": ("speed", [row[0] for row in rows], "rotor speed", "rad/s")},
+        _attributes(machine, st, f"Stability of {machine.name}, {state}")
+        | {"state": state, "speeds_without_state": missing},
+    ).assign_coords(_station_names(st))
     return Answer.of(result, "Eigenvalues")
 
 
@@ -208,7 +209,8 @@ def judged(st: Stations, speed: float, state: StationState) -> tuple[Complexes, 
     try:
         return exponents_of(st, speed, state), PERIODIC
     except QuestionError:
-        return np.full(counted(st), np.nan, np.complex128), "no periodic state near this one"
+        count = 2 * (st.moment.size + (st.model.size if st.plain else 2 * st.model.pairs))
+        return np.full(count, np.nan, np.complex128), "no periodic state near this one"
 
 
 def overlapping(machine: Machine, states: Sequence[StationState]) -> list[bool]:
@@ -237,27 +239,20 @@ def _place_text(st: Stations) -> str:
     return "" if st.planar else " at the first balancer"
 
 
-def _why_none(st: Stations, state: str) -> str:
-    if st.moment.size == 0:
-        return "the machine has no balls; there is no such state"
-    if state != "balanced":
-        return f"no state {state!r} at any of these speeds"
-    return why_no_state(st)
-
-
 def _rate(values: Complexes, state: StationState) -> float:
     return float("nan") if np.isnan(values).any() else growth(values, state.freedom)
 
 
-def _attributes(machine: Machine, st: Stations) -> dict[str, Any]:
-    return {
-        **provenance(),
-        "machine": machine_text(machine),
-        "machine_name": machine.name,
+def _attributes(machine: Machine, st: Stations, title: str) -> dict[str, Any]:
+    return attributes(machine, title, Theory.AT_REST) | {
         "unbalance": abs(st.unbalance),
         "theory": "exact: full equations" + ("" if st.isotropic else ", Floquet exponents"),
-        "ignores": ", ".join(unknown(machine, Theory.AT_REST)),
     }
+
+
+def _station_names(st: Stations) -> dict[str, Any]:
+    """As a coordinate, on rotors with more than one plane."""
+    return {} if st.planar else {"station": ("station", list(st.names))}
 
 
 # Ranges of speed with one verdict, their ends found by bisection.

@@ -45,6 +45,7 @@ from autobalancer.stability.host.stations import (
     is_planar,
     plane,
     stations,
+    vector_of,
 )
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.ball_positions import PATTERNS, close_polygon
@@ -128,17 +129,21 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
                 # what the balls of the true races must make up, and how they can
                 wanted = at_rest - (free_here + host @ placed)[list(true)]
                 needed = _least_moments(st, host[np.ix_(true, true)], wanted, true)
-                for closed in _closings(st, true, fixed, needed):
-                    for ball, angle in closed.items():
-                        full[ball] = angle
+                ways = []  # in which the free balls of each station add up to that
+                for place, target in zip(true, needed, strict=True):
+                    balls = np.flatnonzero((st.station == place) & ~fixed)
+                    ways.append([(balls, way) for way in close_polygon(st.moment[balls], target)])
+                for closed in product(*ways):
+                    for balls, way in closed:
+                        full[balls] = way
                     whirl = free + host @ st.moments(full)
                     # only what really runs true counts
                     miss = np.abs(whirl[list(true)] - at_rest).max(initial=0.0)
                     if miss > 1e-8 * max(np.abs(free).max(), np.abs(host).max() * st.moment.max()):
                         continue
                     whirl[list(true)] = at_rest
-                    balls = sum(max(int((~fixed & (st.station == p)).sum()) - 2, 0) for p in true)
-                    states.append(_named_state(st, true, fixed, full.copy(), whirl, balls + 2 * (len(true) - rank)))
+                    spare = sum(max(int((~fixed & (st.station == p)).sum()) - 2, 0) for p in true)
+                    states.append(_named_state(st, true, fixed, full.copy(), whirl, spare + 2 * (len(true) - rank)))
     return states
 
 
@@ -176,18 +181,6 @@ def _others(st: Stations, true: tuple[int, ...], chosen: tuple[complex, ...]) ->
         angles = along.copy()
         angles[balls] += turns
         yield angles, fixed
-
-
-def _closings(st: Stations, true: tuple[int, ...], fixed: np.ndarray, needed: Complexes) -> Iterator[dict[int, float]]:
-    """Ways in which the free balls of each station add up to what is needed there."""
-    ways = []
-    for place, target in zip(true, needed, strict=True):
-        balls = np.flatnonzero((st.station == place) & ~fixed)
-        ways.append(
-            [dict(zip(balls.tolist(), w.tolist(), strict=True)) for w in close_polygon(st.moment[balls], target)]
-        )
-    for choice in product(*ways):
-        yield {ball: angle for part in choice for ball, angle in part.items()}
 
 
 def _aligned(
@@ -256,16 +249,14 @@ def directions_of(a: Aligned) -> list[dict[int, float]]:
         nets = np.array([float(sign @ a.moment[balls]) for sign, balls in zip(signs, a.balls, strict=True)])
         solve = _rho_roots if len(a.balls) == 1 else _two
         for psi in solve(a.host * nets, a.free + centers):
-            directions.append(_ball_angles(a, signs, psi))
+            directions.append(
+                {
+                    int(ball): float(angle if sign > 0.0 else angle + math.pi)
+                    for balls, side, angle in zip(a.balls, signs, psi, strict=True)
+                    for ball, sign in zip(balls, side, strict=True)
+                }
+            )
     return directions
-
-
-def _ball_angles(a: Aligned, signs: tuple[Floats, ...], psi: Floats) -> dict[int, float]:
-    return {
-        int(ball): float(angle if sign > 0.0 else angle + math.pi)
-        for balls, side, angle in zip(a.balls, signs, psi, strict=True)
-        for ball, sign in zip(balls, side, strict=True)
-    }
 
 
 def _net(moment: Floats) -> list[Floats]:
@@ -310,14 +301,10 @@ def _two(h: Complexes, b: Complexes) -> list[Floats]:
         if abs(abs(second) - 1.0) > OFF_CIRCLE:
             continue
         for first in np.roots([a1(second), b1(second), c1(second)]):
-            if abs(abs(first) - 1.0) < OFF_CIRCLE:
-                _add(values, _polished(h, b, np.angle([first, second])))
+            psi = _polished(h, b, np.angle([first, second])) if abs(abs(first) - 1.0) < OFF_CIRCLE else None
+            if psi is not None and not any(np.abs(np.exp(1j * psi) - np.exp(1j * old)).max() < 1e-7 for old in values):
+                values.append(psi)
     return values
-
-
-def _add(values: list[Floats], psi: Floats | None) -> None:
-    if psi is not None and not any(np.abs(np.exp(1j * psi) - np.exp(1j * old)).max() < 1e-7 for old in values):
-        values.append(psi)
 
 
 def _polished(h: Complexes, b: Complexes, psi: Floats) -> Floats | None:
@@ -446,7 +433,10 @@ def searched(st: Stations, speed: float, starts: Iterable[Floats]) -> list[Stati
 
 def _newton(st: Stations, speed: float, start: Floats, freedom: int = 0) -> tuple[Floats | None, int]:
     """Ball angles at rest near a start (``None`` if not found), and the dimension of their continuum, at least ``freedom``."""
-    angles, last, least = np.array(start), np.inf, SLACK * _by_rotor(st, speed)
+    # size of the torques' change with the angles as the rotor makes it, N m
+    answer = st.rows @ st.compliance(speed) @ st.rows.T
+    least = SLACK * float(speed**4 * np.abs(answer).max() * st.moment.max() ** 2)
+    angles, last = np.array(start), np.inf
     balance = torques if st.isotropic else mean_torques
     for _ in range(CORRECTIONS):
         check_deadline()
@@ -460,12 +450,6 @@ def _newton(st: Stations, speed: float, start: Floats, freedom: int = 0) -> tupl
             return angles, int((~firm).sum())
         last = length
     return None, 0
-
-
-def _by_rotor(st: Stations, speed: float) -> float:
-    """Size of the torques' change with the angles as the rotor makes it, N m."""
-    answer = st.rows @ st.compliance(speed) @ st.rows.T
-    return float(speed**4 * np.abs(answer).max() * st.moment.max() ** 2)
 
 
 def mean_torques(st: Stations, speed: float, angles: Floats) -> tuple[Floats, Matrix]:
@@ -515,43 +499,45 @@ Described = Plane | Stations
 
 
 def described(machine: Machine, unbalance: complex | float | None, highest: float | None = None) -> Described:
-    """The numbers of any machine with an unbalance, see :func:`plane_of`; for speeds up to ``highest``, rad/s."""
+    """The numbers of any machine with an unbalance; for speeds up to ``highest``, rad/s.
+
+    A mere size keeps the direction of the machine's largest one, which is the default.
+    """
     if is_planar(machine):
-        vector = _vector(machine, unbalance)
+        vector = largest_unbalance(machine)
+        if unbalance is not None:
+            value = vector_of(unbalance)
+            keeps = isinstance(unbalance, complex) or vector == 0.0
+            vector = value if keeps else value * vector / abs(vector)
         return in_plane(machine, vector) if has_forces(machine) else plane(machine, vector)
     st = stations(machine, unbalance, largest=True)
     return reduced(st, max(st.highest_searched, highest or 0.0))
-
-
-def plane_of(machine: Machine, unbalance: complex | float | None) -> Plane:
-    """The plane with an unbalance; a mere size keeps the direction of the machine's largest one, the default."""
-    return plane(machine, _vector(machine, unbalance))
-
-
-def _vector(machine: Machine, unbalance: complex | float | None) -> complex:
-    largest = largest_unbalance(machine)
-    if unbalance is None:
-        return largest
-    value = complex(unbalance)
-    if not (math.isfinite(value.real) and math.isfinite(value.imag)) or (
-        not isinstance(unbalance, complex) and value.real < 0.0
-    ):
-        raise QuestionError(f"unbalance: given {unbalance!r}; must be a size not below zero, in kg m, or a vector")
-    return value if isinstance(unbalance, complex) or largest == 0.0 else value * largest / abs(largest)
 
 
 def why_no_state(p: Described) -> str:
     """Why a machine has no balanced state at any speed that was tried."""
     if p.forces is not None:
         return "no state was found in which the balls, with the forces on them, make the deflection smaller"
-    if not p.planar:
-        return _why_no_rest(p.as_station)
+    off = "no balanced state: the balls cannot make up for unbalance and eccentricity of the race"
+    if not p.planar:  # from what the stations need well above the lowest critical speed
+        st = p.as_station
+        if np.any(st.offset != 0.0):
+            return f"{off}s"
+        speed = min(3.0 * st.scale_speed, st.model.top_speed)
+        parts = []
+        for place, (name, need) in enumerate(zip(st.names, np.abs(required(st, speed)).tolist(), strict=True)):
+            have = float(st.capability[place])
+            if need > have or int((st.station == place).sum()) == 1:
+                parts.append(
+                    f"at {name!r} {moment_text(need, 4)} are needed at {speed:.4g} rad/s, the balls have {moment_text(have, 4)}"
+                )
+        return f"no balanced state: {'; '.join(parts)}" if parts else "no balanced state was found"
     need, points = abs(p.unbalance), float(p.moment.sum())
     have = min(points, *np.atleast_1d(p.capability))
     if p.moment.size == 1:
         return "no balanced state: one ball alone balances only an unbalance of exactly its own moment"
     if np.any(p.offset != 0.0):
-        return "no balanced state: the balls cannot make up for unbalance and eccentricity of the race"
+        return off
     if need > have:
         return f"no balanced state: the balls can balance {moment_text(have, 4)} at most, the unbalance is {moment_text(need, 4)}"
     least = 2.0 * float(p.moment.max()) - points
@@ -559,21 +545,6 @@ def why_no_state(p: Described) -> str:
         sizes = f"{moment_text(least, 4)}, the unbalance is {moment_text(need, 4)}"
         return f"no balanced state: unequal balls always add up to {sizes}"
     return "no balanced state was found"
-
-
-def _why_no_rest(st: Stations) -> str:
-    """The same for several stations, from what they need well above the lowest critical speed."""
-    if np.any(st.offset != 0.0):
-        return "no balanced state: the balls cannot make up for unbalance and eccentricity of the races"
-    speed = min(3.0 * st.scale_speed, st.model.top_speed)
-    parts = []
-    for place, (name, need) in enumerate(zip(st.names, np.abs(required(st, speed)).tolist(), strict=True)):
-        have = float(st.capability[place])
-        if need > have or int((st.station == place).sum()) == 1:
-            parts.append(
-                f"at {name!r} {moment_text(need, 4)} are needed at {speed:.4g} rad/s, the balls have {moment_text(have, 4)}"
-            )
-    return f"no balanced state: {'; '.join(parts)}" if parts else "no balanced state was found"
 
 
 def service_speed(st: Stations, highest: float | None) -> float:
