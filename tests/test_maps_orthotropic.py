@@ -110,10 +110,10 @@ def test_no_unbalance_has_a_border_above_the_worst_case() -> None:
     worst = worst_case(p)
     assert "|S2|/N = 0," in worst.note
     at_right_angles = border_of(balanced_states(replace(p, unbalance=2.0**0.5 * p.moment[0]))[0], p)
-    assert at_right_angles[0] == pytest.approx(worst.speed, rel=1e-8)
+    assert at_right_angles.speed == pytest.approx(worst.speed, rel=1e-8)
     for share in (0.3, 1.2, 1.9):
         member = balanced_states(replace(p, unbalance=share * p.moment[0]))[0]
-        assert border_of(member, p)[0] < worst.speed
+        assert border_of(member, p).speed < worst.speed
 
 
 def test_the_worst_case_becomes_the_explicit_one_of_isotropic_supports() -> None:
