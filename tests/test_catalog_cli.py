@@ -9,13 +9,15 @@ import subprocess
 import sys
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
+from typer.main import get_command
 
 from autobalancer.catalog.product_tables import blend, fluid, fluids, friction, materials, suitable_bearings
-from autobalancer.cli.catalog import app
+from autobalancer.cli.main import app as whole
 from autobalancer.errors import AutobalancerError, CatalogError, UnitError
 from autobalancer.laws.capabilities import capability
 
+app = get_command(whole).commands["catalog"]  # type: ignore[attr-defined]
 RUNNER = CliRunner(env={"COLUMNS": "160"})
 
 

@@ -21,7 +21,7 @@ import pytest
 from tests.references import compiled
 from tools import wheel
 
-from autobalancer.kernels.compiler import cache
+from autobalancer.kernels.compiler import cache, flags
 from autobalancer.kernels.compiler.cache import KINDS, TEXT, Announcement
 from autobalancer.kernels.compiler.callbacks import callback
 from autobalancer.kernels.compiler.flags import EXACT, njit
@@ -466,7 +466,7 @@ def test_an_edit_of_a_kernel_changes_the_stamp_of_those_that_use_it_and_of_no_ot
 def test_a_kernel_is_compiled_when_it_is_first_used_and_then_for_its_own_types_only(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cache, "HERE", tmp_path)
+    monkeypatch.setattr(flags, "HERE", tmp_path)
     kernel = kernel_of(tmp_path / "law.py", "def law(x): return 2.0 * x")
     assert not kernel.overloads
     assert kept(place) == []

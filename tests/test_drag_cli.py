@@ -7,14 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from tests.references.pictures import size_of
-from typer.testing import CliRunner
+from typer.main import get_command
 
 import autobalancer as ab
-from autobalancer.cli.catalog import app
+from autobalancer.cli.main import app as whole
 from autobalancer.errors import QuestionError
 from autobalancer.laws import drag_coefficient as laws
 
+app = get_command(whole).commands["catalog"]  # type: ignore[attr-defined]
 RUNNER = CliRunner(env={"COLUMNS": "180"})
 
 

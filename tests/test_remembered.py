@@ -9,7 +9,7 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model, with_ball_mass
-from autobalancer.assembly.rotors.critical import critical_speeds
+from autobalancer.assembly.rotors.critical import forward_whirls
 from autobalancer.cache import remembered
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -53,4 +53,4 @@ def test_another_machine_has_its_own_rotor(name: str, value: object) -> None:
             assert np.array_equal(model.mass, fresh.mass)
             loaded = with_ball_mass(one, model)
             assert np.array_equal(loaded.mass, with_ball_mass.__wrapped__(one, model).mass)  # type: ignore[attr-defined]
-            assert critical_speeds(loaded) == critical_speeds.__wrapped__(loaded)  # type: ignore[attr-defined]
+            assert forward_whirls(loaded) == forward_whirls.__wrapped__(loaded)  # type: ignore[attr-defined]

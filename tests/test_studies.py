@@ -363,8 +363,9 @@ def test_the_release_speed_of_theory_and_the_break_away_speed_of_the_runs_stand_
     found = ab.study({**asked, "vary": {"drag": [1.4685e-4]}})
     theory, runs = found["release_speed"].values, found["break_away_speed"].values
     assert theory == pytest.approx(383.0, rel=1e-3)
-    assert (np.abs(runs - theory) > 1.0).all()  # of balls that run up in 15 s
-    assert runs == pytest.approx(theory, rel=0.03)
+    # of balls that run up in 15 s: later by the time, I / beta, that drag takes to speed up a ball
+    later = 500.0 / 15.0 * 1.4 * 2.5e-4 * 0.1 / 1.4685e-4
+    assert ((runs > theory + 1.0) & (runs < theory + 2.0 * later)).all()
 
 
 def test_a_study_says_the_median_of_the_ratios_of_its_passages_to_those_with_held_balls() -> None:

@@ -27,7 +27,7 @@ TABLE = Path(__file__).parent / "data" / "amplitudes_of_the_reference_machine.cs
 DURATION, LAST = 16.0, 1.0  # s of a run, and of its end that is the steady state
 MEASURES = (
     *(f"{name}_{kind}" for name in ("vertical", "horizontal") for kind in ("amplitude", "synchronous", "peak")),
-    *("share_carried", "residual_unbalance"),
+    "share_carried",
 )
 COUNTS = {"deep": (4, 5, 6, 8, 12, 16, 20, 30, 40, 50), "single": (3, 4, 5, 6, 8, 10)}
 BORDERS = {"deep": (4, 8, 12, 20), "single": (3, 5, 8)}  # counts for frictions between those of the source

@@ -15,7 +15,6 @@ from autobalancer.cli.terminal.command import Reply, command
 from autobalancer.cli.terminal.options import COUNT, In, MachineFile, Speeds
 from autobalancer.cli.terminal.sheet import speed_sign, speed_text
 from autobalancer.errors import QuestionError
-from autobalancer.results.answers.answer import Answer
 
 if TYPE_CHECKING:
     import numpy as np

@@ -280,9 +280,9 @@ def _refuse_other_kind(name: str, run: xr.Dataset, runs: Kind) -> None:
             f"{name}: given a run of {given.words}, or a result that is no run; this is for {runs.words}"
         )
     over_time = "time" in run.dims or {"speed", "envelope_time", "turn_time"} & set(run.coords)
-    if not over_time and (title := run.attrs.get("title")):
+    if not over_time and "answer" in run.attrs:
         raise QuestionError(
-            f"{name}: given {title!r}, which is an answer about many runs; print what load_run gives, or plot it"
+            f"{name}: given {run.attrs.get('title')!r}, which is an answer about many runs; print what load_run gives, or plot it"
         )
     if "machine" not in run.attrs:
         raise QuestionError(f"{name}: the run has lost its attributes, such as its machine; give it as it was computed")

@@ -11,7 +11,6 @@ from autobalancer.assembly.terms import Theory, ignores, unknown
 from autobalancer.files.machine_file import machine_text
 from autobalancer.machine import Machine
 from autobalancer.notebook import picture_html
-from autobalancer.results.answers.answer import provenance
 from autobalancer.tables import Table, border_cell, rpm_and_si
 
 
@@ -72,6 +71,8 @@ def ignoring(machine: Machine, border: Border, theory: Theory) -> Border:
 
 def attributes(machine: Machine, title: str, theory: Theory) -> dict[str, Any]:
     """What every labeled answer about stability carries."""
+    from autobalancer.results.answers.answer import provenance
+
     return {
         "title": title,
         **provenance(),

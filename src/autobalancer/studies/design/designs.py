@@ -638,5 +638,10 @@ def _labels(designs: Sequence[Design]) -> list[str]:
     for part, design in zip(parts, designs, strict=True):
         if design.twins:
             part["ring"] += f" (same race: {', '.join(design.twins)})"
-    common = {key for key in parts[0] if key not in ("count", "balls") and len({one.get(key) for one in parts}) == 1}
+    common = {
+        key
+        for one in parts[:1]
+        for key in one
+        if key not in ("count", "balls") and len({one.get(key) for one in parts}) == 1
+    }
     return [", ".join(text for key, text in one.items() if key not in common) for one in parts]
