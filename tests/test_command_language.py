@@ -539,6 +539,7 @@ def test_a_unit_in_brackets_is_shown_in_the_help() -> None:
 KINDS_OF_SAMPLES = {
     "oil_study.toml": ("study", "study {}"),
     "centrifuge_design.toml": ("design specification", "design {}"),
+    "measured_rotor_design.toml": ("design specification", "design {}"),
     "two_plane_job.toml": ("balancing job", "measure balance {}"),
     "rodrigues_plain_rotor.toml": ("measurement file", "identify MACHINE {}"),
 }

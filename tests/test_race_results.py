@@ -93,3 +93,17 @@ def test_plain_races_say_nothing_of_friction() -> None:
     run = ab.simulate(machine, duration=0.1, save=Samples(5))
     assert "ball_at_rest" not in run
     assert "ball_normal_force" not in run
+
+
+def test_a_rotor_that_its_drive_does_not_take_past_the_resonance_is_said_to_stay_there() -> None:
+    """The dampers of 100 N s/m take the torque c w a^2 there: 3 N m are too little to get past, 50 N m are not."""
+    machine = ab.example("stall_and_release")
+    machine = ab.with_parameter(machine, "unbalances[1].mass", "100 g")
+    for torque, stays in ((3.0, True), (50.0, False)):
+        drive = {"kind": "torque", "torque": torque, "damping": torque / 500.0}
+        run = ab.simulate(ab.with_parameter(machine, "drive", drive), duration=60.0, hold_balls=True)
+        said = [line for line in run.attrs["remarks"] if line.startswith("the rotor stays at")]
+        assert (len(said) == 1) is stays
+        speed, whirl = float(run["envelope_speed"][-1]), float(run["envelope_high"][-1])
+        assert 100.0 * speed * whirl**2 == pytest.approx(torque * (1.0 - speed / 500.0), rel=1e-6)
+        assert (speed < 250.0) is stays

@@ -48,7 +48,13 @@ OTHERS: dict[Kind, FileKind] = {
     ),
     "balancing": FileKind("balancing job", "measurement.balancing.runs", "load_balance_runs", "measure balance {}"),
 }
-OF_MACHINES = {"axis", "rotor", "drive", "balancers", "chambers"}  # keys at the top of a machine file
+OF_MACHINES = {
+    "axis",
+    "rotor",
+    "drive",
+    "balancers",
+    "chambers",
+}  # keys at the top of a machine file, and one or none of others
 OF_ALL = {"name", "description"}
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -133,11 +139,11 @@ def _facts(keys: list[Key]) -> list[tuple[str, str]]:
 def other_kind(data: Mapping[str, Any]) -> Kind | None:
     """Of which other kind a file with these keys at its top is: of the one that knows most of them; ``None`` if none does."""
     names = set(data) - OF_ALL
-    if not names or names & OF_MACHINES:
+    if len(names & OF_MACHINES) > 1:
         return None
-    known: dict[Kind, int] = {kind: len(names & set(_root(kind).model_fields)) for kind in OTHERS}
-    kind = max(known, key=lambda kind: known[kind])
-    return kind if known[kind] > len(names & set(_root("races").model_fields)) else None
+    known: dict[Kind, int] = {kind: len(names & set(_root(kind).model_fields)) for kind in ROOTS}
+    kind = max(known, key=lambda kind: (known[kind], kind not in OTHERS))  # a machine, where as many keys are known
+    return kind if kind in OTHERS else None
 
 
 def _root(kind: Kind) -> type[Part]:
