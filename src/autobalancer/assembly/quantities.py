@@ -424,20 +424,21 @@ USUAL = {
     "m^2/s": "mm^2/s",
     "K": "degC",
 }  # where the author has none
-DIGITS = 10
+DIGITS, READ = 10, 15  # of a number with a unit: written, and kept when it is read
 WRITTEN = re.compile(r"^\s*[-+.\deE]+\s*(.*?)\s*$")
 
 
-def in_author_units(machine: P, author: P) -> P:
+def in_author_units(machine: P, author: P, *, exact: bool = False) -> P:
     """The same machine with new numbers in the units in which the author of another one wrote such numbers.
 
     A number without a unit that the author wrote stays one; what he did not write at all has the unit that he took elsewhere
-    for a quantity of its kind, else a usual one. Numbers are rounded to ten digits.
+    for a quantity of its kind, else a usual one. Numbers are rounded to ten digits; ``exact`` ones are read back as they are,
+    and stay without a unit where no text with one gives the same.
     """
     units: dict[str, str] = {}
     for quantity, value in _written(author):
         units.setdefault(quantity.unit, unit_of(value))
-    changed: P = _part(machine, author, {**USUAL, **units})
+    changed: P = _part(machine, author, {**USUAL, **units}, (DIGITS, READ) if exact else (DIGITS,))
     return changed
 
 
@@ -490,39 +491,40 @@ def unit_of(value: WrittenFloat) -> str:
     return match[1] if match else ""
 
 
-def _part(part: Any, author: Any, units: dict[str, str]) -> Any:
+def _part(part: Any, author: Any, units: dict[str, str], digits: tuple[int, ...]) -> Any:
     changed = {}
     for key in part.model_fields_set:
         known = type(author) is type(part) and key in author.model_fields_set
         value, before = getattr(part, key), getattr(author, key) if known else None
-        new = _entry(value, before, quantity_of(type(part), key), units)
+        new = _entry(value, before, quantity_of(type(part), key), units, digits)
         if new is not value:
             changed[key] = new
     return part.model_copy(update=changed) if changed else part
 
 
-def _entry(value: Any, author: Any, quantity: Quantity | None, units: dict[str, str]) -> Any:
+def _entry(value: Any, author: Any, quantity: Quantity | None, units: dict[str, str], digits: tuple[int, ...]) -> Any:
     if isinstance(value, Part):
-        return _part(value, author, units)
+        return _part(value, author, units, digits)
     if isinstance(value, tuple):
         alike = isinstance(author, tuple) and len(author) == len(value)
         before = author if alike else (author[0] if isinstance(author, tuple) and author else author,) * len(value)
-        new = tuple(_entry(one, other, quantity, units) for one, other in zip(value, before, strict=True))
+        new = tuple(_entry(one, other, quantity, units, digits) for one, other in zip(value, before, strict=True))
         return value if all(one is other for one, other in zip(new, value, strict=True)) else new
     if quantity is None or isinstance(value, WrittenFloat) or not isinstance(value, float):
         return value
     if isinstance(author, WrittenFloat):
-        return _with_unit(value, unit_of(author), quantity.unit)
+        return _with_unit(value, unit_of(author), quantity.unit, digits)
     if isinstance(author, float) or not quantity.unit:
         return value  # as the author has it, in SI
-    return _with_unit(value, units.get(quantity.unit, quantity.unit), quantity.unit)
+    return _with_unit(value, units.get(quantity.unit, quantity.unit), quantity.unit, digits)
 
 
-def _with_unit(value: float, written: str, unit: str) -> float:
-    """A number in SI as a text with this unit; itself where the unit is none for it."""
+def _with_unit(value: float, written: str, unit: str, digits: tuple[int, ...]) -> float:
+    """A number in SI as a text with this unit; itself where the unit is none for it, or no number of ``digits`` the same."""
     try:
         zero, one = (to_si(f"{number} {written}", unit) for number in (0, 1))
-        text = f"{(value - zero) / (one - zero):.{DIGITS}g} {written}"
-        return WrittenFloat(text, float(to_si(text, unit)))
+        texts = [f"{(value - zero) / (one - zero):.{count}g} {written}" for count in digits]
+        read = [WrittenFloat(text, float(to_si(text, unit))) for text in texts]
     except (UnitError, ArithmeticError):
         return value
+    return next((one for one in read if one == value or len(digits) == 1), value)

@@ -18,6 +18,7 @@ from autobalancer.assembly.quantities import in_author_units
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_chambers, machine_text, parse_machine
 from autobalancer.laws.deep_chamber import covering_fill
+from autobalancer.machine import RunPlan
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import ForceSize, Length, Quantity, Question, key
 from autobalancer.progress import shows_progress
@@ -622,7 +623,8 @@ def _dataset(spec: ChamberSpec, designs: Sequence[ChamberDesign], how: str) -> D
     """Everything that is known of the designs."""
 
     def text_of(design: ChamberDesign) -> str:
-        return machine_text(in_author_units(design.machines[spec.unbalances[-1]], spec.machine))
+        machine = design.machines[spec.unbalances[-1]].model_copy(update={"run": RunPlan(duration=spec.duration)})
+        return machine_text(in_author_units(machine, spec.machine, exact=True))
 
     described: list[tuple[str, Callable[[ChamberDesign], Any], str, str]] = [
         ("fluid", lambda one: one.candidate.fluid, "fluid of the chamber", ""),

@@ -345,7 +345,7 @@ def _text(spec: Spec, design: Design) -> str:
     if design.machine is None:
         return ""
     machine = driven(spec, design.machine, spec.fastest, coasting=False)
-    return machine_text(in_author_units(with_author_springs(machine, spec.machine), spec.machine))
+    return machine_text(in_author_units(with_author_springs(machine, spec.machine), spec.machine, exact=True))
 
 
 def _attributes(spec: Spec, how: str) -> dict[str, Any]:

@@ -329,21 +329,16 @@ def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Any) -> str:
         cold, warm = (value - 273.15 for value in designs.attrs["temperature_range"])
         sizes += f", {cold:.4g} to {warm:.4g} °C"
         at = f" Its numbers here are those at {0.5 * (cold + warm):.4g} °C."
-    keeps = {
-        1: "It keeps them",
-        0: "Too few runs to say whether it keeps them",
-        -1: f"It misses {_missed(dataset)}",
-    }
+    missed = ", ".join(name for name in str(dataset["missed"].values).split(", ") if not name.endswith(OPEN))
+    keeps = {1: "It keeps them", 0: "Too few runs to say whether it keeps them", -1: f"It misses {missed}"}
+    runs, seed = int(designs.attrs["members"]), int(designs.attrs["seed"])
+    last = seed + designs.sizes.get("seed", 1) - 1
+    said = f"{runs} run{'s' * (runs > 1)} with the seed{f's {seed} to {last}' if last > seed else f' {seed}'}"
     began = f" The machine that was given: {machine.description}" if machine.description else ""
     return (
         f"Place {int(dataset['place'])} of design {designs.attrs['design_name']!r} for unbalances of {sizes}.{filled}{at} "
-        f"Limits: {limits}. {keeps[int(dataset['meets'])]} in {designs.attrs['members']} runs with the seed "
-        f"{designs.attrs['seed']}.{designs.attrs.get('assumed', '')}{began}"
+        f"Limits: {limits}. {keeps[int(dataset['meets'])]} in {said}.{designs.attrs.get('assumed', '')}{began}"
     )
-
-
-def _missed(dataset: xr.Dataset) -> str:
-    return ", ".join(name for name in str(dataset["missed"].values).split(", ") if not name.endswith(OPEN))
 
 
 # Numbers of a design from its runs, and whether it keeps the limits: shares with their 95 % intervals (Wilson 1927).
