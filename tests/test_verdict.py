@@ -295,7 +295,7 @@ def test_check_says_before_a_run_what_the_run_compares_with(name: str) -> None:
         (  # stable in a range of speeds, above which there is no balanced state at all
             "discoidal",
             {"balancers[1].races[1].eccentricity": "200 um"},
-            "no, not at 1200 rpm: the balanced state is stable 614 rpm to 983 rpm only; run there, or a thicker fluid",
+            "no, not at 1200 rpm: the balanced state is stable 614 rpm to 983 rpm only; run there, or more drag",
         ),
         (
             "stall_and_release",

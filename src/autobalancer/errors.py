@@ -35,14 +35,14 @@ SIMULATE = "autobalancer simulate tells"
 SIMULATE_OR_BASIN = "simulate it instead, or ask basin with random starts"
 ENSEMBLE = "autobalancer ensemble FILE --seeds 100"
 BORDERS = "'autobalancer borders FILE' (ab.stability.borders)"
-LEAST_VISCOSITY = " (autobalancer borders FILE --minimum-viscosity-at SPEED)"
+LEAST_DRAG = " (autobalancer borders FILE --minimum-drag-at SPEED)"
 FRICTIONS = "; typical coefficients: autobalancer catalog friction"
 KEEP_TURNS = "; in Python, save must hold LastRevolutions()"
 MORE_MODES, LIQUID = "; see autobalancer modes", "; see autobalancer liquid-response"
 ON_THE_PAGE = {
     SIMULATE: "a run tells", SIMULATE_OR_BASIN: "run it, or take the basin of the page Stability",
     ENSEMBLE: "a study of many starts", BORDERS: "the page Stability",
-    **dict.fromkeys((LEAST_VISCOSITY, FRICTIONS, KEEP_TURNS, MORE_MODES, LIQUID), ""),
+    **dict.fromkeys((LEAST_DRAG, FRICTIONS, KEEP_TURNS, MORE_MODES, LIQUID), ""),
 }  # fmt: skip
 
 

@@ -35,7 +35,7 @@ from autobalancer.catalog.resolve import (
     resolve,
     rings_of,
 )
-from autobalancer.errors import ENSEMBLE, LEAST_VISCOSITY, LIQUID, MORE_MODES, SIMULATE, QuestionError
+from autobalancer.errors import ENSEMBLE, LEAST_DRAG, LIQUID, MORE_MODES, SIMULATE, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.kernels.measures.columns_of_measures import LIMITS
 from autobalancer.kernels.measures.workspace import MeasureInputs
@@ -490,7 +490,7 @@ def _below(exact: Border, highest: float, planar: bool) -> str:
         return (
             f"the balanced state is stable at the highest speed at some positions of the balls only: at the best ones from "
             f"{exact.best:.4g} rad/s on, at all of them {everywhere}; {ENSEMBLE} shows how often the balls find "
-            f"stable ones; a thicker fluid makes all of them stable{LEAST_VISCOSITY}"
+            f"stable ones; more drag, as of a thicker fluid, may make all of them stable{LEAST_DRAG}"
         )
     below = "the highest speed is below the exact border; "
     if exact.windows:
@@ -561,7 +561,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
     lowest = (max if summary.rotor == "planar" else min)(summary.critical_speeds, default=0.0)
     if top < lowest:
         return f"no, not {at}: below the critical speed {said(lowest)} balls go to the heavy side; run above it"
-    thicker = f"a thicker fluid helps{LEAST_VISCOSITY}"
+    thicker = f"more drag, as of a thicker fluid, may help{LEAST_DRAG}"
     # several positions of the balls balance, and they are not stable from the same speed on
     if exact.best < top <= exact.speed:
         always = "at none" if math.isinf(exact.speed) else f"from {said(exact.speed)} on"
