@@ -30,7 +30,7 @@ from autobalancer.cli.terminal.command import public
 from autobalancer.cli.terminal.group import places
 from autobalancer.cli.terminal.options import parameter_values, speed_range
 from autobalancer.cli.terminal.progress_bar import Console
-from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv
+from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv, sheet_si
 from autobalancer.errors import MachineFileError, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import write_example
 from autobalancer.results.store import plain_json
@@ -359,6 +359,18 @@ def test_columns_without_room_follow_below_with_the_first_one_again(capsys: pyte
     rows = list(csv.reader(io.StringIO(sheet_csv(columns))))
     assert rows[0][:2] == ["run", "measure 0 [um]"]
     assert rows[2] == ["deep-n20", *[""] * 9]
+
+
+def test_values_of_a_table_in_json_are_si_and_a_deviation_says_of_what() -> None:
+    sure = Column("+-", [0.2])
+    columns = [Column("peak", [1.5], "µm"), sure, Column("speed", [600.0], "rpm"), sure, Column("room", [20.0], "°C")]
+    assert sheet_si(columns) == {
+        "peak": pytest.approx([1.5e-6]),
+        "peak, +-": pytest.approx([2e-7]),
+        "speed": pytest.approx([20.0 * np.pi]),
+        "speed, +-": pytest.approx([0.2 * np.pi / 30.0]),
+        "room": [293.15],
+    }
 
 
 def test_json_is_json_where_numbers_are_not_known(tmp_path: Path) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import json
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +16,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli import app
+from autobalancer.cli.terminal.sheet import sheet_csv
 from autobalancer.errors import DurationWarning, QuestionError, RangeWarning, unwarned, warn
 from autobalancer.results.verdict import wilson_interval
 from autobalancer.stability.averaged import averaged_plane, damping_share
@@ -356,6 +360,28 @@ def test_what_a_study_could_say_at_its_end_only_is_refused_before_and_leaves_no_
     assert answer.exit_code == 2
     assert said in " ".join(answer.stderr.split())
     assert {path.name for path in tmp_path.iterdir()} == {"own.toml"}
+
+
+def test_json_of_a_study_has_the_interval_of_each_share_and_all_in_si(tmp_path: Path) -> None:
+    file, out = tmp_path / "own.toml", tmp_path / "own.nc"
+    machine = ROOT / "examples/machines/stall_and_release.toml"
+    file.write_text(f'machine = "{machine}"\nmembers = 3\n[vary]\ndrag = ["0.03 N*mm*s", "0.15 N*mm*s"]\n')
+    words = ["study", str(file), "--out", str(out), "--folder", str(tmp_path / "parts")]
+    answer = json.loads(CliRunner().invoke(app, [*words, "--json"]).stdout)
+    found = ab.load_run(out)
+    points = [found.isel(member=np.flatnonzero(found["point"].values == point)) for point in np.unique(found["point"])]
+    counts = {name: np.array([int(one[name].sum()) for one in points]) for name in ("balanced", "stalled")}
+    assert (counts["balanced"] != counts["stalled"]).all()
+    for name, count in counts.items():
+        row = [answer[key] for key in (name, f"{name}, 95 % from", f"{name}, 95 % to")]
+        np.testing.assert_allclose(row, [count / 3, *wilson_interval(count, 3)], rtol=1e-12, atol=1e-15)
+    peaks = [one["peak_deflection"].values for one in points]
+    assert answer["peak deflection"] == pytest.approx(np.median(peaks, axis=1), rel=1e-12)
+    assert answer["peak deflection, 95 % below"] == pytest.approx(np.quantile(peaks, 0.95, axis=1), rel=1e-12)
+    assert answer["drag"] == pytest.approx([3e-5, 1.5e-4])
+    head = next(csv.reader(io.StringIO(sheet_csv(found.columns()))))
+    assert len(set(head)) == len(head) == len(answer) - 2  # all but the names of the file
+    assert "stalled, 95 % to [%]" in head
 
 
 def test_the_release_speed_of_theory_and_the_break_away_speed_of_the_runs_stand_beside_each_other() -> None:

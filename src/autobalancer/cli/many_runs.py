@@ -19,7 +19,7 @@ from autobalancer.cli.terminal.command import (
     on_interrupt,
 )
 from autobalancer.cli.terminal.options import In, MachineFile, Seed
-from autobalancer.cli.terminal.sheet import speed_sign
+from autobalancer.cli.terminal.sheet import sheet_si, speed_sign
 from autobalancer.errors import QuestionError
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -340,7 +340,7 @@ def study(
     lines = [line for line in found.remarks() if not line.startswith("interrupted")]  # said with what to do here
     return Reply(
         found,
-        {"study": str(file), **{column.head: column.values for column in columns}},
+        {"study": str(file), **sheet_si(columns)},
         "",
         (),
         columns,
@@ -422,8 +422,7 @@ def envelopes(
     Example: autobalancer envelopes discoidal.toml --members 40 --coast-down --plot fan.png
     """
     found = ab.envelopes(file, **options)
-    columns = found.columns(speed_sign())
-    return Reply(found, {column.head: column.values for column in columns}, "", (), columns, notes=())
+    return Reply(found, heading="", facts=(), notes=())
 
 
 # ``autobalancer report``: a machine on pages that can be signed.

@@ -88,6 +88,10 @@ class AxisUnit:
         """A value, or an array of values, as shown."""
         return self.factor * si + self.offset
 
+    def in_si(self, shown: Any) -> Any:
+        """The value that is shown so."""
+        return (shown - self.offset) / self.factor
+
 
 SPEED_UNITS = {
     "rpm": AxisUnit("rpm", 30.0 / math.pi),

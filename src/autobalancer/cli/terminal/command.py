@@ -163,13 +163,6 @@ def print_json(answer: Any) -> None:
     typer.echo(json.dumps(plain_json(answer), indent=2, allow_nan=False, ensure_ascii=False))
 
 
-def print_csv(columns: Sequence[Column]) -> None:
-    """Print a table as CSV."""
-    from autobalancer.cli.terminal.sheet import sheet_csv
-
-    typer.echo(sheet_csv(columns), nl=False)
-
-
 # A public function as its source says: parameters with type and default, and what its docstring says of each.
 
 
@@ -464,10 +457,10 @@ def answered(
         plain = reply.json if reply.json is not None else as_plain(answer)
         print_json({**about, **plain} if isinstance(plain, dict) else plain)
     elif as_csv:
-        if reply.csv is not None:
-            typer.echo(reply.csv, nl=False)
-        else:
-            print_csv((reply.columns if reply.columns is not None else _columns(answer, unit)) or _facts(reply))
+        from autobalancer.cli.terminal.sheet import sheet_csv
+
+        columns = (reply.columns if reply.columns is not None else _columns(answer, unit)) or _facts(reply)
+        typer.echo(reply.csv if reply.csv is not None else sheet_csv(columns), nl=False)
     else:
         _show(reply, unit)
         for each in (files, reply.written, *(more.files for more in reply.also)):

@@ -9,16 +9,45 @@ import re
 import textwrap
 from collections.abc import Sequence
 from contextvars import ContextVar
+from dataclasses import replace
 from typing import Any
 
 from autobalancer.tables import NUMBER, Column, printable, speeds_in
 
 LEAST = 18  # letters of a text that may be broken between words
+BESIDE = ("95 % ", "+-")  # how heads begin of what belongs to the number before: an interval, a quantile, a deviation
 EDGE, GAP = 1, 2  # blanks at the ends of a line and between columns
+
+
+def _told_apart(columns: Sequence[Column]) -> list[Column]:
+    """Columns whose heads differ: what belongs to the number before says so, ``balanced, 95 % from``, and has its unit."""
+    found: list[Column] = []
+    number = Column("", ())
+    for column in columns:
+        if column.head.startswith(BESIDE) or column.head in {one.head for one in found}:
+            found.append(replace(column, head=f"{number.head}, {column.head}", unit=column.unit or number.unit))
+        else:
+            found.append(number := column)
+    return found
+
+
+def sheet_si(columns: Sequence[Column]) -> dict[str, list[Any]]:
+    """Values of each column by its head, in SI, for JSON."""
+    from autobalancer.results.answers.answer import FACTORS
+    from autobalancer.results.display_units import SHOWN, SPEED_UNITS, AxisUnit
+
+    units = {sign: AxisUnit(sign, factor) for sign, factor in FACTORS.items()}
+    units |= {unit.sign: unit for unit in (*SHOWN.values(), *SPEED_UNITS.values())}
+    found = {}
+    for column in _told_apart(columns):
+        unit = units.get(column.unit, AxisUnit(column.unit, 1.0))
+        found[column.head] = [value if isinstance(value, (str, int)) else unit.in_si(value) for value in column.values]
+    return found
 
 
 def sheet_csv(columns: Sequence[Column]) -> str:
     """Comma-separated values whose first line names the columns with their units: ``speed [rpm],angle [deg]``."""
+    columns = _told_apart(columns)
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow([f"{column.head} [{column.unit}]" if column.unit else column.head for column in columns])
@@ -39,45 +68,23 @@ def print_sheet(columns: Sequence[Column], title: str = "") -> None:
         console.print(_table(block))
 
 
-class Facts:
-    """What there is to say of one thing: a name and a text in each row."""
-
-    def __init__(self, title: str = "") -> None:
-        self.title = title
-        self.rows: list[tuple[str, str]] = []
-
-    def add_row(self, name: str, text: str) -> None:
-        """One more; lines of a text stay apart."""
-        self.rows.append((name, text))
-
-    def columns(self) -> list[Column]:
-        """The same as a table, for CSV."""
-        return [Column("quantity", [name for name, _ in self.rows]), Column("value", [text for _, text in self.rows])]
-
-    def print(self) -> None:
-        """Print it; texts are broken between words where the screen ends."""
-        from rich import box
-        from rich.table import Table
-        from rich.text import Text
-
-        from autobalancer.cli.terminal.progress_bar import Console
-
-        table = Table(show_header=False, box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0))
-        table.add_column(style="bold", no_wrap=True)
-        table.add_column()
-        for name, text in self.rows:
-            table.add_row(Text(printable(name)), Text(printable(in_speed_unit(text))))
-        console = Console(highlight=False)
-        if self.title:
-            console.print(Text(printable(self.title), style="bold"))
-        console.print(table)
-
-
 def print_facts(rows: Sequence[tuple[str, str]], title: str = "") -> None:
-    """Print rows as :class:`Facts`."""
-    facts = Facts(title)
-    facts.rows += rows
-    facts.print()
+    """Print what there is to say of one thing, a name and a text in each row; texts are broken between words."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from autobalancer.cli.terminal.progress_bar import Console
+
+    table = Table(show_header=False, box=box.SIMPLE_HEAD, padding=(0, 2, 0, 0))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column()
+    for name, text in rows:
+        table.add_row(Text(printable(name)), Text(printable(in_speed_unit(text))))
+    console = Console(highlight=False)
+    if title:
+        console.print(Text(printable(title), style="bold"))
+    console.print(table)
 
 
 def _blocks(columns: Sequence[Column], width: int) -> list[list[tuple[Column, int]]]:

@@ -451,7 +451,7 @@ def _driven(found: Answer, unit: str) -> list[Column]:
     columns.append(Column("input", [str(name).replace("_", " ") for name in flat["input"].values]))
     for name, head in SHOWN.items():
         if name in found:
-            interval = (Shown(f"{name}_low", "95 % from", form=".3f"), Shown(f"{name}_high", "to", form=".3f"))
+            interval = (Shown(f"{name}_low", "95 % from", form=".3f"), Shown(f"{name}_high", "95 % to", form=".3f"))
             columns += flat.shown(unit, Shown(name, head, form=".3f"), *interval)
     return columns
 
