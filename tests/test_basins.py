@@ -127,18 +127,22 @@ def test_with_much_friction_no_start_balances_and_without_any_the_result_says_th
 
 
 def test_the_picture_of_random_starts_with_friction_shows_the_distribution_of_the_residual() -> None:
-    found = ab.basin(_rough(3e-4), 125.0, random=40)
+    found = ab.basin(_rough(3e-4), 125.0, random=40, hold=5.0)  # too short for some
     figure = ab.plot.basin(found)
     states, verdicts, residual = figure.axes
-    assert [text.get_text() for text in states.get_yticklabels()] == ["held by friction"]
+    assert states.get_yticklabels()[0].get_text() == "held by friction"
+    resting = found["state"].values == found.attrs["states"].index("held by friction")
+    of = f"of the {resting.sum()} of 40 starts that end at rest"
+    assert 0 < int(found["quantile_starts"]) == resting.sum() < 40
     drawn = {
         text.get_text(): bar.get_width() for text, bar in zip(verdicts.get_yticklabels(), verdicts.patches, strict=True)
     }
     words = found["verdict_share"].to_series() * 100.0
     assert drawn == pytest.approx(words[words > 0.0].to_dict())
-    assert "residual unbalance" in residual.get_xlabel()
+    assert residual.get_xlabel().startswith(f"residual unbalance {of}")
+    assert f"residual unbalance {of}, released" in " ".join(str(found).split())
     steps = residual.lines[0].get_xdata()
-    assert np.allclose(np.sort(found["residual_unbalance"].values) * 1e6, np.asarray(steps))
+    assert np.allclose(np.sort(found["residual_unbalance"].values[resting]) * 1e6, np.asarray(steps))
 
 
 @pytest.mark.parametrize(
@@ -217,10 +221,11 @@ def test_balls_of_two_planes_just_above_their_border_balance_or_one_plane_stalls
 def test_the_command_prints_end_states_and_residual_of_each_plane() -> None:
     asked = ["basin", str(MACHINES / "two_plane_rotor.toml"), "--speed", "300 rad/s", "--random", "2"]
     table = CliRunner().invoke(app, asked, catch_exceptions=False).output
-    assert "plane lower: balanced 100 %" in " ".join(table.split())
+    assert "plane lower: balanced 100 %; residual unbalance at rest" in " ".join(table.split())
     answer = json.loads(CliRunner().invoke(app, [*asked, "--json"], catch_exceptions=False).output)
     assert set(answer["planes"]) == {"lower", "upper"}
     assert answer["planes"]["upper"]["share"] == {"balanced": 1.0}
+    assert answer["quantile_starts"] == {"count": 2, "of": 2, "which": "starts that end at rest"}
 
 
 def test_a_start_that_a_whole_turn_has_twice_is_counted_once() -> None:

@@ -75,7 +75,11 @@ def test_balls_behind_at_the_second_critical_speed_are_stalled_in_all_answers() 
     assert judged.stall.balls == (1, 2, 3, 4)
     assert 0.85 * whirl < judged.stall.speed < whirl
     assert judged.stall.speed > run.attrs["critical_speeds"][1] > 200.0
-    assert float(ab.run_measures(run)["stalled_balls"]) == 4.0
+    measures = ab.run_measures(run)
+    assert float(measures["stalled_balls"]) == 4.0
+    row = next(line for line in str(measures).splitlines() if line.startswith("stalled_balls"))
+    assert row.split()[1] == "4"  # a count, no share
+    assert "%" not in row
     swept = ab.sweep(machine, {}, seeds=1, duration=8.0)
     assert swept["stalled_balls"].values.tolist() == [4.0]
     compared = ab.compare([machine], duration=8.0)

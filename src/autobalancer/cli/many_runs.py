@@ -199,8 +199,7 @@ def _worst(found: Any) -> dict[str, Any]:
 def _worst_line(found: Any) -> str:
     from autobalancer.results.display_units import length_text
 
-    worst = _worst(found)
-    count = int(found["state"].size)
+    worst, count = _worst(found), int(found["state"].size)
     return f"worst start: number {worst['number']} of {count}, with {WORST[worst['by']]} {length_text(worst['value'])}"
 
 
@@ -210,8 +209,9 @@ def _end_values(found: Any) -> dict[str, Any]:
     def plain(name: str) -> Any:
         return found[name].values.tolist()
 
-    quantiles = [str(float(q)) for q in found["quantile"].values]
+    quantiles, of = [str(float(q)) for q in found["quantile"].values], found["quantile_starts"]
     left: dict[str, Any] = {
+        "quantile_starts": {"count": int(of), "of": int(of.attrs["of"]), "which": of.attrs["long_name"]},
         "residual_unbalance": dict(zip(quantiles, plain("residual_quantile"), strict=True)),
         "unbalance": plain("unbalance"),
         "released": str(found.attrs["released"]),

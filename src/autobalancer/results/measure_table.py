@@ -275,7 +275,7 @@ MEASURES = (
     ),
     Measure(
         "stalled_balls",
-        *("1", "", "balls that are stalled at the end of the run"),
+        *("", "", "balls that are stalled at the end of the run"),
         lambda r: np.count_nonzero(np.isfinite(r.stalls[2])),
         needs="balls",
     ),

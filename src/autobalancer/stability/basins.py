@@ -423,45 +423,43 @@ def residuals(
     deflection = _deflections(st, speed, each.reshape(-1, len(st.names))).max(axis=-1).reshape(left.shape)
     ends = np.where(resting & np.isfinite(deflection), deflection, seen)
 
-    # distributions over the starts that end at rest
-    def quantiles(values: Floats) -> Floats:
-        if len(values):
-            return np.asarray(np.quantile(values, QUANTILES, axis=0))
-        return np.full((len(QUANTILES), *values.shape[1:]), np.nan)
-
     # the verdict on each end, and those that never come to rest
     words = [verdict_word(value / alone) if alone > 0.0 else NO_VERDICT for value in deflection[resting]]
     counts = [*(words.count(word) for word in WORDS[:-1]), int((possible & ~resting).sum())]
     shares, planes = np.array(counts) / max(int(possible.sum()), 1), (*dims, "plane")
-    own = quantiles(left_at[resting])
+    of = counted_starts(int(resting.sum()), int(possible.sum()), "starts that end at rest")
     data = {
         "residual_unbalance": (dims, left, "unbalance of rotor and balls together", "kg m"),
         "final_deflection": (dims, ends, "deflection at the end", "m"),
         "plane_residual_unbalance": (planes, left_at, "what the balls of a plane lack to balance it", "kg m"),
         "plane_unbalance": ("plane", np.abs(wanted), "unbalance that the balls of a plane have to balance", "kg m"),
-        "residual_quantile": (
-            "quantile",
-            quantiles(left[resting]),
-            "residual unbalance of the starts that end at rest",
-            "kg m",
-        ),
-        "deflection_quantile": (
-            "quantile",
-            quantiles(deflection[resting]),
-            "deflection of the starts that end at rest",
-            "m",
-        ),
+        "residual_quantile": ("quantile", quantiles(left[resting]), f"residual unbalance{of.comment}", "kg m"),
+        "deflection_quantile": ("quantile", quantiles(deflection[resting]), f"deflection{of.comment}", "m"),
         "plane_residual_quantile": (
             ("quantile", "plane"),
-            own,
-            "residual unbalance of a plane, of the starts that end at rest",
+            quantiles(left_at[resting]),
+            f"residual unbalance of a plane{of.comment}",
             "kg m",
         ),
         "verdict_share": ("verdict", shares, "share of the starts", "1"),
         "unbalance": ((), whole, "unbalance without balls", "kg m"),
         "deflection_without_balls": ((), alone, "deflection with evenly spread balls", "m"),
     }
-    return labeled(data).assign_coords(quantile=list(QUANTILES), verdict=list(WORDS), plane=list(st.names))
+    dataset = labeled(data).assign(quantile_starts=of)
+    return dataset.assign_coords(quantile=list(QUANTILES), verdict=list(WORDS), plane=list(st.names))
+
+
+def quantiles(values: Floats) -> Floats:
+    """QUANTILES over the starts, the first axis; nan without any."""
+    if len(values):
+        return np.asarray(np.quantile(values, QUANTILES, axis=0))
+    return np.full((len(QUANTILES), *values.shape[1:]), np.nan)
+
+
+def counted_starts(count: int, possible: int, which: str) -> xr.DataArray:
+    """Over how many starts quantiles are taken; its ``comment`` says so behind a name, nothing where all count."""
+    comment = f" of the {count} of {possible} {which}" if count < possible else ""
+    return xr.DataArray(count, attrs={"long_name": which, "of": possible, "comment": comment, "units": ""})
 
 
 def moments_of(st: Stations, angles: Floats) -> Complexes:

@@ -516,7 +516,7 @@ def basin(
         ``state`` (number, its names in ``attrs["states"]``), ``residual_unbalance`` of unbalance and balls; ``share`` of each
         state with a 95 % interval (Wilson 1927) for random starts; ``residual_quantile`` (median, 95 %, greatest). Named ends:
         ``time`` until rest, ``final_deflection`` (of balls at rest the greatest in a turn, else at the last instant);
-        quantiles over the starts that end at rest, of deflection too, and ``verdict_share``, by the rule of
+        quantiles over the ``quantile_starts`` that end at rest, of deflection too, and ``verdict_share``, by the rule of
         :mod:`autobalancer.results.verdict`; over ``plane``: ``plane_state`` (its names in ``attrs["plane_states"]``),
         ``plane_residual_unbalance``, its quantiles, and ``plane_unbalance`` without balls. Verdicts: ``vibration``,
         ``static_deflection`` and ``support_force`` of each run as of :func:`autobalancer.sweep`, ``vibration_quantile`` over

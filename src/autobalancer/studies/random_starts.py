@@ -35,7 +35,7 @@ from autobalancer.results.verdict import BALANCED, WORDS, wilson_interval
 from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_duration, run_options
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
-from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, released
+from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, counted_starts, quantiles, released
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.ensemble.ensemble import Variable, ensemble_variables
@@ -217,17 +217,14 @@ def distributions(runs: xr.Dataset, run_up: bool) -> xr.Dataset:
     finished = runs["outcome"].values == "finished"
     peaks = (("peak", "peak_deflection"),) if run_up else ()
     for name, values in (("vibration", "vibration"), ("residual", "residual_unbalance"), *peaks):
-        ended = runs[values].values[finished]
-        spread = np.quantile(ended, QUANTILES) if ended.size else np.full(len(QUANTILES), np.nan)
-        dataset[f"{name}_quantile"] = ("quantile", spread, runs[values].attrs)
-    dataset["moving_share"] = (
-        float(np.isnan(runs["settling_time"].values[finished]).mean()) if finished.any() else np.nan
-    )
-    dataset["moving_share"].attrs = {"long_name": "share of the runs at whose end a ball moves", "units": "1"}
-    dataset["vibration_without_balls"] = float(runs["vibration_without_balls"].max())
-    dataset["unbalance"] = float((runs["residual_unbalance"] / runs["residual_share"]).median())
-    dataset["vibration_without_balls"].attrs = dict(runs["vibration_without_balls"].attrs)
-    dataset["unbalance"].attrs = {"long_name": "unbalance without balls", "units": "kg m"}
+        dataset[f"{name}_quantile"] = ("quantile", quantiles(runs[values].values[finished]), runs[values].attrs)
+    dataset["quantile_starts"] = counted_starts(int(finished.sum()), finished.size, "starts whose runs finish")
+    moves, alone = np.isnan(runs["settling_time"].values[finished]), runs["vibration_without_balls"]
+    whole = float((runs["residual_unbalance"] / runs["residual_share"]).median())
+    about = {"long_name": "share of the runs at whose end a ball moves", "units": "1"}
+    dataset["moving_share"] = ((), float(moves.mean()) if moves.size else np.nan, about)
+    dataset["vibration_without_balls"] = ((), float(alone.max()), alone.attrs)
+    dataset["unbalance"] = ((), whole, {"long_name": "unbalance without balls", "units": "kg m"})
     return dataset
 
 

@@ -267,6 +267,9 @@ def _distribution(axes: Axes, dataset: xr.Dataset, quantity: str) -> None:
     moment, verdicts = quantity == "residual_unbalance", "vibration" in dataset
     whole, left = float(dataset[without]), _values(dataset, quantity)
     text = moment_text if moment else length_text
+    if "quantile_starts" in dataset:  # panels of verdicts are narrow
+        of = str(dataset["quantile_starts"].attrs["comment"])
+        name += of.replace(" ", "\n", 1) if verdicts else of
     if left[-1] < DUST * whole:
         axes.set_axis_off()
         axes.set_title(name, fontweight="normal", loc="center", y=0.6)
@@ -308,7 +311,7 @@ def _distribution(axes: Axes, dataset: xr.Dataset, quantity: str) -> None:
         )
     axes.set_xlim(0.0, 1.05 * farthest * factor)
     axes.set_ylim(0.0, 118.0)
-    axes.set_xlabel(f"{name}{'' if verdicts else ' of the starts that end at rest'} ({unit})")
+    axes.set_xlabel(f"{name} ({unit})")
 
 
 def _natural(length: float) -> tuple[float, str]:

@@ -387,6 +387,7 @@ class Ends(Answer):
 
     def left(self) -> Iterator[str]:
         """Verdicts, balls that move, and quantiles of what the ends leave, a sentence each."""
+        of = self["quantile_starts"].attrs["comment"] if "quantile_starts" in self else ""
         if "verdict_share" in self:
             shares = zip(self["verdict"].values, self["verdict_share"].values, strict=True)
             if self._held():
@@ -395,7 +396,7 @@ class Ends(Answer):
         for plane, own in self.planes().items():
             ends = ", ".join(f"{name} {100.0 * share:.3g} %" for name, share in own["share"].items())
             middle, *_, most = own["residual_unbalance"].values()
-            rest = f"; residual unbalance at rest: median {moment_text(middle)}, at most {moment_text(most)}"
+            rest = f"; residual unbalance{of or ' at rest'}: median {moment_text(middle)}, at most {moment_text(most)}"
             yield f"plane {plane}: {ends}{rest if middle == middle else ''}; without balls {moment_text(own['unbalance'])}"
         if "moving_share" in self and float(self["moving_share"]) > 0.0:
             yield f"balls still move at the end of {100.0 * float(self['moving_share']):.3g} % of the runs"
@@ -407,7 +408,7 @@ class Ends(Answer):
                 ratio = float(self[name].values[0]) / float(self[whole]) if float(self[whole]) > 0.0 else np.nan
                 much = worse_by(ratio) if name == "peak_quantile" else ""
                 half = f" (half of the runs at least {much})" * bool(much)
-                yield f"{text}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}{half}"
+                yield f"{text}{of}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}{half}"
 
     def planes(self) -> dict[str, dict[str, Any]]:
         """Of each of several planes the shares of its ends, quantiles of its residual and its unbalance, SI."""
