@@ -10,7 +10,7 @@ from html import escape
 from typing import Any
 
 import tomli_w
-from nicegui import core, events, ui
+from nicegui import events, ui
 
 from autobalancer.api import check
 from autobalancer.app.pages.elements import Bench, Changed, hinted, marked, picker, say_refused, toml_editor
@@ -549,18 +549,13 @@ class Check:
                 self.drawing.set_content(NEUTRAL)
                 self.drawing.classes(remove="old")
             else:
-                self.pencil.start(partial(_answer_or_fault, _drawing, begun), partial(self._later, self.drawing))
+                self.pencil.start(partial(_answer_or_fault, _drawing, begun), partial(self._put, self.drawing))
             return
         self.busy.set_visibility(True)
         for shown in (self.drawing, self.facts):
             shown.classes(add="old")  # until the new one is there
-        self.pencil.start(partial(_answer_or_fault, _drawing, machine), partial(self._later, self.drawing))
-        self.latest.start(partial(_answer_or_fault, _facts, machine), partial(self._later, self.facts))
-
-    def _later(self, target: Any, content: str) -> None:
-        """Called in another thread."""
-        if core.loop is not None:
-            core.loop.call_soon_threadsafe(self._put, target, content)
+        self.pencil.start(partial(_answer_or_fault, _drawing, machine), partial(self._put, self.drawing))
+        self.latest.start(partial(_answer_or_fault, _facts, machine), partial(self._put, self.facts))
 
     def _put(self, target: Any, content: str) -> None:
         possible = self.bench.reading.machine is not None or (target is self.drawing and self.bench.begun)

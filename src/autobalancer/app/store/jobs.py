@@ -13,6 +13,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from nicegui import core
+
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.memory import free_memory
 
@@ -177,15 +179,19 @@ class Latest:
         self.number = 0
 
     def start(self, work: Callable[[], Any], then: Callable[[Any], None]) -> None:
-        """Do it in the background; ``then`` is called in that thread, unless something newer was asked for meanwhile."""
+        """Do it in the background; ``then`` is called in the loop of the pages, unless something newer was asked for."""
         self.number += 1
         mine = self.number
+
+        def hand_over(answer: Any) -> None:
+            if mine == self.number:  # asked in the loop: until then something newer may have come
+                then(answer)
 
         def run() -> None:
             if mine != self.number:
                 return
-            found = work()
-            if mine == self.number:
-                then(found)
+            answer = work()
+            if core.loop is not None:
+                core.loop.call_soon_threadsafe(hand_over, answer)
 
         self._pool.submit(run)

@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from nicegui import core, run, ui
+from nicegui import run, ui
 from nicegui.element import Element
 
 from autobalancer.app.pages.describe import PENCIL
@@ -206,12 +206,8 @@ class Panel:
             except AutobalancerError as error:
                 return None, str(error), ""
 
-        def then(made: Any) -> None:
-            if core.loop is not None:
-                core.loop.call_soon_threadsafe(self._put, about, made)
-
         self.picture.classes(add="old")  # until the new one is there
-        self.drawing.start(work, then)
+        self.drawing.start(work, partial(self._put, about))
 
     async def save(self, kind: str) -> None:
         """Send the answer to the browser as a file."""
@@ -343,9 +339,7 @@ class StabilityPage:
                 return f"is not possible: unexpected: {type(error).__name__}: {error}"
 
         def then(found: Known | str) -> None:
-            if core.loop is not None:
-                known, wrong = (None, found) if isinstance(found, str) else (found, "")
-                core.loop.call_soon_threadsafe(self._fill, known, wrong)
+            self._fill(*((None, found) if isinstance(found, str) else (found, "")))
 
         self.asking = True
         for panel in self.panels.values():
@@ -545,11 +539,7 @@ class MapPanel(Panel):
             except AutobalancerError as error:
                 return str(error)
 
-        def then(seen: PointStatement | str) -> None:
-            if core.loop is not None:
-                core.loop.call_soon_threadsafe(self._say, seen)
-
-        self.exact.start(work, then)
+        self.exact.start(work, self._say)
 
     def _mark(self) -> None:
         assert self.map is not None
