@@ -151,7 +151,12 @@ def test_the_picture_numbers_the_best_of_designs_side_by_side_and_its_line_falls
     crowd = every.copy(deep=True)
     for name in crowd.attrs["objectives"]:
         crowd[name] = crowd[name].where(crowd["place"] > 4.0, float(crowd[name][crowd["place"].values == 1.0][0]))
-    axes = ab.plot.design(crowd).axes[-1]
+    crowd["stage"][-1] = "border"
+    left, axes = ab.plot.design(crowd).axes
+    # the bar of those that ran tells apart which keep their limits
+    judged = crowd["meets"].values[:-1]
+    ran = [bar.get_width() for bar in left.patches[2:]]
+    assert ran == [np.count_nonzero(judged == meets) for meets in (1, 0, -1) if meets in judged]
     drawn = np.isfinite(crowd["settling_time"].values) & np.isfinite(crowd["peak_deflection"].values)
     places = set(crowd["place"].values[drawn].astype(int).tolist())
     assert {int(text.get_text()) for text in axes.texts} == places - {2, 3, 4}

@@ -211,7 +211,7 @@ def _label(quantity: str, unit: AxisUnit) -> str:
 STAGES = ("space", "fluid", "capability", "pressure", "same race", "border", "pick-up", "limits", "not run", "runs")
 UNITS = {"m": ("mm", 1e3), "kg m": ("g mm", 1e6), "s": ("s", 1.0), "kg": ("g", 1e3)}
 COLORS = {1: BALLS[0], 0: BALLS[1], -1: ALL_BALLS}
-SAYS = {1: "keeps all limits", 0: "too few runs to say", -1: "misses a limit"}
+SAYS = {1: "keeps all limits in its runs", 0: "too few runs to say", -1: "misses a limit"}
 MARK = 11.0  # points, of a mark with a number
 NAMED = 3  # designs whose name stands below
 
@@ -259,7 +259,13 @@ def _counts(panel: Axes, dataset: xr.Dataset) -> None:
     counts = Counter(map(str, dataset["stage"].values))
     shown = [stage for stage in STAGES if counts[stage]]
     values = [counts[stage] for stage in shown]
-    panel.barh(shown, values, color=[BALLS[0] if stage == "runs" else ALL_BALLS for stage in shown], height=0.6)
+    panel.barh(shown, values, color=ALL_BALLS, height=0.6)
+    judged = dataset["meets"].values[dataset["stage"].values == "runs"]
+    begin = 0
+    for level in [level for level in COLORS if level in judged]:  # those that keep their limits first
+        color, count = COLORS[level], int((judged == level).sum())
+        panel.barh("runs", count, left=begin, color=color, height=0.6)
+        begin += count
     for row, value in enumerate(values):
         panel.text(value, row, f" {value}", va="center", color=INK)
     panel.invert_yaxis()

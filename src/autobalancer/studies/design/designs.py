@@ -113,7 +113,7 @@ class Designed(Answer):
         if not limits.keys() - {"share"}:
             return f"no limits are given; first by {' and '.join(self.attrs['objectives']).replace('_', ' ')}: {first}"
         if kept := int((meets == 1).sum()):
-            return f"{kept} of {ran} designs keep{'s' * (kept == 1)} all limits; the best: {first}"
+            return f"{kept} of {ran} designs keep{'s' * (kept == 1)} all limits{self._so_far(best)}; the best: {first}"
         names = [name for name in str(best["missed"].values[0]).split(", ") if name]
         if left := int((meets == 0).sum()):
             which = ", ".join(name.removesuffix(OPEN) for name in names)
@@ -122,6 +122,15 @@ class Designed(Answer):
         missed = [name for name in names if not name.endswith(OPEN)]
         texts = [f"{name} {self._beyond(best, name.replace(' ', '_'), limits)}" for name in missed]
         return f"no design keeps all limits; the nearest misses {len(missed)}: {', '.join(texts)}; it is {first}"
+
+    def _so_far(self, best: xr.Dataset) -> str:
+        """In how many runs limits are kept that no run may exceed, which does not prove that none ever will."""
+        limits, count = json.loads(self.attrs["limits"]), int(self.attrs["members"])
+        stall = limits.get(STALL, 1.0) == 0.0
+        if not stall and not (float(self.attrs["share"]) == 1.0 and limits.keys() - {STALL, "share"}):
+            return ""
+        most = f", though up to {100.0 * float(best['stall_high'][0]):.2g} % of all may stall (95 % confidence)" * stall
+        return f" in {count} run{'s' * (count > 1)} of {count}{most}"
 
     def _beyond(self, best: xr.Dataset, name: str, limits: dict[str, Any]) -> str:
         """What the first design reaches of a limit, and the limit."""
@@ -155,7 +164,8 @@ class Designed(Answer):
     def _keeps(self, dataset: xr.Dataset) -> list[str]:
         """Whether each design keeps all limits, or how many it misses."""
         pairs = zip(dataset["meets"].values.astype(int), dataset["misses"].values.astype(int), strict=True)
-        return [f"misses {count}" if meets < 0 and count else MEETS[meets] for meets, count in pairs]
+        said = MEETS | ({1: so_far} if (so_far := self._so_far(dataset).partition(",")[0].strip()) else {})
+        return [f"misses {count}" if meets < 0 and count else said[meets] for meets, count in pairs]
 
     def remarks(self) -> Sequence[str]:
         """What the numbers mean, and examples of what was ruled out."""
@@ -573,7 +583,7 @@ def dataset_of(
     add(
         "meets",
         [float(meets(spec, design)) if design.numbers else -1.0 for design in designs],
-        "1: keeps all limits; 0: too few runs to say; -1: does not",
+        "1: keeps all limits in its runs; 0: too few runs to say; -1: does not",
     )
     # by how much limits are missed, or why a candidate was not run
     beyond = [misses(spec, design) if design.numbers else {} for design in designs]
