@@ -13,7 +13,7 @@ import autobalancer as ab
 from autobalancer.assembly.places import desk_for
 from autobalancer.files.machine_file import load_machine, parse_machine
 from autobalancer.kernels.integrators.runge_kutta import RUNNING
-from autobalancer.kernels.measures.columns_of_measures import COLUMNS, STATUS, VERDICT, WIDTH
+from autobalancer.kernels.measures.columns_of_measures import COLUMN, MEASURED, OF_PLACES, WIDTH
 from autobalancer.kernels.measures.row import measure_row
 from autobalancer.machine import Machine
 from autobalancer.results.measure_table import SWEPT, in_row, numbers
@@ -39,7 +39,7 @@ def sweep_row(status: int, assembly: Any, places: Any, record: Any, memory: Any,
     row = np.empty(WIDTH + len(assembly.balls))
     measure_row(assembly.system, record, memory, gauges, desk, status, row)
     row = completed(row, assembly, places, gauges)
-    return {"verdict": WORDS[int(row[VERDICT])], **in_row(row)}
+    return {"verdict": WORDS[int(row[COLUMN.verdict])], **in_row(row)}
 
 
 def both(machine: Machine, duration: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, dict[str, Any]]:
@@ -131,8 +131,9 @@ def test_so_it_has_where_whole_revolutions_were_kept(name: str, monkeypatch: pyt
 
 
 def test_every_measure_of_a_sweep_is_a_column_of_a_row_or_made_of_such() -> None:
-    assert [m.name for m in SWEPT if not m.per_ball and not m.made_of] == list(COLUMNS[:STATUS])
-    assert {name for m in SWEPT for name in m.made_of} <= set(COLUMNS[:STATUS])
+    without_greatest = {one.name for one in OF_PLACES if not one.of_all}
+    assert {m.name for m in SWEPT if not m.per_ball and not m.made_of} == set(MEASURED) - without_greatest
+    assert {name for m in SWEPT for name in m.made_of} <= set(MEASURED)
 
 
 def test_a_rotor_crosses_the_range_of_its_resonance_as_fast_as_its_ramp() -> None:

@@ -37,7 +37,7 @@ from autobalancer.catalog.product_tables import RING, TURNED, TURNED_ECCENTRICIT
 from autobalancer.catalog.resolve import Ball, capability_of, resolve, settled
 from autobalancer.errors import QuestionError
 from autobalancer.kernels import records
-from autobalancer.kernels.measures.columns_of_measures import ITERATED, LINEAR, OF_IMPACTS, UNKNOWN
+from autobalancer.kernels.measures.columns_of_measures import BALL, ITERATED, LINEAR, PLACE, UNKNOWN
 from autobalancer.kernels.measures.workspace import SCALARS, MeasureInputs, Observables, Workspace
 from autobalancer.kernels.records import MEETING
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, Rows, X, Y
@@ -603,14 +603,13 @@ def desk_for(gauges: MeasureInputs, states: int, bins: int = 0, hits: int = 0) -
         ),
         np.zeros(size), np.zeros(size), np.zeros(2 * most), np.zeros(states),
         np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros(bins), np.zeros((bins, balls)), np.zeros((bins, balls)),
-        np.zeros((5, balls)),
-        np.zeros((5, most)),
+        np.zeros((4 + len(BALL), balls)),
+        np.zeros((2 + len(PLACE), most)),
         complexes(max(states, columns, planes), columns + most + planes + 1),
         complexes(max(size, columns, planes), max(size + planes + 1, columns + most, planes + 2)),
         complexes(most),
         np.zeros((4, hits)),
         np.zeros(1, np.int64),
-        np.zeros(OF_IMPACTS),
     )  # fmt: skip
 
 

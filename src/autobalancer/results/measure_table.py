@@ -1,20 +1,33 @@
 """The table of the measures of a run: name, unit, meaning and arithmetic, for runs, sweeps, commands and documentation.
 
 A new measure of a run is an entry here, of a deep chamber one in ``results/chamber_measures.py``. One that is made of others
-(``made_of``) is in sweeps at once. From motions sweeps compute theirs compiled: such a one needs its column and arithmetic in
-``kernels/measures``, too.
+(``made_of``) is in sweeps at once. One that compiled loops take from a motion is an entry of
+``kernels/measures/columns_of_measures.py`` instead, for runs and sweeps.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import COLUMNS, SETTLED, SINCE_RELEASE, WIDTH
+from autobalancer.kernels.measures.columns_of_measures import (
+    COLUMN,
+    COLUMNS,
+    HERE,
+    LATE_TURNS,
+    OF_BALLS,
+    OF_IMPACTS,
+    OF_PLACES,
+    OF_ROTOR,
+    SETTLED,
+    WIDTH,
+    OfMotion,
+)
 from autobalancer.kernels.measures.columns_of_measures import LAST as LAST_SHARE
 from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
 from autobalancer.results.run_arrays import (
@@ -27,6 +40,7 @@ from autobalancer.results.run_arrays import (
     known_origin,
     parts_between_jumps,
     recorded_of,
+    rotor_measures,
     series,
     settling,
     stalls_of,
@@ -35,7 +49,6 @@ from autobalancer.results.run_arrays import (
 from autobalancer.results.time_series import (
     NONE,
     Floats,
-    compiled,
     crests,
     greatest_at,
     greatest_known,
@@ -44,7 +57,6 @@ from autobalancer.results.time_series import (
     mean,
     means,
     of_a_run,
-    plain,
     share_of,
     sizes,
     values_at,
@@ -121,62 +133,30 @@ def needed(measure: Measure) -> tuple[str, ...]:
     return NEEDS[measure.along], *([measure.needs] if measure.needs else [])
 
 
-HERE = "the reference station"  # in a text; a run has the name of its own there
-LAST = "in the last revolutions"
 RUN_UP, RELEASED = "from the end of the run-up", "from the last release, if a ball stalls"
 SINCE = f"{RUN_UP} or a later jump of the unbalance"
 PER_BALL = "ball_angle_to_unbalance"
 
-OF_IMPACTS = (  # in the order of kernels/measures/columns_of_measures.py
-    ("impacts", "", "impacts of balls on each other, partitions and walls"),
-    ("impact_speed", "m/s", "mean speed of the impacts"),
-    ("impact_power", "W", "mean power that impacts dissipate over the run"),
-    ("greatest_impulse", "N s", "impulse of the hardest impact"),
-    ("late_impact_rate", "1/s", "impacts a second at the end of the run"),
-    ("late_impact_power", "W", "power that impacts dissipate at the end of the run"),
-)
+
+def _taken(table: tuple[OfMotion, ...], of: str, along: str = "", needs: str = "") -> Iterator[Measure]:
+    """The measures that compiled loops take from a motion, ``of`` the property of a :class:`Recorded` that has them by name."""
+    for one in table:
+        number = attrgetter(f"{of}.{one.name}")
+        pick = greatest_known if one.known else _greatest
+        of_all = OfAll(one.of_all, lambda r, number=number, pick=pick: pick(number(r))) if one.of_all else None
+        yield Measure(one.name, one.unit, along, one.text, number, of_all, needs)
+
+
+def _greatest(values: Floats) -> Any:
+    return values[greatest_at(values)]
+
 
 MEASURES = (
-    Measure(
-        "peak_deflection", "m", "", f"greatest deflection at {HERE}", lambda r: r.bins.high[greatest_at(r.bins.high)]
-    ),
-    Measure(
-        "peak_speed",
-        *("rad/s", "", f"rotor speed at the greatest deflection at {HERE}"),
-        lambda r: r.bins.at_crest(r.bins.speed),
-    ),
-    Measure(
-        "peak_time",
-        "s",
-        "",
-        f"time of the greatest deflection at {HERE}",
-        lambda r: r.bins.crest_time,
-    ),
-    Measure(
-        "time_near_peak",
-        *("s", "", f"time with more than half of the greatest deflection at {HERE}"),
-        lambda r: compiled().time_near_peak(plain(r.bins.width), plain(r.bins.high)),
-    ),
-    Measure(
-        "time_at_resonance",
-        *("s", "", "time with a rotor speed within 10 % of the lowest critical speed"),
-        lambda r: compiled().time_at_resonance(plain(r.bins.end), plain(r.bins.speed), r.whirls),
-    ),
+    *_taken(OF_ROTOR, "of_rotor"),
     Measure(
         "residual_vibration", "m", "", f"vibration at the end of the run at {HERE}", lambda r: r.residual_vibration
     ),
-    Measure(
-        "static_deflection",
-        *("m", "place", f"static deflection {LAST}"),
-        lambda r: r.moved.static,
-        OfAll(f"greatest static deflection of all places {LAST}", lambda r: r.moved.static.max()),
-    ),
-    Measure(
-        "vibration",
-        *("m", "place", "greatest distance from the mean position at the end of the run"),
-        lambda r: r.vibration,
-        OfAll("greatest vibration of all places at the end of the run", lambda r: r.vibration.max()),
-    ),
+    *_taken(OF_PLACES, "of_places", "place"),
     Measure(
         "vibration_without_balls",
         *("m", "place", "greatest vibration at the last speed with the balls spread and held"),
@@ -190,49 +170,42 @@ MEASURES = (
         lambda vibration, without: share_of(vibration, without),
         made_of=("vibration", "vibration_without_balls"),
     ),
-    Measure("vibration_rms", "m", "place", f"root mean square of the vibration {LAST}", lambda r: r.moved.rms),
-    Measure(
-        "velocity_rms",
-        *("m/s", "place", f"root mean square of the velocity {LAST}"),
-        lambda r: r.moved.velocity_rms,
-        OfAll(f"greatest root mean square of the velocity of all places {LAST}", lambda r: r.moved.velocity_rms.max()),
-    ),
     Measure(
         "unbalance",
-        *("kg m", "plane", f"unbalance that the balls of the plane have to balance {LAST}"),
+        *("kg m", "plane", f"unbalance that the balls of the plane have to balance {LATE_TURNS}"),
         lambda r: means(r.planes[0]),
     ),
     Measure(
         "residual_unbalance",
-        *("kg m", "plane", f"residual unbalance of the plane {LAST}"),
+        *("kg m", "plane", f"residual unbalance of the plane {LATE_TURNS}"),
         lambda r: means(r.planes[1]),
-        OfAll(f"residual unbalance, of several planes the sum, {LAST}", lambda r: mean(r.rotor[1]), "rotor"),
+        OfAll(f"residual unbalance, of several planes the sum, {LATE_TURNS}", lambda r: mean(r.rotor[1]), "rotor"),
     ),
     Measure(
         "residual_share",
-        *("1", "plane", f"residual unbalance over unbalance {LAST}"),
+        *("1", "plane", f"residual unbalance over unbalance {LATE_TURNS}"),
         lambda r: share_of(means(r.planes[1]), means(r.planes[0])),
         OfAll("residual unbalance over unbalance", lambda r: share_of(mean(r.rotor[1]), mean(r.rotor[0])), "rotor"),
     ),
     Measure(
         "static_force",
-        *("N", "support", f"static force on the support {LAST}"),
-        lambda r: r.pushed.static,
+        *("N", "support", f"static force on the support {LATE_TURNS}"),
+        lambda r: r.of_supports.static_deflection,
     ),
     Measure(
         "vibrating_force",
-        *("N", "support", f"greatest distance of the force from its mean {LAST}"),
-        lambda r: r.pushed.greatest,
+        *("N", "support", f"greatest distance of the force from its mean {LATE_TURNS}"),
+        lambda r: r.of_supports.vibration,
         OfAll(
-            f"greatest vibrating force of all supports {LAST}",
-            lambda r: r.pushed.greatest.max(initial=0.0),
+            f"greatest vibrating force of all supports {LATE_TURNS}",
+            lambda r: r.of_supports.vibration.max(initial=0.0),
             name="support_force",
         ),
     ),
     Measure(
         "vibrating_force_rms",
-        *("N", "support", f"root mean square of the vibrating force {LAST}"),
-        lambda r: r.pushed.rms,
+        *("N", "support", f"root mean square of the vibrating force {LATE_TURNS}"),
+        lambda r: r.of_supports.vibration_rms,
     ),
     Measure(
         "peak_force",
@@ -255,35 +228,12 @@ MEASURES = (
         lambda r: r.settled.at,
         OfAll("time in the run at which the last ball has settled", lambda r: r.settled.at[greatest_at(r.settled.at)]),
     ),
-    Measure(
-        "break_away_speed",
-        *("rad/s", "ball", "break-away speed in the run"),
-        lambda r: r.released,
-        OfAll("greatest break-away speed of a stalled ball", lambda r: greatest_known(r.released)),
-    ),
-    Measure(
-        "break_away_time",
-        *("s", "ball", "time in the run at which the stalled ball breaks away"),
-        lambda r: r.released_at,
-        OfAll("time in the run at which the last stalled ball breaks away", lambda r: greatest_known(r.released_at)),
-    ),
-    Measure(
-        "stalled_time",
-        *("s", "ball", "time for which the ball is stalled"),
-        lambda r: r.stalls[0],
-        OfAll("longest time for which a ball is stalled", lambda r: r.stalls[0].max()),
-    ),
+    *_taken(OF_BALLS, "of_balls", "ball"),
     Measure(
         "stalled_balls",
         *("", "", "balls that are stalled at the end of the run"),
         lambda r: np.count_nonzero(np.isfinite(r.stalls[2])),
         needs="balls",
-    ),
-    Measure(
-        "greatest_ball_speed",
-        *("rad/s", "ball", "greatest speed of the ball in space"),
-        lambda r: r.fastest,
-        OfAll("greatest speed of a ball in space", lambda r: r.fastest.max()),
     ),
     Measure(
         "lift_off_time",
@@ -304,10 +254,7 @@ MEASURES = (
         OfAll("final ball angle from the unbalance", lambda r: r.final_angle, name=PER_BALL, per_ball=True),
         needs="final_angle",
     ),
-    *(
-        Measure(name, unit, "", text, lambda r, place=place: r.noise[place], needs="impacts")
-        for place, (name, unit, text) in enumerate(OF_IMPACTS)
-    ),
+    *_taken(OF_IMPACTS, "of_impacts", needs="impacts"),
     Measure(
         "peak_torque",
         *("N m", "link", "greatest torque of a coupling, or of the stator on its mount"),
@@ -368,9 +315,9 @@ def _with_made(single: dict[str, Any]) -> dict[str, Any]:
 def in_row(row: Floats, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
     """The same by name out of a row of kernels/measures/row.py, or out of many rows; nan for what a run did not record."""
     own = (m for m in SWEPT if not m.made_of)
-    result = {m.name: row[..., WIDTH:] if m.per_ball else row[..., COLUMNS.index(m.name)] for m in own}
+    result = {m.name: row[..., WIDTH:] if m.per_ball else row[..., getattr(COLUMN, m.name)] for m in own}
     if settling_from != SETTLING_FROM[0]:
-        result["settling_time"] = row[..., SINCE_RELEASE]
+        result["settling_time"] = row[..., COLUMN.settling_since_release]
     return _with_made(result)
 
 
@@ -446,12 +393,11 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
 
     In a run through a critical speed this is the peak at resonance.
     """
-    bins = bins_of(run)
-    dataset = xr.Dataset()
+    found, dataset = rotor_measures(bins_of(run), np.zeros((0, 2))), xr.Dataset()
     for name, value, unit, text in (
-        ("deflection", bins.high[greatest_at(bins.high)], "m", "greatest deflection"),
-        ("time", bins.crest_time, "s", "time of the greatest deflection"),
-        ("speed", bins.at_crest(bins.speed), "rad/s", "rotor speed at the greatest deflection"),
+        ("deflection", found.peak_deflection, "m", "greatest deflection"),
+        ("time", found.peak_time, "s", "time of the greatest deflection"),
+        ("speed", found.peak_speed, "rad/s", "rotor speed at the greatest deflection"),
     ):
         dataset[name] = ((), float(value), {"units": unit, "long_name": text})
     return Labeled.of_run(run, "Greatest deflection", dataset)

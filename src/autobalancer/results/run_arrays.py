@@ -14,7 +14,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import LAST, OF_IMPACTS, RELEASE, RUN_UP, SETTLED
+from autobalancer.kernels.measures.columns_of_measures import (
+    BALL,
+    COLUMNS,
+    LAST,
+    RELEASE,
+    RUN_UP,
+    SETTLED,
+    Ball,
+    Column,
+)
 from autobalancer.results import time_series
 from autobalancer.results.time_series import Complexes
 
@@ -54,19 +63,6 @@ def impacts_of(run: xr.Dataset) -> Impacts | None:
     return Impacts(run["impact_time"].values, **{name: run[kept].values for kept, name in VARIABLES.items()})
 
 
-def noise_of(impacts: Impacts, end: float) -> Floats:
-    """Number, mean speed (m/s), power (W), greatest impulse (N s); rate (1/s) and power at the end of a run of ``end`` seconds.
-
-    They are in the order of kernels/measures/columns_of_measures.py, from COUNT to LATE_POWER.
-    """
-    from autobalancer.kernels.measures.record_series import impact_measures
-
-    measured = np.empty(OF_IMPACTS)
-    time, speed, lost, impulse = map(time_series.plain, (impacts.time, impacts.speed, impacts.lost, impacts.impulse))
-    impact_measures(time, speed, lost, impulse, impacts.time.size, end - LAST * end, end, measured)
-    return measured
-
-
 SETTLING_FROM = ("run-up", "release")  # whose end settling times count from, the usual one first
 
 
@@ -80,17 +76,6 @@ class Bins(NamedTuple):
     speed: Floats  # at the end of the bin
     end: Floats
 
-    @property
-    def crest_time(self) -> float:
-        """When the deflection is greatest, s, finer than the bins."""
-        return float(time_series.compiled().crest_time(*map(time_series.plain, (self.time, self.end, self.high))))
-
-    def at_crest(self, values: Floats) -> float:
-        """What values at the ends of the bins are then."""
-        return float(
-            time_series.compiled().value_when(self.crest_time, time_series.plain(self.end), time_series.plain(values))
-        )
-
 
 class Balls(NamedTuple):
     """Motion of the balls in the rotor over time: samples, or the ends of bins. ``start`` (s) is where they begin."""
@@ -100,18 +85,6 @@ class Balls(NamedTuple):
     speed: Floats  # (T,) of the rotor, rad/s
     angle: Floats  # (T, n) rad
     rate: Floats  # (T, n) rad/s
-
-
-class Moved(NamedTuple):
-    """Of each place in the last revolutions: static deflection and vibration (m), rms (m) and rms of the velocity (m/s).
-
-    Of each support the same of its force, N.
-    """
-
-    static: Floats
-    greatest: Floats
-    rms: Floats
-    velocity_rms: Floats
 
 
 class Links(NamedTuple):
@@ -166,17 +139,25 @@ class Recorded:
     )
 
     @cached_property
-    def moved(self) -> Moved:
-        """Static deflection and vibration of all places; asks for ``turns``."""
-        assert self.turns is not None
-        return Moved(time_series.sizes(self.turns[2]), *time_series.moved(*self.turns))
+    def of_rotor(self) -> Any:
+        """What is measured of the rotor, by name."""
+        return rotor_measures(self.bins, self.whirls)
 
     @cached_property
-    def pushed(self) -> Moved:
-        """Static force and vibrating force on all supports; asks for ``forces``."""
+    def of_places(self) -> Any:
+        """The same of all places; asks for ``turns``. At the reference station slow changes in the last twentieth count too."""
+        assert self.turns is not None
+        found = time_series.place_measures(*self.turns)
+        if self.centered:
+            found.vibration[0] = max(found.vibration[0], self.residual_vibration)
+        return found
+
+    @cached_property
+    def of_supports(self) -> Any:
+        """The same of the forces on all supports; asks for ``forces``."""
         assert self.forces is not None
         force, static = self.forces
-        return Moved(time_series.sizes(static), *time_series.moved(force, force, static))
+        return time_series.place_measures(force, force, static)
 
     @cached_property
     def residual_vibration(self) -> float:
@@ -184,22 +165,25 @@ class Recorded:
         if self.centered:
             return time_series.last_deflection(self.bins.time, self.bins.high, self.end - LAST * self.end)
         if self.turns is not None:
-            return float(self.moved.greatest[0])
+            return float(self.of_places.vibration[0])
         return float(self.late.max()) if self.late is not None else np.nan
 
     @cached_property
-    def vibration(self) -> Floats:
-        """Vibration of each place at the end, m: at the reference station slow changes in the last twentieth count too."""
-        greatest = self.moved.greatest.copy()
-        if self.centered:
-            greatest[0] = max(greatest[0], self.residual_vibration)
-        return greatest
+    def of_impacts(self) -> Any:
+        """The same of the impacts; asks for ``impacts``."""
+        assert self.impacts is not None
+        row, seen = np.full(len(COLUMNS), np.nan), self.impacts
+        numbers = map(time_series.plain, (seen.time, seen.speed, seen.lost, seen.impulse))
+        time_series.compiled().impact_measures(*numbers, seen.time.size, self.end - LAST * self.end, self.end, row)
+        return Column(*row)
 
     @cached_property
-    def noise(self) -> Floats:
-        """Measures of the impacts; asks for ``impacts``."""
-        assert self.impacts is not None
-        return noise_of(self.impacts, self.end)
+    def of_balls(self) -> Any:
+        """The same of each ball; asks for ``balls``."""
+        assert self.balls is not None
+        numbers, found = _as_compiled(self.balls), np.empty((len(BALL), self.balls.rate.shape[1]))
+        time_series.compiled().ball_measures(*numbers, self.stalls, found)
+        return Ball(*found)
 
     @cached_property
     def settled(self) -> Settled:
@@ -226,28 +210,22 @@ class Recorded:
         return bool(time_series.compiled().creeps(*numbers, self.since, self.end))
 
     @cached_property
-    def released(self) -> Floats:
-        """Rotor speed at which each stalled ball breaks away, rad/s; asks for ``balls``."""
-        assert self.balls is not None
-        return time_series.values_at(self.stalls[1], self.balls.speed)
-
-    @cached_property
-    def released_at(self) -> Floats:
-        """When it does, s; asks for ``balls``."""
-        assert self.balls is not None
-        return time_series.values_at(self.stalls[1], self.balls.time)
-
-    @cached_property
     def stalls(self) -> Floats:
         """Of :func:`stalls_of`; asks for ``balls``."""
         assert self.balls is not None
         return stalls_of(self.balls, self.whirls)
 
-    @cached_property
-    def fastest(self) -> Floats:
-        """Greatest speed of each ball in space, rad/s; asks for ``balls``."""
-        assert self.balls is not None
-        return time_series.each_ball(time_series.compiled().fastest, self.balls.speed, self.balls.rate)
+
+def rotor_measures(bins: Bins, whirls: Floats) -> Any:
+    """What is measured of the rotor over the bins of an envelope, by name."""
+    row, numbers = np.full(len(COLUMNS), np.nan), (bins.time, bins.end, bins.width, bins.high, bins.speed, whirls)
+    time_series.compiled().rotor_measures(*map(time_series.plain, numbers), row)
+    return Column(*row)
+
+
+def _as_compiled(balls: Balls) -> list[Floats]:
+    """Time, rotor speed, angles and rates of balls as compiled loops take them."""
+    return [time_series.plain(values) for values in (balls.time, balls.speed, balls.angle, balls.rate)]
 
 
 def stalls_of(balls: Balls, whirls: Floats) -> Floats:
@@ -255,9 +233,8 @@ def stalls_of(balls: Balls, whirls: Floats) -> Floats:
 
     (3, n), by the rule of kernels/measures/record_series.py; nan where it does not break away or is not stalled at the end.
     """
-    numbers = map(time_series.plain, (balls.time, balls.speed, balls.angle, balls.rate, whirls))
     found = np.empty((3, balls.rate.shape[1]))
-    time_series.compiled().stalls(balls.start, *numbers, found)
+    time_series.compiled().stalls(balls.start, *_as_compiled(balls), time_series.plain(whirls), found)
     return found
 
 

@@ -15,6 +15,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import KEEP_TURNS, QuestionError
+from autobalancer.kernels.measures.columns_of_measures import PLACE, Place
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import RACES, Kind, machine_kind
@@ -334,7 +335,7 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     last = run.isel(turn=whole_turns(run))
     z, v = (last[f"turn_place_{x}"].values + 1j * last[f"turn_place_{y}"].values for x, y in (("x", "y"), ("vx", "vy")))
     mean = standing_in(last, z)
-    greatest, rms, velocity = moved(z, v, mean)
+    _, greatest, rms, velocity = place_measures(z, v, mean)
     result = _measured(
         run,
         "Vibration",
@@ -422,7 +423,7 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     last = run.isel(turn=whole_turns(run))
     force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
     mean = standing_in(last, force)
-    greatest, rms, _ = moved(force, force, mean)
+    _, greatest, rms, _ = place_measures(force, force, mean)
     result = _measured(
         run,
         "Support forces",
@@ -475,14 +476,11 @@ def turns_of(angle: Floats) -> slice:
     return slice(angle.size - counted(plain(angle)), angle.size)
 
 
-def moved(z: Complexes, v: Complexes, mean: Complexes) -> tuple[Floats, Floats, Floats]:
-    """Greatest distance from a mean place, rms of that distance and of the velocity, for x + i y, (times, places).
-
-    The rms are those along the direction in which they are greatest.
-    """
-    result = np.empty((3, z.shape[1]))
-    compiled().moved(complexes(z), complexes(v), z.shape[0], complexes(mean), result)
-    return result[0], result[1], result[2]
+def place_measures(z: Complexes, v: Complexes, mean: Complexes) -> Any:
+    """What is measured of each place or support, by name, for x + i y and x' + i y', (times, places), and its ``mean``."""
+    result = np.empty((len(PLACE), z.shape[1]))
+    compiled().place_measures(complexes(z), complexes(v), z.shape[0], complexes(mean), result)
+    return Place(*result)
 
 
 def sizes(z: Complexes) -> Floats:

@@ -469,7 +469,7 @@ def _course(run: xr.Dataset) -> Course:
 def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:
     moved = vibration(run)
     try:
-        greatest = recorded_of(run).vibration  # slow changes over the last twentieth count too
+        greatest = recorded_of(run).of_places.vibration  # slow changes over the last twentieth count too
     except QuestionError:  # it kept its last revolutions alone
         greatest = moved["greatest"].values
     without = _without(run, held, "vibration_without_balls", vibration, greatest.size)

@@ -28,7 +28,7 @@ from autobalancer.files.machine_file import any_machine
 from autobalancer.kernels.integrators.integrator_state import END, STEP
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.many_members import STOP
-from autobalancer.kernels.measures.columns_of_measures import STATUS
+from autobalancer.kernels.measures.columns_of_measures import COLUMN
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Integers, Matrix, X, Y
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
@@ -338,7 +338,7 @@ class Runs:
         words = np.column_stack([states, states, times, first, *(own or {}).values()]).view(np.int64)
         room = self._group.room(True, len(states))
         bench.run(self._group.fresh, places, words, STEPS, flags, room)
-        return room.states, room.rows[:, STATUS] == FINISHED, times / np.maximum(room.counts[:, 0], 1)
+        return room.states, room.rows[:, COLUMN.status] == FINISHED, times / np.maximum(room.counts[:, 0], 1)
 
 
 class Settling:

@@ -15,15 +15,7 @@ from autobalancer.assembly.places import Places, Touch, gauges_of, without_balan
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_parameter, with_value_at
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.kernels.measures.columns_of_measures import (
-    END,
-    END_SPEED,
-    FASTEST,
-    ITERATED,
-    VERDICT,
-    VIBRATION,
-    WITHOUT,
-)
+from autobalancer.kernels.measures.columns_of_measures import COLUMN, FASTEST, ITERATED
 from autobalancer.kernels.measures.row import judged
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs
 from autobalancer.kernels.system import Floats
@@ -141,10 +133,11 @@ def gauges_for(assembly: Assembly, places: Places, end: float, touches: tuple[To
 
 def completed(row: Floats, assembly: Assembly, places: Places, gauges: MeasureInputs) -> Floats:
     """The same row with the vibration without balls of a rotor on softening rubber, which no compiled code finds."""
-    known = not np.isnan(row[VIBRATION])
-    if gauges.scalars[HELD] == ITERATED and known and abs(row[END_SPEED]) < FASTEST:
-        row[WITHOUT] = without_balancing(assembly, places, gauges, row[END], row[END_SPEED])[0].max()
-        row[VERDICT] = judged(row)
+    known = not np.isnan(row[COLUMN.vibration])
+    if gauges.scalars[HELD] == ITERATED and known and abs(row[COLUMN.end_speed]) < FASTEST:
+        end, speed = row[COLUMN.end_time], row[COLUMN.end_speed]
+        row[COLUMN.vibration_without_balls] = without_balancing(assembly, places, gauges, end, speed)[0].max()
+        row[COLUMN.verdict] = judged(row)
     return row
 
 

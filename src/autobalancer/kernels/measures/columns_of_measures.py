@@ -1,37 +1,83 @@
-"""The numbers of a row of measures, in their order: those of the table of measures by name, then what judges the run."""
+"""The measures that compiled loops take from motions, and the numbers of a row of all measures, in their order.
+
+A new measure of a motion is an entry here, in the table of its motion, and the line of a loop that fills it by name:
+``rotor_measures``, ``ball_measures``, ``place_measures`` or ``impact_measures`` in ``record_series.py``. Runs, sweeps and the
+documentation take it from here.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import namedtuple
+from typing import Any, NamedTuple
 
-COLUMNS = (
-    "peak_deflection",
-    "peak_speed",
-    "peak_time",
-    "time_near_peak",
-    "time_at_resonance",
-    "residual_vibration",
-    "static_deflection",
-    "vibration",
-    "vibration_without_balls",
-    "velocity_rms",
-    "residual_unbalance",
-    "residual_share",
-    "support_force",
-    "settling_time",
-    "settled_at",
-    "break_away_speed",
-    "break_away_time",
-    "stalled_time",
-    "stalled_balls",
-    "greatest_ball_speed",
-    "impacts",
-    "impact_speed",
-    "impact_power",
-    "greatest_impulse",
-    "late_impact_rate",
-    "late_impact_power",
-    # how the run ended: the stepper's word, time and speed, and what the verdict asks for
+HERE = "the reference station"  # in a text; a run has the name of its own there
+LATE_TURNS = "in the last revolutions"
+
+
+class OfMotion(NamedTuple):
+    """One of them. Of several numbers a sweep keeps the greatest, if ``of_all`` says what it is; ``known``: nan left out."""
+
+    name: str
+    unit: str
+    text: str
+    of_all: str = ""
+    known: bool = False
+
+
+OF_ROTOR = (  # from the envelope
+    OfMotion("peak_deflection", "m", f"greatest deflection at {HERE}"),
+    OfMotion("peak_speed", "rad/s", f"rotor speed at the greatest deflection at {HERE}"),
+    OfMotion("peak_time", "s", f"time of the greatest deflection at {HERE}"),
+    OfMotion("time_near_peak", "s", f"time with more than half of the greatest deflection at {HERE}"),
+    OfMotion("time_at_resonance", "s", "time with a rotor speed within 10 % of the lowest critical speed"),
+)
+OF_PLACES = (  # and of supports, whose forces are measured in the same way
+    OfMotion(
+        *("static_deflection", "m", f"static deflection {LATE_TURNS}"),
+        f"greatest static deflection of all places {LATE_TURNS}",
+    ),
+    OfMotion(
+        *("vibration", "m", "greatest distance from the mean position at the end of the run"),
+        "greatest vibration of all places at the end of the run",
+    ),
+    OfMotion("vibration_rms", "m", f"root mean square of the vibration {LATE_TURNS}"),
+    OfMotion(
+        *("velocity_rms", "m/s", f"root mean square of the velocity {LATE_TURNS}"),
+        f"greatest root mean square of the velocity of all places {LATE_TURNS}",
+    ),
+)
+OF_BALLS = (
+    OfMotion(
+        *("break_away_speed", "rad/s", "break-away speed in the run"),
+        "greatest break-away speed of a stalled ball",
+        known=True,
+    ),
+    OfMotion(
+        *("break_away_time", "s", "time in the run at which the stalled ball breaks away"),
+        "time in the run at which the last stalled ball breaks away",
+        known=True,
+    ),
+    OfMotion("stalled_time", "s", "time for which the ball is stalled", "longest time for which a ball is stalled"),
+    OfMotion(
+        *("greatest_ball_speed", "rad/s", "greatest speed of the ball in space"), "greatest speed of a ball in space"
+    ),
+)
+OF_IMPACTS = (
+    OfMotion("impacts", "", "impacts of balls on each other, partitions and walls"),
+    OfMotion("impact_speed", "m/s", "mean speed of the impacts"),
+    OfMotion("impact_power", "W", "mean power that impacts dissipate over the run"),
+    OfMotion("greatest_impulse", "N s", "impulse of the hardest impact"),
+    OfMotion("late_impact_rate", "1/s", "impacts a second at the end of the run"),
+    OfMotion("late_impact_power", "W", "power that impacts dissipate at the end of the run"),
+)
+
+# A row: what is measured, then how the run ended: the stepper's word, time and speed, and what the verdict asks for.
+
+
+OTHERS = ("residual_vibration", "vibration_without_balls", "residual_unbalance", "residual_share", "support_force")
+OTHERS_OF_BALLS = ("settling_time", "settled_at", "stalled_balls")
+ENDED = (
     "status",
     "verdict",
     "end_time",
@@ -44,13 +90,20 @@ COLUMNS = (
     "vibration_to_come",  # change, over its mean at the end
     "settling_since_release",  # settling_time, counted from the last release
 )
+
+
+def _names(*groups: tuple[OfMotion, ...]) -> tuple[str, ...]:
+    return tuple(one.name for group in groups for one in group)
+
+
+MEASURED = (*_names(OF_ROTOR, OF_PLACES), *OTHERS, *OTHERS_OF_BALLS, *_names(OF_BALLS, OF_IMPACTS))
+COLUMNS = (*MEASURED, *ENDED)
 WIDTH = len(COLUMNS)
-(
-    PEAK, PEAK_SPEED, PEAK_TIME, NEAR_PEAK, AT_RESONANCE, RESIDUAL, STATIC, VIBRATION, WITHOUT, VELOCITY, LEFT, SHARE, FORCE,
-    SETTLING, SETTLED_AT, BREAK_AWAY_SPEED, BREAK_AWAY_TIME, STALLED, STALLED_BALLS, BALL_SPEED,
-    IMPACTS, IMPACT_SPEED, IMPACT_POWER, IMPULSE, LATE_RATE, LATE_POWER,
-    STATUS, VERDICT, END, END_SPEED, CHANGES, ROUND, BEFORE, AFTER, CREEPS, TO_COME, SINCE_RELEASE,
-) = range(WIDTH)  # fmt: skip
+# where a number stands, by name: ``COLUMN.peak_time`` in a row, the others in what the loops find of places and balls
+by_name: Any = namedtuple  # which type checkers want to read
+Column, Place, Ball = by_name("Column", COLUMNS), by_name("Place", _names(OF_PLACES)), by_name("Ball", _names(OF_BALLS))
+COLUMN, PLACE, BALL = Column(*range(WIDTH)), Place(*range(len(OF_PLACES))), Ball(*range(len(OF_BALLS)))
+KNOWN = tuple(one.known for one in OF_BALLS)
 
 
 # Numbers by which measures judge; no compiled code, so that whoever shows them loads none.
@@ -82,5 +135,3 @@ STEADY, SPEED_CHANGES, VIBRATION_CHANGES = range(3)
 BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, NOT_SETTLED = range(6)
 # how the motion of a machine with its balls held is found: not at all, from its matrices, by iteration in Python
 UNKNOWN, LINEAR, ITERATED = range(3)
-# places among the measures of impacts
-OF_COUNT, OF_SPEED, OF_POWER, OF_IMPULSE, OF_LATE_RATE, OF_LATE_POWER, OF_IMPACTS = range(7)

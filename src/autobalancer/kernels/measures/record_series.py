@@ -10,6 +10,7 @@ from numba import boolean, float64, int64, types, void
 from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, njit
 from autobalancer.kernels.laws.contact_law import NONE, restitution_at
 from autobalancer.kernels.measures import columns_of_measures as numbers
+from autobalancer.kernels.measures.columns_of_measures import BALL, COLUMN, PLACE
 from autobalancer.kernels.measures.observables import least_squares, reduce, square
 from autobalancer.kernels.measures.workspace import (
     MeasureInputs,
@@ -108,6 +109,17 @@ def time_at_resonance(time: Floats, speed: Floats, whirls: Matrix) -> float:
             share = max(0.0, min(max(a, b), high) - max(min(a, b), low)) / abs(b - a)
         total += share * (time[i] - time[i - 1])
     return total
+
+
+@njit(void(vector_type, vector_type, vector_type, vector_type, vector_type, matrix_type, vector_type), **EXACT)
+def rotor_measures(
+    middle: Floats, end: Floats, width: Floats, high: Floats, speed: Floats, whirls: Matrix, row: Floats
+) -> None:
+    """Fill what is measured of the rotor over bins: their times (s), greatest deflections (m), and speeds at their ends."""
+    row[COLUMN.peak_deflection], row[COLUMN.peak_time] = high[greatest_at(high)], crest_time(middle, end, high)
+    row[COLUMN.peak_speed] = value_when(row[COLUMN.peak_time], end, speed)
+    row[COLUMN.time_near_peak] = time_near_peak(width, high)
+    row[COLUMN.time_at_resonance] = time_at_resonance(end, speed, whirls)
 
 
 @njit(float64(vector_type, vector_type, float64), **EXACT)
@@ -334,13 +346,17 @@ def value_at(row: float, values: Floats) -> float:
     return values[i] + (row - i) * (values[i + 1] - values[i])
 
 
-@njit(void(vector_type, matrix_type, vector_type), **EXACT)
-def fastest(speed: Floats, rate: Matrix, found: Floats) -> None:
-    """Greatest amount of the speed of each ball in space, rad/s."""
-    for i in range(rate.shape[1]):
-        found[i] = 0.0
+@njit(void(vector_type, vector_type, matrix_type, matrix_type, matrix_type, matrix_type), **EXACT)
+def ball_measures(time: Floats, speed: Floats, angle: Matrix, rate: Matrix, hung: Matrix, found: Matrix) -> None:
+    """Fill what is measured of each ball, (OF_BALLS, n); ``hung`` is what :func:`stalls` found, the rest as there."""
+    for i in range(angle.shape[1]):
+        found[BALL.break_away_speed, i] = value_at(hung[1, i], speed)
+        found[BALL.break_away_time, i] = value_at(hung[1, i], time)
+        found[BALL.stalled_time, i] = hung[0, i]
+        fastest = 0.0
         for t in range(speed.size):
-            found[i] = max(found[i], abs(rate[t, i] + speed[t]))
+            fastest = max(fastest, abs(rate[t, i] + speed[t]))
+        found[BALL.greatest_ball_speed, i] = fastest
 
 
 @njit(float64(vector_type, vector_type, float64), **EXACT)
@@ -509,7 +525,7 @@ def losses_and_impulses(rows: Rows, meetings: Rows, laws: Floats, found: Matrix)
 
 @njit(void(vector_type, vector_type, vector_type, vector_type, int64, float64, float64, vector_type), **EXACT)
 def impact_measures(
-    time: Floats, speed: Floats, lost: Floats, impulse: Floats, count: int, late: float, end: float, found: Floats
+    time: Floats, speed: Floats, lost: Floats, impulse: Floats, count: int, late: float, end: float, row: Floats
 ) -> None:
     """Number, mean speed (m/s), mean power (W) and greatest impulse (N s); rate (1/s) and power from the time ``late`` on."""
     total, energy, greatest, last, spent = 0.0, 0.0, 0.0, 0, 0.0
@@ -521,12 +537,12 @@ def impact_measures(
         if late <= time[k] <= end:
             last += 1
             spent += lost[k]
-    found[numbers.OF_COUNT] = count
-    found[numbers.OF_SPEED] = total / count if count > 0 else math.nan
-    found[numbers.OF_POWER] = energy / end if end > 0.0 else math.nan
-    found[numbers.OF_IMPULSE] = greatest
-    found[numbers.OF_LATE_RATE] = last / (end - late) if end > late else math.nan
-    found[numbers.OF_LATE_POWER] = spent / (end - late) if end > late else math.nan
+    row[COLUMN.impacts] = count
+    row[COLUMN.impact_speed] = total / count if count > 0 else math.nan
+    row[COLUMN.impact_power] = energy / end if end > 0.0 else math.nan
+    row[COLUMN.greatest_impulse] = greatest
+    row[COLUMN.late_impact_rate] = last / (end - late) if end > late else math.nan
+    row[COLUMN.late_impact_power] = spent / (end - late) if end > late else math.nan
 
 
 @njit(void(system_type, inputs_type, workspace_type), **EXACT_PART)
@@ -619,18 +635,20 @@ def one_way_rms(z: Any, k: int, count: int, mean: complex) -> float:
 
 
 @njit(void(columns_type, columns_type, int64, complexes_type, matrix_type), **EXACT)
-def moved(z: Any, v: Any, count: int, mean: Any, found: Matrix) -> None:
-    """Of each column of ``count`` rows: greatest distance from a mean place, rms of that distance and of the velocity.
+def place_measures(z: Any, v: Any, count: int, mean: Any, found: Matrix) -> None:
+    """Fill what is measured of each place or support, (OF_PLACES, columns or more), from ``count`` rows and the ``mean`` place.
 
-    The rms are those along the direction in which they are greatest; ``found`` is (3, columns or more).
+    It is how far that is from zero, the greatest distance from it, and rms of this and of the velocity along the direction in
+    which they are greatest.
     """
     for k in range(z.shape[1]):
         greatest = 0.0
         for t in range(count):
             greatest = max(greatest, square(z[t, k] - mean[k]))
-        found[0, k] = math.sqrt(greatest)
-        found[1, k] = one_way_rms(z, k, count, mean[k])
-        found[2, k] = one_way_rms(v, k, count, complex(0.0, 0.0))
+        found[PLACE.static_deflection, k] = math.sqrt(square(mean[k]))
+        found[PLACE.vibration, k] = math.sqrt(greatest)
+        found[PLACE.vibration_rms, k] = one_way_rms(z, k, count, mean[k])
+        found[PLACE.velocity_rms, k] = one_way_rms(v, k, count, complex(0.0, 0.0))
 
 
 @njit(float64(columns_type, int64, int64), **EXACT_PART)

@@ -21,6 +21,7 @@ from autobalancer.kernels.integrators.recording import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.measures import columns_of_measures as columns
 from autobalancer.kernels.measures import record_series as series
+from autobalancer.kernels.measures.columns_of_measures import BALL, COLUMN, COLUMNS, PLACE
 from autobalancer.kernels.measures.observables import ball_at, observe, observe_locked_balls, turns_of, unbalance_at
 from autobalancer.kernels.measures.workspace import (
     CENTERED,
@@ -32,6 +33,9 @@ from autobalancer.kernels.measures.workspace import (
     workspace_type,
 )
 from autobalancer.kernels.system import SPEED, THETA, Floats, System, system_type, vector_type
+
+# where a row has what is measured of places and of balls
+OF_PLACES, OF_BALLS = COLUMNS.index(PLACE._fields[0]), COLUMNS.index(BALL._fields[0])
 
 
 @njit(void(workspace_type), **EXACT_PART)
@@ -66,45 +70,38 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
     low, high, angle, rate = r.bin_low[:count], r.bin_high[:count], d.angle[:count], d.rate[:count]
     centered = 1 if g.scalars[CENTERED] != 0.0 else 0
     # the rotor
-    row[columns.PEAK], row[columns.PEAK_TIME] = high[series.greatest_at(high)], series.crest_time(middle, time, high)
-    row[columns.PEAK_SPEED] = series.value_when(row[columns.PEAK_TIME], time, speed)
-    row[columns.NEAR_PEAK] = series.time_near_peak(d.width[:count], high)
-    row[columns.AT_RESONANCE] = series.time_at_resonance(time, speed, g.whirls)
-    row[columns.CHANGES] = 1.0 if series.speed_changes(time, speed, now) else 0.0
-    row[columns.ROUND] = 1.0 if series.goes_round(time, angle, now) else 0.0
-    row[columns.BEFORE] = series.twentieth(middle, low, high, now, 0.9, centered)
-    row[columns.AFTER] = series.twentieth(middle, low, high, now, 0.95, centered)
+    series.rotor_measures(middle, time, d.width[:count], high, speed, g.whirls, row)
+    row[COLUMN.speed_changes] = 1.0 if series.speed_changes(time, speed, now) else 0.0
+    row[COLUMN.goes_round] = 1.0 if series.goes_round(time, angle, now) else 0.0
+    row[COLUMN.vibration_before] = series.twentieth(middle, low, high, now, 0.9, centered)
+    row[COLUMN.vibration_after] = series.twentieth(middle, low, high, now, 0.95, centered)
     if centered == 1:
-        row[columns.RESIDUAL] = series.last_deflection(middle, high, now - columns.LAST * now)
+        row[COLUMN.residual_vibration] = series.last_deflection(middle, high, now - columns.LAST * now)
     # from when settling counts
     n, begin = g.ball_mass.size, r.bin_edges[0]
     run_up = series.end_of_run_up(time, speed, begin)
     since, _ = series.origin_of(run_up, columns.RUN_UP, begin, now, g.jumps)
-    row[columns.TO_COME] = series.vibration_to_come(middle, low, high, since, now, centered)
+    row[COLUMN.vibration_to_come] = series.vibration_to_come(middle, low, high, since, now, centered)
     # the balls: settled, released, stalled; the last one counts
     if n == 0:
         return
-    settled, hung, other = d.of_balls[0], d.of_balls[1:4], d.of_balls[4]
+    settled, hung, found = d.of_balls[0], d.of_balls[1:4], d.of_balls[4:]
     series.settled_from(time, angle, rate, begin, columns.SETTLED, settled)
     series.stalls(begin, time, speed, angle, rate, g.whirls, hung)
-    for i in range(n):
-        other[i] = series.value_at(hung[1, i], time)
-    row[columns.CREEPS] = 1.0 if series.creeps(time, angle, settled, since, now) else 0.0
+    series.ball_measures(time, speed, angle, rate, hung, found)
+    for k in range(found.shape[0]):
+        greatest = series.greatest_known(found[k]) if columns.KNOWN[k] else found[k, series.greatest_at(found[k])]
+        row[OF_BALLS + k] = greatest
+    row[COLUMN.creeps] = 1.0 if series.creeps(time, angle, settled, since, now) else 0.0
     last = settled[series.greatest_at(settled)]
-    row[columns.BREAK_AWAY_TIME] = series.greatest_known(other)
-    row[columns.SETTLED_AT], row[columns.SETTLING] = last, series.time_since(since, last)
-    row[columns.SINCE_RELEASE] = row[columns.SETTLING]
-    if row[columns.BREAK_AWAY_TIME] > begin:
-        free, _ = series.origin_of(row[columns.BREAK_AWAY_TIME], columns.RELEASE, begin, now, g.jumps)
-        row[columns.SINCE_RELEASE] = series.time_since(free, last)
-    row[columns.STALLED_BALLS] = 0.0
+    row[COLUMN.settled_at], row[COLUMN.settling_time] = last, series.time_since(since, last)
+    row[COLUMN.settling_since_release] = row[COLUMN.settling_time]
+    if row[COLUMN.break_away_time] > begin:
+        free, _ = series.origin_of(row[COLUMN.break_away_time], columns.RELEASE, begin, now, g.jumps)
+        row[COLUMN.settling_since_release] = series.time_since(free, last)
+    row[COLUMN.stalled_balls] = 0.0
     for i in range(n):
-        other[i] = series.value_at(hung[1, i], speed)
-        row[columns.STALLED_BALLS] += 0.0 if math.isnan(hung[2, i]) else 1.0
-    row[columns.BREAK_AWAY_SPEED] = series.greatest_known(other)
-    row[columns.STALLED] = hung[0, series.greatest_at(hung[0])]
-    series.fastest(speed, rate, other)
-    row[columns.BALL_SPEED] = other[series.greatest_at(other)]
+        row[COLUMN.stalled_balls] += 0.0 if math.isnan(hung[2, i]) else 1.0
     x, y = unbalance_at(time[count - 1], p)
     for i in range(n):
         row[columns.WIDTH + i] = series.wrapped(angle[count - 1, i] - math.atan2(y, x))
@@ -128,19 +125,17 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
     z, v, force = seen.z[:count], seen.v[:count], seen.force[:count]
     # deflections and their mean, then forces
     series.standing(z, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
-    series.moved(z, v, count, d.mean, d.of_places)
-    row[columns.STATIC], row[columns.VELOCITY] = 0.0, 0.0
-    for k in range(places):
-        row[columns.STATIC] = max(row[columns.STATIC], math.sqrt(d.mean[k].real ** 2 + d.mean[k].imag ** 2))
-        row[columns.VELOCITY] = max(row[columns.VELOCITY], d.of_places[2, k])
+    found, vibration = d.of_places[2:], d.of_places[2 + PLACE.vibration]
+    series.place_measures(z, v, count, d.mean, found)
     if centered == 0:
-        row[columns.RESIDUAL] = d.of_places[0, 0]
-    elif row[columns.RESIDUAL] > d.of_places[0, 0]:  # slow changes in the last twentieth count there too
-        d.of_places[0, 0] = row[columns.RESIDUAL]
-    row[columns.VIBRATION] = d.of_places[0, series.greatest_at(d.of_places[0, :places])]
+        row[COLUMN.residual_vibration] = vibration[0]
+    elif row[COLUMN.residual_vibration] > vibration[0]:  # slow changes in the last twentieth count there too
+        vibration[0] = row[COLUMN.residual_vibration]
+    for k in range(found.shape[0]):
+        row[OF_PLACES + k] = found[k, series.greatest_at(found[k, :places])]
     series.standing(force, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
-    series.moved(force, force, count, d.mean, d.of_places)
-    row[columns.FORCE] = d.of_places[0, series.greatest_at(d.of_places[0, :supports])] if supports > 0 else 0.0
+    series.place_measures(force, force, count, d.mean, found)
+    row[COLUMN.support_force] = vibration[series.greatest_at(vibration[:supports])] if supports > 0 else 0.0
     if n == 0:
         return
     # unbalance with and without the balls; of several planes the sum of their sizes
@@ -154,25 +149,25 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
                 rest += math.sqrt(two.real**2 + two.imag**2)
             seen.unbalance[t, 0], seen.left[t, 0] = total, rest
         wanted, left = series.mean_size(seen.unbalance, 0, count), series.mean_size(seen.left, 0, count)
-    row[columns.LEFT] = left
-    row[columns.SHARE] = left / wanted if wanted > 0.0 else math.nan
+    row[COLUMN.residual_unbalance] = left
+    row[COLUMN.residual_share] = left / wanted if wanted > 0.0 else math.nan
     if g.scalars[HELD] == columns.LINEAR and abs(m.state[SPEED]) < columns.FASTEST:
-        observe_locked_balls(p, g, m.clock[TIME], m.state[SPEED], d, d.of_places[3], d.of_places[4])
-        row[columns.WITHOUT] = d.of_places[3, series.greatest_at(d.of_places[3, :places])]
+        observe_locked_balls(p, g, m.clock[TIME], m.state[SPEED], d, d.of_places[0], d.of_places[1])
+        row[COLUMN.vibration_without_balls] = d.of_places[0, series.greatest_at(d.of_places[0, :places])]
 
 
 @njit(int64(vector_type), **EXACT)
 def judged(row: Floats) -> int:
     """The verdict on a row that has everything else."""
     # no verdict without a vibration to compare with: that of the same rotor with its balls held
-    without = row[columns.WITHOUT]
-    if row[columns.STATUS] != FINISHED or not without > 0.0:
+    without = row[COLUMN.vibration_without_balls]
+    if row[COLUMN.status] != FINISHED or not without > 0.0:
         return columns.NO_VERDICT
-    vibration, before, after = row[columns.VIBRATION], row[columns.BEFORE], row[columns.AFTER]
-    speed, uneven, moves = row[columns.CHANGES] != 0.0, row[columns.ROUND] != 0.0, row[columns.CREEPS] == 1.0
+    vibration, before, after = row[COLUMN.vibration], row[COLUMN.vibration_before], row[COLUMN.vibration_after]
+    speed, uneven, moves = row[COLUMN.speed_changes] != 0.0, row[COLUMN.goes_round] != 0.0, row[COLUMN.creeps] == 1.0
     # a run that still changes is not judged, nor one that is too short to tell
-    reason = series.changing(speed, uneven, moves, before, after, row[columns.TO_COME], vibration, without)
-    if reason != columns.SPEED_CHANGES and series.too_short(row[columns.END], row[columns.END_SPEED]):
+    reason = series.changing(speed, uneven, moves, before, after, row[COLUMN.vibration_to_come], vibration, without)
+    if reason != columns.SPEED_CHANGES and series.too_short(row[COLUMN.end_time], row[COLUMN.end_speed]):
         return columns.NOT_SETTLED
     if reason == columns.STEADY:
         return series.class_of(vibration / without)
@@ -186,8 +181,8 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
         row[k] = math.nan
     # what is known of any run
     now = m.clock[TIME]
-    row[columns.STATUS], row[columns.VERDICT] = status, columns.NO_VERDICT
-    row[columns.END], row[columns.END_SPEED] = now, m.state[SPEED]
+    row[COLUMN.status], row[COLUMN.verdict] = status, columns.NO_VERDICT
+    row[COLUMN.end_time], row[COLUMN.end_speed] = now, m.state[SPEED]
     # from the envelope, if there is one; else only where the balls are
     count = _bins(r, m, g, d)
     if count > 0:
@@ -202,8 +197,6 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
     # from the last revolutions, then the impacts, and last the verdict on all of it
     _turns(p, r, m, g, d, row)
     if p.touches.shape[0] > 0:
-        found, hits = d.found, d.hits
-        series.impact_measures(hits[0], hits[1], hits[2], hits[3], d.noted[0], now - columns.LAST * now, now, found)
-        for k in range(found.size):
-            row[columns.IMPACTS + k] = found[k]
-    row[columns.VERDICT] = judged(row)
+        hits = d.hits
+        series.impact_measures(hits[0], hits[1], hits[2], hits[3], d.noted[0], now - columns.LAST * now, now, row)
+    row[COLUMN.verdict] = judged(row)

@@ -100,21 +100,20 @@ class Workspace(NamedTuple):
     speed: Floats  # (B,) at their ends, rad/s
     angle: Matrix  # (B, n) of the balls in the rotor, rad
     rate: Matrix  # (B, n) rad/s
-    of_balls: Matrix  # (5, n) work
-    of_places: Matrix  # (5, most) work: rows of places and supports
+    of_balls: Matrix  # (4 + measures of balls, n) work
+    of_places: Matrix  # (2 + measures of places, most) work: of places and supports
     columns: Complexes  # (T, columns) work of the fit of what stands still
     small: Complexes  # (rows, columns) work of equations
     mean: Complexes  # (most,) static parts
     hits: Matrix  # (4, I) time, speed, energy and impulse of the impacts that were noted
     noted: Integers  # (1,) how many stand there
-    found: Floats  # (FOUND,) measures of the impacts
 
 
 workspace_type = struct_type(types.NamedTuple(
     [
         observables_type, vector_type, vector_type, vector_type, vector_type, vector_type, vector_type, vector_type, vector_type,
         matrix_type, matrix_type, matrix_type, matrix_type, complex_matrix_type, complex_matrix_type, complexes_type,
-        matrix_type, integers_type, vector_type,
+        matrix_type, integers_type,
     ],
     Workspace,
 ))  # fmt: skip

@@ -23,7 +23,7 @@ from autobalancer.results.chamber_measures import (
     window,
 )
 from autobalancer.results.display_units import length_text
-from autobalancer.results.time_series import Complexes, Floats, calm_mean, moved, of_a_run
+from autobalancer.results.time_series import Complexes, Floats, calm_mean, of_a_run, place_measures
 from autobalancer.results.verdict import (
     NO_VERDICT,
     Course,
@@ -84,7 +84,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     if last is None and _speed_changes(run):
         return replace(_under_way(run, z, abs(described[0])), **_beside(run, held))
     static, rate = calm_mean(z[steady, None]), np.gradient(z, time)[steady, None]
-    vibration, _, velocity = moved(z[steady, None], rate, static)
+    _, vibration, _, velocity = place_measures(z[steady, None], rate, static)
     speed = float(run["speed"].values[steady].mean())
     without = body_without_balancing(machine, speed)
     ratio = float(vibration[0]) / without if without > 0.0 else np.nan

@@ -14,7 +14,7 @@ import xarray as xr
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.compiler.simd import NODES
-from autobalancer.kernels.measures.columns_of_measures import NO_VERDICT, STATUS, VERDICT, WIDTH
+from autobalancer.kernels.measures.columns_of_measures import COLUMN, NO_VERDICT, WIDTH
 from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of
 from autobalancer.memory import refuse_beyond_memory
@@ -209,9 +209,9 @@ def ensemble_variables(
             states[where, : one.found.states.shape[1]] = one.found.states
     outcomes[list(reasons)] = IMPOSSIBLE
     for number in np.flatnonzero(steps):
-        outcomes[number] = _outcome(int(numbers[number, STATUS]))
+        outcomes[number] = _outcome(int(numbers[number, COLUMN.status]))
     result: dict[str, Variable] = {}
-    words = np.where(np.isfinite(numbers[:, VERDICT]), numbers[:, VERDICT], NO_VERDICT).astype(int)
+    words = np.where(np.isfinite(numbers[:, COLUMN.verdict]), numbers[:, COLUMN.verdict], NO_VERDICT).astype(int)
     for measure, values in zip(SWEPT, in_row(numbers, settling_from).values(), strict=True):
         if measure.name in measures:
             dims = ("member", "ball") if measure.per_ball else ("member",)

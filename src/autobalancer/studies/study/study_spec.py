@@ -17,7 +17,7 @@ from scipy.special import bdtr, ndtr, ndtri
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.measures.columns_of_measures import END, NO_VERDICT, STATUS, VERDICT
+from autobalancer.kernels.measures.columns_of_measures import COLUMN, NO_VERDICT
 from autobalancer.machine import Machine
 from autobalancer.machine.part import (
     Amount,
@@ -632,10 +632,10 @@ def after_jump(
     for one in ran:
         for row, number in enumerate(one.group.numbers):
             state, numbers = one.found.states[row], one.found.rows[row]
-            if numbers[END] < sudden.before or not np.isfinite(state).all():
-                reasons[number] = f"the run before the unbalance appears ended early ({int(numbers[STATUS])})"
+            if numbers[COLUMN.end_time] < sudden.before or not np.isfinite(state).all():
+                reasons[number] = f"the run before the unbalance appears ended early ({int(numbers[COLUMN.status])})"
                 continue
-            word = numbers[VERDICT] if np.isfinite(numbers[VERDICT]) else NO_VERDICT
+            word = numbers[COLUMN.verdict] if np.isfinite(numbers[COLUMN.verdict]) else NO_VERDICT
             balanced[number] = WORDS[int(word)] == BALANCED
             assembly, places = with_it.ready(number, plan)
             later.add(number, replace(assembly, state=state.copy()), places)
