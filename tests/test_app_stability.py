@@ -282,7 +282,7 @@ def test_an_answer_is_kept_and_drawn_again(machine: Any, known: Known, name: str
     about, answer = answers.about(name), answers.answer(name)
     assert about is not None
     assert (about.given, about.machine) == (given, machine)
-    assert isinstance(analysis.draw(answer), Figure)
+    assert isinstance(ab.plot.answer(answer), Figure)
     assert list(answer_text(answer)), "a picture has words, too"
 
 

@@ -182,7 +182,7 @@ def test_a_ball_behind_another_is_shielded_and_both_are_drawn_and_kept(tmp_path:
     assert behind[0] == pytest.approx(ahead[0], rel=0.05), "slow flow takes no side; a mesh as coarse as this one does"
     assert behind[1] / behind[0] < ahead[1] / ahead[0], "with inertia the ball behind feels less"
     ab.save_run(pair, tmp_path / "pair.nc")
-    axes = ab.plot.ball_drag(tmp_path / "pair.nc").axes
+    axes = ab.plot.answer(tmp_path / "pair.nc").axes
     assert len(axes[0].patches) >= 2
     assert axes[1].get_ylabel() == r"$c_d\,\mathrm{Re}$"
 

@@ -437,12 +437,12 @@ def test_a_histogram_counts_the_last_angles_and_knows_which_are_near_an_edge(pho
 
 def test_pictures_of_films_are_drawn(oblique: tuple[Any, ...], photograph: tuple[Any, ...]) -> None:
     _, film, setup, found = oblique
-    assert len(ab.plot.ball_film(found).axes) == 2
+    assert len(ab.plot.answer(found).axes) == 2
     seen = ab.measure.rectified_picture(film, setup, 2)
     assert np.hypot(seen["ball_x"], seen["ball_y"]).values == pytest.approx(ORBIT, abs=1.5e-3)
-    assert len(ab.plot.rectified_picture(seen).axes[0].patches) == 7
+    assert len(ab.plot.answer(seen).axes[0].patches) == 7
     rest = ab.measure.rest_histogram([ab.measure.photographed_angles(*photograph[:2])])
-    assert ab.plot.rest_histogram(rest, unbalance=0.0).axes[0].name == "polar"
+    assert ab.plot.answer(rest, unbalance=0.0).axes[0].name == "polar"
 
 
 # what cannot be ----------------------------------------------------------------------------------------------------------

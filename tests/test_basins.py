@@ -64,7 +64,7 @@ def test_the_compiled_loop_ends_where_a_single_simulation_ends() -> None:
 def test_the_picture_shows_every_end_state_with_its_share(tmp_path: Path) -> None:
     angles = np.linspace(-3.0, 3.0, 6)
     found = ab.basin(DISCOIDAL, 100.0, {"ball_angle[1]": angles, "ball_angle[2]": angles})
-    figure = ab.plot.basin(found)
+    figure = ab.plot.answer(found)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert any(label.startswith("balanced") for label in labels)
     assert "(°)" in figure.axes[0].get_xlabel()
@@ -128,7 +128,7 @@ def test_with_much_friction_no_start_balances_and_without_any_the_result_says_th
 
 def test_the_picture_of_random_starts_with_friction_shows_the_distribution_of_the_residual() -> None:
     found = ab.basin(_rough(3e-4), 125.0, random=40, hold=5.0)  # too short for some
-    figure = ab.plot.basin(found)
+    figure = ab.plot.answer(found)
     states, verdicts, residual = figure.axes
     assert states.get_yticklabels()[0].get_text() == "held by friction"
     resting = found["state"].values == found.attrs["states"].index("held by friction")
@@ -163,7 +163,7 @@ def test_a_map_says_how_many_starts_overlap_and_the_verdicts_on_the_others() -> 
     angles = np.array([0.0, 0.1, 1.0])  # balls of 12.3 mm on 76.95 mm take 0.16 rad
     found = ab.basin(_rough(3e-4), 125.0, {"ball_angle[1]": angles, "ball_angle[2]": angles})
     assert found.attrs["overlapping"] == 5
-    texts = ab.plot.basin(found).legends[0]
+    texts = ab.plot.answer(found).legends[0]
     assert "overlapping start: 5 of 9, not counted" in [text.get_text() for text in texts.get_texts()]
     shares = {str(word): float(found["verdict_share"].sel(verdict=word)) for word in found["verdict"].values}
     assert sum(shares.values()) == pytest.approx(1.0)  # of the four that are possible
@@ -215,7 +215,7 @@ def test_balls_of_two_planes_just_above_their_border_balance_or_one_plane_stalls
     assert ends == ["stalled", "balanced"]
     names = np.array(found.attrs["plane_states"])[found["plane_state"].values[:, 0]].tolist()
     assert names == [["oscillating", "stalled"], ["balanced"] * 2]  # balls of the other plane lose a turn now and then
-    assert "stalled" in [text.get_text().split(" ")[0] for text in ab.plot.basin(found).legends[0].get_texts()]
+    assert "stalled" in [text.get_text().split(" ")[0] for text in ab.plot.answer(found).legends[0].get_texts()]
 
 
 def test_the_command_prints_end_states_and_residual_of_each_plane() -> None:

@@ -93,7 +93,7 @@ def test_a_result_and_a_run_of_an_archive_are_drawn_and_filmed_like_any_other(ma
 def test_what_has_no_meaning_for_a_chamber_is_refused_and_the_way_is_told(machine: Path) -> None:
     told("simulate", str(machine), "--duration", "0.01 s", "--sample", "0.5 ms", "--out", "x.nc")
     assert "of x.nc there are history, energy" in told("plot", "x.nc", "--kind", "orbit", code=2)
-    assert "--log: has no meaning for the pictures of a deep chamber" in told("plot", "x.nc", "--log", code=2)
+    assert "--log: has no meaning for the pictures of this" in told("plot", "x.nc", "--log", code=2)
     assert "the run goes from 0 s to 0.01 s" in told("plot", "x.nc", "--start", "2 s", code=2)
     assert "a deep chamber takes --step and --sample" in told("simulate", str(machine), "--samples", "9", code=2)
     wrong = ("--method", "tsitouras", "--duration", "1 s")

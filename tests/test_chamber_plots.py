@@ -69,31 +69,22 @@ def test_balls_opposite_to_the_unbalance_are_drawn_there() -> None:
     np.testing.assert_allclose(angle, np.rad2deg([2.6, 3.0, 3.4]), atol=0.1)
 
 
-@pytest.mark.parametrize(
-    "draw",
-    [
-        ab.plot.chamber_run,
-        ab.plot.chamber_energy,
-        ab.plot.chamber_collisions,
-        ab.plot.chamber_bearing_forces,
-        ab.plot.chamber_reactions,
-    ],
-)
-def test_every_history_can_be_drawn(draw: object) -> None:
-    figure = draw(RUN)  # type: ignore[operator]
+@pytest.mark.parametrize("picture", ["history", "energy", "collisions", "bearings", "reactions"])
+def test_every_history_can_be_drawn(picture: str) -> None:
+    figure = ab.plot.answer(RUN, picture)
     drawn(figure)
     assert figure.axes[-1].get_xlabel() == "time (s)"
 
 
 def test_the_stack_of_energies_reaches_the_work_of_the_motor() -> None:
-    figure = ab.plot.chamber_energy(RUN)
+    figure = ab.plot.answer(RUN, "energy")
     stack = figure.axes[0].collections
     top = stack[-1].get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(RUN["work_motor"].values.max(), rel=1e-2)
 
 
 def test_the_loose_body_is_drawn_beside_the_reactions() -> None:
-    figure = ab.plot.chamber_reactions(RUN, pakula_body(0.3), until=1.5)
+    figure = ab.plot.answer(RUN, "reactions", body=pakula_body(0.3), until=1.5)
     drawn(figure)
     assert len(figure.axes) == 6
 
@@ -167,31 +158,31 @@ def study() -> xr.Dataset:
 
 
 def test_numbers_of_balls_are_whole_on_their_axis_even_if_there_is_one() -> None:
-    figure = ab.plot.chamber_amplitudes(study().sel(balls=[3]))
+    figure = ab.plot.answer(study().sel(balls=[3]))
     for panel in figure.axes:
         assert all(tick == round(tick) for tick in panel.get_xticks())
     drawn(figure)
 
 
 def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
-    drawn(ab.plot.chamber_amplitudes(study()))
+    drawn(ab.plot.answer(study()))
     means = optimal_means(study())
     np.testing.assert_allclose(means["vertical_amplitude"], [[1.5e-5, 1e-5], [3.5e-5, 2.5e-5]])
     assert means["runs"].values.tolist() == [[2, 1], [2, 2]]
-    drawn(ab.plot.chamber_optimal_means(means))
-    drawn(ab.plot.chamber_step_size(ab.chamber.step_size([4.0], [1e-4, 1e-5], stiffness_over_mass=1e10, phases=20)))
+    drawn(ab.plot.answer(means))
+    drawn(ab.plot.answer(ab.chamber.step_size([4.0], [1e-4, 1e-5], stiffness_over_mass=1e10, phases=20)))
     archive = Archive(tmp_path)
     for balls in (3, 8):
         archive.start(f"n{balls}", MACHINE, {"balls": balls, "friction": 0.5}, {}).end(
             "finished", {}, {"a": 0.1 * balls}
         )
-    figure = ab.plot.chamber_archive(archive.runs(), "balls", "a", "friction")
+    figure = ab.plot.answer(archive.runs(), x="balls", y="a", by="friction")
     drawn(figure)
     np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), [0.3, 0.8])
     with pytest.raises(QuestionError, match="given 'b'; the runs have"):
-        ab.plot.chamber_archive(archive.runs(), "balls", "b")
+        ab.plot.answer(archive.runs(), x="balls", y="b")
     with pytest.raises(QuestionError, match="is a text"):
-        ab.plot.chamber_archive(archive.runs(), "balls", "state")
+        ab.plot.answer(archive.runs(), x="balls", y="state")
     with pytest.raises(QuestionError, match="no number of balls from 30 to 40"):
         optimal_means(study(), {"deep": (30, 40)})
 
@@ -231,11 +222,11 @@ def test_balls_are_carried_from_a_least_friction_and_number_on() -> None:
 
 
 def test_curves_have_bars_from_the_least_to_the_greatest_filling() -> None:
-    figure = ab.plot.chamber_amplitudes(seeded())
+    figure = ab.plot.answer(seeded())
     drawn(figure)
     (_, _, (bars,)) = figure.axes[0].containers[1]
     np.testing.assert_allclose(np.array(bars.get_segments())[0][:, 1], [10.0, 30.0])
-    figure = ab.plot.chamber_carried(seeded())
+    figure = ab.plot.answer(seeded(), "carried")
     drawn(figure)
     assert [line.get_label() for line in figure.axes[0].containers] == ["3 balls", "8 balls", "20 balls"]
     np.testing.assert_allclose(figure.axes[0].containers[0][0].get_ydata(), [0.0, 50.0])
@@ -262,7 +253,7 @@ def test_a_picture_of_an_archive_has_units_whole_numbers_of_balls_and_a_title(tm
         )
     table = archive.runs()
     table["vertical_amplitude"].attrs["units"] = "m"
-    figure = ab.plot.chamber_archive(table, "balls", "vertical_amplitude")
+    figure = ab.plot.answer(table, x="balls", y="vertical_amplitude")
     drawn(figure)
     panel = figure.axes[0]
     assert panel.get_ylabel() == "vertical amplitude (µm)"

@@ -155,4 +155,4 @@ def test_deep_chambers_are_compared_by_their_verdicts_measures_and_bearing_force
         ab.compare(run, run)
     assert "exact border" not in heads
     assert [text[:14] for text in found.remarks()] == ["runs of seed 0"]
-    assert ab.plot.comparison(found).axes[0].get_title(loc="left") == "three balls"
+    assert ab.plot.answer(found).axes[0].get_title(loc="left") == "three balls"

@@ -292,7 +292,7 @@ def test_criticality_changes_at_a_bautin_point() -> None:
     drag = float(found["special_second_parameter"][0])
     sub = found["criticality"].values == "subcritical"
     assert np.array_equal(sub, found["second_parameter"].values < drag)
-    assert len(ab.plot.bifurcation_curves(found).axes[0].lines) == 3
+    assert len(ab.plot.answer(found).axes[0].lines) == 3
 
 
 def test_the_fold_curve_of_coincident_balls_has_its_closed_form() -> None:

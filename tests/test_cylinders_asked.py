@@ -170,7 +170,7 @@ def test_pictures_draw_cylinders_by_their_length() -> None:
     heights = [np.ptp(path.vertices[:, 1]) for path in drawn.get_paths()]
     assert heights == pytest.approx([30.0] * 3)
     assert "speed of a cylinder" in figure.axes[-1].get_ylabel()
-    rates = ab.plot.chamber_collisions(run).axes[0].get_legend()
+    rates = ab.plot.answer(run, "collisions").axes[0].get_legend()
     assert rates is not None
     assert rates.get_texts()[0].get_text() == "between cylinders"
 

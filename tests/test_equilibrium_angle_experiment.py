@@ -226,10 +226,10 @@ def test_the_command_line_shows_the_angle_over_the_speed(tmp_path: Path) -> None
 
 def test_pictures_of_other_results_are_refused() -> None:
     found = ab.measure.equilibrium_angle(MACHINE, [1.0, 2.0])
-    with pytest.raises(QuestionError, match=r"not a result of measure\.evaluate_angles"):
-        ab.plot.measured_drag(found)
+    with pytest.raises(QuestionError, match=r"which is of a result of measure\.evaluate_angles"):
+        ab.plot.answer(found, "measured_drag")
     evaluated = ab.measure.evaluate_angles(MACHINE, ab.measure.load_angle_series(TABLE), rolling=0.05)
-    with pytest.raises(QuestionError, match=r"not a result of measure\.equilibrium_angle"):
-        ab.plot.equilibrium_angle(evaluated)
+    with pytest.raises(QuestionError, match=r"which is of a result of measure\.equilibrium_angle"):
+        ab.plot.answer(evaluated, "equilibrium_angle")
     with pytest.raises(QuestionError, match="'left out' or 'included'"):
-        ab.plot.measured_drag(evaluated, pressure_force="both")
+        ab.plot.answer(evaluated, pressure_force="both")

@@ -182,11 +182,11 @@ def test_a_disc_without_synchronous_tilting_mode_still_has_its_first_mode() -> N
 
 
 def test_the_picture_shows_rotor_and_both_oscillators() -> None:
-    figure = ab.plot.equivalent_planar(equivalent_planar(FAR).data)
+    figure = ab.plot.answer(equivalent_planar(FAR).data)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == ["rotor", "oscillator, static", "oscillator, modal"]
     with pytest.raises(QuestionError, match=r"not a result of rotor\.equivalent_planar"):
-        ab.plot.equivalent_planar(modes(FAR))
+        ab.plot.answer(modes(FAR))
 
 
 @pytest.mark.parametrize(

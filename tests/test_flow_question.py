@@ -185,15 +185,15 @@ def test_corners_of_a_profile_are_met_exactly() -> None:
 def test_pictures_show_every_kind_of_result() -> None:
     for model in ("modes", "chebyshev"):
         flow = annulus_flow(RIG, 60.0, initial_speed=0.0, duration=0.05, times=[0.0, 0.005, 0.02], model=model)  # type: ignore[arg-type]
-        figure = ab.plot.flow(flow, speed_unit="rad/s")
+        figure = ab.plot.answer(flow, speed_unit="rad/s")
         assert len(figure.axes) == 5  # four panels and the scale of the colors
         labels = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
         assert labels == ["rotor", "fluid at the orbit", "diffusion alone"]
-        ab.plot.spin_up(flow)
-        assert len(ab.plot.velocity_profiles(flow, moments=[0.005]).axes[0].lines) == 3
-        ab.plot.secondary_flow(flow, time=0.02)
+        ab.plot.answer(flow, "spin_up")
+        assert len(ab.plot.answer(flow, "velocity_profiles", moments=[0.005]).axes[0].lines) == 3
+        ab.plot.answer(flow, "secondary_flow", time=0.02)
         with pytest.raises(QuestionError, match=r"0, 0\.005, 0\.02"):
-            ab.plot.secondary_flow(flow, time=0.03)
+            ab.plot.answer(flow, "secondary_flow", time=0.03)
 
 
 def test_the_command_prints_a_table_or_numbers_and_writes_files(tmp_path: Path) -> None:

@@ -161,7 +161,7 @@ def test_the_curve_of_the_picture_has_the_peak_that_lies_between_measured_speeds
     values = ab.rotor.response(MACHINE, coarse, ["B1", "B2"])["mean_of_greatest"].values
     assert values.max() < 0.7 * peak
     measured = MeasuredResponse(coarse, values, 0.01, ["B1", "B2"], label="both bearings")
-    figure = ab.plot.identification(identify(MACHINE, {"rotor.transverse_inertia": (0.01, 0.02)}, [measured]).data)
+    figure = ab.plot.answer(identify(MACHINE, {"rotor.transverse_inertia": (0.01, 0.02)}, [measured]).data)
     lines = {line.get_label(): np.asarray(line.get_ydata(), float) for line in figure.axes[0].get_lines()}
     assert lines["measured"].size == 10
     assert lines["after the fit"].max() / lines["measured"].max() == pytest.approx(peak / values.max(), rel=0.02)
@@ -173,17 +173,17 @@ def test_the_picture_has_a_panel_for_each_curve() -> None:
     curve = MeasuredResponse(speeds, values, 0.01, ["B1", "B2"], label="both bearings")
     free = {"rotor.transverse_inertia": (0.01, 0.02)}
     fit = identify(MACHINE, free, [curve, KnownValue(0.014, 0.001, next(iter(free)))]).data
-    figure = ab.plot.identification(fit)
+    figure = ab.plot.answer(fit)
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["both bearings", "", "correlation"]
     for count in (5, 14):  # names of so many parameters do not touch
         names = [f"rotor.supports[{k}].angular_stiffness_about_x" for k in range(count)]
         of_parameters = {"correlation": (("parameter", "other_parameter"), np.eye(count) - 1e-4)}
         alone = fit.drop_dims(["parameter", "other_parameter"], errors="ignore")
-        figure = ab.plot.identification(alone.assign(of_parameters).assign_coords(parameter=np.array(names, object)))
+        figure = ab.plot.answer(alone.assign(of_parameters).assign_coords(parameter=np.array(names, object)))
         figure.canvas.draw()
         assert not any(text.get_text() == "-0.00" for text in figure.axes[-1].texts)
         boxes = [label.get_window_extent() for label in figure.axes[-1].get_yticklabels()]
         assert not any(one.overlaps(other) for one, other in pairwise(boxes))
         assert min(box.x0 for box in boxes) >= 0.0
     with pytest.raises(QuestionError, match=r"not a result of rotor\.identify"):
-        ab.plot.identification(ab.rotor.response(MACHINE, speeds))
+        ab.plot.answer(ab.rotor.response(MACHINE, speeds))

@@ -120,7 +120,7 @@ def test_a_sweep_measures_impacts_as_a_run_does() -> None:
 
 def test_impacts_are_drawn_kept_and_measured_on_the_command_line(tmp_path: Path) -> None:
     run = _between_partitions()
-    figure = ab.plot.impacts(run)
+    figure = ab.plot.answer(run, "impacts")
 
     dots = [line for line in figure.axes[1].lines if line.get_marker() == "."]
     assert sum(len(line.get_xdata()) for line in dots) == run.sizes["impact"]
@@ -135,5 +135,5 @@ def test_impacts_are_drawn_kept_and_measured_on_the_command_line(tmp_path: Path)
     assert quiet.sizes["impact"] == 0
     ab.save_run(quiet, file)
     assert ab.load_run(file).sizes["impact"] == 0
-    with pytest.raises(QuestionError, match="no ball hit another one"):
-        ab.plot.impacts(quiet)
+    with pytest.raises(QuestionError, match="of balls that hit something; of this result there are run_up"):
+        ab.plot.answer(quiet, "impacts")

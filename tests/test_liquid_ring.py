@@ -265,7 +265,7 @@ def test_a_slow_ring_does_not_hold_its_liquid() -> None:
 
 def test_the_picture_has_the_curves_the_band_and_the_balls() -> None:
     found = ab.rotor.liquid_response(machine(), np.linspace(12.0, 100.0, 40))
-    figure = ab.plot.liquid_response(found, balls=([60.0, 90.0], [1e-4, 1e-4]))
+    figure = ab.plot.answer(found, balls=([60.0, 90.0], [1e-4, 1e-4]))
     (axes,) = figure.axes
     labels = [line.get_label() for line in axes.get_lines()]
     assert labels == ["without liquid", "liquid frozen", "liquid", "balls"]

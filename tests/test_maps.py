@@ -314,7 +314,7 @@ def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines
 def test_the_picture_of_a_border_curve_names_its_lines() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
     found = ab.stability.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
-    figure = ab.plot.border_curve(found, speed_unit="rad/s")
+    figure = ab.plot.answer(found, speed_unit="rad/s")
     assert "averaged border (never)" in absent(figure)
     assert "release speed (30" in absent(figure)
     assert "exact border" in labels(figure)
@@ -327,7 +327,7 @@ def test_the_title_of_border_speeds_names_only_those_that_are_drawn() -> None:
         (("exact border", "averaged border"), {"averaged and exact border ignore "}),
     )
     for only, words in cases:
-        figure = ab.plot.border_curve(
+        figure = ab.plot.answer(
             ab.stability.border_curve("docs/machines/real_race.toml", "stiffness", [9e4, 1e5], only=only)
         )
         assert [word in figure.get_suptitle() for word in words] == [True]
@@ -336,7 +336,7 @@ def test_the_title_of_border_speeds_names_only_those_that_are_drawn() -> None:
 
 def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion() -> None:
     found = ab.stability.eigenvalues(DISCOIDAL, list(np.linspace(40.0, 125.0, 60)))
-    figure = ab.plot.eigenvalues(found, speed_unit="rad/s")
+    figure = ab.plot.answer(found, speed_unit="rad/s")
     upper, lower = figure.axes
     assert {"stable", "unstable"} <= {text.get_text() for text in upper.get_legend().get_texts()}
     motions = {f"leading mode: {motion}" for motion in found["leading_motion"].values}
@@ -348,7 +348,7 @@ def test_the_picture_of_the_eigenvalues_shades_the_verdicts_and_names_the_motion
 def test_the_shade_of_stability_begins_at_the_border(located: bool) -> None:
     found = ab.stability.eigenvalues(DISCOIDAL, [50.0, 62.0, 71.0, 100.0])
     ranges = ab.stability.ranges(DISCOIDAL, found) if located else None
-    upper = ab.plot.eigenvalues(found, speed_unit="rad/s", ranges=ranges).axes[0]
+    upper = ab.plot.answer(found, speed_unit="rad/s", ranges=ranges).axes[0]
     stable = next(patch for patch in upper.patches if patch.get_label() == "stable")
     begin = stable.get_x()
     line = next(line for line in upper.get_lines() if line.get_label() == "greatest real part")
@@ -363,9 +363,9 @@ def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:
         (lambda: ab.plot.map(thin_map, x="drag"), "must be one of speed, viscosity"),
         (lambda: ab.plot.map(thin_map, speed_unit="mph"), "must be one of rpm"),
         (lambda: ab.plot.map(thin_map.isel(speed=[0])), "one value along an axis"),
-        (lambda: ab.plot.border_curve(thin_map), "not a result of stability.border_curve"),
-        (lambda: ab.plot.eigenvalues(thin_map), "not a result of stability.eigenvalues"),
-        (lambda: ab.plot.eigenvalues(ab.stability.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
+        (lambda: ab.plot.answer(thin_map, "eigenvalues"), "is of a result of stability.eigenvalues; .* there are map"),
+        (lambda: ab.plot.answer(thin_map, highest=9.0), "no argument 'highest' for the picture 'map'; there are"),
+        (lambda: ab.plot.answer(ab.stability.eigenvalues(DISCOIDAL, [100.0])), "one speed only"),
     ):
         with pytest.raises(QuestionError, match=message):
             call()

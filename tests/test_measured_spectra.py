@@ -169,7 +169,7 @@ def test_damping_at_forty_decibels_is_within_one_percent_and_its_deviation_is_th
         stated.append(float(found["damping_ratio_uncertainty"][0]) / ratio)
     assert np.abs(errors).max() < 0.01
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.mean(stated), rel=0.4)
-    assert len(ab.plot.damping(found).axes) == 2
+    assert len(ab.plot.answer(found).axes) == 2
 
 
 def test_a_spectrum_says_why_its_lines_have_no_order() -> None:
@@ -218,7 +218,7 @@ def test_an_orbit_is_the_ellipse_of_its_forward_and_backward_circle() -> None:
     assert float(found["tilt"][0]) == pytest.approx(0.5 * (0.4 + 1.0), abs=1e-3)
     whole = sum(found["filtered_x"].values[k] + 1j * found["filtered_y"].values[k] for k in range(2))
     assert np.abs(whole[0] - (3e-5 * np.exp(0.4j) + 1e-5 * np.exp(1j) + 4e-6)) < 1e-8
-    assert ab.plot.measured_orbit(found).axes
+    assert ab.plot.answer(found).axes
     with pytest.raises(QuestionError, match="it must be from"):
         ab.measure.orbit(turning(measured(x=z.real, y=z.imag), angle), at=0.1)
     with pytest.raises(QuestionError, match="no displacement; bring velocities or accelerations"):

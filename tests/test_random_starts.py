@@ -115,7 +115,7 @@ def test_the_last_unbalance_counts_from_the_start() -> None:
 
 def test_the_picture_has_bars_of_verdicts_and_both_distributions() -> None:
     found = ab.basin(_drum(), SPEED, random=3, hold=10.0)
-    figure = ab.plot.basin(found)
+    figure = ab.plot.answer(found)
     bars, residual, vibration = figure.axes
     assert [text.get_text() for text in bars.get_yticklabels()] == ["balanced"]
     assert residual.get_xlabel() == "residual unbalance (g mm)"
@@ -166,7 +166,7 @@ def test_the_worst_start_of_a_planar_machine_keeps_the_angles_that_were_drawn() 
 
 def test_the_picture_of_run_ups_has_the_peaks_beside_the_one_without_balls() -> None:
     found = ab.basin(_drum(), SPEED, random=3, acceleration=100.0, hold=2.0)
-    peaks = ab.plot.basin(found).axes[-1]
+    peaks = ab.plot.answer(found).axes[-1]
     assert peaks.get_xlabel() == "greatest deflection on the way (mm)"
     assert np.sort(found["peak_deflection"]) * 1e3 == pytest.approx(np.asarray(peaks.lines[0].get_xdata(), float))
     assert np.asarray(peaks.lines[1].get_xdata(), float) == pytest.approx(1e3 * float(found["peak_without_balls"]))

@@ -526,11 +526,11 @@ def test_the_command_takes_balls_unbalance_and_oil_from_a_machine(tmp_path: Path
 
 def test_pictures_show_fit_and_loop(tmp_path: Path) -> None:
     fit = ab.measure.receptance(load_receptance(hammer_file(tmp_path)))
-    assert len(ab.plot.receptance(fit).axes) == 2
+    assert len(ab.plot.answer(fit).axes) == 2
     for speed in (70.0, 100.0):
-        title = ab.plot.nyquist(receptance_loop(fit, OIL, speed, balls_on_rotor=False)).get_suptitle()
+        title = ab.plot.answer(receptance_loop(fit, OIL, speed, balls_on_rotor=False)).get_suptitle()
         assert ("unstable" in title) == (speed == 70.0)
     with pytest.raises(QuestionError, match=r"not a result of measure\.receptance_loop"):
-        ab.plot.nyquist(fit)
+        ab.plot.answer(fit)
     with pytest.raises(QuestionError, match=r"not a result of measure\.receptance"):
-        ab.plot.receptance(load_receptance(hammer_file(tmp_path)))
+        ab.plot.answer(load_receptance(hammer_file(tmp_path)))

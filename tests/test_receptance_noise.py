@@ -221,7 +221,7 @@ def test_the_command_says_where_the_noise_is_and_how_to_leave_it_out(tmp_path: P
 
 def test_the_picture_shows_the_noise_and_what_was_left_out_and_its_phase_does_not_jump() -> None:
     fit = ab.measure.receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, 1), band=("2 Hz", "100 Hz"))
-    above, below = ab.plot.receptance(fit).axes
+    above, below = ab.plot.answer(fit).axes
     named = [text.get_text() for text in above.get_legend().get_texts()]
     assert named == ["measured", "not used", "fitted", "noise"]
     points, curve = (np.asarray(line.get_ydata(), float) for line in below.get_lines())

@@ -125,7 +125,9 @@ def test_backward_whirl_is_underlaid_where_it_is(response: xr.Dataset) -> None:
 
 def test_the_polar_diagram_of_an_oscillator_is_passed_clockwise_from_the_unbalance_to_its_opposite() -> None:
     found = ab.rotor.response(planar(), np.linspace(5.0, 600.0, 2000), unbalance=1e-4)
-    drawn = [line for line in ab.plot.polar_response(found).axes[0].get_lines() if len(line.get_xdata()) > 2000]
+    drawn = [
+        line for line in ab.plot.answer(found, "polar_response").axes[0].get_lines() if len(line.get_xdata()) > 2000
+    ]
     assert len(drawn) == 1
     curve = np.asarray(drawn[0].get_xdata()) + 1j * np.asarray(drawn[0].get_ydata())
     assert curve[0].real > 0.0 > curve[-1].real
@@ -134,7 +136,7 @@ def test_the_polar_diagram_of_an_oscillator_is_passed_clockwise_from_the_unbalan
 
 def test_orbits_have_their_direction_in_title_and_color() -> None:
     found = whirl_orbits(RIG, 1675.0 * RPM)
-    figure = ab.plot.whirl_orbits(found, deflection_unit="um")
+    figure = ab.plot.answer(found, deflection_unit="um")
     for number, axes in enumerate(figure.axes):
         word = str(found["whirl"].values[number])
         assert axes.get_title("left") == f"{found['station'].values[number]}: {word}"
@@ -148,19 +150,17 @@ def test_orbits_have_their_direction_in_title_and_color() -> None:
 
 def test_the_orbits_along_the_axis_are_drawn_in_space() -> None:
     found = whirl_orbits(RIG, 1675.0 * RPM)
-    axes = ab.plot.whirl_along_axis(found, deflection_unit="mm").axes[0]
+    axes = ab.plot.answer(found, "whirl_along_axis", deflection_unit="mm").axes[0]
     at_zero = next(line for line in axes.get_lines() if line.get_label() == "rotor angle 0")
     place, x, y = at_zero.get_data_3d()
     assert place == pytest.approx(found["place"].values * 1e3)
     assert x == pytest.approx(found["axis_x"].values[:, 0] * 1e3)
     assert y == pytest.approx(found["axis_y"].values[:, 0] * 1e3)
     with pytest.raises(QuestionError, match="one plane only"):
-        ab.plot.whirl_along_axis(whirl_orbits(planar(), 50.0, unbalance=1e-4))
+        ab.plot.answer(whirl_orbits(planar(), 50.0, unbalance=1e-4), "whirl_along_axis")
 
 
-@pytest.mark.parametrize(
-    "name", ["campbell", "modes", "response", "polar_response", "whirl_orbits", "whirl_along_axis"]
-)
+@pytest.mark.parametrize("name", ["campbell", "modes", "response"])
 def test_another_result_is_refused_by_name(name: str) -> None:
     with pytest.raises(QuestionError, match=rf"plot\.{name}: given another result; this is not a result of rotor\."):
         getattr(ab.plot, name)(xr.Dataset())
@@ -170,15 +170,17 @@ def test_unknown_units_and_parts_are_refused(response: xr.Dataset) -> None:
     with pytest.raises(QuestionError, match="must be one of rpm"):
         ab.plot.response(response, speed_unit="knots")
     with pytest.raises(QuestionError, match="must be forward, x or y"):
-        ab.plot.polar_response(response, part="z")
+        ab.plot.answer(response, "polar_response", part="z")
     with pytest.raises(QuestionError, match="one speed only"):
         ab.plot.response(response.isel(speed=[0]))
 
 
 def test_the_polar_line_between_a_few_speeds_is_that_of_many() -> None:
     few, many = (ab.rotor.response(planar(), np.linspace(20.0, 90.0, n), unbalance=1e-4) for n in (51, 401))
-    (drawn,) = [line for line in ab.plot.polar_response(few).axes[0].get_lines() if len(line.get_xdata()) == 401]
-    exact = ab.plot.polar_response(many).axes[0].get_lines()
+    (drawn,) = [
+        line for line in ab.plot.answer(few, "polar_response").axes[0].get_lines() if len(line.get_xdata()) == 401
+    ]
+    exact = ab.plot.answer(many, "polar_response").axes[0].get_lines()
     (close,) = [line for line in exact if len(line.get_xdata()) > 401]
     one, other = (np.asarray(line.get_xdata()) + 1j * np.asarray(line.get_ydata()) for line in (drawn, close))
     assert np.abs(one - other[::8]).max() < 0.02 * np.abs(other).max()

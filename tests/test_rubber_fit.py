@@ -207,17 +207,17 @@ def test_a_table_with_an_unknown_motion_or_a_missing_column_is_refused(tmp_path:
 
 def test_the_picture_shows_curves_and_points():
     found = ab.measure.rubber(loops())
-    figure = ab.plot.rubber(found)
+    figure = ab.plot.answer(found)
     stiffness, loss = figure.axes
     line = next(one for one in stiffness.lines if one.get_label().startswith("in a line"))
     at = np.interp(0.25, line.get_xdata(), line.get_ydata())
     assert at == pytest.approx(1e-3 * found.law.stiffness(2.5e-4, HERTZ * 12.5, "line").real, rel=1e-3)
     assert len(stiffness.containers) == len(loss.containers) == 1
     plt.close(figure)
-    estimated = ab.plot.rubber(found, points_label="amplitude estimated,")
+    estimated = ab.plot.answer(found, points_label="amplitude estimated,")
     names = estimated.axes[0].get_legend_handles_labels()[1]
     assert "amplitude estimated, in a line" in names
     assert not any(name.startswith("measured") for name in names)
     plt.close(estimated)
-    with pytest.raises(QuestionError, match="draws a result of measure"):
-        ab.plot.rubber(3.0)
+    with pytest.raises(QuestionError, match="given a float; it draws a result of"):
+        ab.plot.answer(3.0)

@@ -49,7 +49,7 @@ def test_a_reduction_towards_the_critical_speed_lowers_the_scatter_of_rest_posit
     left = found["residual_unbalance"].values.reshape(12, 2)
     assert np.ptp(left, axis=0)[1] < 0.5 * np.ptp(left, axis=0)[0]
     assert np.median(left[:, 1]) < 0.5 * np.median(left[:, 0])
-    figure = ab.plot.rest_positions(found)
+    figure = ab.plot.answer(found, "rest_positions")
     assert [axes.get_title() for axes in figure.axes] == ["reduced 1200 rpm", "reduced 800 rpm"]
     dots = [line.get_offsets() for line in figure.axes[1].collections]
     drawn = np.stack([np.asarray(one)[:, 0] for one in dots], axis=1)
@@ -66,7 +66,7 @@ def test_a_fan_holds_the_peaks_of_its_members_and_the_way_down_mirrors_the_speed
     edges = np.concatenate([[0.0], both["speed"].values])  # at the ends of the intervals
     np.testing.assert_allclose(edges, edges[::-1], atol=1e-9)
     assert float(both["time"][-1]) == pytest.approx(20.0, abs=0.03)
-    band = ab.plot.envelopes(fan).axes[1].lines[0]
+    band = ab.plot.answer(fan).axes[1].lines[0]
     assert band.get_label() == "median"
     with pytest.raises(QuestionError, match="point: given 3; the grid has 1 to 2"):
         ab.envelopes(plain, point=3)
@@ -89,7 +89,7 @@ def test_balls_are_stalled_below_their_release_speed_and_not_above_it() -> None:
     assert any(f"stalled at the end: a ball or the rotor in {share:.3g} %" in text for text in found.remarks())
     all_of_them = found.isel(member=own["member"].values[::2] - 1).remarks()
     assert any("100 % of the members (95 % from 61 to 100 %)" in text for text in all_of_them)
-    texts = [text.get_text() for text in ab.plot.study(found, "stalled").axes[0].texts]
+    texts = [text.get_text() for text in ab.plot.answer(found, quantity="stalled").axes[0].texts]
     assert "100\n61 to 100" in texts  # of six, Wilson (1927)
     assert found.attrs["base_machine"] == ab.machine_text(ab.load_machine(machine))
 

@@ -145,7 +145,7 @@ def test_a_result_with_a_shear_law_is_written_and_read(tmp_path: Any) -> None:
     found = ab.flow.annulus_flow(machine(), duration=0.1)
     ab.save_run(found, tmp_path / "flow.nc")
     assert ab.load_run(tmp_path / "flow.nc").attrs["model"] == "azimuthal"
-    assert ab.plot.flow(found).axes
+    assert ab.plot.answer(found).axes
 
 
 def test_analyses_with_speeds_of_their_own_refuse_a_sheared_lag() -> None:

@@ -67,7 +67,7 @@ def test_a_run_down_says_which_way_time_runs_and_a_map_wants_one_way(up: xr.Data
 
 
 def test_the_rings_of_an_orbit_are_where_the_rotor_angle_is_zero(up: xr.Dataset) -> None:
-    axes = ab.plot.measured_orbit(ab.measure.orbit(up, "x", "y", orders=(1.0,))).axes[0]
+    axes = ab.plot.answer(ab.measure.orbit(up, "x", "y", orders=(1.0,))).axes[0]
     words = [text.get_text() for text in axes.figure.legends[0].get_texts()]
     assert words == ["measured, 4 revolutions", "order 1", "where the rotor angle is zero"]
     (ring,) = [line for line in axes.lines if line.get_marker() == "o" and len(line.get_xdata())]

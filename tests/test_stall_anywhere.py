@@ -405,7 +405,7 @@ def test_curves_have_release_and_capture_over_what_only_real_races_have() -> Non
         assert (np.diff(curve[name].values) < 0.0).all()
     thick = ab.stability.border_curve(m, "plateau", [0.4, 0.8], only=BOTH)["release_speed"].values
     assert thick[0] > thick[1]
-    figure = ab.plot.border_curve(curve)
+    figure = ab.plot.answer(curve)
     assert {"release speed", "capture speed"} <= {text.get_text() for text in figure.legends[0].get_texts()}
 
 

@@ -270,10 +270,13 @@ def test_the_twist_of_a_drive_train_is_drawn_and_refused_where_there_is_none(tmp
     shown = CliRunner().invoke(app, ["plot", str(file), "--kind", "drive-train", "--out", str(picture)])
     assert shown.exit_code == 0
     assert picture.stat().st_size > 10_000
-    figure = plot.drive_train(load_run(file))
+    figure = plot.answer(load_run(file), "drive_train")
     assert [axes.get_ylabel() for axes in figure.axes] == ["speed (rpm)", "torque (N m)", "twist (°)", "torque (N m)"]
     torque = figure.axes[1].lines[0].get_ydata()
     assert np.max(torque) == pytest.approx(6.0 * ROTOR / (ROTOR + MOTOR), rel=1e-2)
     stiff = simulate(machine({"kind": "torque", "torque": 1.0}, axis="vertical"), duration=0.1)
-    with pytest.raises(QuestionError, match="this run has no twist; give its drive 'couplings' or a 'mount'"):
-        plot.drive_train(stiff)
+    with pytest.raises(
+        QuestionError,
+        match=r"given 'drive_train', which .*couplings or a mount; of this result there are run_up, race, orbit",
+    ):
+        plot.answer(stiff, "drive_train")

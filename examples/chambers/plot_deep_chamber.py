@@ -23,7 +23,7 @@ figure = ab.plot.chamber_arrangement(run, [0.0, 1.0, 16.0])
 # %%
 # Where the work of the motor went, and how well the balance closes.
 
-figure = ab.plot.chamber_energy(run)
+figure = ab.plot.answer(run, "energy")
 measured = ab.run_measures(run)
 for name in ("share_carried", "vertical_synchronous", "residual_unbalance", "energy_error"):
     print(f"{name}: {float(measured[name]):.3g} {measured[name].attrs['units']}")

@@ -49,4 +49,4 @@ for name, rebound in {"constant": None, "dry, yields": yields, "in oil": yields 
 # %%
 # In oil: when it is loud, and how hard the balls hit.
 
-figure = ab.plot.chamber_collisions(run)
+figure = ab.plot.answer(run, "collisions")

@@ -12,7 +12,7 @@ What drags a ball in a race of your own? Finite elements say it for any cross-se
 import autobalancer as ab
 
 found = ab.flow.ball_drag(ab.example("discoidal"), [0, 10, 30], gap="1 um")
-ab.plot.ball_drag(found)
+ab.plot.answer(found)
 
 # %%
 # Up to Re = 10 the drag is linear, as drag laws of balls in races assume. These lines take the place of ``drag = ...``:

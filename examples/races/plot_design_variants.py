@@ -25,7 +25,7 @@ print(found)
 # work by the radius of the balls, which limits what they spare. Two oils nearly halve the peak, but their balls take four times
 # as long to settle.
 
-ab.plot.comparison(found)
+ab.plot.answer(found)
 
 # %%
 # The springs in numbers: a quarter of the vibration stays.

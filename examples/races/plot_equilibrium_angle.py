@@ -15,7 +15,7 @@ import autobalancer as ab
 
 machine = ab.example("equilibrium_angle")
 curve = ab.measure.equilibrium_angle(machine, simulation=True)
-figure = ab.plot.equilibrium_angle(curve)
+figure = ab.plot.answer(curve)
 below = curve.where(curve["angle"] < np.radians(60.0), drop=True)
 miss = float(np.degrees(np.abs(below["simulated_angle"] - below["angle"])).max())
 print(f"simulated angle against statics up to 60 deg: {miss:.2f} deg")
@@ -25,7 +25,7 @@ print(f"simulated angle against statics up to 60 deg: {miss:.2f} deg")
 # of two fluids overlap they must agree, which they do with one coefficient only.
 
 found = ab.measure.evaluate_angles(machine, ab.measure.load_angle_series(ab.catalog.example_path("equilibrium_angles")))
-figure = ab.plot.measured_drag(found)
+figure = ab.plot.answer(found)
 one = found.sel(pressure_force="left out")
 rolling, deviation = float(one["rolling_resistance"]), float(one["rolling_resistance_deviation"])
 print(f"rolling resistance {rolling:.4f}, standard deviation {deviation:.4f}")

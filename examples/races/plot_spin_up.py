@@ -18,17 +18,17 @@ start = ab.flow.annulus_flow(machine, 60.0, initial_speed=0.0, duration=2.0, tim
 # %%
 # The oil at the orbit of the balls (blue) is spun up many times faster than by diffusion alone (dashed).
 
-ab.plot.flow(start, speed_unit="rad/s")
+ab.plot.answer(start, speed_unit="rad/s")
 
 # %%
 # Fluid between the walls still rests while that next to them turns.
 
-ab.plot.velocity_profiles(start, moments=[0.02, 0.05, 0.1, 0.2, 0.4])
+ab.plot.answer(start, "velocity_profiles", moments=[0.02, 0.05, 0.1, 0.2, 0.4])
 
 # %%
 # Outward along the lids, inward in the middle; inside of the orbit the flow against the inner wall is not stable.
 
-ab.plot.secondary_flow(start, time=0.1, speed_unit="rad/s")
+ab.plot.answer(start, "secondary_flow", time=0.1, speed_unit="rad/s")
 
 # %%
 # In the slow run-up of the machine itself the oil lags only a little, and less the faster the rotor turns:

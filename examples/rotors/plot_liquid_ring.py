@@ -29,4 +29,4 @@ speeds = np.array([15.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 90.0, 105.0])
 stepped = ab.stepped_response(balls, speeds, dwell="30 s", window="4 s")
 
 # %%
-ab.plot.liquid_response(liquid, balls=(speeds, np.maximum(stepped["amplitude"].values.ravel(), 1e-5)))
+ab.plot.answer(liquid, balls=(speeds, np.maximum(stepped["amplitude"].values.ravel(), 1e-5)))

@@ -48,8 +48,8 @@ hanging = ab.measure.rubber_loops(
     np.full(3, whirl), size, np.abs(k), k.imag / whirl, motion="circle", loss_uncertainty=0.2
 )
 label = "measured, amplitude estimated,"
-figure = ab.plot.rubber(
-    rubber, [run_up, blow, hanging], frequency=10.0 * HERTZ, amplitudes=(0.01e-3, 3e-3), points_label=label
+figure = ab.plot.answer(
+    rubber, points=[run_up, blow, hanging], frequency=10.0 * HERTZ, amplitudes=(0.01e-3, 3e-3), points_label=label
 )
 
 # %%

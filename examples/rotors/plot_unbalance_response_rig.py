@@ -21,18 +21,18 @@ figure = ab.plot.response(found)
 # %%
 # The same in the complex plane of the rotor: each resonance is a loop.
 
-figure = ab.plot.polar_response(found)
+figure = ab.plot.answer(found, "polar_response")
 
 # %%
 # Near the second peak the orbits at the two bearings are passed in opposite directions.
 
 orbits = ab.rotor.whirl_orbits(machine, 1675.0 * rpm)
-figure = ab.plot.whirl_orbits(orbits)
+figure = ab.plot.answer(orbits)
 
 # %%
 # Along the axis it is seen why: where the ellipse is a line, the direction changes.
 
-figure = ab.plot.whirl_along_axis(orbits)
+figure = ab.plot.answer(orbits, "whirl_along_axis")
 
 # %%
 # Four peaks, of two cylindrical and two conical whirls.

@@ -43,7 +43,7 @@ run = ab.simulate(fan, duration=10.0)
 # %%
 # After the jump the balls go to new places, and the vibration goes.
 
-ab.plot.run_up(run, log_deflection=True)
+ab.plot.run_up(run, log=True)
 
 # %%
 # The unbalance before and after it, and what the balls make of it:

@@ -19,7 +19,7 @@ run = ab.simulate(ab.example("discoidal"))
 # On a logarithmic axis the deflection falls step by step: the balls are released from the critical speed, separate, and,
 # when the rotor has reached its last speed, move slowly to their places.
 
-ab.plot.run_up(run, log_deflection=True)
+ab.plot.run_up(run, log=True)
 
 # %%
 # While the balls slip, at 65 s, nothing is balanced. At the end all is.

@@ -25,7 +25,7 @@ print(found)
 stalled = found["stalled_time"] > 0.0
 share, low, high = found.share_of(stalled)
 print(f"share that stalls: {100 * share:.3g} % (95 %: {100 * low:.3g} to {100 * high:.3g} %)")
-picture = ab.plot.ensemble_distribution(found, "stalled_time")
+picture = ab.plot.answer(found, "distribution", measure="stalled_time")
 
 # %%
 # What 60 000 starts in each oil do was kept by ``python -m tools.stall_statistics 60000``. All stall, so that at most one in

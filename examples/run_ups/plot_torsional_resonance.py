@@ -39,7 +39,7 @@ below.set_xlabel("time (s)")
 # The steady response at each speed is larger, because the run-up passes too fast for it to build up.
 
 response = ab.rotor.torsional_response(machine, "200:3000 rpm:400")
-ab.plot.torsional_response(response)
+ab.plot.answer(response)
 
 # %%
 # In numbers:

@@ -12,9 +12,9 @@ import autobalancer as ab
 
 found = ab.study(ab.catalog.example_path("tube_breakage"))
 print(found)
-picture = ab.plot.study(found, "settling_time")
+picture = ab.plot.answer(found, quantity="settling_time")
 
 # %%
 # The peaks, at the same speeds and in the same oils.
 
-picture = ab.plot.study(found, "peak_deflection")
+picture = ab.plot.answer(found, quantity="peak_deflection")

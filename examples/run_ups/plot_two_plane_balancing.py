@@ -24,7 +24,7 @@ for plane in checked.stations:
 
 low, high = checked.critical_speeds
 speeds = np.linspace(0.6 * low, 3.0 * high, 241)
-figure = ab.plot.eigenvalues(ab.stability.eigenvalues(machine, speeds.tolist()))
+figure = ab.plot.answer(ab.stability.eigenvalues(machine, speeds.tolist()))
 border = {found.name: found.speed for found in ab.stability.borders(machine)}["exact border"]
 print(f"exact border: {border:.2f} rad/s")
 assert border > high

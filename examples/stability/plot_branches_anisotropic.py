@@ -28,7 +28,7 @@ states = ab.plot.branches(found, speed_unit="rad/s")
 curves = ab.stability.bifurcation_curves(
     rotor, "Hopf", "speed", "85 rad/s", "38 rad/s", "rotor.stiffness[1]", 0.5 * k, 1.05 * k, largest_step=0.1
 )
-window = ab.plot.bifurcation_curves(curves, speed_unit="rad/s")
+window = ab.plot.answer(curves, speed_unit="rad/s")
 
 # %%
 # A single ball, and less unbalance. Its stable state turns back at a fold. A stepped response, run like a measurement, follows

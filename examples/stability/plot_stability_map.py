@@ -22,7 +22,7 @@ figure = ab.plot.map(ab.stability.map(machine, axes))
 
 race = "balancers[1].races[1].fluid"
 thin = ab.with_parameter(ab.with_parameter(machine, race, {"name": "silicone oil 0.65"}), "name", "Thin oil")
-figure = ab.plot.border_curve(ab.stability.border_curve(thin, "unbalance"))
+figure = ab.plot.answer(ab.stability.border_curve(thin, "unbalance"))
 
 # %%
 # The least oil for 1200 rpm: for the unbalance of the machine, for any unbalance, and by the averaged equations.

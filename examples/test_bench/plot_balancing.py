@@ -16,7 +16,7 @@ import autobalancer as ab
 
 job = ab.measure.balance(ab.catalog.example_path("two_plane_job"))
 print(job)
-figure = ab.plot.balancing(job)
+figure = ab.plot.answer(job)
 
 # %%
 # The fan has twelve holes, and there are pieces of half a gram and a gram. The nearest choice of up to three holes leaves a part.
@@ -32,13 +32,13 @@ for plane, size, angle in zip(job.plane.values, job.correction.values, job.corre
 
 runs = ab.measure.four_run(ab.catalog.example_path("four_runs"))
 print(runs)
-figure = ab.plot.four_run(runs)
+figure = ab.plot.answer(runs)
 
 # %%
 # Three runs leave two answers.
 
 three = ab.measure.four_run(ab.measure.load_balance_runs(ab.catalog.example_path("four_runs"))[:3], both=True)
-figure = ab.plot.four_run(three)
+figure = ab.plot.answer(three)
 
 # %%
 # With a model of the rotor a single run-down is enough, for all planes at once.
@@ -46,7 +46,7 @@ figure = ab.plot.four_run(three)
 rotor = ab.example("two_plane_rotor")
 planes = ab.measure.unbalance_from_run_down(rotor, ab.catalog.example_path("run_down_orders"))
 print(planes)
-figure = ab.plot.run_down(planes)
+figure = ab.plot.answer(planes)
 
 # %%
 # The table was computed with 40 g mm at 60 degrees and 25 g mm at 200 degrees.

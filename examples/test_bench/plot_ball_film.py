@@ -24,13 +24,13 @@ film = ab.measure.render_film(run, camera=camera, exposure=exposure)
 # seen from straight above shows whether all of it is right.
 
 setup = ab.measure.film_setup(run, camera)
-figure = ab.plot.rectified_picture(ab.measure.rectified_picture(film, setup, 10))
+figure = ab.plot.answer(ab.measure.rectified_picture(film, setup, 10))
 
 # %%
 # All angles come with their standard deviations.
 
 found = ab.measure.track_balls(film, setup)
-figure = ab.plot.ball_film(found)
+figure = ab.plot.answer(found)
 print(found)
 
 # %%

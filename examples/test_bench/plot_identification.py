@@ -18,7 +18,7 @@ free, measured = ab.rotor.load_measurements(ab.catalog.example_path("rodrigues_c
 rodrigues = ab.catalog.rig("rodrigues_rig")
 fit = ab.rotor.identify(rodrigues, free, measured)
 print(fit.report())
-figure = ab.plot.identification(fit.data)
+figure = ab.plot.answer(fit.data)
 
 # %%
 # The four parameters are strongly correlated: the data determine some combinations far better than each alone. The singular
@@ -34,14 +34,14 @@ print(fit.data["direction_part"].values.round(2))
 free, measured = ab.rotor.load_measurements(ab.catalog.example_path("rodrigues_plain_rotor"))
 curve = ab.rotor.identify(rodrigues, free, measured, loss="cauchy")
 print(curve.report())
-figure = ab.plot.identification(curve.data)
+figure = ab.plot.answer(curve.data)
 
 # %%
 # For the tools that support planar rotors only: one oscillator instead of the rig, and its range of speeds.
 
 planar = ab.rotor.equivalent_planar(fit.machine, method="modal")
 print(planar.machine.description)
-figure = ab.plot.equivalent_planar(planar.data)
+figure = ab.plot.answer(planar.data)
 
 # %%
 # The fit meets the measured speeds within a percent, and the stiffness is twice that of the table.

@@ -12,7 +12,7 @@ blow with a hammer and one accelerometer give it, no model of the rotor is neede
 import autobalancer as ab
 
 fit = ab.measure.receptance(ab.measure.load_receptance(ab.catalog.example_path("discoidal_hammer")))
-figure = ab.plot.receptance(fit)
+figure = ab.plot.answer(fit)
 for frequency, ratio in ab.measure.modes_of(fit):
     print(f"mode at {frequency:.2f} rad/s, damping ratio {100 * ratio:.2f} %")
 
@@ -32,7 +32,7 @@ print(f"least drag: {at['drag_factor'].values.round(3)} times that of this oil")
 # The loop through rotor and balls as a curve, with the measured values on it: it must leave the cross to its left.
 
 loop = ab.measure.receptance_loop(fit, balls.with_drag(5.0), 100.0, balls_on_rotor=False)
-figure = ab.plot.nyquist(loop)
+figure = ab.plot.answer(loop)
 
 # %%
 # The true rotor, from which the file was computed, has the border that the full equations give.

@@ -34,7 +34,7 @@ measured = ab.measure.record(ab.simulate(rig, save=ab.Samples(1201)), [*sensors,
 
 both = ab.compare(ab.simulate(machine, save=ab.Samples(1201)), measured)
 print(both)
-ab.plot.overlay(both)
+ab.plot.answer(both)
 
 # %%
 # The damping with which the run-up is the measured one.
@@ -47,4 +47,4 @@ print(found.report())
 
 after = ab.compare(ab.simulate(found.machine, save=ab.Samples(1201)), measured)
 print(after)
-ab.plot.overlay(after)
+ab.plot.answer(after)

@@ -119,7 +119,7 @@ compared
 # %%
 # Compare the columns *left* and *settled after*: there is a best oil in the middle.
 
-ab.plot.comparison(compared)
+ab.plot.answer(compared)
 
 # %%
 # Five runs are five points. The stability map has all speeds and all oils. Its color is the rate at which a small

@@ -65,7 +65,7 @@ print(ab.measure.half_power(orders))
 # An accelerometer wrote the decay:
 
 decay = ab.measure.damping(ab.measure.load_signals(ab.catalog.example_path("decay_signals")))
-ab.plot.damping(decay)
+ab.plot.answer(decay)
 
 # %%
 
@@ -120,7 +120,7 @@ print(fit.report())
 
 # %%
 
-ab.plot.identification(fit.data)
+ab.plot.answer(fit.data)
 
 # %%
 # The deviations have shrunk from dozens of standard deviations to about one. One error is special: the run-out was found
@@ -139,7 +139,7 @@ assert abs(ratio - hammer) < 4.0 * its_error
 # ------------------------------
 
 beside = ab.compare(ab.simulate(fit.machine, save=ab.Samples(14000)), signals)
-ab.plot.overlay(beside)
+ab.plot.answer(beside)
 
 # %%
 # The table compares what one would read off both. What differs is mostly the run-out, which the signals have and the run

@@ -39,7 +39,7 @@ starts
 # The interval beside each share is where the share of very many starts would lie with 95 % confidence. A hundred runs
 # cannot say more than this, and a share of 0 % in a hundred runs does not mean *never*.
 
-ab.plot.ensemble_distribution(starts, "residual_unbalance")
+ab.plot.answer(starts, "distribution", measure="residual_unbalance")
 
 # %%
 # Nearly all of them end alike. The run-up is slow, and the balls forget where they started. A hundred equal results look
@@ -70,14 +70,14 @@ found
 # %%
 # Read a row with its intervals. Is an oil really better than its neighbor, or do their intervals overlap?
 
-ab.plot.study(found, "residual_unbalance")
+ab.plot.answer(found, quantity="residual_unbalance")
 
 # %%
 # The line is the median machine, the upper edge of the pale band the one that only 5 % exceed. If you sign for *every*
 # machine, the edge counts; if you pay for the wear of many, the median does. The study does not decide; it says what each
 # decision costs. The greatest deflection, which the gap must allow, is another matter:
 
-ab.plot.study(found, "peak_deflection")
+ab.plot.answer(found, quantity="peak_deflection")
 
 # %%
 # How many members are enough? An interval becomes half as wide with four times as many. Instead of guessing, a study may
@@ -96,7 +96,7 @@ peak
 
 # %%
 
-ab.plot.sensitivity(peak)
+ab.plot.answer(peak)
 
 # %%
 # For the greatest deflection the answer is plain: the unbalance. Closer tolerances of the rubber would buy nothing. And
@@ -148,7 +148,7 @@ print(smoother)
 
 # %%
 
-ab.plot.study(smoother, "residual_unbalance")
+ab.plot.answer(smoother, quantity="residual_unbalance")
 
 # %%
 # So measure the rolling resistance of your race before you build: the angle at which a ball stands in a slowly turned

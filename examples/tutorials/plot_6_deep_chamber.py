@@ -104,7 +104,7 @@ assert float(measured["vertical_synchronous"]) < 0.5 * float(measured["vertical_
 # The last one is the check of the computation itself: the energy that is unaccounted for, over the work of the motor.
 # Where did that work go?
 
-ab.plot.chamber_energy(run)
+ab.plot.answer(run, "energy")
 
 # %%
 # How many balls, which friction?
@@ -114,7 +114,7 @@ ab.plot.chamber_energy(run)
 # would keep the runs and continue a study that was stopped.
 
 study = ab.chamber.amplitudes(machine, {"deep": [5, 12]}, [0.3, 0.5, 0.7], duration="5 s", layers=("deep",), last="1 s")
-ab.plot.chamber_carried(study)
+ab.plot.answer(study, "carried")
 
 # %%
 # Twelve balls are carried up with a friction of 0.5, although a single one needs 0.603: they push and lift each other.

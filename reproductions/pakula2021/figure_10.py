@@ -34,9 +34,10 @@ TITLE = "Reference machine (Pakuła 2021, figure 10)"
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Who is carried, and how many balls and how much friction it takes."""
     study = table()
-    save_picture(ab.plot.chamber_amplitudes(study.sel(friction=[0.3, 0.5, 0.7]), title=TITLE), out / "figure_10.png")
+    save_picture(ab.plot.answer(study.sel(friction=[0.3, 0.5, 0.7]), title=TITLE), out / "figure_10.png")
     save_picture(
-        ab.plot.chamber_carried(_borders(study), title="Balls picked up from the bottom"), out / "figure_10_carried.png"
+        ab.plot.answer(_borders(study), "carried", title="Balls picked up from the bottom"),
+        out / "figure_10_carried.png",
     )
     means = over_seeds(study)
     carried = 100.0 * means["share_carried"]

@@ -27,7 +27,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     study = table().sel(friction=[0.3, 0.5, 0.7])
     means = optimal_means(study)
     title = "Means over 8 to 50 and 3 to 10 balls (Pakuła 2021, figure 12)"
-    save_picture(ab.plot.chamber_optimal_means(means, title=title), out / "figure_12.png")
+    save_picture(ab.plot.answer(means, title=title), out / "figure_12.png")
     rows = []
     for friction in (0.5, 0.7):
         least = pick_up_borders(study)["least_balls"].sel(layers="deep", friction=friction)

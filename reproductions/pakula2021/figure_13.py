@@ -29,7 +29,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     run = simulate_chamber(machine, duration=16.0)
     settled = float(ball_settling_time(run, last=1.0).max())
     title = "12 balls, friction 0.5 (Pakuła 2021, figure 13)"
-    save_picture(ab.plot.chamber_reactions(run, title=title), out / "figure_13.png")
+    save_picture(ab.plot.answer(run, "reactions", title=title), out / "figure_13.png")
     rows = [
         Found("words", "duration of the transient, 12 balls in place of 5", "s", 8.6, settled, 0.86, OTHER),
     ]  # fmt: skip

@@ -103,11 +103,11 @@ def _reactions(machine: Any, out: Path) -> list[Found]:
     varied = ab.chamber.variant(machine, balls=5, friction=0.5)
     run = simulate_chamber(varied, duration=16.0, seed=SEED)
     title = "5 balls, friction 0.5, fitted machine (Pakuła 2021, figures 13 and 14)"
-    save_picture(ab.plot.chamber_reactions(run, title=title), out / "figure_13.png")
+    save_picture(ab.plot.answer(run, "reactions", title=title), out / "figure_13.png")
     settled = float(ball_settling_time(run, last=1.0).max(skipna=False))
     until = settled if math.isfinite(settled) else 16.0
     body = pakula_body(-float(varied.supports[0].position[2]))
-    save_picture(ab.plot.chamber_reactions(run, body, until=until, title=title), out / "figure_14.png")
+    save_picture(ab.plot.answer(run, "reactions", body=body, until=until, title=title), out / "figure_14.png")
     moved = unconstrained_motion(run, body, until)
     greatest = {name: float(np.abs(moved[name].values).max()) for name in ("x", "rotation_y", "rotation_z")}
     return [

@@ -29,7 +29,7 @@ SPEEDS, STEPS = (4.0, 6.0, 8.0, 10.0), (1e-4, 1e-5, 1e-6, 1e-7)
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """Root mean square over phases against the table, per step; growth with the step; sign."""
     found = ab.chamber.step_size(SPEEDS, STEPS, stiffness_over_mass=STIFFNESS_OVER_MASS, phases=200)
-    figure = ab.plot.chamber_step_size(found, title="Central elastic collision (Pakuła 2021, table 5)")
+    figure = ab.plot.answer(found, title="Central elastic collision (Pakuła 2021, table 5)")
     printed = table()
     panel = figure.axes[0]
     for (_, step), error in printed.items():

@@ -30,7 +30,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """What is left after balancing with the result of four runs."""
     machine = ab.catalog.rig("rodrigues_rig")
     found = four_run(runs(machine, "disk"), deviation=NOISE)
-    save_picture(ab.plot.four_run(found), out / "four_runs.png")
+    save_picture(ab.plot.answer(found), out / "four_runs.png")
     left, housing = (unbalance_left(machine, station) for station in ("disk", "B1"))
     note = (
         f"from the bearing housing B1 alone {1e6 * housing:.2g} g mm would be left: there the misalignment counts more"

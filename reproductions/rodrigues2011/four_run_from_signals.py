@@ -37,7 +37,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     signals = [measured(with_washer(machine, place)) for place in PLACES]
     exact = [Reading(steady(with_washer(machine, place))) for place in PLACES]
     found, true = (four_run(as_runs(readings)) for readings in (signals, exact))
-    save_picture(ab.plot.four_run(found), out / "four_runs_from_signals.png")
+    save_picture(ab.plot.answer(found), out / "four_runs_from_signals.png")
     seen, target = correction(found), correction(true)
     own = complex(machine.unbalances[0].vector)
     left = abs(own + seen)

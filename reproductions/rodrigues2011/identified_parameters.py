@@ -54,6 +54,6 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         quantity = f"{name}, identified from the simulated curve"
         kind: Kind = "fitted" if key.startswith("stiffness") else "printed"
         rows.append(Found(kind, quantity, unit, target, factor * float(values[key]), tolerance))
-    save_picture(ab.plot.identification(speeds), out / "identified_from_critical_speeds.png")
-    save_picture(ab.plot.identification(curve), out / "identified_from_figure_8.png")
+    save_picture(ab.plot.answer(speeds), out / "identified_from_critical_speeds.png")
+    save_picture(ab.plot.answer(curve), out / "identified_from_figure_8.png")
     return compared_all("Rodrigues 2011", "8, tables 2 and 3", rows)

@@ -47,7 +47,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         as_seen = np.arctan2(middle[1] - exact[:, 1], exact[:, 0] - middle[0])
         flat.append(degrees(as_seen - known))
         results.append(seen)
-    save_picture(ab.plot.rest_histogram(ab.measure.rest_histogram(results, bins=24)), out / "photographs.png")
+    save_picture(ab.plot.answer(ab.measure.rest_histogram(results, bins=24)), out / "photographs.png")
     worst, hands, without = (float(np.abs(away).max()) for away in (found, clicked, flat))
     note = "drawn photographs: those of the source are not at hand"
     rows = [

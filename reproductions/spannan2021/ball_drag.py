@@ -27,7 +27,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     rolls = ab.flow.ball_drag(race, [0.0, 10.0, 30.0, 100.0], gap=1e-6)
     slides = ab.flow.ball_drag(race, [0.0], gap=1e-6, motion="sliding")
     plane = ab.flow.ball_drag(ab.flow.Channel(2.0, 40.0, 40.0), [0.0], gap=1e-5, fineness=1.5)
-    save_picture(ab.plot.ball_drag(rolls), out / "ball_drag.png")
+    save_picture(ab.plot.answer(rolls), out / "ball_drag.png")
     slow, fast = float(rolls["cd_times_re"][0]), float(rolls["cd_times_re"][-1])
     grows = 10.0 ** sum(c * 2.0**power for power, c in enumerate((2.72, -1.25, 0.121, 0.0038))) * 100.0 / SLOW
     rows = [

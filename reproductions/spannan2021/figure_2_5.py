@@ -30,7 +30,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RangeWarning)  # the drag of this rig is linear, as in the source
         found = ab.compare(machines, at=[RATE], progress=False)
-    save_picture(ab.plot.comparison(found), out / "figure_2_5.png")
+    save_picture(ab.plot.answer(found), out / "figure_2_5.png")
     below = found["deflection_at"].sel(speed=RATE) / found["deflection_at"].sel(speed=RATE, machine="plain")
     peak = found["peak_deflection"] / found["peak_deflection"].sel(machine="plain")
     left = found["vibration"] / found["vibration_without_balls"]

@@ -32,7 +32,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     found = stable_windows(machine, 2.0 * high, lowest=0.8 * low)
     edges = [edge for window in found.windows for edge in window]
     speeds = np.linspace(0.85 * low, 1.3 * high, 161)
-    save_picture(ab.plot.eigenvalues(eigenvalues(machine, list(speeds)), speed_unit="rad/s"), out / "figure_4_4.png")
+    save_picture(ab.plot.answer(eigenvalues(machine, list(speeds)), speed_unit="rad/s"), out / "figure_4_4.png")
     rows = [Found("words", "ranges", "1", 2.0, float(len(found.windows)), 0.0)]
     names = ("lower range begins at w_x", "lower range ends at w_r (4.71)", "upper range begins at w_y")
     rows += [

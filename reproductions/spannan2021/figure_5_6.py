@@ -31,7 +31,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """Straightness at constant speed, spin-up of thin oil, and the picture."""
     annulus = replace(annulus_of(load_race_machine(MACHINE)), viscosity=715e-6)
     hard = annulus_flow(annulus, Ramp(end=120.0, duration=120.0 / HARD), duration=0.5, times=[0.03, 0.06, 0.1, 0.5])
-    save_picture(ab.plot.velocity_profiles(hard), out / "figure_5_6.png")
+    save_picture(ab.plot.answer(hard, "velocity_profiles"), out / "figure_5_6.png")
     thin = replace(annulus, viscosity=0.65e-6)
     theory = thin.height / (2.0 * math.sqrt(thin.viscosity * 60.0))
     spin_up = annulus_flow(thin, 60.0, initial_speed=59.4, duration=2.0 * theory, samples=1001)

@@ -69,7 +69,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
         Found("internal", f"rests of {true.size} counted in another sector than they are", "1", 0.0, other, SURE * unsure),
     ]  # fmt: skip
     draw(each, out)
-    save_picture(ab.plot.rest_histogram(whole), out / "figure_6_21_from_pictures.png")
+    save_picture(ab.plot.answer(whole), out / "figure_6_21_from_pictures.png")
     return compared_all("Spannan 2021", "6.20, 6.21 in kind", rows)
 
 

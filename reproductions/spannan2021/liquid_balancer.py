@@ -19,7 +19,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """What liquid leaves of the deflection of a drum, and what balls of a sixth of its mass leave."""
     drum = ab.example("liquid_ring")
     liquid = ab.rotor.liquid_response(drum, np.linspace(12.0, 105.0, 300))
-    save_picture(ab.plot.liquid_response(liquid), out / "liquid_balancer.png")
+    save_picture(ab.plot.answer(liquid), out / "liquid_balancer.png")
     left = float(ab.rotor.liquid_response(drum, [SPEED])["deflection"][0])
     race = {
         "orbit_radius": "240 mm",

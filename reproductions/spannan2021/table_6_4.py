@@ -55,7 +55,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     height = 1e3 * float(fitted.rotor.joints[5].position)
     where = f"with the bushings at {height:.0f} mm, identified"
     rows += [row("fitted", name, where, float(static[name]), CLOSE[name]) for name in CLOSE]
-    save_picture(ab.plot.equivalent_planar(found.data), out / "table_6_4.png")
+    save_picture(ab.plot.answer(found.data), out / "table_6_4.png")
     return compared_all("Spannan 2021", "Table 6.4", rows)
 
 

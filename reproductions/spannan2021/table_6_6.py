@@ -26,7 +26,7 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     damped = equivalent_planar(machine, "annulus", frequency="natural")
     free = equivalent_planar(with_value_at(machine, DAMPER, 1e-6), "annulus", frequency="natural")
     with_dampers, without = (found.data.sel(way="static", direction="x") for found in (damped, free))
-    save_picture(ab.plot.equivalent_planar(damped.data), out / "table_6_6.png")
+    save_picture(ab.plot.answer(damped.data), out / "table_6_6.png")
     found = [
         ("stiffness", "N/m", 2543.0, float(with_dampers["stiffness"]), 0.01),
         ("mass", "kg", 5.573, float(with_dampers["mass"]), WITHIN),

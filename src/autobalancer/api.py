@@ -207,7 +207,7 @@ def compare(
     Returns
     -------
     Answer
-        One row for each machine, drawn by ``ab.plot.comparison``; or one for each measure, by ``ab.plot.overlay``.
+        One row for each machine or each measure, drawn by ``ab.plot.answer``.
 
     Raises
     ------

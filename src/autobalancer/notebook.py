@@ -12,12 +12,12 @@ from autobalancer.progress import in_notebook
 from autobalancer.public_names import NAMES
 
 
-def picture_html(thing: Any, name: str, about: str) -> str:
+def picture_html(thing: Any, about: str, name: str = "answer") -> str:
     """What the public function ``ab.plot.NAME`` draws of it, as an image; empty elsewhere than in a notebook.
 
     It is also empty where there is no such picture of this thing. ``about`` is read to those who do not see it.
     """
-    if not name or not in_notebook():
+    if not in_notebook():
         return ""
     draw = getattr(import_module(f"autobalancer.{NAMES['plot'][name]}"), name)
     try:

@@ -16,8 +16,10 @@ from autobalancer.assembly.guided_balls import ball_inertia
 from autobalancer.assembly.reduced_rotor import has_hardening, spatial_parts
 from autobalancer.assembly.rotors import (
     LateralModel,
+    Planes,
     lateral_model,
     places_key,
+    planes_of,
     reference,
     rotor_key,
     spring_model,
@@ -29,7 +31,6 @@ from autobalancer.assembly.rotors.ellipses import steadily
 from autobalancer.assembly.rotors.equivalent_stiffness import hard_places, mounts, softened
 from autobalancer.assembly.rotors.grounds import Ground, carried, grounds, large_motions, sag
 from autobalancer.assembly.rotors.lateral_model import Complexes
-from autobalancer.assembly.rotors.planes import Planes, planes_of
 from autobalancer.assembly.rotors.reduction import Reduction, circular
 from autobalancer.assembly.system import Assembly, assemble, assemble_general, total_mass
 from autobalancer.cache import remembered

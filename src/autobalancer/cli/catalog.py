@@ -313,7 +313,7 @@ def rig(
 # ``autobalancer catalog drag-laws`` and ``capability``.
 
 
-@command(out=None, draw="")
+@command(out=None, draw=True)
 def drag_laws(
     reynolds: Annotated[list[float] | None, "Reynolds number to show. May be repeated."] = None,
     clear_width: Annotated[float | None, In("m"), 'Of a race, such as "9.2 mm"; with ball and orbit.'] = None,

@@ -31,9 +31,7 @@ PICTURES = ("history", "energy", "collisions", "bearings", "reactions", "arrange
 TOPIC = "chamber"  # where the help of autobalancer lists the commands below
 
 
-@command(
-    "chamber.amplitudes", take="archive last:s workers", draw="chamber_amplitudes", out="_amplitudes.nc", bar="runs"
-)
+@command("chamber.amplitudes", take="archive last:s workers", draw=True, out="_amplitudes.nc", bar="runs")
 def amplitudes(
     machine: Chambers,
     balls: Annotated[str, 'Numbers of balls in the deep chamber, such as "3,5,8,20"; none for none.'],
@@ -72,8 +70,8 @@ def amplitudes(
         found = ab.chamber.amplitudes(machine, counts, friction, **how)
     _print_failed_points(found)
     pictures = (
-        FurtherFiles(of_means, draw=lambda: ab.plot.chamber_optimal_means(optimal_means(found))),
-        FurtherFiles(of_shares, draw=lambda: ab.plot.chamber_carried(found)),
+        FurtherFiles(of_means, draw=lambda: ab.plot.answer(optimal_means(found))),
+        FurtherFiles(of_shares, draw=lambda: ab.plot.answer(found, "carried")),
     )
     return Reply(found, columns=[], facts=(), heading="", notes=(), csv=result_csv(found), also=pictures)
 
@@ -120,10 +118,10 @@ def reactions(
     samples = run.samples().load()
     figures = (
         ab.plot.chamber_run(samples),
-        ab.plot.chamber_energy(samples),
-        ab.plot.chamber_collisions(samples),
-        ab.plot.chamber_bearing_forces(samples),
-        ab.plot.chamber_reactions(samples, body, until=until),
+        ab.plot.answer(samples, "energy"),
+        ab.plot.answer(samples, "collisions"),
+        ab.plot.answer(samples, "bearings"),
+        ab.plot.answer(samples, "reactions", body=body, until=until),
         ab.plot.chamber_arrangement(samples),
     )
     made = [save_picture(figure, out / f"{name}_{kind}.png") for kind, figure in zip(PICTURES, figures, strict=True)]
@@ -136,7 +134,7 @@ def reactions(
     )
 
 
-@command("chamber.step_size", take="restitution phases scheme", draw="chamber_step_size", bar="collisions")
+@command("chamber.step_size", take="restitution phases scheme", draw=True, bar="collisions")
 def step_size(
     stiffness_over_mass: Annotated[float, "k/m of a ball in m^-0.5 s^-2."] = 1e10,
     speeds: Annotated[Any, Listed("m/s"), "Relative speeds."] = "4,6,8,10 m/s",
@@ -176,7 +174,7 @@ def _print_failed_points(found: Any) -> None:
         typer.secho(f"no result at {where}: {reason}", fg="yellow", err=True)
 
 
-@command("chamber.design", draw="design", out="_designs.nc", bar="runs")
+@command("chamber.design", draw=True, out="_designs.nc", bar="runs")
 def design(
     machine: Chambers,
     duration: Annotated[float, In("s"), 'Of each full run, such as "16 s".'],
@@ -273,7 +271,7 @@ def _pair(option: str, text: str, sample: str) -> tuple[str, str]:
     return name, value
 
 
-@command(out=None, draw="")
+@command(out=None, draw=True)
 def archive(
     folder: Annotated[Path, typer.Argument(help="Folder of the archive.")],
     where: Annotated[str, 'Condition, such as "friction >= 0.5 and balls in [8, 9]".'] = "",
@@ -318,7 +316,7 @@ def archive(
         _columns(table, show),
         lines=[f"{table.sizes['run']} runs"],
         notes=(),
-        draw=lambda: ab.plot.chamber_archive(table, x, y, by or None, log=log),
+        draw=lambda: ab.plot.answer(table, x=x, y=y, by=by or None, log=log),
     )
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TOPIC = "From measurements"  # where the help of autobalancer lists the commands below
 
 
-@command("rotor.identify", take="loss loss_scale starts", draw="", allowed=(*MACHINE, *RESULT))
+@command("rotor.identify", take="loss loss_scale starts", draw=True, allowed=(*MACHINE, *RESULT))
 def identify(
     machine: MachineFile,
     measurements: Annotated[Path, "Measurement file: what is free and what was measured."],
@@ -59,7 +59,7 @@ def identify(
         more=[("Measurements", _measurements(data))],
         lines=[chi],
         notes=about["notes"],
-        draw=lambda: ab.plot.identification(data),
+        draw=lambda: ab.plot.answer(data),
         machine=found.machine,
     )
 
@@ -124,7 +124,7 @@ def _measurements(data: xr.Dataset) -> list[Column]:
 # ``autobalancer receptance``: stability from a hammer test.
 
 
-@command("measure.receptance", take="modes noise", draw="", allowed=(*RESULT, *MACHINE), unit="speed", bar="fit")
+@command("measure.receptance", take="modes noise", draw=True, allowed=(*RESULT, *MACHINE), unit="speed", bar="fit")
 def receptance(
     file: Annotated[Path, typer.Argument(help="Table with units in its column names, or universal file (type 58).")],
     machine: Annotated[Path | None, "Machine file: takes its balls and its largest unbalance."] = None,
@@ -181,7 +181,7 @@ def receptance(
         fit.columns() if at_speeds is None else _margins(at_speeds),
         brief=True,
         notes=sorted(filter(None, doubts)),
-        draw=lambda: ab.plot.nyquist(loops[0]) if loops else ab.plot.receptance(fit),
+        draw=lambda: ab.plot.answer(loops[0] if loops else fit),
         machine=_with_rotor(machine, fit) if machine is not None and written else None,
     )
 

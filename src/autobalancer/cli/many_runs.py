@@ -34,7 +34,7 @@ TOPIC = "Many runs"  # where the help of autobalancer lists the commands below
 @command(
     "ensemble",
     take="seeds seed duration:s tolerance settling_from workers",
-    draw="ensemble",
+    draw=True,
     out="_ensemble.nc",
     unit="speed",
     bar="members",
@@ -127,7 +127,7 @@ WORST = {
 
 
 @command(
-    "basin", take="random seed acceleration:rad/s^2 hold:s", draw="basin", unit="speed", bar="runs", topic="Stability"
+    "basin", take="random seed acceleration:rad/s^2 hold:s", draw=True, unit="speed", bar="runs", topic="Stability"
 )
 def basin(
     machine: MachineFile,
@@ -242,7 +242,7 @@ def _axis(option: str, text: str) -> tuple[str, list[float]]:
 # ``autobalancer compare``: several machines side by side, or a run and what was measured.
 
 
-@command(draw="", unit="speed", topic="Files and results")
+@command(draw=True, unit="speed", topic="Files and results")
 def compare(
     machines: Annotated[
         list[Path],
@@ -278,7 +278,7 @@ def compare(
             machines, at=at or [], duration=duration, tolerance=tolerance, seed=seed, progress=update
         )
     numbers = {str(name): part.values for name, part in found.variables.items() if "bin" not in part.dims}
-    return Reply(found, numbers, facts=(), draw=lambda: ab.plot.comparison(found))
+    return Reply(found, numbers, facts=(), draw=lambda: ab.plot.answer(found))
 
 
 def _overlay(paths: list[Path], seed: int) -> Reply:
@@ -291,7 +291,7 @@ def _overlay(paths: list[Path], seed: int) -> Reply:
         found,
         {str(name): found[name].values for name in names} | {"notes": found.remarks()},
         columns=found.columns(speed_sign()) if found.sizes["measure"] else [],
-        draw=lambda: ab.plot.overlay(found, speed_unit=speed_sign()),
+        draw=lambda: ab.plot.answer(found, speed_unit=speed_sign()),
     )
 
 
@@ -306,7 +306,7 @@ Folder = Annotated[Path | None, "Where finished parts are kept; by default the n
 FURTHER_COLUMNS = ("balanced", "balanced_before", "steps", "drawn_again")  # are drawn, too, where a study has them
 
 
-@command("study", take="scheduler workers", draw="", out=".nc", unit="speed", bar="members")
+@command("study", take="scheduler workers", draw=True, out=".nc", unit="speed", bar="members")
 def study(
     file: Annotated[Path, typer.Argument(help="Study file (TOML).", metavar="STUDY")],
     folder: Folder = None,
@@ -334,8 +334,8 @@ def study(
 
     def draw() -> Any:
         if driven is not None:
-            return ab.plot.sensitivity(driven)
-        return ab.plot.study(found, quantity, speed_unit=speed_sign())
+            return ab.plot.answer(driven)
+        return ab.plot.answer(found, quantity=quantity, speed_unit=speed_sign())
 
     lines = [line for line in found.remarks() if not line.startswith("interrupted")]  # said with what to do here
     return Reply(
@@ -382,7 +382,7 @@ def _refuse_before(file: Path, sensitivity: str, drawn: str) -> None:
 # ``autobalancer design``: the balancer for a rotor, from a specification file.
 
 
-@command("design", take="workers", draw="design", out=".nc", unit="speed", bar="runs")
+@command("design", take="workers", draw=True, out=".nc", unit="speed", bar="runs")
 def design(
     file: Annotated[Path, typer.Argument(help="Specification file (TOML).", metavar="SPEC")],
     folder: Folder = None,
@@ -412,7 +412,7 @@ def design(
 # ``autobalancer envelopes``: how far a machine goes on its way up, as percentiles over many runs.
 
 
-@command("envelopes", take="members point coast_down seed", draw="envelopes", unit="speed", bar="runs")
+@command("envelopes", take="members point coast_down seed", draw=True, unit="speed", bar="runs")
 def envelopes(
     file: Annotated[Path, typer.Argument(help="Study file, or a machine file, whose balls start anywhere.")],
     **options: Any,

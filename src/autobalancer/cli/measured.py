@@ -117,7 +117,7 @@ def channels_of(found: xr.Dataset) -> Reply:
 # ``autobalancer measure spectrum`` and ``order-map``: amplitudes over the frequency, and over the speed.
 
 
-@command("measure.spectrum", take="window resolution:Hz", draw="spectrum", unit="frequency")
+@command("measure.spectrum", take="window resolution:Hz", draw=True, unit="frequency")
 def spectrum(
     file: SignalFile,
     channel: Chosen = None,
@@ -141,7 +141,7 @@ def spectrum(
     return ab.measure.spectrum(signals, channel, natural=natural or [], **options)
 
 
-@command("measure.order_map", take="channel over revolutions", draw="order_map", unit="speed", bar="map", csv=False)
+@command("measure.order_map", take="channel over revolutions", draw=True, unit="speed", bar="map", csv=False)
 def order_map(
     file: SignalFile,
     highest: Annotated[float, "With --over order: the highest order."] = 5.0,
@@ -163,7 +163,7 @@ def order_map(
 # ``autobalancer measure orders``: amplitude and phase of orders of the speed.
 
 
-@command("measure.orders", take="method revolutions bandwidth:Hz slow_roll", draw="orders", unit="speed", bar="orders")
+@command("measure.orders", take="method revolutions bandwidth:Hz slow_roll", draw=True, unit="speed", bar="orders")
 def orders(
     file: SignalFile,
     order: Orders = "1",
@@ -186,7 +186,7 @@ def orders(
 # vibration.
 
 
-@command("measure.damping", take="channel modes", draw="damping")
+@command("measure.damping", take="channel modes", draw=True)
 def damping(file: SignalFile, reading: Reading = READING, **options: Any) -> Any:
     """Frequency and damping of a measured decay, with their standard deviations, from the greatest value or --start on.
 
@@ -195,7 +195,7 @@ def damping(file: SignalFile, reading: Reading = READING, **options: Any) -> Any
     return ab.measure.damping(reading.signals(file), **options)
 
 
-@command("measure.orbit", take="x y at:s revolutions", draw="measured_orbit", unit="speed")
+@command("measure.orbit", take="x y at:s revolutions", draw=True, unit="speed")
 def orbit(
     file: SignalFile,
     orders: Orders = "1,2",
@@ -279,7 +279,7 @@ def _sensor(text: str) -> ab.measure.Sensor:
 # ``autobalancer measure rubber-signals``: rubber of a machine file from recorded force and deflection.
 
 
-@command("measure.rubber", take="law viscous", draw="rubber", allowed=MACHINE)
+@command("measure.rubber", take="law viscous", draw=True, allowed=MACHINE)
 def rubber_signals(
     records: Annotated[
         list[Path],
@@ -323,7 +323,7 @@ def rubber_reply(found: RubberFit) -> Reply:
 @command(
     "measure.rubber",
     take="law spacing viscous",
-    draw="rubber",
+    draw=True,
     allowed=MACHINE,
     topic="From measurements",
 )
@@ -353,7 +353,7 @@ def rubber(
 RunsFile = Annotated[Path, typer.Argument(help="Runs with their masses and readings, .toml.")]
 
 
-@command("measure.balance", take="goal planes* deviation", draw="balancing")
+@command("measure.balance", take="goal planes* deviation", draw=True)
 def balance(
     file: RunsFile,
     largest: Annotated[str | None, 'Greatest correction mass, such as "20 g".'] = None,
@@ -412,7 +412,7 @@ def _holes(found: Any, of: str, holes: int, masses: list[str] | None) -> list[Co
     return [Column(head, [row[k] for row in rows], text, ".4g") for k, (head, text) in enumerate(heads)]
 
 
-@command("measure.four_run", take="both deviation", draw="four_run")
+@command("measure.four_run", take="both deviation", draw=True)
 def four_run(file: RunsFile, **options: Any) -> Any:
     """Correction in one plane from amplitudes alone: one run without and three with a trial mass.
 
@@ -421,7 +421,7 @@ def four_run(file: RunsFile, **options: Any) -> Any:
     return ab.measure.four_run(file, **options)
 
 
-@command("measure.unbalance_from_run_down", draw="run_down")
+@command("measure.unbalance_from_run_down", draw=True)
 def run_down(
     machine: MachineFile,
     file: Annotated[
@@ -503,7 +503,7 @@ def split_mass(
 @command(
     "measure.track_balls",
     take="first_speed:rad/s first_ball_speed:rad/s critical_speed:rad/s",
-    draw="ball_film",
+    draw=True,
     bar="pictures",
 )
 def balls(
@@ -592,7 +592,7 @@ def _size(text: str) -> tuple[int, int]:
 # ``autobalancer measure race-shape``, ``rest-friction``, ``drag-from-lag``: races and balls from measurements.
 
 
-@command("measure.race_shape", take="waves", draw="race_shape", allowed=MACHINE)
+@command("measure.race_shape", take="waves", draw=True, allowed=MACHINE)
 def race_shape(
     file: Annotated[Path, typer.Argument(help="Table: angle \\[deg], and radius \\[mm] or deviation \\[um].")],
     center: Annotated[
@@ -608,7 +608,7 @@ def race_shape(
     return Reply(found, machine=found.machine_lines())
 
 
-@command("measure.rest_friction", take="speed:rad/s", draw="rests", out=None, csv=False)
+@command("measure.rest_friction", take="speed:rad/s", draw=True, out=None, csv=False)
 def rest_friction(
     machine: MachineFile,
     file: Annotated[

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,165 +20,56 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from autobalancer.results.answers.studied import Studied
 
-
-# Which pictures there are of a result, whatever it is the result of.
+# Which pictures there are of a result, whatever it is the result of, with what was asked for besides the kind.
 
 
 Pictures = dict[str, "Callable[[], Figure]"]
-
-WHERE_ASKED = ("impacts",)  # a cloud of thousands of dots, drawn only where it is asked for
-RACES = ("run-up", "race", "orbit", "impacts", "drive-train")
-CHAMBER = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")
-STUDY = ("amplitudes", "means", "carried")
-ENSEMBLE = ("shares", "distribution")
-MACHINE = ("machine",)
-DESIGN = ("design",)
-MANY = ("picture", "distribution", "rest-positions")
-ANSWER = ("picture",)  # of any other answer
+KINDS = (
+    "run-up, race, orbit, impacts, drive-train; of a deep chamber history, energy, collisions, bearings, reactions, "
+    "arrangement; of its study amplitudes, carried, means; of an ensemble shares, distribution, scatter; of a study of runs "
+    "study, distribution, rest-positions; of a design design; of a machine file machine; of any result picture, its main one"
+)
 
 
-@dataclass(frozen=True)
-class Wishes:
-    """What was asked for besides the kind; None, or a default, where nothing was."""
-
-    speed_unit: str
-    deflection_unit: str | None
-    log: bool | None
-    time: float | None
-    start: float | None
-    end: float | None
-    frame: str
-    place: str
-
-
-def pictures_of(result: xr.Dataset, wishes: Wishes) -> Pictures:
-    """Name of each picture and what draws it."""
+def drawings(result: xr.Dataset, wishes: dict[str, Any]) -> Pictures:
+    """Name of each picture and what draws it, with those of the ``wishes`` that it knows."""
     from autobalancer.machine_kinds import CHAMBERS, machine_kind
-    from autobalancer.results.answers.studied import Studied
+    from autobalancer.plots.answer import pictures_of
+    from autobalancer.studies.chamber_study import optimal_means
 
+    there, parts = pictures_of(result), ("time", "start", "end")
+    part, known = result, {name: one.options for name, one in there.items()}
     if machine_kind(result) is CHAMBERS:
-        return _of_chamber(result, wishes)
-    if {"place", "stage", "front"} <= set(result.data_vars):
-        _refuse(wishes, "of a design", "log", "time", "start", "end", "frame", "place", "deflection_unit")
-        return {"design": lambda: ab.plot.design(result)}
-    if {"layers", "friction", "balls"} <= set(result.dims):
-        return _of_study(result, wishes)
-    if isinstance(result, Studied) and "verdict" in result:
-        return _study_pictures(result, wishes)
-    if draw := _own_picture(result):
-        _refuse(wishes, "of this result", "log", "frame", "place", "time", "start", "end", "deflection_unit")
-        return {"picture": lambda: draw(result)}
-    if "member" in result.dims:
-        _refuse(wishes, "of an ensemble", "log", "frame", "place", "time", "start", "end", "deflection_unit")
-        return {
-            "shares": lambda: ab.plot.ensemble(result, speed_unit=wishes.speed_unit),
-            "distribution": lambda: ab.plot.ensemble_distribution(result, speed_unit=wishes.speed_unit),
-        }
-    return _of_races(result, wishes)
+        part = _part(result, wishes.get("start"), wishes.get("end"))
+        moment = {"times": [wishes["time"]]} if "time" in wishes else {}
+        wishes = {**{name: value for name, value in wishes.items() if name not in parts}, **moment}
+    _refuse(wishes, [option for options in known.values() for option in options])
 
+    def draw(name: str) -> Figure:
+        own = {option: value for option, value in wishes.items() if option in known[name]}
+        return ab.plot.answer(result if "times" in own else part, name, **own)
 
-def _own_picture(result: xr.Dataset) -> Callable[[xr.Dataset], Figure] | None:
-    """The function that draws an answer which is no run and no ensemble."""
-    from autobalancer.results.answers.answer import Answer
-
-    if {"deviation", "correlation", "parameter"} <= set(result.variables):
-        return ab.plot.identification
-    name = result.form().picture if isinstance(result, Answer) else ""
-    return getattr(ab.plot, name) if name not in ("", "run_up", "ensemble") else None
-
-
-def of_machine(machine: Path, wishes: Wishes) -> Pictures:
-    """The drawing of a machine file."""
-    _refuse(wishes, "of a machine", "log", "time", "start", "end", "frame", "place", "deflection_unit")
-    return {"machine": lambda: ab.plot.machine(machine)}
-
-
-def _of_races(run: xr.Dataset, wishes: Wishes) -> Pictures:
-
-    both: dict[str, Any] = {
-        "speed_unit": wishes.speed_unit,
-        "deflection_unit": wishes.deflection_unit,
-        "start": wishes.start,
-        "end": wishes.end,
-    }
-    pictures: Pictures = {
-        "run-up": lambda: ab.plot.run_up(run, log_deflection=wishes.log, **both),
-        "race": lambda: ab.plot.race(run, time=wishes.time, speed_unit=wishes.speed_unit),
-        "orbit": lambda: ab.plot.orbit(
-            run,
-            frame=wishes.frame or "space",  # type: ignore[arg-type]
-            place=wishes.place or None,
-            **both,
-        ),
-    }
-    part: dict[str, Any] = {"speed_unit": wishes.speed_unit, "start": wishes.start, "end": wishes.end}
-    if run.sizes.get("link", 0):
-        pictures["drive-train"] = lambda: ab.plot.drive_train(run, **part)
-    if run.sizes.get("impact", 0):
-        pictures["impacts"] = lambda: ab.plot.impacts(run, **part)
+    pictures: Pictures = {name.replace("_", "-"): partial(draw, name) for name in there}
+    if "amplitudes" in there:
+        pictures["means"] = lambda: ab.plot.answer(optimal_means(result))
     return pictures
 
 
-def _of_chamber(run: xr.Dataset, wishes: Wishes) -> Pictures:
-
-    _refuse(wishes, "of a deep chamber", "log", "frame", "place")
-    part = run.sel(time=slice(wishes.start, wishes.end))
+def _part(run: xr.Dataset, start: float | None, end: float | None) -> xr.Dataset:
+    part = run.sel(time=slice(start, end))
     if part.sizes["time"] < 2:
         first, last = float(run["time"][0]), float(run["time"][-1])
         raise QuestionError(
             f"--start, --end: fewer than two samples there; the run goes from {first:g} s to {last:g} s"
         )
-    part = part.load()
-    units: dict[str, Any] = {"speed_unit": wishes.speed_unit, "deflection_unit": wishes.deflection_unit}
-    return {
-        "history": lambda: ab.plot.chamber_run(part, **units),
-        "energy": lambda: ab.plot.chamber_energy(part),
-        "collisions": lambda: ab.plot.chamber_collisions(part),
-        "bearings": lambda: ab.plot.chamber_bearing_forces(part),
-        "reactions": lambda: ab.plot.chamber_reactions(part),
-        "arrangement": lambda: ab.plot.chamber_arrangement(
-            run if wishes.time else part, [wishes.time] if wishes.time else None
-        ),
-    }
+    return part.load()
 
 
-def _study_pictures(study: Studied, wishes: Wishes) -> Pictures:
-    """The pictures of a study of runs."""
-    _refuse(wishes, "of a study", "log", "frame", "place", "time", "start", "end", "deflection_unit")
-    unit = wishes.speed_unit
-    return {
-        "picture": lambda: ab.plot.study(study, speed_unit=unit),
-        "distribution": lambda: ab.plot.ensemble_distribution(study, speed_unit=unit),
-        "rest-positions": lambda: ab.plot.rest_positions(study, speed_unit=unit),
-    }
-
-
-def _of_study(study: xr.Dataset, wishes: Wishes) -> Pictures:
-    from autobalancer.studies.chamber_study import optimal_means
-
-    _refuse(wishes, "of a study", "log", "frame", "place", "time", "start", "end", "deflection_unit")
-    return {
-        "amplitudes": lambda: ab.plot.chamber_amplitudes(study),
-        "means": lambda: ab.plot.chamber_optimal_means(optimal_means(study)),
-        "carried": lambda: ab.plot.chamber_carried(study),
-    }
-
-
-def _refuse(wishes: Wishes, what: str, *names: str) -> None:
-    for name in names:
-        if getattr(wishes, name) not in (None, False, ""):
-            raise QuestionError(f"--{name.replace('_', '-')}: has no meaning for the pictures {what}; leave it out")
-
-
-ALL = tuple(dict.fromkeys((*RACES, *CHAMBER, *STUDY, *ENSEMBLE, *MANY, *DESIGN, *MACHINE, *ANSWER)))
-KINDS = (
-    f"{', '.join(RACES)}; of a deep chamber {', '.join(CHAMBER)}; of its study {', '.join(STUDY)}; "
-    f"of an ensemble {', '.join(ENSEMBLE)}; of a study of runs "
-    f"{', '.join(MANY)}; of a design {', '.join(DESIGN)}; "
-    f"of a machine file {MACHINE[0]}; of other results {ANSWER[0]}"
-)
+def _refuse(wishes: Mapping[str, Any], known: Sequence[str]) -> None:
+    for name in wishes:
+        if name not in (*known, "speed_unit"):
+            raise QuestionError(f"--{name.replace('_', '-')}: has no meaning for the pictures of this; leave it out")
 
 
 @command(out=None, csv=False, unit="speed", topic="First 4")
@@ -203,6 +95,7 @@ def plot(
     from autobalancer.cli.terminal.command import PICTURE, check_suffix
     from autobalancer.cli.terminal.group import MEND
     from autobalancer.errors import ResultError
+    from autobalancer.plots.answer import PICTURES
     from autobalancer.plots.style import FORMATS, save_picture
     from autobalancer.results.run_argument import open_run
     from autobalancer.safe_file import ready_to_write
@@ -215,19 +108,29 @@ def plot(
     single = bool(out.suffix)
     if format not in FORMATS:
         raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
-    if kind not in ("", *ALL, "all"):
-        raise QuestionError(f"--kind: given {kind!r}{_meant(kind)}; must be one of {KINDS}; or all")
+    kind = kind.lower().replace("_", "-")
+    all_ = [*(name.replace("_", "-") for name in PICTURES), "machine", "picture", "all"]
+    if kind not in ("", *all_):
+        near = "".join(f" (did you mean {name}?)" for name in get_close_matches(kind, all_, 1))
+        raise QuestionError(f"--kind: given {kind!r}{near}; must be one of {KINDS}; or all")
     if single:
         check_suffix("--out", out, PICTURE)
         ready_to_write(out)
     folder = out.parent if single else out
     new = not folder.exists()
-    wishes = Wishes(speed_sign(), deflection_unit or None, log, time, start, end, frame, place)
-    draw = of_machine(result, wishes) if result.suffix == ".toml" else pictures_of(open_run(result), wishes)
-    if kind not in ("", "all", *draw):
+    given = {"deflection_unit": deflection_unit, "log": log, "time": time, "start": start, "end": end}
+    given |= {"frame": frame, "place": place}
+    wishes = {name: value for name, value in given.items() if value not in (None, "")} | {"speed_unit": speed_sign()}
+    if result.suffix == ".toml":
+        _refuse(wishes, ())
+        draw: Pictures = {"machine": lambda: ab.plot.machine(result)}
+    else:
+        draw = drawings(open_run(result), wishes)
+    if kind not in ("", "all", "picture", *draw):
         raise QuestionError(f"--kind: given {kind!r}; of {result} there are {', '.join(draw)}")
-    usual = tuple(name for name in draw if name not in WHERE_ASKED)
-    chosen = {"": usual or tuple(draw), "all": tuple(draw)}.get(kind, (kind,))
+    further = [name.replace("_", "-") for name, one in PICTURES.items() if one.further]
+    usual = tuple(name for name in draw if name not in further)
+    chosen = {"": usual, "all": tuple(draw), "picture": usual[:1]}.get(kind, (kind,))
     if single and len(chosen) > 1:
         raise QuestionError(f"--out {out}: a file is one picture; choose --kind {', '.join(draw)}, or give a folder")
     title = result.name if result.is_dir() else result.stem  # the name of a run may hold a point: deep-n3-mu0.5-s0
@@ -255,17 +158,6 @@ def plot(
         code="\n".join(lines),
         exit=MEND if skipped and asked else 0,  # what was asked for is not all there
     )
-
-
-def _meant(kind: str) -> str:
-    from difflib import get_close_matches
-
-    near = get_close_matches(
-        kind.lower().replace("_", "-"),
-        (*RACES, *CHAMBER, *STUDY, *ENSEMBLE, *DESIGN, *MACHINE, *ANSWER, "all"),
-        1,
-    )
-    return f" (did you mean {near[0]}?)" if near else ""
 
 
 # ``autobalancer animate``: a film of a result file.

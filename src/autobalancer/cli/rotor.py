@@ -30,7 +30,7 @@ SpeedRange = Annotated[
 # ``autobalancer modes`` and ``campbell``: natural frequencies and critical speeds.
 
 
-@command("rotor.modes", take="speed:rad/s balls modes rubber_amplitude:m motion", draw="modes", unit="both")
+@command("rotor.modes", take="speed:rad/s balls modes rubber_amplitude:m motion", draw=True, unit="both")
 def modes(machine: MachineFile, **options: Any) -> Reply:
     """Print natural frequencies with damping and direction of whirl, and the critical speeds, which are without damping.
 
@@ -39,7 +39,7 @@ def modes(machine: MachineFile, **options: Any) -> Reply:
     return _with_critical_speeds(ab.rotor.modes(machine, **options), machine, options["balls"])
 
 
-@command("rotor.campbell", take="balls modes", draw="campbell", unit="both")
+@command("rotor.campbell", take="balls modes", draw=True, unit="both")
 def campbell(
     machine: MachineFile,
     speeds: Annotated[Any, Ranged("rad/s"), 'Rotor speeds, "from:to:count", such as "0:6000 rpm:121".'],
@@ -65,7 +65,7 @@ def _with_critical_speeds(found: Any, machine: Any, balls: bool) -> Reply:
 # ``autobalancer response``: the synchronous unbalance response of a rotor.
 
 
-@command("rotor.response", take="balls quantity", draw="", unit="speed")
+@command("rotor.response", take="balls quantity", draw=True, unit="speed")
 def response(
     machine: MachineFile,
     speeds: SpeedRange,
@@ -100,9 +100,9 @@ def response(
         look: Any = {"speed_unit": speed_sign()}
         if many:
             smooth = ab.rotor.response(described, speeds, *about, smooth=True, **options)
-            return (ab.plot.polar_response if kind == "polar" else ab.plot.response)(smooth, **look)
+            return ab.plot.answer(smooth, "polar_response" if kind == "polar" else "", **look)
         orbits = ab.rotor.whirl_orbits(described, float(speeds[0]), *about, balls=options["balls"])
-        return (ab.plot.whirl_along_axis if kind == "axis" else ab.plot.whirl_orbits)(orbits, **look)
+        return ab.plot.answer(orbits, "whirl_along_axis" if kind == "axis" else "", **look)
 
     numbers = as_plain(found)
     if not many:
@@ -169,7 +169,7 @@ def torsional_modes(
     return Reply(found, as_plain(found) | {"critical_speeds": as_plain(critical)}, more=tables)
 
 
-@command("rotor.torsional_response", draw="torsional_response", unit="speed")
+@command("rotor.torsional_response", draw=True, unit="speed")
 def torsional_response(machine: MachineFile, speeds: SpeedRange) -> None:
     """Print the greatest torques and twists in a drive train, by unbalance weight, bad alignment and ripples of the torque.
 
@@ -178,7 +178,7 @@ def torsional_response(machine: MachineFile, speeds: SpeedRange) -> None:
     """
 
 
-@command("rotor.liquid_response", draw="liquid_response", unit="speed")
+@command("rotor.liquid_response", draw=True, unit="speed")
 def liquid_response(machine: MachineFile, speeds: SpeedRange) -> Reply:
     """Print how far a rotor whose balancers are rings of liquid deflects in a steady whirl, with the liquid and without.
 
@@ -195,7 +195,7 @@ def liquid_response(machine: MachineFile, speeds: SpeedRange) -> Reply:
 @command(
     "rotor.equivalent_planar",
     take="method frequency",
-    draw="equivalent_planar",
+    draw=True,
     allowed=(*MACHINE, *RESULT),
     unit="speed",
 )
@@ -227,7 +227,7 @@ def equivalent_planar(
 @command(
     "flow.ball_drag",
     take="gap:m motion ball_ahead:m mesh_gap fineness balancer race",
-    draw="ball_drag",
+    draw=True,
     bar="flow",
     topic="Fluid in a race",
 )
@@ -270,7 +270,7 @@ def ball_drag(
 @command(
     "flow.annulus_flow",
     take="times*:s initial_speed:rad/s duration:s model error balancer race",
-    draw="flow",
+    draw=True,
     unit="speed",
     bar="flow",
     topic="Fluid in a race",
@@ -330,7 +330,7 @@ def _points(text: str) -> tuple[int, int] | None:
 LINES = 20  # of a curve, on the screen
 
 
-@command(draw="", unit="speed", topic="Fluid in a race")
+@command(draw=True, unit="speed", topic="Fluid in a race")
 def equilibrium_angle(
     machine: MachineFile,
     speeds: Annotated[
@@ -373,7 +373,7 @@ def equilibrium_angle(
         brief=True,
         more=[("", _curve_columns(found.isel(speed=shown)))],
         lines=[*([more] if len(shown) < count else []), law],
-        draw=lambda: ab.plot.equilibrium_angle(found, speed_unit=speed_sign()),
+        draw=lambda: ab.plot.answer(found, speed_unit=speed_sign()),
     )
 
 
@@ -397,7 +397,7 @@ def _evaluated(found: xr.Dataset, pressure: bool) -> Reply:
         columns=_series_columns(found),
         facts=(),
         lines=lines,
-        draw=lambda: ab.plot.measured_drag(found, pressure_force=way, speed_unit=speed_sign()),
+        draw=lambda: ab.plot.answer(found, pressure_force=way, speed_unit=speed_sign()),
     )
 
 

@@ -257,7 +257,7 @@ def run_measures(
 @command(
     "stepped_response",
     take="dwell:s window:s stations* direction start acceleration:rad/s^2 settle longest:s tolerance seed",
-    draw="stepped_response",
+    draw=True,
     out=None,
     unit="speed",
     bar="speeds",

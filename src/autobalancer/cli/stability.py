@@ -67,7 +67,7 @@ def _other_kind(path: Path) -> Reply | None:
 # ``autobalancer borders``: the border speeds of a machine, over a parameter, and the least viscosity for a speed.
 
 
-@command(draw="", unit="speed", topic="First 6")
+@command(draw=True, unit="speed", topic="First 6")
 def borders(
     machine: MachineFile,
     unbalance: Annotated[float | None, In("kg*m"), 'Such as "594 g*mm"; by default the largest of the machine.'] = None,
@@ -129,7 +129,7 @@ def borders(
         described.name,
         lines=lines,
         notes=(),
-        draw=lambda: ab.plot.border_curve(curve, speed_unit=speed_sign()),
+        draw=lambda: ab.plot.answer(curve, speed_unit=speed_sign()),
     )
 
 
@@ -232,7 +232,7 @@ DOUBLING = "period doubling"
 FEW = 3  # period doublings of a branch that are listed unasked
 
 
-@command("stability.branches", take="switch orbits", draw="branches", unit="speed")
+@command("stability.branches", take="switch orbits", draw=True, unit="speed")
 def branches(
     machine: MachineFile,
     over: Annotated[str, '"NAME=from:to", such as "speed=55 rad/s:110 rad/s"; also downwards.'],
@@ -297,7 +297,7 @@ def _without_cascades(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 # ``autobalancer eigenvalues``: eigenvalues of a steady state over the speed.
 
 
-@command("stability.eigenvalues", draw="", unit="speed", bar="speeds")
+@command("stability.eigenvalues", draw=True, unit="speed", bar="speeds")
 def eigenvalues(
     machine: MachineFile,
     speeds: Annotated[
@@ -332,7 +332,7 @@ def eigenvalues(
         heading=f"{described.name}: {state} state" + (f"; {ignores[0]}" if ignores else ""),
         notes=[text for text in found.remarks() if text not in ignores],
         columns=located().columns(speed_sign()),
-        draw=lambda: ab.plot.eigenvalues(found, speed_unit=speed_sign(), ranges=located()),
+        draw=lambda: ab.plot.answer(found, speed_unit=speed_sign(), ranges=located()),
     )
 
 
@@ -354,7 +354,7 @@ def usual_speeds(machine: Any) -> np.ndarray:
 # ``autobalancer map``: the growth rate of the balanced state over two parameters.
 
 
-@command("stability.map", take="positions", draw="map", unit="speed", bar="map")
+@command("stability.map", take="positions", draw=True, unit="speed", bar="map")
 def map_(
     machine: MachineFile,
     x: Annotated[str, 'Along x: "NAME=from:to:count", with ":log" for equal ratios.'],

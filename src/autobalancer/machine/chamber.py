@@ -387,7 +387,7 @@ class ChamberMachine(Part):
             ("run", "no duration" if self.run is None else f"{float(self.run.duration):g} s"),
             ("description", self.description or "none"),
         ]
-        return html_table(("", ""), rows, self.name) + picture_html(self, "machine", f"drawing of {self.name}")
+        return html_table(("", ""), rows, self.name) + picture_html(self, f"drawing of {self.name}", "machine")
 
     @model_validator(mode="after")
     def _consistent(self) -> ChamberMachine:

@@ -323,7 +323,7 @@ class Machine(Part):
 
     def _repr_html_(self) -> str:
         table = html_table(("", ""), [*self._rows(), ("description", self.description or "none")], self.name)
-        return table + picture_html(self, "machine", f"drawing of {self.name}")
+        return table + picture_html(self, f"drawing of {self.name}", "machine")
 
     def _rows(self) -> list[tuple[str, str]]:
         """What is worth a line when it is shown."""

@@ -207,7 +207,6 @@ class RaceShape(Answer):
         "order",
         ("amplitude", "crest"),
         frozenset({"radius", "eccentricity", "roundness", "scatter"}),
-        picture="race_shape",
     )
 
     def facts(self) -> list[tuple[str, str]]:

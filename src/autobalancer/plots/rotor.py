@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.answer import asked
 from autobalancer.plots.style import (
     BALLS,
     CRITICAL,
@@ -36,7 +37,7 @@ from autobalancer.plots.style import (
     wrapped,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, significant, speed_axis
-from autobalancer.results.run_argument import RunArgument, result
+from autobalancer.results.run_argument import RunArgument
 
 # The unbalance response: amplitude and phase over the speed (Bode), and in the complex plane (polar, Nyquist).
 
@@ -75,7 +76,7 @@ def response(
     QuestionError
         If ``found`` is no unbalance response, has fewer than two speeds, or a unit is unknown.
     """
-    found = result(found, "plot.response", "rotor.response", _is_response)
+    found = asked(found, "response")
     unit, size = _checked(found, "plot.response", speed_unit, deflection_unit)
     found = found.sortby("speed")
     speed = found["speed"].values * unit.factor
@@ -131,10 +132,9 @@ def polar_response(
     Raises
     ------
     QuestionError
-        If ``dataset`` is no unbalance response, has fewer than two speeds, or a unit or part is unknown.
+        If it has fewer than two speeds, or a unit or part is unknown.
     """
-    dataset = result(dataset, "plot.polar_response", "rotor.response", _is_response)
-    unit, size = _checked(dataset, "plot.polar_response", speed_unit, deflection_unit)
+    unit, size = _checked(dataset, "plot.answer", speed_unit, deflection_unit)
     if part not in ("forward", "x", "y"):
         raise QuestionError(f"part: given {part!r}; must be forward, x or y")
     dataset = dataset.sortby("speed")
@@ -170,10 +170,6 @@ def polar_response(
         )
         legend(axes)
     return figure
-
-
-def _is_response(dataset: xr.Dataset) -> bool:
-    return "mean_of_greatest" in dataset and "quantity" in dataset.attrs
 
 
 def _checked(
@@ -233,9 +229,7 @@ def campbell(found: RunArgument, *, speed_unit: str = "rpm", frequency_unit: str
     QuestionError
         If ``found`` is no Campbell diagram, or a unit is unknown.
     """
-    found = result(
-        found, "plot.campbell", "rotor.campbell", lambda it: "intersection_speed" in it and "branch" in it.dims
-    )
+    found = asked(found, "campbell")
     across, up = speed_axis(speed_unit), speed_axis(frequency_unit)
     speed = found["speed"].values * across.factor
     with look():
@@ -431,7 +425,7 @@ def modes(found: RunArgument, *, frequency_unit: str = "Hz", modes: int = 6) -> 
     QuestionError
         If ``found`` is no result of ``ab.rotor.modes``, or the unit is unknown.
     """
-    found = result(found, "plot.modes", "rotor.modes", lambda it: "x_real" in it and "mode" in it.dims)
+    found = asked(found, "modes")
     if modes < 1:
         raise QuestionError(f"modes: given {modes}; must be at least 1")
     unit = speed_axis(frequency_unit)
@@ -493,7 +487,7 @@ def _shape(axes: Axes, mode: xr.Dataset) -> None:
 STRINGS = 12  # lines from end to end through points of one instant
 
 
-def whirl_orbits(found: RunArgument, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def whirl_orbits(found: xr.Dataset, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits at all stations to one scale, with their direction and the point at rotor angle zero.
 
     Parameters
@@ -508,9 +502,8 @@ def whirl_orbits(found: RunArgument, *, deflection_unit: str | None = None, spee
     Raises
     ------
     QuestionError
-        If ``found`` are no whirl orbits, or a unit is unknown.
+        If a unit is unknown.
     """
-    found = result(found, "plot.whirl_orbits", "rotor.whirl_orbits", _are_orbits)
     span = float(found["semi_major"].max())
     unit = length_axis(deflection_unit, span)
     count = found["station"].size
@@ -544,22 +537,21 @@ def whirl_orbits(found: RunArgument, *, deflection_unit: str | None = None, spee
     return figure
 
 
-def whirl_along_axis(found: RunArgument, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
+def whirl_along_axis(found: xr.Dataset, *, deflection_unit: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw the orbits along the axis in space: the surface on which the axis runs, and the axis at rotor angle zero.
 
     Parameters
     ----------
     found, deflection_unit, speed_unit
-        As for ``ab.plot.whirl_orbits``.
+        As for :func:`whirl_orbits`.
 
     Raises
     ------
     QuestionError
-        If ``found`` are no whirl orbits, the rotor has one plane only, or a unit is unknown.
+        If the rotor has one plane only, or a unit is unknown.
     """
-    found = result(found, "plot.whirl_along_axis", "rotor.whirl_orbits", _are_orbits)
     if found["place"].size < 2:
-        raise QuestionError("plot.whirl_along_axis: the rotor has one plane only; draw it with plot.whirl_orbits")
+        raise QuestionError("plot.answer: the rotor has one plane only; draw its 'whirl_orbits'")
     place = found["place"].values * 1e3
     x, y = found["axis_x"].values, found["axis_y"].values
     unit = length_axis(deflection_unit, float(np.hypot(x, y).max()))
@@ -602,10 +594,6 @@ def whirl_along_axis(found: RunArgument, *, deflection_unit: str | None = None, 
     return figure
 
 
-def _are_orbits(dataset: xr.Dataset) -> bool:
-    return "axis_x" in dataset and "rotor_angle" in dataset.dims
-
-
 def _title(dataset: xr.Dataset, speed_unit: str) -> str:
     unit = speed_axis(speed_unit)
     title = f"{dataset.attrs.get('title', '')} at {significant(dataset.attrs['speed'] * unit.factor)} {unit.sign}"
@@ -629,7 +617,7 @@ def _arrow(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
 
 
 def liquid_response(
-    found: RunArgument, *, balls: tuple[ArrayLike, ArrayLike] | None = None, speed_unit: str = "rpm"
+    found: xr.Dataset, *, balls: tuple[ArrayLike, ArrayLike] | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Draw the steady deflection over the speed: rotor alone, with frozen liquid, with liquid.
 
@@ -645,13 +633,10 @@ def liquid_response(
     Raises
     ------
     QuestionError
-        If ``found`` is no such response, has fewer than two speeds, or the unit is unknown.
+        If it has fewer than two speeds, or the unit is unknown.
     """
-    found = result(
-        found, "plot.liquid_response", "rotor.liquid_response", lambda it: "without_liquid" in it and "share" in it
-    )
     if found["speed"].size < 2:
-        raise QuestionError("plot.liquid_response: the result has one speed only; ask for several")
+        raise QuestionError("plot.answer: the result has one speed only; ask for several")
     found, unit = found.sortby("speed"), speed_axis(speed_unit)
     speed, attrs = found["speed"].values * unit.factor, found.attrs
     with look():
@@ -681,7 +666,7 @@ def liquid_response(
 # The torsional response of a drive train over the speed.
 
 
-def torsional_response(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def torsional_response(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw torque and twist of every link over the speed, each harmonic with a line style of its own.
 
     Parameters
@@ -694,16 +679,10 @@ def torsional_response(found: RunArgument, *, speed_unit: str = "rpm") -> Figure
     Raises
     ------
     QuestionError
-        If ``found`` is no torsional response, has fewer than two speeds, or the unit is unknown.
+        If it has fewer than two speeds, or the unit is unknown.
     """
-    found = result(
-        found,
-        "plot.torsional_response",
-        "rotor.torsional_response",
-        lambda it: "link_torque" in it and "harmonic" in it.dims,
-    )
     if found["speed"].size < 2:
-        raise QuestionError("plot.torsional_response: the result has one speed only; ask for several")
+        raise QuestionError("plot.answer: the result has one speed only; ask for several")
     found, unit = found.sortby("speed"), speed_axis(speed_unit)
     speed = found["speed"].values * unit.factor
     with look():
@@ -734,7 +713,7 @@ def torsional_response(found: RunArgument, *, speed_unit: str = "rpm") -> Figure
 # Picture of the planar oscillators of a rotor: receptances, and how far they hold.
 
 
-def equivalent_planar(data: RunArgument, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
+def equivalent_planar(data: xr.Dataset, *, direction: str = "x", speed_unit: str = "rpm") -> Figure:
     """Receptance of rotor and oscillators over the speed, and the deviation with the tolerance.
 
     Parameters
@@ -749,10 +728,8 @@ def equivalent_planar(data: RunArgument, *, direction: str = "x", speed_unit: st
     Raises
     ------
     QuestionError
-        If ``data`` is no such result, or there is no such direction.
+        If there is no such direction.
     """
-    wanted = "rotor.equivalent_planar, its .data"
-    data = result(data, "plot.equivalent_planar", wanted, lambda it: "other_modes_share" in it)
     if direction not in ("x", "y"):
         raise QuestionError(f"direction: given {direction!r}; must be x or y")
     unit, one = speed_axis(speed_unit), data.sel(direction=direction)

@@ -13,6 +13,7 @@ from matplotlib.ticker import MultipleLocator
 from scipy.ndimage import binary_opening
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.answer import asked
 from autobalancer.plots.style import (
     ALL_BALLS,
     BALLS,
@@ -30,7 +31,7 @@ from autobalancer.plots.style import (
     time_runs,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis, vibration_axis
-from autobalancer.results.run_argument import RunArgument, result
+from autobalancer.results.run_argument import RunArgument
 from autobalancer.results.signals import Orders, Spectrum
 
 # Pictures of spectra, and of maps of the amplitude over the speed.
@@ -62,7 +63,7 @@ def spectrum(
     QuestionError
         If ``found`` is no spectrum.
     """
-    found = Spectrum.of(result(found, "plot.spectrum", "measure.spectrum", lambda it: "line_frequency" in it))
+    found = Spectrum.of(asked(found, "spectrum"))
     unit = speed_axis(frequency_unit)
     names = [str(name) for name in found["channel"].values]
     groups: dict[str, list[int]] = {}
@@ -128,9 +129,9 @@ def order_map(
     Raises
     ------
     QuestionError
-        If ``found`` is no map, or its speed neither rises nor falls.
+        If its speed neither rises nor falls.
     """
-    found = result(found, "plot.order_map", "measure.order_map", lambda it: "amplitude" in it and "speed" in it.coords)
+    found = asked(found, "order_map")
     over = "order" if "order" in found.dims else "frequency"
     shown = AxisUnit("", 1.0) if over == "order" else speed_axis(frequency_unit)
     along = speed_axis(speed_unit)
@@ -226,9 +227,9 @@ def orders(
     Raises
     ------
     QuestionError
-        If ``found`` has no orders, or a channel is unknown.
+        If a channel is unknown.
     """
-    found = Orders.of(result(found, "plot.orders", "measure.orders", lambda it: "amplitude_deviation" in it))
+    found = Orders.of(asked(found, "orders"))
     if over not in ("speed", "time"):
         raise QuestionError(f"over: given {over!r}; must be 'speed' or 'time'")
     names = _names(found, channels)
@@ -294,22 +295,14 @@ def _names(orders: Orders, channels: list[str] | str | None) -> list[str]:
 # Pictures of a decay with its fit, and of measured orbits.
 
 
-def damping(found: RunArgument) -> Figure:
+def damping(found: xr.Dataset) -> Figure:
     """Draw a measured decay, its fit with its envelope, and what the fit leaves.
 
     Parameters
     ----------
     found
         From ``ab.measure.damping`` or ``ab.measure.decay_rate``.
-
-    Raises
-    ------
-    QuestionError
-        If ``found`` is no fitted decay.
     """
-    found = result(
-        found, "plot.damping", "measure.damping", lambda it: "logarithmic_decrement" in it and "fitted" in it
-    )
     time, signal, fitted = (found[name].values for name in ("time", "signal", "fitted"))
     size = float(np.abs(signal).max())
     units = str(found["signal"].attrs.get("units", ""))
@@ -348,7 +341,7 @@ def _modes(dataset: xr.Dataset) -> list[str]:
 LEAST_ELLIPSE = 0.04  # of the size of an orbit; smaller ellipses have no arrow
 
 
-def measured_orbit(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def measured_orbit(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw an orbit as measured, and what each order does of it.
 
     A ring is the place at angle zero of the rotor, an arrow the way in which it is gone around.
@@ -359,13 +352,7 @@ def measured_orbit(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
         From ``ab.measure.orbit``.
     speed_unit
         Unit of the speed in the title.
-
-    Raises
-    ------
-    QuestionError
-        If ``found`` is no measured orbit.
     """
-    found = result(found, "plot.measured_orbit", "measure.orbit", lambda it: "filtered_x" in it)
     unit = length_axis(None, float(max(np.abs(found["x"]).max(), np.abs(found["y"]).max())))
     speed = speed_axis(speed_unit)
     with look():

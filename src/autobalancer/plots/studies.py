@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.answer import asked
 from autobalancer.plots.stability.ensembles import ensemble
 from autobalancer.plots.style import (
     ALL_BALLS,
@@ -33,7 +34,7 @@ from autobalancer.plots.style import (
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
-from autobalancer.results.run_argument import RunArgument, result
+from autobalancer.results.run_argument import RunArgument
 from autobalancer.results.verdict import wilson_interval
 
 # A study over its grid: a share with its interval, a quantity with its scatter, or both over two parameters as a map.
@@ -45,7 +46,7 @@ SHARES = ("balanced", "stalled", "balanced_before")
 MOST_TICKS = 12
 
 
-def study(found: RunArgument, quantity: str = "balanced", *, speed_unit: str = "rpm") -> Figure:
+def study(found: xr.Dataset, quantity: str = "balanced", *, speed_unit: str = "rpm") -> Figure:
     """A quantity of a study over the parameters of its grid.
 
     One parameter: the share of members for which it is true, with its 95 % interval, or the median of a number with bands of
@@ -63,9 +64,9 @@ def study(found: RunArgument, quantity: str = "balanced", *, speed_unit: str = "
     Raises
     ------
     QuestionError
-        If ``found`` is no study, has no such quantity, or more than two parameters in its grid.
+        If there is no such quantity, or more than two parameters in the grid.
     """
-    given = result(found, "plot.study", "study", lambda it: "draw" in it.coords and "member" in it.dims)
+    given = found
     given = given if isinstance(given, Studied) else Studied.of(given)
     known = [
         str(name) for name in given.data_vars if given[name].dims == ("member",) and given[name].dtype.kind in "fib"
@@ -73,15 +74,15 @@ def study(found: RunArgument, quantity: str = "balanced", *, speed_unit: str = "
     if quantity == "balanced" and quantity not in known:
         quantity = known[0]
     if quantity not in known:
-        raise QuestionError(f"plot.study: quantity: given {quantity!r}; there are {', '.join(known)}")
+        raise QuestionError(f"plot.answer: quantity: given {quantity!r}; there are {', '.join(known)}")
     grid = given.grid_names()
     if not grid and quantity == "balanced":
         return ensemble(given, speed_unit=speed_unit)
     if not np.isfinite(given[quantity].values.astype(float)).any():
-        raise QuestionError(f"plot.study: quantity: no member has {quantity!r}")
+        raise QuestionError(f"plot.answer: quantity: no member has {quantity!r}")
     if len(grid) > 2:
         raise QuestionError(
-            f"plot.study: the grid has {len(grid)} parameters, and two can be drawn; select values of the "
+            f"plot.answer: the grid has {len(grid)} parameters, and two can be drawn; select values of the "
             "others, in Python with .where"
         )
     with look():
@@ -234,7 +235,7 @@ def design(designs: RunArgument, *, title: str | None = None) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    found = result(designs, "plot.design", "design", lambda one: {"place", "stage", "front"} <= set(one.data_vars))
+    found = asked(designs, "design")
     ran = found.isel(design=np.argsort(found["place"].values)[: int(np.isfinite(found["place"].values).sum())])
     with look():
         if set(map(str, found["stage"].values)) == {"runs"}:  # nothing was ruled out
@@ -366,7 +367,7 @@ BARS = {
 }
 
 
-def sensitivity(found: RunArgument, *, point: int = 1) -> Figure:
+def sensitivity(found: xr.Dataset, *, point: int = 1) -> Figure:
     """How much each input adds to the scatter of a quantity, the strongest on top, with 95 % intervals.
 
     Parameters
@@ -379,12 +380,12 @@ def sensitivity(found: RunArgument, *, point: int = 1) -> Figure:
     Raises
     ------
     QuestionError
-        If ``found`` is none, or has no such point.
+        If there is no such point.
     """
-    given = result(found, "plot.sensitivity", "sensitivity", lambda it: "input" in it.dims and "quantity" in it.attrs)
+    given = found
     if "point" in given.dims:
         if point not in given["point"].values:
-            raise QuestionError(f"plot.sensitivity: point: given {point}; there are 1 to {given.sizes['point']}")
+            raise QuestionError(f"plot.answer: point: given {point}; there are 1 to {given.sizes['point']}")
         given = given.sel(point=point)
     at = f"; {given['at'].item()}" if "at" in given.coords else ""
     names = [name for name in BARS if name in given]
@@ -423,7 +424,7 @@ SHALLOW = 1e-5  # of the greatest deflection, below which nobody looks
 
 
 def envelopes(
-    found: RunArgument, *, speed_unit: str = "rpm", deflection_unit: str | None = None, log: bool = True
+    found: xr.Dataset, *, speed_unit: str = "rpm", deflection_unit: str | None = None, log: bool = True
 ) -> Figure:
     """The deflection of many runs as a fan: bands of 50 % and 90 % of them, the median, the greatest; the rotor speed above.
 
@@ -438,7 +439,7 @@ def envelopes(
     log
         Whether the deflection has a logarithmic axis.
     """
-    given = result(found, "plot.envelopes", "envelopes", lambda it: "below_50" in it)
+    given = found
     unit, speeds = length_axis(deflection_unit, float(given.attrs["greatest"])), speed_axis(speed_unit)
     level = {percent: unit.shown(given[f"below_{percent}"].values) for percent in (5, 25, 50, 75, 95, 100)}
     time = given["time"].values
@@ -473,7 +474,7 @@ MOST_PANELS, COLUMNS = 12, 4
 RING, SPREAD = 1.0, 0.12  # radius of the dots, and how far they are moved aside so that all are seen
 
 
-def rest_positions(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def rest_positions(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Ball angles at the end of the members of a study, counted from the unbalance, which is at the right.
 
     Dots are moved inwards and outwards at random, so that those at one angle are seen side by side; radius means nothing else.
@@ -488,16 +489,14 @@ def rest_positions(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     Raises
     ------
     QuestionError
-        If ``found`` is no study with balls, or its grid has more than 12 points.
+        If its grid has more than 12 points.
     """
-    given = result(
-        found, "plot.rest_positions", "study", lambda it: "draw" in it.coords and "ball_angle_to_unbalance" in it
-    )
+    given = found
     given = given if isinstance(given, Studied) else Studied.of(given)
     points, texts = given.at_points(), given.point_texts(speed_unit)
     if len(points) > MOST_PANELS:
         raise QuestionError(
-            f"plot.rest_positions: the grid has {len(points)} points, at most {MOST_PANELS} are drawn; vary less, "
+            f"plot.answer: the grid has {len(points)} points, at most {MOST_PANELS} are drawn; vary less, "
             "or select some in Python with .where"
         )
     rows = -(-len(points) // COLUMNS)

@@ -74,7 +74,7 @@ def result(argument: RunArgument, text: str, of: str, holds: Callable[[xr.Datase
     """
     opened = _opened(argument, text, f"a result of {of}")
     if not holds(opened):
-        what = "a run" if _is_run(opened) else "another result"
+        what = "a run" if is_run(opened) else "another result"
         raise QuestionError(f"{text}: given {what}; this is not a result of {of}, which it draws")
     return opened
 
@@ -87,7 +87,7 @@ def refusal(thing: object, text: str, wanted: str) -> QuestionError:
 
 def _run(argument: RunArgument, text: str) -> xr.Dataset:
     run = _opened(argument, text, f"a run, as in ab.{text}(ab.simulate(machine))")
-    if not _is_run(run):
+    if not is_run(run):
         raise QuestionError(f"{text}: given a result that is no run; it draws a run of simulate, or one from load_run")
     return run
 
@@ -101,7 +101,7 @@ def _opened(argument: RunArgument, text: str, wanted: str) -> xr.Dataset:
     return thing
 
 
-def _is_run(dataset: xr.Dataset) -> bool:
+def is_run(dataset: xr.Dataset) -> bool:
     return "outcome" in dataset.attrs or any(name in dataset.coords for name in TIMES)
 
 

@@ -194,7 +194,6 @@ class Orders(Answer):
     shown_as = Form(
         row_of="order",
         needed=("amplitude", "phase", "amplitude_deviation", "phase_deviation"),
-        picture="orders",
         most=60,
     )
 
@@ -257,7 +256,6 @@ class Spectrum(Answer):
     shown_as = Form(
         row_of="line",
         needed=("line_frequency", "line_amplitude", "line_name", "line_channel"),
-        picture="spectrum",
         shown_in="Hz",
         most=40,
     )

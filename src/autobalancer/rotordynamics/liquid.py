@@ -244,7 +244,6 @@ class LiquidResponse(Answer):
         "speed",
         ("deflection", "without_liquid", "share"),
         remarks=lambda it: [str(it.attrs["leaves_out"])],
-        picture="liquid_response",
     )
 
     def facts(self, said: Callable[[float], str] = rpm_and_si) -> list[tuple[str, str]]:

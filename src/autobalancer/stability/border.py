@@ -97,4 +97,4 @@ class Borders(Table[Border]):
         )
 
     def _repr_html_(self) -> str:
-        return super()._repr_html_() + picture_html(self, "borders", "border speeds, one below the other")
+        return super()._repr_html_() + picture_html(self, "border speeds, one below the other", "borders")

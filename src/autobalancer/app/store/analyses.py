@@ -264,7 +264,6 @@ class Analysis:
     entries: Mapping[str, Entry]
     read: Callable[[Machine, Fields], dict[str, Any]]
     function: str | Callable[..., Any]  # what is asked: the name of a public function, or what asks it
-    drawn_by: str  # which function of ``autobalancer.plot`` shows the answer
     balls: bool = True  # whether it asks what balls do
     steady: bool = True  # whether it asks for states in which they rest
     varied: bool = False  # whether it needs a quantity that can be varied
@@ -282,10 +281,6 @@ class Analysis:
             return function(machine, **asked, progress=progress)
         progress(0.0, 1.0)
         return function(machine, **asked)
-
-    def draw(self, answer: Any) -> Any:
-        """The picture of an answer."""
-        return getattr(ab.plot, self.drawn_by)(answer)
 
     def wrong_entry(self, message: str) -> tuple[str, str]:
         """The entry that a message is about, and the rest of it; no entry where it names none."""
@@ -369,7 +364,6 @@ ANALYSES: dict[str, Analysis] = {
         },
         read_map,
         "stability.map",
-        "map",
         varied=True,
     ),
     "borders": Analysis(
@@ -378,7 +372,6 @@ ANALYSES: dict[str, Analysis] = {
         {"over": OVER, "values": Entry("its values", VALUES, _fewer(61, 15, lambda n: _around(n, 10.0)), wide=True)},
         read_borders,
         "stability.border_curve",
-        "border_curve",
         varied=True,
     ),
     "campbell": Analysis(
@@ -387,7 +380,6 @@ ANALYSES: dict[str, Analysis] = {
         {"speeds": _speeds(81), "modes": Entry("modes", MODES, _is(""))},
         read_campbell,
         campbell_near,
-        "campbell",
         balls=False,
         steady=False,
     ),
@@ -402,7 +394,6 @@ ANALYSES: dict[str, Analysis] = {
         },
         read_response,
         "rotor.response",
-        "response",
         balls=False,
         steady=False,
     ),
@@ -416,7 +407,6 @@ ANALYSES: dict[str, Analysis] = {
             "direction": Entry("direction", "up, down, or up and then down", _is("up"), _same("up", "down", "both")),
         },
         read_stepped,
-        "stepped_response",
         "stepped_response",
         balls=False,
         steady=False,
@@ -438,7 +428,6 @@ ANALYSES: dict[str, Analysis] = {
         },
         read_branches,
         branches_with_progress,
-        "branches",
         table=True,
         word=lambda share: f"branch {int(share)}, {share % 1.0:.0%} of the range",
     ),
@@ -453,7 +442,6 @@ ANALYSES: dict[str, Analysis] = {
             "hold": Entry("hold", 'longest time at the speed, such as "30 s"; empty: as long as balls need', _is("")),
         },
         read_basin,
-        "basin",
         "basin",
         steady=False,
         table=True,

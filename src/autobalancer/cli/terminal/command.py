@@ -328,7 +328,7 @@ def command(
     function: str = "",
     *,
     take: str = "",
-    draw: str | None = None,
+    draw: bool = False,
     out: str | None = "",
     allowed: Sequence[str] = RESULT,
     unit: str = "",
@@ -346,7 +346,7 @@ def command(
         Options that are as its parameters, with blanks between; ``hold:s`` is a quantity in seconds, ``planes*`` is --plane,
         which may be repeated.
     draw
-        Function of ``autobalancer.plot`` that shows the answer with --plot; empty where the reply says how; ``None``: no --plot.
+        Whether there is --plot: ``ab.plot.answer``, where the reply does not say how.
     out
         End of the name of the result file that is written unasked; ``None``: no --out.
     allowed
@@ -370,7 +370,7 @@ class Asking:
     body: Callable[..., Any]
     function: str
     take: str
-    draw: str | None
+    draw: bool
     out: str | None
     allowed: Sequence[str]
     unit: str
@@ -436,8 +436,7 @@ class Asking:
                 found = self.asked(**options)
         reply = found if isinstance(found, Reply) else Reply(found)
         if self.draw and reply.draw is None:
-            draw = self.draw
-            reply.draw = lambda: _figure(draw, reply.answer, units)
+            reply.draw = lambda: _figure(reply.answer, units)
         about = {first: _plain_word(words[first])} if first else {}
         answered(reply, files, units["frequency_unit"] or units["speed_unit"], about, **forms)
 
@@ -549,12 +548,11 @@ def _columns(answer: Any, unit: str) -> Sequence[Column]:
     return found
 
 
-def _figure(name: str, answer: Any, units: Mapping[str, str]) -> Figure:
-    import autobalancer as ab
+def _figure(found: Any, units: Mapping[str, str]) -> Figure:
+    from autobalancer.plots.answer import answer, pictures_of
 
-    draw = getattr(ab.plot, name)
-    known = inspect.signature(draw).parameters
-    return draw(answer, **{key: value for key, value in units.items() if value and key in known})  # type: ignore[no-any-return]
+    known = next(iter(pictures_of(found).values())).options
+    return answer(found, **{key: value for key, value in units.items() if value and key in known})
 
 
 def _plain_word(value: Any) -> Any:
@@ -610,7 +608,7 @@ def _read(name: str, value: Any, readers: Mapping[str, Reader]) -> Any:
     )
 
 
-def _shared(draw: str | None, out: str | None, allowed: Sequence[str], unit: str, csv: bool) -> list[Parameter]:
+def _shared(draw: bool, out: str | None, allowed: Sequence[str], unit: str, csv: bool) -> list[Parameter]:
     """The options that commands share."""
     *others, last = allowed
     suffixes = f"{', '.join(others)} or {last}" if others else last
@@ -624,7 +622,7 @@ def _shared(draw: str | None, out: str | None, allowed: Sequence[str], unit: str
     )
     known: list[tuple[str, Any, Any, bool]] = [
         ("out", written, None, out is not None),
-        ("plot", Plot, None, draw is not None),
+        ("plot", Plot, None, draw),
         ("speed_unit", Unit, SpeedUnit.RPM, unit in ("speed", "both")),
         ("frequency_unit", FrequencyUnit, SpeedUnit.HZ, unit in ("frequency", "both")),
         ("as_json", Json, False, True),

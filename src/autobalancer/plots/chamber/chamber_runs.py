@@ -38,7 +38,7 @@ from autobalancer.results.chamber_measures import (
     unbalance_of,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, speed_axis
-from autobalancer.results.run_argument import RunArgument, load_chamber_run, result
+from autobalancer.results.run_argument import RunArgument, load_chamber_run
 from autobalancer.results.unconstrained_body import LooseBody, unconstrained_motion
 from autobalancer.units import optional_argument
 
@@ -101,12 +101,11 @@ def chamber_run(
     return figure
 
 
-def chamber_energy(run: RunArgument, *, title: str | None = None) -> Figure:
+def chamber_energy(run: xr.Dataset, *, title: str | None = None) -> Figure:
     """Where the work of the motor went: losses and stored energy stacked over time, and the error of the balance.
 
     The stack reaches the line of the motor's work where the balance of the ``run`` closes; ``title`` stands above it.
     """
-    run = load_chamber_run(run, "plot.chamber_energy")
     time = run["time"].values
     with _over_time(run, (7.2, 5.4), title, 2, height_ratios=[3.0, 1.0]) as (figure, (ledger, error)):
         there = [name for name in LEDGER if name in run and np.abs(run[name].values).max(initial=0.0) > 0.0]
@@ -125,11 +124,10 @@ def chamber_energy(run: RunArgument, *, title: str | None = None) -> Figure:
     return figure
 
 
-def chamber_collisions(run: RunArgument, *, title: str | None = None) -> Figure:
+def chamber_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
     """Rates (1/s) of contacts of a ``run`` that begin, the power they dissipate (W), the hardest (N), below a ``title``."""
     from matplotlib.ticker import SymmetricalLogLocator
 
-    run = load_chamber_run(run, "plot.chamber_collisions")
     statistics = collision_statistics(run)
     with _over_time(run, (7.2, 5.8), title, 3) as (figure, (rates, power, force)):
         time = statistics["part_time"].values
@@ -210,7 +208,7 @@ def _moment_axis(greatest: float) -> AxisUnit:
 
 
 def chamber_reactions(
-    run: RunArgument, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
+    run: xr.Dataset, body: LooseBody | None = None, *, until: float | str | None = None, title: str | None = None
 ) -> Figure:
     """Force along the axis and moments about y and z over time; beside them, with ``body``, the motion of a released body.
 
@@ -225,7 +223,6 @@ def chamber_reactions(
     title
         Above the picture; by default the name of the machine.
     """
-    run = load_chamber_run(run, "plot.chamber_reactions")
     until = optional_argument("until", until, "s")
     time = run["time"].values
     loads = (
@@ -255,12 +252,11 @@ def chamber_reactions(
     return figure
 
 
-def chamber_bearing_forces(run: RunArgument, *, title: str | None = None) -> Figure:
+def chamber_bearing_forces(run: xr.Dataset, *, title: str | None = None) -> Figure:
     """Radial forces (N) of the bearings of a ``run`` over time, and the axial one of the bearing that guides.
 
     ``title`` stands above the picture.
     """
-    run = load_chamber_run(run, "plot.chamber_bearing_forces")
     time = run["time"].values
     force = run["bearing_force"].transpose("time", "bearing", "axis").values
     with _over_time(run, (7.2, 4.4), title, 2) as (figure, (radial, axial)):
@@ -288,7 +284,7 @@ COLORS = "viridis"  # of curves in the order of a number
 NAMES = {"deep": "deep chamber", "single": "single layer"}
 
 
-def chamber_amplitudes(study: RunArgument, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
+def chamber_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude", title: str | None = None) -> Figure:
     """Amplitude over the number of balls, a curve for each friction, a panel for each chamber (Pakuła 2021, figure 10).
 
     With several seeds the mean is drawn, with bars from the least to the greatest value. ``title`` stands above the panels.
@@ -298,7 +294,6 @@ def chamber_amplitudes(study: RunArgument, *, measure: str = "vertical_amplitude
     QuestionError
         If the study has no such measure.
     """
-    study = result(study, "plot.chamber_amplitudes", "chamber.amplitudes", _is_study)
     if measure not in study:
         raise QuestionError(f"measure: given {measure!r}; the study has {', '.join(sorted(map(str, study.data_vars)))}")
     layers = [str(layer) for layer in study["layers"].values]
@@ -321,13 +316,12 @@ def chamber_amplitudes(study: RunArgument, *, measure: str = "vertical_amplitude
     return figure
 
 
-def chamber_carried(study: RunArgument, *, title: str | None = None) -> Figure:
+def chamber_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
     """Share of the balls of a ``study`` that go around with the rotor over friction, a curve for each number of balls.
 
     A curve rises at the least friction that carries so many balls up from the bottom; the lowest curve that reaches
     the top belongs to the least number of balls. ``title`` stands above the picture.
     """
-    study = result(study, "plot.chamber_carried", "chamber.amplitudes", _is_study)
     layers = [str(layer) for layer in study["layers"].values]
     with look():
         figure = picture(3.9 * len(layers), 3.4)
@@ -367,18 +361,12 @@ def _curve(panel: Axes, x: xr.DataArray, values: xr.DataArray, color: Any, label
     panel.errorbar(x.values[there], mean, fmt="o-", ms=4, color=color, label=label, **bars)
 
 
-def chamber_optimal_means(means: RunArgument, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
+def chamber_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitude", title: str = "") -> Figure:
     """Mean amplitudes of both chambers beside each other for each friction (Pakuła 2021, figure 12).
 
     ``means`` are those of :func:`optimal_means`, ``measure`` is one of their amplitudes, ``title`` stands above the picture.
     Bars show the spread over the seeds, where there are several.
     """
-    means = result(
-        means,
-        "plot.chamber_optimal_means",
-        "chamber.optimal_means",
-        _are_means,
-    )
     if measure not in means:
         raise QuestionError(f"measure: given {measure!r}; there are {', '.join(sorted(map(str, means.data_vars)))}")
     layers = [str(layer) for layer in means["layers"].values]
@@ -404,7 +392,7 @@ def chamber_optimal_means(means: RunArgument, *, measure: str = "vertical_amplit
     return figure
 
 
-def chamber_step_size(study: RunArgument, *, title: str = "Central elastic collision") -> Figure:
+def chamber_step_size(study: xr.Dataset, *, title: str = "Central elastic collision") -> Figure:
     """Range and root mean square of the energy error over the step; the dashed line grows with the step to the power 2.5.
 
     Parameters
@@ -418,7 +406,6 @@ def chamber_step_size(study: RunArgument, *, title: str = "Central elastic colli
     -------
     matplotlib.figure.Figure
     """
-    study = result(study, "plot.chamber_step_size", "chamber.step_size", lambda found: "phase_number" in found.dims)
     steps = study["step"].values
     speeds = study["relative_speed"].values
     beside = (
@@ -450,7 +437,7 @@ def chamber_step_size(study: RunArgument, *, title: str = "Central elastic colli
 
 
 def chamber_archive(
-    table: RunArgument, x: str = "balls", y: str = "vertical_amplitude", by: str | None = None, *, log: bool = False
+    table: xr.Dataset, x: str = "balls", y: str = "vertical_amplitude", by: str | None = None, *, log: bool = False
 ) -> Figure:
     """One value of the runs of an archive over another, in one color for each value of a third.
 
@@ -472,7 +459,6 @@ def chamber_archive(
     QuestionError
         If the table has no such value, or it is no number.
     """
-    table = result(table, "plot.chamber_archive", "chamber archive", lambda found: "run" in found.dims)
     for name in (x, y, *([by] if by else [])):
         if name not in table:
             raise QuestionError(
@@ -513,11 +499,3 @@ def _axis_of(values: xr.DataArray) -> QuantityAxis:
         unit = length_axis(None, float(np.nanmax(np.abs(values.values), initial=0.0)))
         shown = QuantityAxis(values.values * unit.factor, f"{values.name} ({unit.sign})", unit, False)
     return shown._replace(label=shown.label.replace("_", " "))
-
-
-def _is_study(dataset: xr.Dataset) -> bool:
-    return "layers" in dataset.dims and "balls" in dataset.dims
-
-
-def _are_means(dataset: xr.Dataset) -> bool:
-    return "layers" in dataset.dims and "balls" not in dataset.dims

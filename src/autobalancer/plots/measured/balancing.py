@@ -30,14 +30,13 @@ from autobalancer.plots.style import (
     wrapped,
 )
 from autobalancer.results.display_units import length_axis, speed_axis
-from autobalancer.results.run_argument import RunArgument, refusal, result
 from autobalancer.tables import whole_degrees
 
 UNITS = {"kg": ("g", 1e3), "kg m": ("g mm", 1e6), "m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0)}
 FEW = 4  # channels that are drawn run by run
 
 
-def balancing(found: RunArgument) -> Figure:
+def balancing(found: xr.Dataset) -> Figure:
     """Draw a balancing job: at the left readings of all runs and what should remain, at the right trial masses and corrections.
 
     Thin lines lead from the original reading to those with trial masses; rings are one standard deviation of what remains. With
@@ -47,13 +46,7 @@ def balancing(found: RunArgument) -> Figure:
     ----------
     found
         From ``ab.measure.balance``.
-
-    Raises
-    ------
-    QuestionError
-        If it is something else.
     """
-    found = result(found, "plot.balancing", "measure.balance", lambda one: "influence" in one and "correction" in one)
     count = found.sizes["channel"]
     many = count > FEW or np.unique(found["speed"].values[np.isfinite(found["speed"].values)]).size > 1
     with look():
@@ -67,7 +60,7 @@ def balancing(found: RunArgument) -> Figure:
     return figure
 
 
-def four_run(found: RunArgument, channel: int = 0) -> Figure:
+def four_run(found: xr.Dataset, channel: int = 0) -> Figure:
     """Draw the circles of runs without phase: each around the place of its trial mass; they meet where the correction goes.
 
     Parameters
@@ -76,13 +69,7 @@ def four_run(found: RunArgument, channel: int = 0) -> Figure:
         From ``ab.measure.four_run``.
     channel
         Which sensor and speed, counted from 0.
-
-    Raises
-    ------
-    QuestionError
-        If it is something else.
     """
-    found = result(found, "plot.four_run", "measure.four_run", lambda one: "sensitivity" in one and "trial_mass" in one)
     one = found.isel(channel=channel)
     sign, factor = UNITS[str(found["trial_mass"].attrs["units"])]
     places = factor * found["trial_mass"].values * np.exp(1j * found["trial_angle"].values)
@@ -123,7 +110,7 @@ def four_run(found: RunArgument, channel: int = 0) -> Figure:
     return figure
 
 
-def run_down(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def run_down(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw amplitude and phase of a run-down with those of the model and its unbalances, and the unbalances themselves.
 
     Each unit has a panel of amplitudes.
@@ -138,11 +125,8 @@ def run_down(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     Raises
     ------
     QuestionError
-        If it is something else, or the unit is unknown.
+        If the unit is unknown.
     """
-    found = result(
-        found, "plot.run_down", "measure.unbalance_from_run_down", lambda one: "fitted" in one and "unbalance" in one
-    )
     unit = speed_axis(speed_unit)
     found = found.sortby("speed")
     speed = found["speed"].values * unit.factor
@@ -285,20 +269,14 @@ def _way(direction: float) -> str:
 BINS = 72
 
 
-def race_shape(found: RunArgument) -> Figure:
+def race_shape(found: xr.Dataset) -> Figure:
     """Draw a measured race: at the left around the circle, enlarged, at the right its waves with their standard deviations.
 
     Parameters
     ----------
     found
         From ``ab.measure.race_shape``.
-
-    Raises
-    ------
-    QuestionError
-        If it is something else.
     """
-    found = result(found, "plot.race_shape", "measure.race_shape", lambda one: "crest" in one and "profile" in one)
     unit = length_axis(None, float(np.abs(found["profile"]).max()))
     phi, profile = found["angle"].values, unit.factor * found["profile"].values
     fine = np.linspace(0.0, 2.0 * np.pi, 721)
@@ -347,14 +325,7 @@ def rests(result: Any) -> Figure:
     ----------
     result
         From ``ab.measure.rest_friction``.
-
-    Raises
-    ------
-    QuestionError
-        If it is something else.
     """
-    if not hasattr(result, "adherence") or not hasattr(result, "angles"):
-        raise refusal(result, "plot.rests", "a result of measure.rest_friction")
     angles = np.array(result.angles)
     edges = np.linspace(-np.pi, np.pi, BINS + 1)
     counts, _ = np.histogram(angles, edges)
@@ -388,7 +359,7 @@ Floats = NDArray[np.float64]
 SURE = 1.96  # standard deviations of a 95 % band
 
 
-def ball_film(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def ball_film(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Angles of the balls in the rotor over time with their 95 % bands, impacts and events; below, the speeds.
 
     Parameters
@@ -401,9 +372,8 @@ def ball_film(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     Raises
     ------
     QuestionError
-        If ``found`` is no such result or the unit is not known.
+        If the unit is not known.
     """
-    found = result(found, "plot.ball_film", "measure.track_balls", lambda it: "ball_angle" in it and "seen" in it)
     unit, time = speed_axis(speed_unit), found["time"].values
     angle, deviation = np.degrees(found["ball_angle"].values), np.degrees(found["ball_angle_deviation"].values)
     with look():
@@ -458,21 +428,14 @@ def _at(moment: float, time: Floats, values: Floats) -> float:
     return float(np.interp(moment, time[known], values[known]))
 
 
-def rectified_picture(found: RunArgument) -> Figure:
+def rectified_picture(found: xr.Dataset) -> Figure:
     """A picture of a film seen from straight above, with orbit and balls as they were found.
 
     Parameters
     ----------
     found
         From ``ab.measure.rectified_picture``.
-
-    Raises
-    ------
-    QuestionError
-        If ``found`` is no such result.
     """
-    requested = "plot.rectified_picture"
-    found = result(found, requested, "measure.rectified_picture", lambda it: "brightness" in it and "ball_x" in it)
     x, y = 1e3 * found["x"].values, 1e3 * found["y"].values
     radius = 1e3 * float(found.attrs["orbit_radius"])
     with look():
@@ -500,7 +463,7 @@ def rectified_picture(found: RunArgument) -> Figure:
     return figure
 
 
-def rest_histogram(found: RunArgument, *, unbalance: float | None = None) -> Figure:
+def rest_histogram(found: xr.Dataset, *, unbalance: float | None = None) -> Figure:
     """Where balls come to rest, as a polar histogram.
 
     Parameters
@@ -509,16 +472,10 @@ def rest_histogram(found: RunArgument, *, unbalance: float | None = None) -> Fig
         From ``ab.measure.rest_histogram``.
     unbalance
         Direction of the unbalance from the reference, rad, to be marked.
-
-    Raises
-    ------
-    QuestionError
-        If ``found`` is no such result.
     """
-    found = result(found, "plot.rest_histogram", "measure.rest_histogram", lambda it: "count" in it and "angle" in it)
     angle, count = found["angle"].values, found["count"].values
     if not count.sum():
-        raise QuestionError("plot.rest_histogram: no balls were counted")
+        raise QuestionError("plot.answer: no balls were counted")
     with look():
         figure = picture(5.0, 5.0)
         axes = figure.add_subplot(projection="polar")

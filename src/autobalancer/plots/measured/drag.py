@@ -18,7 +18,6 @@ from autobalancer.errors import QuestionError
 from autobalancer.laws.drag_coefficient import DragLaw, SampledLaw, TableLaw
 from autobalancer.plots.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, ball_color, heading, legend, look, picture
 from autobalancer.results.display_units import AxisUnit, speed_axis
-from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.units import list_argument, optional_argument
 
 LINES = ("-", (0, (6, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1.2)))
@@ -94,7 +93,7 @@ def _axes(axes: Axes, label: str) -> None:
 Floats = NDArray[np.float64]
 
 
-def ball_drag(found: RunArgument) -> Figure:
+def ball_drag(found: xr.Dataset) -> Figure:
     """Draw the flow in the plane of the ball centers, seen from the ball, and c_d Re over the Reynolds number.
 
     Parameters
@@ -106,7 +105,6 @@ def ball_drag(found: RunArgument) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    found = result(found, "plot.ball_drag", "flow.ball_drag", lambda one: "cd_times_re" in one and "velocity_x" in one)
     moving = found["reynolds"].values > 0.0
     with look():
         figure = picture(8.2, 6.4 if moving.any() else 3.6)
@@ -192,7 +190,7 @@ def _curve(axes: Axes, dataset: xr.Dataset, moving: NDArray[np.bool_]) -> None:
 MARKS = ("o", "s", "^", "v", "D", "P")
 
 
-def equilibrium_angle(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def equilibrium_angle(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """The angle from the lowest point over the speed, by statics and, if available, by simulation.
 
     Parameters
@@ -205,9 +203,8 @@ def equilibrium_angle(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     Raises
     ------
     QuestionError
-        If ``found`` is no such result or the unit is not known.
+        If the unit is not known.
     """
-    found = result(found, "plot.equilibrium_angle", "measure.equilibrium_angle", lambda it: "angle_with_pressure" in it)
     unit = speed_axis(speed_unit)
     speed = unit.factor * found["speed"].values
     with look():
@@ -224,7 +221,7 @@ def equilibrium_angle(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def measured_drag(found: RunArgument, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
+def measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", speed_unit: str = "rpm") -> Figure:
     """Drag coefficients from measured angles against the law of the machine, and the angles themselves.
 
     Parameters
@@ -239,9 +236,8 @@ def measured_drag(found: RunArgument, *, pressure_force: str = "left out", speed
     Raises
     ------
     QuestionError
-        If ``found`` is no such result, or a choice or unit is not known.
+        If a choice or unit is not known.
     """
-    found = result(found, "plot.measured_drag", "measure.evaluate_angles", lambda it: "measured_angle" in it)
     if pressure_force not in found["pressure_force"].values:
         raise QuestionError(f"pressure_force: given {pressure_force!r}; must be 'left out' or 'included'")
     unit, one = speed_axis(speed_unit), found.sel(pressure_force=pressure_force).sortby("reynolds")
@@ -288,7 +284,7 @@ MODELS = {
 FINE = 161  # points of a drawn line: those of the solver are few and far between in the middle
 
 
-def flow(flow: RunArgument, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw spin-up history, velocity profiles and secondary flow in one picture.
 
     Parameters
@@ -309,7 +305,6 @@ def flow(flow: RunArgument, *, time: float | str | None = None, speed_unit: str 
     QuestionError
         If the result has no field at ``time``, or the unit is unknown.
     """
-    flow = result(flow, "plot.flow", "flow.annulus_flow", _is_flow)
     time = optional_argument("time", time, "s")
     with look():
         figure = picture(9.6, 6.4)
@@ -322,12 +317,11 @@ def flow(flow: RunArgument, *, time: float | str | None = None, speed_unit: str 
     return figure
 
 
-def spin_up(flow: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def spin_up(flow: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw the speed of the rotor and of the fluid at the orbit over time, with diffusion alone for comparison.
 
     ``flow`` is a result of :func:`annulus_flow`; ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     """
-    flow = result(flow, "plot.spin_up", "flow.annulus_flow", _is_flow)
     with look():
         figure = picture(7.4, 5.4)
         upper, lower = figure.subplots(2, 1, sharex=True)
@@ -337,14 +331,13 @@ def spin_up(flow: RunArgument, *, speed_unit: str = "rpm") -> Figure:
     return figure
 
 
-def velocity_profiles(flow: RunArgument, *, moments: Sequence[float | str] | None = None) -> Figure:
+def velocity_profiles(flow: xr.Dataset, *, moments: Sequence[float | str] | None = None) -> Figure:
     """Draw the azimuthal velocity over the gap at mid-height at several times, over that of the outer wall.
 
     ``moments`` (s) are a choice of those of ``flow``, a result of :func:`annulus_flow`.
     The dashed line is solid rotation (Spannan 2021, figure 5.6a); where the
     rotor speeds up the fluid lags behind in the middle of the gap (5.6b).
     """
-    flow = result(flow, "plot.velocity_profiles", "flow.annulus_flow", _is_flow)
     moments = None if moments is None else list_argument("moments", moments, "s")
     with look():
         figure = picture(6.0, 4.4)
@@ -355,13 +348,12 @@ def velocity_profiles(flow: RunArgument, *, moments: Sequence[float | str] | Non
     return figure
 
 
-def secondary_flow(flow: RunArgument, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
+def secondary_flow(flow: xr.Dataset, *, time: float | str | None = None, speed_unit: str = "rpm") -> Figure:
     """Draw stream lines in the cross-section at one time, colored with the lag of the fluid behind the rotor.
 
     ``time`` (s) is one of ``flow``, a result of :func:`annulus_flow`; by default that of the strongest stream.
     ``speed_unit`` is ``"rpm"``, ``"rad/s"`` or ``"Hz"``.
     """
-    flow = result(flow, "plot.secondary_flow", "flow.annulus_flow", _is_flow)
     time = optional_argument("time", time, "s")
     with look():
         figure = picture(6.4, 5.4)
@@ -458,7 +450,3 @@ def _stream_lines(figure: Figure, axes: Axes, flow: xr.Dataset, moment: int, spe
     axes.set_ylabel("height (mm)")
     axes.set_title(f"stream lines at {float(flow['moment'][moment]):.4g} s", fontsize=9.0)
     figure.colorbar(shade, ax=axes, label=f"lag ({unit.sign})")
-
-
-def _is_flow(dataset: xr.Dataset) -> bool:
-    return "fluid_speed" in dataset and "moment" in dataset.dims

@@ -34,14 +34,13 @@ from autobalancer.plots.style import (
 )
 from autobalancer.results.answers.kinds import RubberFit, RubberPoints, joined
 from autobalancer.results.display_units import AxisUnit, speed_axis, vibration_axis
-from autobalancer.results.run_argument import RunArgument, refusal, result
 
 OUTLIER = 5.0  # standard deviations
 FEW = 6  # parameters whose correlation fits beside the deviations
 LONGEST = 24  # characters of a line of a name
 
 
-def identification(fit: RunArgument, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
+def identification(fit: xr.Dataset, *, speed_unit: str = "rpm", log: bool = True) -> Figure:
     """Response curves and orders before and after the fit (if there are any), deviations in standard deviations, correlation.
 
     Parameters
@@ -52,14 +51,7 @@ def identification(fit: RunArgument, *, speed_unit: str = "rpm", log: bool = Tru
         rpm, rad/s or Hz.
     log
         Logarithmic amplitudes.
-
-    Raises
-    ------
-    QuestionError
-        If ``fit`` is no such result.
     """
-    wanted = "rotor.identify, its .data"
-    fit = result(fit, "plot.identification", wanted, lambda it: "deviation" in it and "correlation" in it)
     unit = speed_axis(speed_unit)
     curves, orders = (np.unique(fit["row_label"].values[fit["row_kind"].values == k]) for k in ("response", "orders"))
     with look():
@@ -206,7 +198,7 @@ DOTS = 60  # of each ball
 SURE = 2.0  # standard deviations of bands
 
 
-def overlay(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def overlay(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw what was measured and what the run gives in its place.
 
     Parameters
@@ -222,27 +214,26 @@ def overlay(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
         Signals: each channel over time, of many samples their range, and with a tacho amplitude and phase of the first order
         over the speed. Orders: the same over the speed. Balls: their angles in the rotor over time.
     """
-    it = result(found, "plot.overlay", "compare of a run and a measurement", lambda one: "rms_away" in one)
     with look():
-        if str(it["units"].values[0]) == "rad":
+        if str(found["units"].values[0]) == "rad":
             figure = picture(7.0, 4.0)
-            _balls(figure.subplots(), it)
-        elif "measured" not in it:
+            _balls(figure.subplots(), found)
+        elif "measured" not in found:
             figure = picture(7.0, 5.2)
             above, below = figure.subplots(2, sharex=True)
-            _overlay_orders(above, below, it, speed_axis(speed_unit))
+            _overlay_orders(above, below, found, speed_axis(speed_unit))
         else:
-            ordered, count = "order_amplitude" in it, it.sizes["channel"]
+            ordered, count = "order_amplitude" in found, found.sizes["channel"]
             figure = picture(8.0, 1.0 + 2.1 * max(count, 2 * ordered))
             grid = figure.add_gridspec(2 * count, 1 + ordered)
             for row in range(count):
-                _channel(figure.add_subplot(grid[2 * row : 2 * row + 2, 0]), it.isel(channel=row), row == count - 1)
+                _channel(figure.add_subplot(grid[2 * row : 2 * row + 2, 0]), found.isel(channel=row), row == count - 1)
             if ordered:
                 above = figure.add_subplot(grid[: -(-2 * count // 2), 1])
                 below = figure.add_subplot(grid[-(-2 * count // 2) :, 1], sharex=above)
-                _overlay_orders(above, below, it, speed_axis(speed_unit))
+                _overlay_orders(above, below, found, speed_axis(speed_unit))
             legend(figure.axes[0])
-        heading(figure, str(it.attrs["title"]))
+        heading(figure, str(found.attrs["title"]))
     return figure
 
 
@@ -348,7 +339,7 @@ def rubber(
     -------
     matplotlib.figure.Figure
     """
-    law = _law(found)
+    law = found.law if isinstance(found, RubberFit) else found
     if points is not None and not isinstance(points, RubberPoints):
         points = joined(list(points))
     shown = points if points is not None else found.points if isinstance(found, RubberFit) else None
@@ -391,14 +382,6 @@ def rubber(
     return figure
 
 
-def _law(found: object) -> RubberLaw:
-    if isinstance(found, RubberFit):
-        return found.law
-    if isinstance(found, RubberLaw):
-        return found
-    raise refusal(found, "plot.rubber", "a result of measure.rubber, or a laws.RubberLaw")
-
-
 def _points(panels: np.ndarray, shown: RubberPoints, motion: Motion, label: str, mark: str) -> None:
     """Measured points with their standard uncertainty."""
     rows = np.array([one == motion for one in shown.motion])
@@ -421,7 +404,7 @@ def _bars(axes: Axes, x: np.ndarray, y: np.ndarray, bar: np.ndarray, mark: str, 
 Floats = NDArray[np.float64]
 
 
-def receptance(fit: RunArgument, *, frequency_unit: str = "Hz") -> Figure:
+def receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:
     """Amplitude and phase, measured and fitted, and the noise; phases are drawn where the value exceeds the noise.
 
     Parameters
@@ -430,13 +413,7 @@ def receptance(fit: RunArgument, *, frequency_unit: str = "Hz") -> Figure:
         From ``ab.measure.receptance``.
     frequency_unit
         Hz or rad/s.
-
-    Raises
-    ------
-    QuestionError
-        If ``fit`` is no fit.
     """
-    fit = result(fit, "plot.receptance", "measure.receptance", lambda it: "fitted_real" in it)
     unit = speed_axis(frequency_unit)
     frequency = fit["frequency"].values * unit.factor
     measured = fit["receptance_real"].values + 1j * fit["receptance_imag"].values
@@ -487,7 +464,7 @@ def _fitted_by(fit: xr.Dataset) -> str:
     return f"fit of {count} mode{'s' * (count > 1)}, error {100.0 * fit.attrs['fit_error']:.2g} %"
 
 
-def nyquist(loop: RunArgument, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
+def nyquist(loop: xr.Dataset, *, speed_unit: str = "rpm", reach: float = 1.6) -> Figure:
     """The loop in the complex plane, with the point +1, which must be on its left.
 
     Parameters
@@ -498,13 +475,7 @@ def nyquist(loop: RunArgument, *, speed_unit: str = "rpm", reach: float = 1.6) -
         rpm, rad/s or Hz.
     reach
         Range of the real and imaginary parts that is drawn.
-
-    Raises
-    ------
-    QuestionError
-        If ``loop`` is no loop.
     """
-    loop = result(loop, "plot.nyquist", "measure.receptance_loop", lambda it: "loop_real" in it)
     unit = speed_axis(speed_unit)
     attrs = loop.attrs
     with look():

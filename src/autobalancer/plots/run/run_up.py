@@ -52,7 +52,7 @@ from autobalancer.results.display_units import (
     significant,
     speed_axis,
 )
-from autobalancer.results.run_argument import RunArgument, load_race_run, result
+from autobalancer.results.run_argument import RunArgument, load_race_run
 from autobalancer.results.run_arrays import Impacts, impacts_of
 from autobalancer.results.time_series import crests
 from autobalancer.units import optional_argument
@@ -63,7 +63,7 @@ def run_up(
     *,
     speed_unit: str = "rpm",
     deflection_unit: str | None = None,
-    log_deflection: bool | None = None,
+    log: bool | None = None,
     start: float | str | None = None,
     end: float | str | None = None,
     held: xr.Dataset | None = None,
@@ -88,7 +88,7 @@ def run_up(
     deflection_unit
         ``"m"``, ``"mm"``, ``"um"`` or ``"nm"``; by default the one that suits the greatest deflection; on a logarithmic
         axis each tick has its own.
-    log_deflection
+    log
         Whether the deflection axis is logarithmic, which shows how well the balls balance in the end; by default where
         the end is below 5 % of the greatest deflection.
     start, end
@@ -120,7 +120,7 @@ def run_up(
     if history is None and deflections is None:
         raise QuestionError(f"the run has neither speed nor deflection between {first:g} s and {last:g} s; {SAVE_MORE}")
     greatest = float(np.nanmax(deflections.high, initial=0.0)) if deflections is not None else 0.0
-    logarithmic = deflections is not None and (quiet(deflections) if log_deflection is None else log_deflection)
+    logarithmic = deflections is not None and (quiet(deflections) if log is None else log)
     lengths = EACH_ITS_OWN if logarithmic and not deflection_unit else length_axis(deflection_unit, greatest)
     planes = _planes_with_balls(run) if history is not None and history.ball_angle_in_rotor.shape[1] else []
     heights = [1.0] * (history is not None) + [1.0] * (deflections is not None) + [0.9] * len(planes)
@@ -362,7 +362,7 @@ POWERS = ((1e-6, "µW", 1e6), (1e-3, "mW", 1e3), (np.inf, "W", 1.0))  # up to a 
 
 
 def impacts(
-    run: RunArgument, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
+    run: xr.Dataset, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
 ) -> Figure:
     """Draw the impacts of a run over time: how fast balls hit each other and walls, and the power they dissipate.
 
@@ -383,11 +383,9 @@ def impacts(
     QuestionError
         If nothing touched in the run, a unit is unknown, or the interval is outside the run.
     """
-    run = load_race_run(run, "plot.impacts")
     first, last = span_of(run, optional_argument("start", start, "s"), optional_argument("end", end, "s"))
     impacts, speeds, history = impacts_of(run), speed_axis(speed_unit), history_of(run, first, last)
-    if impacts is None or not impacts.time.size:
-        raise QuestionError("plot.impacts: no ball hit another one, a partition or a wall in this run")
+    assert impacts is not None
     with look():
         figure = picture(8.0, 6.6 if history is not None else 4.6)
         panels = list(figure.subplots(2 + (history is not None), 1, sharex=True))
@@ -428,7 +426,7 @@ CHANGING = 0.02  # of its greatest value by which the speed changes where torque
 
 
 def drive_train(
-    run: RunArgument, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
+    run: xr.Dataset, *, speed_unit: str = "rpm", start: float | str | None = None, end: float | str | None = None
 ) -> Figure:
     """Draw how the drive train of a run twists: speeds, torque and twist of every link over time.
 
@@ -449,16 +447,16 @@ def drive_train(
     QuestionError
         If the drive has no link or the run no samples, a unit is unknown, or the interval is outside the run.
     """
-    run, unit = load_race_run(run, "plot.drive_train"), speed_axis(speed_unit)
+    unit = speed_axis(speed_unit)
     first, last = span_of(run, optional_argument("start", start, "s"), optional_argument("end", end, "s"))
     if "link_torque" not in run:
         raise QuestionError(
-            f"plot.drive_train: this run has no twist; give its drive 'couplings' or a 'mount', and {SAVE_MORE}"
+            f"plot.answer: this run has no twist; give its drive 'couplings' or a 'mount', and {SAVE_MORE}"
         )
     run = run.sel(time=slice(first - 1e-9, last + 1e-9))
     if run.sizes["time"] < 2:
         raise QuestionError(
-            f"plot.drive_train: fewer than two samples from {first:g} s to {last:g} s; ask for a longer part"
+            f"plot.answer: fewer than two samples from {first:g} s to {last:g} s; ask for a longer part"
         )
     speed = run["speed"].values * unit.factor
     with look():
@@ -516,7 +514,7 @@ COLUMNS = 2
 SHOWN = 1e-5  # of the greatest deflection; what is below it is balanced for every eye
 
 
-def comparison(found: RunArgument) -> Figure:
+def comparison(found: xr.Dataset) -> Figure:
     """Draw the deflection of each machine over time, with that of the first one behind it.
 
     Parameters
@@ -534,11 +532,10 @@ def comparison(found: RunArgument) -> Figure:
     QuestionError
         If there is nothing to draw.
     """
-    found = result(found, "plot.comparison", "compare", lambda it: {"deflection", "time_in_run"} <= set(it))
     names, time, high = found["machine"].values, found["time_in_run"].values, found["deflection"].values
     greatest = float(np.nanmax(high, initial=0.0))
     if greatest == 0.0:
-        raise QuestionError("plot.comparison: no machine was deflected, so there is nothing to draw")
+        raise QuestionError("plot.answer: no machine was deflected, so there is nothing to draw")
     rows = math.ceil(len(names) / COLUMNS)
     with look():
         figure = picture(8.0, 1.1 + 1.5 * rows)

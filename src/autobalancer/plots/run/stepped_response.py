@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.answer import asked
 from autobalancer.plots.run.history import ball_looks, critical_speeds_of
 from autobalancer.plots.style import (
     ALL_BALLS,
@@ -26,7 +27,7 @@ from autobalancer.plots.style import (
     plain_log_ticks,
 )
 from autobalancer.results.display_units import AxisUnit, length_axis, length_text, round_down, speed_axis
-from autobalancer.results.run_argument import RunArgument, result
+from autobalancer.results.run_argument import RunArgument
 from autobalancer.results.time_series import wrapped
 
 WIDE = 500.0  # points that a legend may take
@@ -75,11 +76,9 @@ def stepped_response(
     Raises
     ------
     QuestionError
-        If ``found`` is no stepped response, or nothing was reached.
+        If nothing was reached.
     """
-    found = result(
-        found, "plot.stepped_response", "stepped_response", lambda it: "amplitude_change" in it and quantity in it
-    )
+    found = asked(found, "stepped_response")
     if not np.isfinite(found[quantity].values).any():
         raise QuestionError("plot.stepped_response: no speed was measured")
     legs = list(_legs(found))

@@ -15,9 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.answer import asked
 from autobalancer.plots.style import CRITICAL, INK, axis_label, look, picture, with_ignored
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
-from autobalancer.results.run_argument import RunArgument, result
+from autobalancer.results.run_argument import RunArgument
 
 COLORS = {
     "balanced": "#0072B2",
@@ -80,7 +81,7 @@ def branches(
     QuestionError
         If there is nothing to draw or a unit is not possible.
     """
-    branches = result(branches, "plot.branches", "stability.branches", lambda it: "point" in it.dims and "name" in it)
+    branches = asked(branches, "branches")
     if not branches.sizes.get("point"):
         raise QuestionError("branches: there is no point to draw")
     across = axis_unit(branches["parameter"], speed_unit)

@@ -38,14 +38,13 @@ from autobalancer.results.display_units import (
     moment_text,
     speed_axis,
 )
-from autobalancer.results.run_argument import RunArgument, result
 from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, NOT_SETTLED, PARTLY, WORSE, wilson_interval
 
 WIDE = 72  # letters of four keys side by side that do not fit the picture
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])
 
 
-def basin(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def basin(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """The end state over the starts: a map for two axes, a strip for one, bars for random starts.
 
     Parameters
@@ -54,13 +53,7 @@ def basin(found: RunArgument, *, speed_unit: str = "rpm") -> Figure:
         From :func:`autobalancer.basin`.
     speed_unit
         rpm, rad/s or Hz.
-
-    Raises
-    ------
-    QuestionError
-        If ``found`` holds no basin.
     """
-    found = result(found, "plot.basin", "basin", lambda it: "state" in it and "states" in it.attrs)
     unit = speed_axis(speed_unit)
     names = list(found.attrs["states"])
     share = {name: float(found["share"].sel(end=name)) for name in names}
@@ -326,7 +319,7 @@ PARTS = 12  # parts of equal numbers of members into which a column of many valu
 OTHERS = ("#8A7A1F", "#CC79A7", "#222222")  # outcomes of members that did not finish
 
 
-def ensemble(result: RunArgument, *, over: str | None = None, speed_unit: str = "rpm") -> Figure:
+def ensemble(result: xr.Dataset, *, over: str | None = None, speed_unit: str = "rpm") -> Figure:
     """Shares of the ends of an ensemble with their 95 % intervals, as bars, or over a column.
 
     Parameters
@@ -341,14 +334,14 @@ def ensemble(result: RunArgument, *, over: str | None = None, speed_unit: str = 
     Raises
     ------
     QuestionError
-        If ``result`` holds no ensemble, or no such coordinate.
+        If there is no such coordinate.
     """
-    members = _members(result, "plot.ensemble")
+    members = result if isinstance(result, Ensemble) else Ensemble.of(result)
     columns = [
         str(name) for name in members.coords if name not in ("member", "seed") and members[name].dtype.kind in "fi"
     ]
     if over is not None and over not in members.coords:
-        raise QuestionError(f"plot.ensemble: over: given {over!r}; there are {', '.join(map(repr, members.coords))}")
+        raise QuestionError(f"plot.answer: over: given {over!r}; there are {', '.join(map(repr, members.coords))}")
     name = over or (columns[0] if len(columns) == 1 and np.unique(members[columns[0]]).size > 1 else "")
     with look():
         figure = picture(6.6, 3.6 if name else 0.9 + 0.4 * _ends(members).size)
@@ -362,7 +355,7 @@ def ensemble(result: RunArgument, *, over: str | None = None, speed_unit: str = 
 
 
 def ensemble_distribution(
-    result: RunArgument, measure: str = "vibration", *, by: str | None = None, speed_unit: str = "rpm"
+    result: xr.Dataset, measure: str = "vibration", *, by: str | None = None, speed_unit: str = "rpm"
 ) -> Figure:
     """Share of the members of an ensemble below each value of a measure.
 
@@ -380,11 +373,11 @@ def ensemble_distribution(
     Raises
     ------
     QuestionError
-        If there is no ensemble, no such measure, or no member has it.
+        If there is no such measure, or no member has it.
     """
-    members = _members(result, "plot.ensemble_distribution")
+    members = result if isinstance(result, Ensemble) else Ensemble.of(result)
     members = Ensemble.of(members.isel(member=np.flatnonzero(members.ran())))
-    values = _numbers(members, measure, "plot.ensemble_distribution", "measure")
+    values = _numbers(members, measure, "plot.answer", "measure")
     by = by if by is not None else members.group()
     unit = _unit(members[measure], speed_unit)
     with look():
@@ -409,9 +402,7 @@ def ensemble_distribution(
     return figure
 
 
-def ensemble_scatter(
-    result: RunArgument, x: str = "", y: str = "peak_deflection", *, speed_unit: str = "rpm"
-) -> Figure:
+def ensemble_scatter(result: xr.Dataset, x: str = "", y: str = "peak_deflection", *, speed_unit: str = "rpm") -> Figure:
     """Every member of an ensemble as a point, in the color of its end.
 
     Parameters
@@ -426,11 +417,11 @@ def ensemble_scatter(
     Raises
     ------
     QuestionError
-        If there is no ensemble, or no such quantity.
+        If there is no such quantity.
     """
-    members = _members(result, "plot.ensemble_scatter")
+    members = result if isinstance(result, Ensemble) else Ensemble.of(result)
     x = x or str(next((name for name in members.coords if name != "member"), "member"))
-    across, up = (_numbers(members, name, "plot.ensemble_scatter", key) for key, name in (("x", x), ("y", y)))
+    across, up = (_numbers(members, name, "plot.answer", key) for key, name in (("x", x), ("y", y)))
     units = [_unit(members[name], speed_unit) for name in (x, y)]
     classes = members.classes()
     with look():
@@ -447,11 +438,6 @@ def ensemble_scatter(
             place(f"{text}{f' ({unit.sign})' if unit.sign else ''}")
         legend(axes)
     return figure
-
-
-def _members(found: RunArgument, text: str) -> Ensemble:
-    kept: xr.Dataset = result(found, text, "ensemble", lambda it: "member" in it.dims and "outcome" in it)
-    return kept if isinstance(kept, Ensemble) else Ensemble.of(kept)
 
 
 def _numbers(members: Ensemble, name: str, text: str, key: str) -> Any:

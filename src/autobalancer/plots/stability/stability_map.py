@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from autobalancer.errors import QuestionError
+from autobalancer.plots.answer import asked
 from autobalancer.plots.style import (
     BALLS,
     CRITICAL,
@@ -32,7 +33,7 @@ from autobalancer.plots.style import (
     with_ignored,
 )
 from autobalancer.results.display_units import AxisUnit, round_down, significant, speed_axis
-from autobalancer.results.run_argument import RunArgument, result
+from autobalancer.results.run_argument import RunArgument
 from autobalancer.units import optional_argument
 
 BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictures
@@ -46,7 +47,7 @@ BORDERS: dict[str, dict[str, Any]] = {  # one look for each border in all pictur
 
 
 def border_curve(
-    found: RunArgument, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
+    found: xr.Dataset, *, speed_unit: str = "rpm", highest: float | str | None = None, log_speed: bool = False
 ) -> Figure:
     """Draw border speeds over a parameter, each in its own style.
 
@@ -69,14 +70,8 @@ def border_curve(
     Raises
     ------
     QuestionError
-        If ``found`` is no result of ``border_curve``, or the unit is unknown.
+        If the unit is unknown.
     """
-    found = result(
-        found,
-        "plot.border_curve",
-        "stability.border_curve",
-        lambda it: "parameter" in it.attrs and any(name in it and it[name].ndim == 1 for name in BORDERS),
-    )
     highest = optional_argument("highest", highest, "rad/s")
     unit = speed_axis(speed_unit)
     dim = str(found["critical_speed"].dims[0])
@@ -189,7 +184,7 @@ MISSING = "#B0B0B0"  # frame of white in the legend
 SHADES = {"stable": STABLE, "unstable": UNSTABLE, "marginal": MARGINAL}
 
 
-def eigenvalues(found: RunArgument, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
+def eigenvalues(found: xr.Dataset, *, speed_unit: str = "rpm", ranges: xr.Dataset | None = None) -> Figure:
     """Draw the eigenvalues of a steady state over the speed.
 
     The upper panel has the growth rate of the leading mode, with the speeds shaded by the verdict and the moving parts named
@@ -209,13 +204,10 @@ def eigenvalues(found: RunArgument, *, speed_unit: str = "rpm", ranges: xr.Datas
     Raises
     ------
     QuestionError
-        If ``found`` is no result of ``eigenvalues``, has fewer than two speeds, or the unit is unknown.
+        If it has fewer than two speeds, or the unit is unknown.
     """
-    found = result(
-        found, "plot.eigenvalues", "stability.eigenvalues", lambda it: "eigenvalue_real" in it and "speed" in it.dims
-    )
     if found["speed"].size < 2:
-        raise QuestionError("plot.eigenvalues: the result has one speed only; ask for several")
+        raise QuestionError("plot.answer: the result has one speed only; ask for several")
     unit = speed_axis(speed_unit)
     found = found.sortby("speed")
     speed, edges = found["speed"].values * unit.factor, _edges(found, ranges) * unit.factor
@@ -421,7 +413,7 @@ def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", ti
 # Curves of Hopf points or folds over two parameters.
 
 
-def bifurcation_curves(curves: RunArgument, *, speed_unit: str = "rpm") -> Figure:
+def bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
     """Draw curves of Hopf points or folds: the second parameter across, the first one upwards.
 
     A Hopf curve is solid where a small stable oscillation begins (supercritical), dashed where the balls jump (subcritical).
@@ -443,8 +435,6 @@ def bifurcation_curves(curves: RunArgument, *, speed_unit: str = "rpm") -> Figur
     QuestionError
         If there is nothing to draw or the unit is unknown.
     """
-    wanted = "stability.bifurcation_curves"
-    curves = result(curves, "plot.bifurcation_curves", wanted, lambda it: "second_parameter" in it)
     if not curves.sizes.get("point"):
         raise QuestionError("bifurcation curves: there is no point to draw")
     across, up = (quantity_axis(curves[name], speed_unit) for name in ("second_parameter", "parameter"))
@@ -529,7 +519,7 @@ def map(
     QuestionError
         If ``found`` is no map, has fewer than two values along an axis, or ``x`` is no parameter of it.
     """
-    found = result(found, "plot.map", "stability.map", lambda it: "growth_rate" in it and it["growth_rate"].ndim == 2)
+    found = asked(found, "map")
     speed_axis(speed_unit)
     dims = [str(dim) for dim in found["growth_rate"].dims]
     if x is not None and x not in dims:

@@ -79,7 +79,6 @@ class Form:
     remarks: Callable[[Any], Sequence[str]] = lambda _: ()  # before what the theory ignores
     empty: str = ""  # said where there are no rows
     in_si: Callable[[Any], xr.Dataset] = lambda answer: answer  # what a file of comma-separated values holds
-    picture: str = ""  # which function of ab.plot shows it in a notebook
     shown_in: str = "rpm"  # unit of speeds or frequencies
     most: int = 24  # rows in Python; of more the first and the last ones
 
@@ -214,7 +213,7 @@ class Answer(xr.Dataset):
         shown = html_table(("", ""), facts, title) if facts else ""
         shown += html_table(head, rows, "" if facts else title) if rows or not facts else ""
         shown += "".join(f"<p>{escape(text)}</p>" for text in self.remarks())
-        shown += picture_html(self, self.form().picture, title) if self.nbytes < DRAWN else ""
+        shown += picture_html(self, title) if self.nbytes < DRAWN else ""
         return f"{shown}<details><summary>{escape(self._contents())}</summary>{whole}</details>"
 
 

@@ -41,7 +41,6 @@ FORMS["Modes"] = Form(
     row_of="mode",
     heading=lambda it: f"{it.attrs.get('machine_name', 'rotor')}: natural frequencies {_at_speed(it)}",
     empty="nothing oscillates",
-    picture="modes",
     shown_in="Hz",
 )
 
@@ -75,7 +74,6 @@ FORMS["Campbell"] = Form(
         f"{it.sizes['branch']} branches from {' to '.join(rpm_and_si(float(it['speed'][k])) for k in (0, -1))}"
     ],
     empty="no branch meets the speed in this range",
-    picture="campbell",
 )
 
 
@@ -119,7 +117,6 @@ FORMS["Response"] = Form(
         "semi_major" in it and set(it["semi_major"].dims) == {"speed", "station"} and it.sizes["speed"] > 0
     ),
     remarks=lambda it: rubber_remarks(it.attrs),
-    picture="response",
 )
 FORMS["ResponsePeaks"] = Form(
     lambda it, unit: [
@@ -182,7 +179,6 @@ FORMS["FittedReceptance"] = Form(
         ("left over", share_text(float(it.attrs["fit_error"]))),
         ("band", " to ".join(f"{it.attrs[f'band_{end}'] / (2.0 * np.pi):.4g}" for end in ("low", "high")) + " Hz"),
     ],
-    picture="receptance",
     shown_in="Hz",
 )
 
@@ -238,7 +234,6 @@ FORMS["TorsionalCriticalSpeeds"] = Form(
 FORMS["TorsionalResponse"] = Form(
     _twisted,
     there=lambda it: "link_torque" in it and set(it["link_torque"].dims) == {"speed", "harmonic", "link"},
-    picture="torsional_response",
 )
 
 # Steady states and the ranges of speed in which they are stable.
@@ -323,7 +318,6 @@ FORMS["Eigenvalues"] = Form(  # the table joins speeds of one verdict
     "speed",
     ("growth_rate", "verdict", "leading_motion"),
     remarks=_missing,
-    picture="eigenvalues",
 )
 
 # Border curves, stability maps and curves of special points.
@@ -386,7 +380,6 @@ FORMS["BorderCurve"] = Form(
     _border_columns,
     there=lambda it: len(it.dims) == 1 and str(next(iter(it.dims))) in it.coords and bool(_curves(it)),
     remarks=_highest,
-    picture="border_curve",
     most=10,
 )
 
@@ -440,7 +433,6 @@ FORMS["StabilityMap"] = Form(
         and all(dim in it.coords for dim in it["growth_rate"].dims)
     ),
     facts=lambda it: list(_map_facts(it)),
-    picture="map",
 )
 
 
@@ -477,7 +469,6 @@ FORMS["BifurcationCurves"] = Form(
     "point",
     ("curve", "parameter", "second_parameter"),
     remarks=_special_points,
-    picture="bifurcation_curves",
 )
 
 # Corrections and unbalances from readings.
@@ -553,7 +544,6 @@ FORMS["Balancing"] = Form(
     "plane",
     ("correction", "correction_angle"),
     facts=_remains,
-    picture="balancing",
 )
 
 
@@ -584,9 +574,7 @@ def _circles(found: Answer) -> list[tuple[str, str]]:
     return [*facts, ("trial mass", "take it off: the correction is for the rotor without it")]
 
 
-FORMS["FourRun"] = Form(
-    _places, "channel", ("correction", "correction_angle", "miss"), facts=_circles, picture="four_run"
-)
+FORMS["FourRun"] = Form(_places, "channel", ("correction", "correction_angle", "miss"), facts=_circles)
 
 
 def _explained(found: Answer) -> list[tuple[str, str]]:
@@ -614,5 +602,4 @@ FORMS["PlaneUnbalances"] = Form(
     "plane",
     known=frozenset({"left_over", "condition"}),
     facts=_explained,
-    picture="run_down",
 )

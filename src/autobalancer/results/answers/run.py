@@ -36,7 +36,7 @@ class Run(Answer):
     """A run of balls in races."""
 
     __slots__ = ()
-    shown_as = Form(picture="run_up")
+    shown_as = Form()
     times: ClassVar[tuple[str, ...]] = ("time", "envelope_time", "turn_time")
 
     def has_table(self) -> bool:
@@ -54,7 +54,7 @@ class Run(Answer):
 
     def remarks(self) -> Sequence[str]:
         """Where to look next."""
-        return (f"more: ab.verdict(run), ab.run_measures(run), ab.plot.{self.form().picture}(run)",)
+        return ("more: ab.verdict(run), ab.run_measures(run), ab.plot.answer(run)",)
 
     def verdict(self) -> Verdict:
         """The verdict on it."""
@@ -154,7 +154,6 @@ FORMS["Overlay"] = Form(
     ("measured_value", "simulated_value", "value_deviation"),
     facts=_channels,
     remarks=lambda it: [str(note) for note in np.atleast_1d(it.attrs.get("notes", []))],
-    picture="overlay",
     most=200,
 )
 
@@ -231,7 +230,6 @@ FORMS["Comparison"] = Form(
     ("machine", "verdict", "peak_deflection", "vibration", "exact_border"),
     remarks=_border_notes,
     in_si=_with_a_column_for_each_speed,
-    picture="comparison",
 )
 
 
@@ -245,7 +243,7 @@ class SteppedResponse(Answer):
     """Amplitudes speed by speed, up, down or both."""
 
     __slots__ = ()
-    shown_as = Form(row_of="speed", picture="stepped_response", most=12)
+    shown_as = Form(row_of="speed", most=12)
     WITHOUT = "amplitude_without_balls"
 
     def rows(self, name: str = "amplitude") -> list[tuple[str, list[float]]]:
@@ -394,5 +392,4 @@ FORMS["BallFilm"] = Form(
     _last_angles,
     there=lambda it: "ball_angle" in it and it["ball_angle"].dims == ("time", "ball"),
     facts=_film_facts,
-    picture="ball_film",
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -47,7 +46,7 @@ class Ensemble(Answer):
     """The members of an ensemble and what each left."""
 
     __slots__ = ()
-    shown_as = Form(row_of="member", needed=("outcome",), picture="ensemble")
+    shown_as = Form(row_of="member", needed=("outcome",))
 
     def heading(self) -> str:
         """Whose they are, and how many ran."""
@@ -193,7 +192,6 @@ class Studied(Ensemble):
     """The members of a study and what each left."""
 
     __slots__ = ()
-    shown_as = replace(Ensemble.shown_as, picture="study")
 
     def heading(self) -> str:
         """Whose study it is, and how many members it has."""
@@ -462,7 +460,6 @@ FORMS["Sensitivity"] = Form(
     there=lambda it: "input" in it.dims and any(name in it for name in SHOWN),
     heading=lambda it: f"{it.attrs['study_name']}: what drives the scatter of {it.attrs['quantity'].replace('_', ' ')}",
     remarks=lambda it: [str(text) for text in np.atleast_1d(it.attrs.get("remarks", []))],
-    picture="sensitivity",
 )
 
 

@@ -68,7 +68,7 @@ class Identification:
 
     def _repr_html_(self) -> str:
         about = f"measured and fitted: {self.machine.name}"
-        return f"<pre>{escape(self.report())}</pre>{picture_html(self.data, 'identification', about)}"
+        return f"<pre>{escape(self.report())}</pre>{picture_html(self.data, about)}"
 
 
 def identify(

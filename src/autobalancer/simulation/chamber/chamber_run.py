@@ -535,7 +535,7 @@ class ChamberRun(Run):
     """A run of balls that move freely in deep chambers."""
 
     __slots__ = ()
-    shown_as = Form(picture="chamber_run")
+    shown_as = Form()
     times = ("time",)
 
     def verdict(self) -> Verdict:

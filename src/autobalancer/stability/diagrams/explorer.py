@@ -305,7 +305,6 @@ class Branches(Answer):
         row_of="point",
         needed=("parameter", "branch", "name", "kind", "verdict"),
         known=frozenset({"branch_ends", "machine_name", "ignores"}),
-        picture="branches",
     )
 
     def branch_rows(self) -> list[dict[str, Any]]:

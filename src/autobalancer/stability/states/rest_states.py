@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from autobalancer.assembly.drive_train import largest_unbalance
 from autobalancer.assembly.guided_balls import has_forces
-from autobalancer.assembly.rotors.planes import least_moments
+from autobalancer.assembly.rotors import least_moments
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.progress import check_deadline

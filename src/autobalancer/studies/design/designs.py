@@ -44,7 +44,7 @@ class Designed(Answer):
     """Candidates over their numbers: what they are, where they were ruled out and why, what the runs left."""
 
     __slots__ = ()
-    shown_as = Form(picture="design")
+    shown_as = Form()
 
     def order(self) -> list[int]:
         """Where those that ran stand among the candidates, from 0, the best first."""

@@ -14,6 +14,7 @@ from typing import Any
 from nicegui import run, ui
 from nicegui.element import Element
 
+import autobalancer as ab
 from autobalancer.app.pages.describe import PENCIL
 from autobalancer.app.pages.elements import FLAT, Bench, Work, button, hinted, marked, notes_html, table_html
 from autobalancer.app.store.analyses import (
@@ -217,7 +218,7 @@ class Panel:
             return
         try:
             found = await run.io_bound(self.answers.answer, self.name)
-            made = await run.io_bound(file_of, partial(self.analysis.draw, found), kind)
+            made = await run.io_bound(file_of, partial(ab.plot.answer, found), kind)
             if made is not None:  # the server does not end just now
                 ui.download.content(made, file)
         except AutobalancerError as error:
@@ -226,7 +227,7 @@ class Panel:
     def drawn(self, found: Any, about: About) -> Any:
         """The picture; called in another thread."""
         alternative = f"{self.analysis.title} of {about.name}. {' '.join(f'{text}.' for text in answer_text(found))}"
-        return svg_of(lambda: self.analysis.draw(found), alternative.strip())
+        return svg_of(lambda: ab.plot.answer(found), alternative.strip())
 
     def told(self, found: Any, about: About) -> str:
         """What is said below the picture."""
