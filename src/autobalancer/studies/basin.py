@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import Any, cast
@@ -18,10 +16,8 @@ import xarray as xr
 
 from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.places import gauges_of, places_of
-from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.assembly.system import start_angles, steady
-from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import any_machine
@@ -36,7 +32,7 @@ from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.memory import refuse_beyond_memory
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
-from autobalancer.results.answers.studied import IMPOSSIBLE, Ends
+from autobalancer.results.answers.studied import Ends
 from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import long_steps, stepper_for
 from autobalancer.stability.basins import (
@@ -45,173 +41,14 @@ from autobalancer.stability.basins import (
     RESTING,
     UNDECIDED,
     Question,
-    axis_name,
     ends_dataset,
     question_of,
-    released,
     steadily,
     unit_of_axis,
 )
-from autobalancer.studies.ensemble.ensemble import ensemble
 from autobalancer.studies.ensemble.layout import PART, Bench, Group, Integration, run_threads
-from autobalancer.studies.ensemble.members import with_starts
-from autobalancer.studies.random_starts import (
-    ENDS,
-    STORED_MEASURES,
-    distributions,
-    driven_to,
-    ends_of,
-    falling_note,
-    long_enough,
-    peak_without_balls,
-    random_starts,
-    refuse_excitations,
-    refuse_no_unbalance,
-)
+from autobalancer.studies.random_starts import refuse_axes, verdict_starts
 from autobalancer.units import argument, list_argument, optional_argument
-
-# The ends of ordinary runs over axes of starts, for machines whose ends are verdicts: members of an ensemble.
-
-
-OVERLAPPING = "overlapping start"
-OF_RUNS = (*STORED_MEASURES, "outcome", "verdict", "vibration_without_balls", "residual_share", "seed", "reason")
-_AXIS = re.compile(r"ball_angle\[\d+\]|ball_speed(\[\d+\])?|acceleration")
-
-
-def gridded_starts(
-    machine: Machine,
-    speed: float,
-    axes: Mapping[str, Sequence[float]],
-    *,
-    seed: int = 0,
-    acceleration: float | None = None,
-    hold: float | None = None,
-    tolerance: float = 1e-6,
-    workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> xr.Dataset:
-    """Run a machine to a speed from every point of a grid of starts; an end is the verdict on the run.
-
-    Parameters
-    ----------
-    machine
-        Any machine with balls in races. Its unbalance is that after all schedules; the rotor starts undeflected. Start angles of
-        balls that no axis names are those of the machine, or of the seed.
-    speed
-        Rotor speed, rad/s.
-    axes
-        One or two of ``ball_angle[i]``, ``ball_speed[i]``, ``ball_speed``, ``acceleration`` with their values, SI.
-    acceleration, hold
-        Of a ramp from rest, rad/s^2, None starts at ``speed``; time at ``speed``, s, by default :func:`long_enough`.
-
-    Returns
-    -------
-    xarray.Dataset
-        As of :func:`autobalancer.basin` over these axes; its states are the words of the verdict.
-
-    Raises
-    ------
-    QuestionError
-        For unknown axes, where no verdict is possible.
-    """
-    _refuse(machine, axes)
-    refuse_excitations(machine)
-    if any(name.startswith("ball_angle") for name in axes):  # the others start where the seed puts them
-        drawn = start_angles(resolve(machine), generator(seed))
-        machine = with_starts(machine, {f"ball_angle[{number}]": angle for number, angle in enumerate(drawn, 1)})
-    hold = hold or long_enough(machine, speed)
-    shape = tuple(len(values) for values in axes.values())
-    grids = dict(zip(axes, (grid.ravel() for grid in np.meshgrid(*axes.values(), indexing="ij")), strict=True))
-    rates = grids.pop("acceleration", np.full(math.prod(shape), acceleration or 0.0))
-    order, parts, done = list[int](), list[xr.Dataset](), 0
-    for rate in np.unique(rates):
-        own = np.flatnonzero(rates == rate)
-        ramp = speed / float(rate) if rate else 0.0
-        steady = with_value_at(driven_to(machine, speed, ramp, drawn=False), "run", {"duration": ramp + hold})
-        columns = {name: values[own].tolist() for name, values in grids.items()} or _as_it_is(machine, seed)
-        told = partial(_report_progress, progress, done, rates.size)
-        parts.append(
-            ensemble(
-                steady, columns, seed=seed, tolerance=tolerance, impossible="record", workers=workers, progress=told
-            )
-        )
-        order, done = [*order, *own.tolist()], done + own.size
-    names = [name for name in OF_RUNS if all(name in part for part in parts)]
-    runs = xr.concat([part.reset_coords("seed")[names] for part in parts], "member", combine_attrs="override")
-    runs = runs.isel(member=np.argsort(order)).rename(member="run")
-    runs.attrs |= {"hold": hold, "seed": seed, "speed": speed, "tolerance": tolerance}
-    dataset = _dataset(machine, axes, shape, runs, acceleration)
-    if acceleration:
-        dataset["peak_without_balls"] = peak_without_balls(steady, tolerance)
-    dataset.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
-    return dataset
-
-
-def _refuse(machine: Machine, axes: Mapping[str, Sequence[float]]) -> None:
-    balls = len(resolve(machine))
-    for name, values in axes.items():
-        ball = name.partition("[")[2].rstrip("]")
-        if not _AXIS.fullmatch(name) or (ball and not 1 <= int(ball) <= balls):
-            raise QuestionError(
-                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{balls}], ball_speed[i], ball_speed, "
-                "acceleration"
-            )
-        if not len(values) or not np.all(np.isfinite(values)):
-            raise QuestionError("basin: each axis needs a list of finite numbers")
-        if name == "acceleration" and min(values) <= 0.0:
-            raise QuestionError("basin: an acceleration must be greater than zero")
-
-
-def _as_it_is(machine: Machine, seed: int) -> dict[str, list[float]]:
-    """A column that changes nothing: the start of the machine."""
-    first = resolve(machine)[0].start_angle
-    return {"seed": [seed]} if first is None else {"ball_angle[1]": [float(first)]}
-
-
-def _report_progress(progress: Callable[[int, int], None] | None, before: int, total: int, done: int, _: int) -> None:
-    if progress is not None:
-        progress(before + done, total)
-
-
-def _dataset(
-    machine: Machine,
-    axes: Mapping[str, Sequence[float]],
-    shape: tuple[int, ...],
-    runs: xr.Dataset,
-    acceleration: float | None,
-) -> xr.Dataset:
-    """Shares over the starts that are possible, and every run at its place in the grid."""
-    possible = np.flatnonzero(runs["outcome"].values != IMPOSSIBLE)
-    reason = str(runs["reason"].values[0]) if "reason" in runs else ""
-    if not possible.size:
-        raise QuestionError(f"basin: no start is possible: {reason}")
-    counted = runs.isel(run=possible)
-    refuse_no_unbalance(counted)
-    dataset = ends_of(counted, (*ENDS, OVERLAPPING)).drop_vars("seed")
-    states = np.full(runs.sizes["run"], len(ENDS))
-    states[possible] = dataset["state"].values
-    spread = distributions(counted, bool(acceleration))
-    dims = tuple(name.replace("[", "_").rstrip("]") for name in axes)
-    over = {name: (dims, runs[name].values.reshape(shape), runs[name].attrs) for name in STORED_MEASURES}
-    over["state"] = (dims, states.reshape(shape), dataset["state"].attrs)
-    dataset = (
-        dataset.drop_vars(["state", "share_low", "share_high"]).merge(spread.drop_vars(STORED_MEASURES)).assign(over)
-    )
-    for dim, (path, values) in zip(dims, axes.items(), strict=True):
-        label = {"long_name": axis_name(path), "units": unit_of_axis(path)}
-        dataset = dataset.assign_coords({dim: (dim, np.asarray(values, np.float64), label)})
-    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
-    dataset.attrs = {
-        **runs.attrs,
-        "title": f"Basins of {machine.name}",
-        "states": [*ENDS, OVERLAPPING],
-        "acceleration": acceleration or 0.0,
-        "overlapping": int(states.size - possible.size),
-        "released": released(axes, acceleration, resolve(machine)),
-        "remarks": [] if rubs else [NONE_GIVEN],
-    }
-    return dataset
-
 
 # Starts whose ends have names: runs by the loop of ensembles, looked at again and again until their balls rest.
 
@@ -253,8 +90,6 @@ def _starts_of(
     """States (k, size), rates of a ramp from rest (k,), 0 without one, and the shape of the map."""
     n, speed = question.st.moment.size, question.speed
     values = [np.asarray(v, np.float64) for v in axes.values()]
-    if any(v.ndim != 1 or v.size == 0 or not np.all(np.isfinite(v)) for v in values):
-        raise QuestionError("basin: each axis needs a list of finite numbers")
     shape = tuple(v.size for v in values) if axes else (random,)
     count = math.prod(shape)
     refuse_beyond_memory("basin", count, "starts", 16.0 * question.assembly.state.size + 400.0, "; ask for fewer")
@@ -274,19 +109,12 @@ def _starts_of(
     for name, grid in zip(axes, np.meshgrid(*values, indexing="ij"), strict=True):
         column = grid.ravel()
         kind, _, ball = name.partition("[")
-        if kind == "acceleration" and not ball:
-            if column.min() <= 0.0:
-                raise QuestionError("basin: an acceleration must be greater than zero")
+        if kind == "acceleration":
             rates[:] = column
-        elif kind == "ball_speed" and not ball:
+        elif not ball:
             starts[:, BALLS + n : BALLS + 2 * n] = column[:, None]
-        elif kind in ("ball_angle", "ball_speed") and ball.rstrip("]").isdecimal() and 1 <= int(ball.rstrip("]")) <= n:
-            starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
         else:
-            raise QuestionError(
-                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{n}], ball_speed[i], ball_speed, "
-                "acceleration"
-            )
+            starts[:, BALLS + n * (kind == "ball_speed") + int(ball.rstrip("]")) - 1] = column
     return starts, rates, shape
 
 
@@ -549,28 +377,25 @@ def basin(
         raise QuestionError("basin: give one or two axes, or a number of random starts")
     if acceleration is not None and "acceleration" in chosen:
         raise QuestionError("basin: the acceleration is given twice, as an axis and as a number; leave out one")
-    options: dict[str, Any] = {"seed": seed, "acceleration": acceleration, "hold": hold, "tolerance": tolerance}
-    why = _why_unnamed(machine)
-    if not why and (chosen or acceleration is None):
-        return Ends.of(
-            classify_ends(machine, speed, chosen, random=random, workers=workers, progress=progress, **options)
+    refuse_axes(chosen, len(resolve(machine)))
+    # ends have names where balls come to rest in the rotor: no gravity in its plane, no forces that may hold them elsewhere;
+    # and where states of small motions are those of large ones: no rubber that softens, no bearing that hardens
+    falls = machine.axis == "horizontal" and machine.gravity > 0.0
+    named = not (falls or has_rubber(machine) or has_hardening(machine) or has_forces(machine))
+    return Ends.of(
+        (classify_ends if named and (chosen or acceleration is None) else verdict_starts)(
+            machine,
+            speed,
+            chosen,
+            random=random,
+            seed=seed,
+            acceleration=acceleration,
+            hold=hold,
+            tolerance=tolerance,
+            workers=workers,
+            progress=progress,
         )
-    if chosen:
-        return Ends.of(gridded_starts(machine, speed, chosen, workers=workers, progress=progress, **options))
-    return Ends.of(random_starts(machine, speed, random, workers=workers, progress=progress, **options))
-
-
-def _why_unnamed(machine: Machine) -> str:
-    """Why the ends of a machine at a speed have no names; empty if they have."""
-    if machine.axis == "horizontal" and machine.gravity > 0.0:
-        return "gravity acts across the axis"
-    if has_rubber(machine):
-        return "rubber softens with the amplitude, and the states that have names are those of small motions"
-    if has_hardening(machine):
-        return "bearings become stiffer with the deflection, and the states that have names are those of small motions"
-    if has_forces(machine):
-        return "forces act on the balls, which may hold them at other places"
-    return ""
+    )
 
 
 def _once_round(name: str, values: list[float]) -> list[float]:

@@ -1,12 +1,15 @@
-"""The ends of ordinary runs from random starts: run-ups, and machines whose balls need not come to rest in the rotor.
+"""The ends of ordinary runs from random starts or a grid of them, and sweeps.
 
-Such are rotors with gravity in the plane and rotors that tilt or bend. An end is named by the verdict on its run.
+They are asked for where ends have no names: after run-ups from random starts, and where balls need not come to rest in the
+rotor, as with gravity in its plane. Such an end is named by the verdict on its run.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, Unpack
@@ -28,19 +31,28 @@ from autobalancer.machine.path import dimension_of_path
 from autobalancer.progress import shows_progress
 from autobalancer.random_numbers import generator
 from autobalancer.results.answers.answer import Answer, provenance
-from autobalancer.results.answers.studied import NOT_RUN
+from autobalancer.results.answers.studied import IMPOSSIBLE, NOT_RUN
 from autobalancer.results.measure_table import SWEPT, peak_deflection
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
 from autobalancer.results.verdict import BALANCED, WORDS, wilson_interval
 from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_duration, run_options
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
-from autobalancer.stability.basins import QUANTILES, REVOLUTIONS, START_ANGLE, counted_starts, quantiles, released
+from autobalancer.stability.basins import (
+    QUANTILES,
+    REVOLUTIONS,
+    START_ANGLE,
+    axis_name,
+    counted_starts,
+    quantiles,
+    released,
+    unit_of_axis,
+)
 from autobalancer.stability.states.questions import equilibria
 from autobalancer.studies.ensemble.columns import Columns
-from autobalancer.studies.ensemble.ensemble import Variable, ensemble_variables
+from autobalancer.studies.ensemble.ensemble import Variable, ensemble, ensemble_variables
 from autobalancer.studies.ensemble.layout import Plan, run_groups
-from autobalancer.studies.ensemble.members import Members, without_start_angles
+from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles
 from autobalancer.studies.variations import coordinate, listed
 
 FAILED = "failed"
@@ -53,98 +65,172 @@ STORED_MEASURES = (
     "settling_time",
     "peak_deflection",
 )
+OVERLAPPING = "overlapping start"
+OF_RUNS = (*STORED_MEASURES, "outcome", "verdict", "vibration_without_balls", "residual_share", "seed", "reason")
+_AXIS = re.compile(r"ball_angle\[\d+\]|ball_speed(\[\d+\])?|acceleration")
 DECAYS = 10.0  # decay times after which a motion counts no longer: exp(-10)
 
 
-def random_starts(
+def verdict_starts(
     machine: Machine,
     speed: float,
-    count: int,
+    axes: Mapping[str, Sequence[float]],
     *,
-    seed: int = 0,
-    acceleration: float | None = None,
-    hold: float | None = None,
-    tolerance: float = 1e-6,
-    workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    random: int,
+    seed: int,
+    acceleration: float | None,
+    hold: float | None,
+    tolerance: float,
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
 ) -> xr.Dataset:
-    """Run a machine to a speed from random ball angles and count the verdicts.
+    """Run a machine to a speed from random ball angles or a grid of starts; an end is the verdict on the run.
 
     Parameters
     ----------
     machine
-        Any machine with balls in races. Its unbalance is that after all schedules; the rotor starts undeflected.
+        Any machine with balls in races. Its unbalance is that after all schedules; the rotor starts undeflected. Start angles of
+        balls that no axis names are those of the machine, or of the seed.
     speed
         Rotor speed, rad/s.
-    count, seed
-        Number of starts; start i, from 0, has the ball angles of seed ``seed + i``.
-    acceleration
-        Of a ramp from rest, rad/s^2; None starts at ``speed``.
-    hold
-        Time at ``speed``, s; by default :func:`long_enough`.
+    axes
+        One or two of ``ball_angle[i]``, ``ball_speed[i]``, ``ball_speed``, ``acceleration`` with their values, SI.
+    random, seed
+        Without axes, number of starts; start i, from 0, has the ball angles of seed ``seed + i``.
+    acceleration, hold
+        Of a ramp from rest, rad/s^2, None starts at ``speed``; time at ``speed``, s, by default :func:`long_enough`.
 
     Returns
     -------
     xarray.Dataset
-        As of :func:`autobalancer.basin` with random starts; its states are the words of the verdict. ``vibration``,
-        ``residual_unbalance``, ``static_deflection``, ``support_force`` and ``peak_deflection`` of each run are those of
-        :func:`autobalancer.sweep`; ``moving_share`` is the share of the runs at whose end a ball moves.
+        As of :func:`autobalancer.basin`; its states are the words of the verdict. ``vibration``, ``residual_unbalance``,
+        ``static_deflection``, ``support_force`` and ``peak_deflection`` of each run are those of :func:`autobalancer.sweep`;
+        ``moving_share`` is the share of the runs at whose end a ball moves.
 
     Raises
     ------
     QuestionError
         Where no verdict is possible: without unbalance, or with excitations.
     """
-    refuse_excitations(machine)
-    hold = hold or long_enough(machine, speed)
-    ramp = speed / acceleration if acceleration else 0.0
-    steady = with_value_at(driven_to(machine, speed, ramp), "run", {"duration": ramp + hold})
-    runs = sweep(
-        steady,
-        {},
-        seeds=count,
-        seed=seed,
-        tolerance=tolerance,
-        workers=workers,
-        progress=progress,
-    )
-    refuse_no_unbalance(runs)
-    result = ends_of(runs).merge(distributions(runs, ramp > 0.0))
-    balls = resolve(machine)
-    drawn = [start_angles(balls, generator(int(own)), given=False) for own in runs["seed"].values]
-    result["start_ball_angle_in_rotor"] = (("run", "ball"), np.array(drawn), START_ANGLE)
-    if ramp:
-        result["peak_without_balls"] = peak_without_balls(steady, tolerance)
-    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
-    own: dict[str, Any] = {
-        "title": f"Random starts of {machine.name}",
-        "states": list(ENDS),
-        "speed": speed,
-        "hold": hold,
-        "acceleration": acceleration or 0.0,
-        "released": released((), acceleration, balls),
-    }
-    # where every start balances, vibrations differ by nothing that counts
-    by = "peak_deflection" if ramp and (result["state"] == ENDS.index(BALANCED)).all() else "vibration"
-    own |= {"worst": int(np.nan_to_num(result[by].values).argmax()), "worst_by": by}
-    falling = falling_note(machine, 0.0 if acceleration else speed)
-    result.attrs = {**runs.attrs, **own, "remarks": [*([] if rubs else [NONE_GIVEN]), *falling]}
-    return result
-
-
-def refuse_excitations(machine: Machine) -> None:
-    """No verdict is possible under them."""
     if machine.excitations:
         raise QuestionError(
             "basin: the machine has excitations, so there is no verdict on its runs; leave out 'excitations', or use "
             "sweep(machine, {}, seeds=100) for the vibration alone"
         )
+    if any(name.startswith("ball_angle") for name in axes):  # the others start where the seed puts them
+        drawn = start_angles(resolve(machine), generator(seed))
+        machine = with_starts(machine, {f"ball_angle[{number}]": angle for number, angle in enumerate(drawn, 1)})
+    hold = hold or long_enough(machine, speed)
+    shape = tuple(len(values) for values in axes.values()) or (random,)
+    grids = dict(zip(axes, (grid.ravel() for grid in np.meshgrid(*axes.values(), indexing="ij")), strict=True))
+    rates = grids.pop("acceleration", np.full(math.prod(shape), acceleration or 0.0))
+    # an ensemble for each acceleration
+    order, parts, done = list[int](), list[xr.Dataset](), 0
+    for rate in np.unique(rates):
+        own = np.flatnonzero(rates == rate)
+        ramp = speed / float(rate) if rate else 0.0
+        steady = with_value_at(driven_to(machine, speed, ramp, drawn=not axes), "run", {"duration": ramp + hold})
+        columns = {name: values[own].tolist() for name, values in grids.items()} or (
+            _as_it_is(machine, seed) if axes else None
+        )
+        part = ensemble(
+            steady,
+            columns,
+            seeds=None if axes else random,
+            seed=seed,
+            tolerance=tolerance,
+            impossible="record" if axes else "refuse",
+            workers=workers,
+            progress=partial(_report_progress, progress, done, rates.size),
+        )
+        parts.append(part)
+        order, done = [*order, *own.tolist()], done + own.size
+    names = [name for name in OF_RUNS if all(name in part for part in parts)]
+    runs = xr.concat([part.reset_coords("seed")[names] for part in parts], "member", combine_attrs="override")
+    runs = runs.isel(member=np.argsort(order)).rename(member="run")
+    runs.attrs |= {"hold": hold, "seed": seed, "speed": speed, "tolerance": tolerance}
+    result = _verdicts(machine, axes, shape, runs, acceleration)
+    if acceleration:
+        result["peak_without_balls"] = peak_without_balls(steady, tolerance)
+    result.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
+    return result
 
 
-def refuse_no_unbalance(runs: xr.Dataset) -> None:
-    """Nor without anything to balance."""
-    if (runs["vibration_without_balls"] == 0.0).all():
+def refuse_axes(axes: Mapping[str, Sequence[float]], balls: int) -> None:
+    """Refuse axes over starts that a machine with so many balls does not have.
+
+    Raises
+    ------
+    QuestionError
+        It says which there are.
+    """
+    for name, values in axes.items():
+        ball = name.partition("[")[2].rstrip("]")
+        if not _AXIS.fullmatch(name) or (ball and not 1 <= int(ball) <= balls):
+            raise QuestionError(
+                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{balls}], ball_speed[i], ball_speed, "
+                "acceleration"
+            )
+        if not len(values) or not np.all(np.isfinite(values)):
+            raise QuestionError("basin: each axis needs a list of finite numbers")
+        if name == "acceleration" and min(values) <= 0.0:
+            raise QuestionError("basin: an acceleration must be greater than zero")
+
+
+def _as_it_is(machine: Machine, seed: int) -> dict[str, list[float]]:
+    """A column that changes nothing: the start of the machine."""
+    first = resolve(machine)[0].start_angle
+    return {"seed": [seed]} if first is None else {"ball_angle[1]": [float(first)]}
+
+
+def _report_progress(progress: Callable[[int, int], None] | None, before: int, total: int, done: int, _: int) -> None:
+    if progress is not None:
+        progress(before + done, total)
+
+
+def _verdicts(
+    machine: Machine,
+    axes: Mapping[str, Sequence[float]],
+    shape: tuple[int, ...],
+    runs: xr.Dataset,
+    acceleration: float | None,
+) -> xr.Dataset:
+    """Shares over the starts that are possible, and every run in its place: in the grid, or one after the other."""
+    possible = np.flatnonzero(runs["outcome"].values != IMPOSSIBLE)
+    if not possible.size:
+        raise QuestionError(f"basin: no start is possible: {runs['reason'].values[0]}")
+    counted = runs.isel(run=possible)
+    if (counted["vibration_without_balls"] == 0.0).all():
         raise QuestionError("basin: the rotor has no unbalance, so there is nothing to balance; add one")
+    ends = (*ENDS, OVERLAPPING) if axes else ENDS
+    dataset = ends_of(counted, ends).merge(distributions(counted, bool(acceleration)))
+    balls = resolve(machine)
+    rubs = any(race.friction is not None for balancer in machine.balancers for race in balancer.races)
+    attrs: dict[str, Any] = {
+        **runs.attrs,
+        "title": f"{'Basins' if axes else 'Random starts'} of {machine.name}",
+        "states": list(ends),
+        "acceleration": acceleration or 0.0,
+        "released": released(axes, acceleration, balls),
+        "remarks": [] if rubs else [NONE_GIVEN],
+    }
+    if not axes:
+        drawn = [start_angles(balls, generator(int(own)), given=False) for own in runs["seed"].values]
+        dataset["start_ball_angle_in_rotor"] = (("run", "ball"), np.array(drawn), START_ANGLE)
+        # where every start balances, vibrations differ by nothing that counts
+        by = "peak_deflection" if acceleration and (dataset["state"] == ENDS.index(BALANCED)).all() else "vibration"
+        worst = int(np.nan_to_num(dataset[by].values).argmax())
+        return dataset.assign_attrs(attrs | {"worst": worst, "worst_by": by})
+    states = np.full(runs.sizes["run"], len(ENDS))
+    states[possible] = dataset["state"].values
+    dims = tuple(name.replace("[", "_").rstrip("]") for name in axes)
+    over = {name: (dims, runs[name].values.reshape(shape), runs[name].attrs) for name in STORED_MEASURES}
+    over["state"] = (dims, states.reshape(shape), dataset["state"].attrs)
+    dataset = dataset.drop_vars(["seed", "share_low", "share_high", *over]).assign(over)
+    for dim, (path, values) in zip(dims, axes.items(), strict=True):
+        label = {"long_name": axis_name(path), "units": unit_of_axis(path)}
+        dataset = dataset.assign_coords({dim: (dim, np.asarray(values, np.float64), label)})
+    return dataset.assign_attrs(attrs | {"overlapping": int(states.size - possible.size)})
 
 
 def peak_without_balls(machine: Machine, tolerance: float, duration: float | None = None) -> xr.DataArray:
@@ -393,12 +479,6 @@ def worst_start(found: xr.Dataset) -> Machine:
     ramp = speed / acceleration if acceleration else 0.0
     machine = driven_to(parse_race_machine(str(about["machine"])), speed, ramp)
     angles = found["start_ball_angle_in_rotor"].values[number].tolist()
-    for i, balancer in enumerate(machine.balancers, start=1):
-        for j, race in enumerate(balancer.races, start=1):
-            groups = []
-            for group in race.balls:
-                own, angles = angles[: group.count], angles[group.count :]
-                groups.append(group.model_copy(update={"start_angles": tuple(own)}))
-            machine = with_value_at(machine, f"balancers[{i}].races[{j}].balls", tuple(groups))
+    machine = with_starts(machine, {f"ball_angle[{ball}]": angle for ball, angle in enumerate(angles, 1)})
     text = f"Start {number + 1} of {found.sizes['run']} random starts, the worst"
     return with_value_at(with_value_at(machine, "description", text), "run", {"duration": ramp + float(about["hold"])})
