@@ -16,7 +16,7 @@ from autobalancer.kernels.integrators.runge_kutta import RUNNING
 from autobalancer.kernels.measures.columns_of_measures import COLUMN, MEASURED, OF_PLACES, WIDTH
 from autobalancer.kernels.measures.row import measure_row
 from autobalancer.machine import Machine
-from autobalancer.results.measure_table import SWEPT, in_row, numbers
+from autobalancer.results.measure_table import PER_BALL, SWEPT, in_row, numbers
 from autobalancer.results.run_arrays import recorded_of
 from autobalancer.results.verdict import WORDS
 from autobalancer.simulation import run as of_simulate
@@ -60,7 +60,9 @@ def both(machine: Machine, duration: float, monkeypatch: pytest.MonkeyPatch) -> 
 
 def assert_same(run: Any, row: dict[str, Any]) -> None:
     bins = run.drop_dims("time")  # so that balls are seen at the ends of bins, as in a sweep
-    expected = numbers(recorded_of(bins)) | {"ball_angle_to_unbalance": recorded_of(run).final_angle}
+    seen = recorded_of(bins)
+    angle = recorded_of(run).final_angle
+    expected = numbers(seen) | {PER_BALL: angle if seen.at_rest or angle is None else np.full_like(angle, np.nan)}
     for measure in SWEPT:
         if expected.get(measure.name) is not None:
             np.testing.assert_array_equal(row[measure.name], expected[measure.name], err_msg=measure.name)
@@ -128,6 +130,9 @@ def test_so_it_has_where_whole_revolutions_were_kept(name: str, monkeypatch: pyt
     if name == "balls that whirl, lying":
         turned = run["turn_ball_angle_in_rotor"]
         assert (abs(turned[-1] - turned[0]) > np.pi).all()
+        assert np.isnan([row["residual_unbalance"], row["residual_share"], *row[PER_BALL]]).all(), "no ball rests"
+    else:
+        assert np.isfinite(row["residual_unbalance"])
 
 
 def test_every_measure_of_a_sweep_is_a_column_of_a_row_or_made_of_such() -> None:

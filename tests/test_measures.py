@@ -255,6 +255,8 @@ def test_a_sweep_and_the_measures_of_a_run_with_the_same_data_are_the_same_numbe
     for name in ("vibration", "velocity_rms", "static_deflection", "vibration_without_balls"):
         assert float(swept[name]) == pytest.approx(of_all(found, name), rel=1e-9)
     assert float(swept["support_force"]) == pytest.approx(of_all(found, "vibrating_force"), rel=1e-9)
+    assert swept["peak_deflection"].attrs == found["peak_deflection"].attrs, "both name the station"
+    assert f"peak: greatest deflection at {run.attrs['reference_station']!r}" in swept.remarks()
     assert float(swept["residual_unbalance"]) == pytest.approx(float(found["residual_unbalance"].sum()), rel=1e-9)
     for name in ("settling_time", "settled_at"):  # nan if one has not settled
         assert float(swept[name]) == pytest.approx(float(found[name].max(skipna=False)), rel=1e-9, nan_ok=True)

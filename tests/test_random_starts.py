@@ -127,7 +127,14 @@ def test_a_slow_run_up_stalls_from_every_start_and_a_fast_one_balances_most() ->
     machine = with_value_at(ab.load_machine(MACHINES / "stall_and_release.toml"), "unbalances[1].mass", 4.5e-3)
     slow, fast = (ab.basin(machine, 330.0, random=8, acceleration=rate, hold=20.0) for rate in (5.0, 5000.0))
     assert float(slow["share"].sel(end="worse than without balls")) == 1.0
-    assert float(slow["moving_share"]) == 1.0  # stalled balls circle in the rotor
+    assert float(slow["moving_share"]) == float(slow["stalled_share"]) == 1.0  # stalled balls circle in the rotor
+    assert np.isnan(slow["residual_unbalance"]).all(), "the resultant of balls that circle is no residual"
+    assert float(slow["unbalance"]) == pytest.approx(4.5e-3 * float(machine.unbalances[0].radius))
+    assert "balls still move at the end of 100 % of the runs, stalled in 100 %" in slow.remarks()
+    assert any(text.startswith("residual unbalance: none, in each run a ball is stalled") for text in slow.remarks())
+    rests = np.isfinite(fast["residual_unbalance"].values)
+    assert int(fast["residual_starts"]) == rests.sum()
+    assert float(fast["residual_quantile"][2]) == fast["residual_unbalance"].values[rests].max()
     assert float(fast["share"].sel(end="balanced")) > 0.5
     assert slow.attrs["released"] == "after run-ups"
     held = ab.simulate(driven_to(machine, 330.0, 66.0), duration=66.0, hold_balls=True)

@@ -54,7 +54,7 @@ from autobalancer.assembly.rotors import rows_at
 from autobalancer.assembly.rotors.equivalent_stiffness import HardPlace, Mount
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.catalog.resolve import Ball, occupied_angle, planar_rotor, resolve
-from autobalancer.errors import QuestionError
+from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels import records as at
 from autobalancer.kernels.records import (
     BALL_STATES,
@@ -228,6 +228,14 @@ def _pull(machine: Machine) -> float:
 def _guided(balls: tuple[Ball, ...]) -> dict[str, Any]:
     """The fields of a system that guided balls fill."""
     return {"balls": ball_rows(balls), "contacts": contact_rows(len(balls)), "guided": moving_rows(balls)}
+
+
+def reference_station(machine: Machine) -> str:
+    """The name of the place whose deflection is that of the machine; empty of a machine that is not possible."""
+    try:
+        return assemble(machine).reference or "rotor"
+    except MachineError:
+        return ""
 
 
 def assemble_general(

@@ -221,8 +221,9 @@ def _end_values(found: Any) -> dict[str, Any]:
         left["verdict_share"] = dict(zip(found["verdict"].values.tolist(), plain("verdict_share"), strict=True))
     if found.planes():
         left["planes"] = found.planes()
-    if "moving_share" in found:
-        left["moving_share"] = plain("moving_share")
+    for name in ("moving_share", "stalled_share", "residual_starts"):
+        if name in found:
+            left[name] = plain(name)
     for name in ("deflection", "vibration", "peak"):
         if f"{name}_quantile" in found:
             left[name] = dict(zip(quantiles, plain(f"{name}_quantile"), strict=True))

@@ -8,6 +8,7 @@ A new measure of a run is an entry here, of a deep chamber one in ``results/cham
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -96,7 +97,8 @@ class Measure(NamedTuple):
     It is left out where the run did not record what :data:`NEEDS` says of ``along``, or what it ``needs`` besides, both names
     of :class:`~autobalancer.results.run_arrays.Recorded` (of a deep chamber ``needs`` alone). A sweep keeps measures that are one
     number, those over the balls, and ``of_all`` of the others, if they are computed there. With ``made_of`` it is one number, and
-    ``of`` gets in place of a run the numbers that a sweep keeps of those measures, or arrays of them.
+    ``of`` gets in place of a run the numbers that a sweep keeps of those measures, or arrays of them. With ``of_rest`` it says
+    something only of balls that turn with the rotor: nan where one is stalled or goes round in the rotor at the end.
     """
 
     name: str
@@ -107,6 +109,7 @@ class Measure(NamedTuple):
     of_all: OfAll | None = None
     needs: str = ""
     made_of: tuple[str, ...] = ()
+    of_rest: bool = False
 
 
 class InSweep(NamedTuple):
@@ -119,6 +122,7 @@ class InSweep(NamedTuple):
     of: Of
     needs: tuple[str, ...]
     made_of: tuple[str, ...] = ()
+    of_rest: bool = False
 
 
 def needed(measure: Measure) -> tuple[str, ...]:
@@ -180,12 +184,14 @@ MEASURES = (
         *("kg m", "plane", f"residual unbalance of the plane {LATE_TURNS}"),
         lambda r: means(r.planes[1]),
         OfAll(f"residual unbalance, of several planes the sum, {LATE_TURNS}", lambda r: mean(r.rotor[1]), "rotor"),
+        of_rest=True,
     ),
     Measure(
         "residual_share",
         *("1", "plane", f"residual unbalance over unbalance {LATE_TURNS}"),
         lambda r: share_of(means(r.planes[1]), means(r.planes[0])),
         OfAll("residual unbalance over unbalance", lambda r: share_of(mean(r.rotor[1]), mean(r.rotor[0])), "rotor"),
+        of_rest=True,
     ),
     Measure(
         "static_force",
@@ -253,6 +259,7 @@ MEASURES = (
         lambda r: r.final_angle,
         OfAll("final ball angle from the unbalance", lambda r: r.final_angle, name=PER_BALL, per_ball=True),
         needs="final_angle",
+        of_rest=True,
     ),
     *_taken(OF_IMPACTS, "of_impacts", needs="impacts"),
     Measure(
@@ -288,7 +295,7 @@ def measured(recorded: Any, table: Sequence[Measure], label: Callable[[Measure],
     """Dimensions, numbers and ``label`` of the measures of a run by name, without those for which it recorded too little."""
     of_a_race = isinstance(recorded, Recorded)
     values = {
-        m.name: m.of(recorded)
+        m.name: _known(m, recorded)
         for m in table
         if not m.made_of and _has(recorded, needed(m) if of_a_race else (m.needs,) * bool(m.needs))
     }
@@ -303,7 +310,12 @@ def measured(recorded: Any, table: Sequence[Measure], label: Callable[[Measure],
 
 def numbers(recorded: Recorded) -> dict[str, Any]:
     """What a sweep keeps of a run, by name, without that for which it recorded too little."""
-    return _with_made({m.name: m.of(recorded) for m in SWEPT if not m.made_of and _has(recorded, m.needs)})
+    return _with_made({m.name: _known(m, recorded) for m in SWEPT if not m.made_of and _has(recorded, m.needs)})
+
+
+def _known(measure: Measure | InSweep, recorded: Any) -> Any:
+    values = measure.of(recorded)
+    return np.full_like(values, np.nan) if measure.of_rest and not recorded.at_rest else values
 
 
 def _with_made(single: dict[str, Any]) -> dict[str, Any]:
@@ -314,17 +326,21 @@ def _with_made(single: dict[str, Any]) -> dict[str, Any]:
 
 def in_row(row: Floats, settling_from: str = SETTLING_FROM[0]) -> dict[str, Any]:
     """The same by name out of a row of kernels/measures/row.py, or out of many rows; nan for what a run did not record."""
-    own = (m for m in SWEPT if not m.made_of)
-    result = {m.name: row[..., WIDTH:] if m.per_ball else row[..., getattr(COLUMN, m.name)] for m in own}
+    moving = (row[..., COLUMN.stalled_balls] > 0.0) | (row[..., COLUMN.goes_round] > 0.0)
+    result = {}
+    for m in (m for m in SWEPT if not m.made_of):
+        values = row[..., WIDTH:] if m.per_ball else row[..., getattr(COLUMN, m.name)]
+        result[m.name] = np.where(moving[..., None] if m.per_ball else moving, np.nan, values) if m.of_rest else values
     if settling_from != SETTLING_FROM[0]:
         result["settling_time"] = row[..., COLUMN.settling_since_release]
     return _with_made(result)
 
 
-def label_of(measure: Measure | InSweep, settling_from: str) -> dict[str, str]:
-    """Long name and unit of a measure; the long name says from where settling times count."""
+def label_of(measure: Measure | InSweep, settling_from: str, station: str = "") -> dict[str, str]:
+    """Long name and unit of a measure; it says at which reference ``station``, from where settling counts, and where none is."""
     text = measure.text if settling_from == SETTLING_FROM[0] else measure.text.replace(RUN_UP, RELEASED)
-    return {"long_name": text, "units": measure.unit}
+    text += "; none where a ball is stalled or goes round in the rotor" * measure.of_rest
+    return {"long_name": text.replace(HERE, repr(station) if station else HERE), "units": measure.unit}
 
 
 def swept(table: Sequence[Measure]) -> tuple[InSweep, ...]:
@@ -339,6 +355,7 @@ def swept(table: Sequence[Measure]) -> tuple[InSweep, ...]:
             o.of,
             (o.needs,) if o.needs else needed(m),
             m.made_of,
+            m.of_rest,
         )
         for m, o in zip(table, one, strict=True)
         if m.of_all is not None or not m.along
@@ -504,12 +521,7 @@ def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Answer:
     ``place``, ``plane`` and ``support`` ask for its last revolutions. ``settling_from`` is as for :func:`settling_time`.
     """
     recorded = recorded_of(run, known_origin(settling_from))
-    where = repr(run.attrs.get("reference_station", "the rotor"))
-
-    def label(measure: Measure) -> dict[str, str]:
-        about = label_of(measure, settling_from)
-        return about | {"long_name": about["long_name"].replace(HERE, where)}
-
+    label = partial(label_of, settling_from=settling_from, station=str(run.attrs.get("reference_station", "rotor")))
     source = {key: run.attrs[key] for key in SOURCE if key in run.attrs}
     dataset = xr.Dataset(measured(recorded, MEASURES, label), attrs=source)
     for name in ("ball", "place", "plane", "support", "link"):

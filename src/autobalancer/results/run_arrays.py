@@ -215,6 +215,14 @@ class Recorded:
         assert self.balls is not None
         return stalls_of(self.balls, self.whirls)
 
+    @cached_property
+    def at_rest(self) -> bool:
+        """Whether all balls turn with the rotor at the end: none is stalled or goes round in it; true without balls."""
+        if self.balls is None:
+            return True
+        numbers = time_series.plain(self.balls.time), time_series.plain(self.balls.angle)
+        return not (np.isfinite(self.stalls[2]).any() or time_series.compiled().goes_round(*numbers, self.end))
+
 
 def rotor_measures(bins: Bins, whirls: Floats) -> Any:
     """What is measured of the rotor over the bins of an envelope, by name."""

@@ -20,7 +20,7 @@ import xarray as xr
 from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.resolved import is_resolved
-from autobalancer.assembly.system import start_angles
+from autobalancer.assembly.system import assemble, start_angles
 from autobalancer.assembly.terms import weightless
 from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import resolve
@@ -49,6 +49,7 @@ from autobalancer.stability.basins import (
     unit_of_axis,
 )
 from autobalancer.stability.states.questions import equilibria
+from autobalancer.stability.summary import service_of
 from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.ensemble.ensemble import Variable, ensemble, ensemble_variables
 from autobalancer.studies.ensemble.layout import Plan, run_groups
@@ -66,7 +67,7 @@ STORED_MEASURES = (
     "peak_deflection",
 )
 OVERLAPPING = "overlapping start"
-OF_RUNS = (*STORED_MEASURES, "outcome", "verdict", "vibration_without_balls", "residual_share", "seed", "reason")
+OF_RUNS = (*STORED_MEASURES, "outcome", "verdict", "vibration_without_balls", "stalled_balls", "seed", "reason")
 _AXIS = re.compile(r"ball_angle\[\d+\]|ball_speed(\[\d+\])?|acceleration")
 DECAYS = 10.0  # decay times after which a motion counts no longer: exp(-10)
 
@@ -105,7 +106,7 @@ def verdict_starts(
     xarray.Dataset
         As of :func:`autobalancer.basin`; its states are the words of the verdict. ``vibration``, ``residual_unbalance``,
         ``static_deflection``, ``support_force`` and ``peak_deflection`` of each run are those of :func:`autobalancer.sweep`;
-        ``moving_share`` is the share of the runs at whose end a ball moves.
+        ``moving_share`` is the share of the runs at whose end a ball moves, ``stalled_share`` of those where one is stalled.
 
     Raises
     ------
@@ -150,6 +151,7 @@ def verdict_starts(
     runs = runs.isel(member=np.argsort(order)).rename(member="run")
     runs.attrs |= {"hold": hold, "seed": seed, "speed": speed, "tolerance": tolerance}
     result = _verdicts(machine, axes, shape, runs, acceleration)
+    result["unbalance"] = unbalance_at(steady, speed)
     if acceleration:
         result["peak_without_balls"] = peak_without_balls(steady, tolerance)
     result.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
@@ -296,21 +298,32 @@ def ends_of(runs: xr.Dataset, ends: Sequence[str] = ENDS) -> xr.Dataset:
     )
 
 
+def unbalance_at(machine: Machine, speed: float) -> xr.DataArray:
+    """The unbalance of the rotor in its plane, of several planes the sum of what their balls have to balance, kg m."""
+    service = service_of(machine, assemble(machine), speed)
+    about = {"long_name": "unbalance without balls", "units": "kg m"}
+    return xr.DataArray(service.unbalance if service is not None else np.nan, attrs=about)
+
+
 def distributions(runs: xr.Dataset, run_up: bool) -> xr.Dataset:
-    """What each run leaves, and its quantiles over the runs that reached their end, balanced or not."""
+    """What each run leaves, and quantiles over the runs that reached their end, balanced or not; residuals where balls rest."""
     dataset = xr.Dataset({name: ("run", runs[name].values, runs[name].attrs) for name in STORED_MEASURES})
     dataset = dataset.assign_coords(quantile=list(QUANTILES))
     finished = runs["outcome"].values == "finished"
     peaks = (("peak", "peak_deflection"),) if run_up else ()
-    for name, values in (("vibration", "vibration"), ("residual", "residual_unbalance"), *peaks):
+    for name, values in (("vibration", "vibration"), *peaks):
         dataset[f"{name}_quantile"] = ("quantile", quantiles(runs[values].values[finished]), runs[values].attrs)
     dataset["quantile_starts"] = counted_starts(int(finished.sum()), finished.size, "starts whose runs finish")
+    left = runs["residual_unbalance"]
+    rests = finished & np.isfinite(left.values)
+    dataset["residual_quantile"] = ("quantile", quantiles(left.values[rests]), left.attrs)
+    dataset["residual_starts"] = counted_starts(int(rests.sum()), rests.size, "starts whose balls rest")
     moves, alone = np.isnan(runs["settling_time"].values[finished]), runs["vibration_without_balls"]
-    whole = float((runs["residual_unbalance"] / runs["residual_share"]).median())
-    about = {"long_name": "share of the runs at whose end a ball moves", "units": "1"}
-    dataset["moving_share"] = ((), float(moves.mean()) if moves.size else np.nan, about)
+    stalls = runs["stalled_balls"].values[finished] > 0
+    for name, there, text in (("moving", moves, "a ball moves"), ("stalled", stalls, "a ball is stalled")):
+        about = {"long_name": f"share of the runs at whose end {text}", "units": "1"}
+        dataset[f"{name}_share"] = ((), float(there.mean()) if there.size else np.nan, about)
     dataset["vibration_without_balls"] = ((), float(alone.max()), alone.attrs)
-    dataset["unbalance"] = ((), whole, {"long_name": "unbalance without balls", "units": "kg m"})
     return dataset
 
 

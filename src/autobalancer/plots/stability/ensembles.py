@@ -28,7 +28,7 @@ from autobalancer.plots.style import (
     quantity_axis,
     with_ignored,
 )
-from autobalancer.results.answers.studied import Ensemble
+from autobalancer.results.answers.studied import Ensemble, which_starts
 from autobalancer.results.display_units import (
     LENGTHS,
     AxisUnit,
@@ -260,9 +260,8 @@ def _distribution(axes: Axes, dataset: xr.Dataset, quantity: str) -> None:
     moment, verdicts = quantity == "residual_unbalance", "vibration" in dataset
     whole, left = float(dataset[without]), _values(dataset, quantity)
     text = moment_text if moment else length_text
-    if "quantile_starts" in dataset:  # panels of verdicts are narrow
-        of = str(dataset["quantile_starts"].attrs["comment"])
-        name += of.replace(" ", "\n", 1) if verdicts else of
+    of = which_starts(dataset, quantity)
+    name += of.replace(" ", "\n", 1) if verdicts else of  # panels of verdicts are narrow
     if left[-1] < DUST * whole:
         axes.set_axis_off()
         axes.set_title(name, fontweight="normal", loc="center", y=0.6)

@@ -156,9 +156,10 @@ class Ensemble(Answer):
             if name in self and np.isfinite(self[name].values).any():
                 written = TEXTS[str(self[name].attrs.get("units", ""))]
                 low, middle, high = map(written, self.quantiles(name))
-                known = int(np.isfinite(self[name].values).sum())
-                among = "" if known == int(self.ran().sum()) else f" ({known} members have one)"
-                yield f"{name.replace('_', ' ')}: median {middle}, 90 % from {low} to {high}{among}"
+                known, ran = int(np.isfinite(self[name].values).sum()), int(self.ran().sum())
+                what, _, where = str(self[name].attrs.get("long_name", name)).partition("; ")
+                among = f" ({known} of {ran} members{'; ' * bool(where)}{where})" if known < ran else ""
+                yield f"{what}: median {middle}, 90 % from {low} to {high}{among}"
 
     def without(self) -> Iterator[str]:
         """How many members did not run, and why."""
@@ -291,6 +292,7 @@ class Studied(Ensemble):
             *self._sudden(),
             *self._dependent(),
             *self._drag(),
+            *meanings(self, {name: name.replace("_", " ") for name in self._shown_numbers()}),
             *(self.spread() if len(self.at_points()) == 1 else ()),
             *self.without(),
             *self._cost(),
@@ -338,6 +340,12 @@ class Studied(Ensemble):
                 yield f"{count} of {int(ran.sum())} members: the rotor {text}"
 
 
+def meanings(found: xr.Dataset, heads: Mapping[str, str]) -> list[str]:
+    """What the columns of a table are, by the long names of their variables, where these say more than the heads."""
+    long = {head: str(found[name].attrs.get("long_name", head)) for name, head in heads.items() if name in found}
+    return [f"{head}: {text}" for head, text in long.items() if text != head]
+
+
 def _quantile(values: Any, level: float) -> float:
     """Of those that are known; a border that never comes is above all others."""
     known = values[~np.isnan(values)]
@@ -357,6 +365,12 @@ LEFT = (  # variable, what it is called, how it is written, the value without ba
 )
 
 HELD = "held by friction"
+
+
+def which_starts(found: xr.Dataset, quantity: str = "") -> str:
+    """Over which starts the quantiles of a quantity are, behind its name; empty where all count."""
+    name = "residual_starts" if quantity.startswith("residual") and "residual_starts" in found else "quantile_starts"
+    return str(found[name].attrs["comment"]) if name in found else ""
 
 
 class Ends(Answer):
@@ -385,19 +399,24 @@ class Ends(Answer):
 
     def left(self) -> Iterator[str]:
         """Verdicts, balls that move, and quantiles of what the ends leave, a sentence each."""
-        of = self["quantile_starts"].attrs["comment"] if "quantile_starts" in self else ""
         if "verdict_share" in self:
             shares = zip(self["verdict"].values, self["verdict_share"].values, strict=True)
             if self._held():
                 yield f"{HELD}: the balls rest where friction stops them, near balance or far from it; see the verdict"
             yield "verdict: " + ", ".join(f"{word} {100.0 * share:.3g} %" for word, share in shares if share > 0.0)
+        of = which_starts(self)
         for plane, own in self.planes().items():
             ends = ", ".join(f"{name} {100.0 * share:.3g} %" for name, share in own["share"].items())
             middle, *_, most = own["residual_unbalance"].values()
             rest = f"; residual unbalance{of or ' at rest'}: median {moment_text(middle)}, at most {moment_text(most)}"
             yield f"plane {plane}: {ends}{rest if middle == middle else ''}; without balls {moment_text(own['unbalance'])}"
         if "moving_share" in self and float(self["moving_share"]) > 0.0:
-            yield f"balls still move at the end of {100.0 * float(self['moving_share']):.3g} % of the runs"
+            stalls = 100.0 * float(self.get("stalled_share", 0.0))
+            beside = f", stalled in {stalls:.3g} %" if stalls else ""
+            yield f"balls still move at the end of {100.0 * float(self['moving_share']):.3g} % of the runs{beside}"
+        if "residual_starts" in self and not int(self["residual_starts"]):
+            without = moment_text(float(self["unbalance"]))
+            yield f"residual unbalance: none, in each run a ball is stalled or goes round in the rotor; without balls {without}"
         for name, text, written, whole in LEFT:
             if name in self and np.isfinite(self[name].values[0]):
                 middle, often, most = map(written, self[name].values)
@@ -406,6 +425,7 @@ class Ends(Answer):
                 ratio = float(self[name].values[0]) / float(self[whole]) if float(self[whole]) > 0.0 else np.nan
                 much = worse_by(ratio) if name == "peak_quantile" else ""
                 half = f" (half of the runs at least {much})" * bool(much)
+                of = which_starts(self, name)
                 yield f"{text}{of}, {how}: median {middle}, 95 % below {often}, at most {most}; {beside}{half}"
 
     def planes(self) -> dict[str, dict[str, Any]]:
@@ -485,13 +505,18 @@ def _runs(found: Answer, unit: str) -> list[Column]:
             columns.append(Column(str(name), [str(value) for value in values.values]))
     return columns + flat.shown(
         unit,
-        Shown("peak_deflection", "peak", "µm", ".4g"),
+        Shown("peak_deflection", HEADS_OF_RUNS["peak_deflection"], "µm", ".4g"),
         Shown("peak_speed", "peak at", form=".4g"),
-        Shown("vibration", "vibration left", "µm", ".3g"),
-        Shown("residual_share", "unbalance left", "%", ".2f"),
+        Shown("vibration", HEADS_OF_RUNS["vibration"], "µm", ".3g"),
+        Shown("residual_share", HEADS_OF_RUNS["residual_share"], "%", ".2f"),
         Shown("verdict"),
     )
 
 
 MEASURED = ("verdict", "outcome", "peak_deflection", "vibration", "residual_share")
-FORMS["Swept"] = Form(_runs, there=lambda it: all(name in it for name in MEASURED) and bool(it["verdict"].dims))
+HEADS_OF_RUNS = {"peak_deflection": "peak", "vibration": "vibration left", "residual_share": "unbalance left"}
+FORMS["Swept"] = Form(
+    _runs,
+    there=lambda it: all(name in it for name in MEASURED) and bool(it["verdict"].dims),
+    remarks=lambda it: meanings(it, HEADS_OF_RUNS),
+)

@@ -11,6 +11,7 @@ from typing import Any, Unpack
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.system import reference_station
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.compiler.simd import NODES
@@ -212,10 +213,11 @@ def ensemble_variables(
         outcomes[number] = _outcome(int(numbers[number, COLUMN.status]))
     result: dict[str, Variable] = {}
     words = np.where(np.isfinite(numbers[:, COLUMN.verdict]), numbers[:, COLUMN.verdict], NO_VERDICT).astype(int)
+    station = reference_station(members.machine_of(ran[0].group.numbers[0])) if ran else ""
     for measure, values in zip(SWEPT, in_row(numbers, settling_from).values(), strict=True):
         if measure.name in measures:
             dims = ("member", "ball") if measure.per_ball else ("member",)
-            result[measure.name] = (dims, values, label_of(measure, settling_from))
+            result[measure.name] = (dims, values, label_of(measure, settling_from, station))
     verdicts = np.array(WORDS, dtype=object)[words]
     result["outcome"] = ("member", outcomes, {})
     if "verdict" in measures:

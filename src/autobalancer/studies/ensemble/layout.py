@@ -240,7 +240,8 @@ NOT_EMPTY = ("system.impacts",)  # room that a run need not find empty
 ASKABLE = (*(one.name for one in SWEPT), "verdict")  # measures of a member
 # what measures need (results/measure_table.py) that is not in the envelope
 OF_TURNS, OF_END = {"turns", "planes", "forces", "rotor"}, {"final_angle", "impacts"}
-MIXED = {"residual_vibration", "vibration", "verdict"}  # for which the envelope is compared with the last revolutions
+# for which the envelope is compared with the last revolutions, or says whether balls rest
+MIXED = {"residual_vibration", "vibration", "verdict", *(one.name for one in SWEPT if one.of_rest)}
 
 
 class Plan(NamedTuple):

@@ -12,6 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from autobalancer.assembly.system import reference_station
 from autobalancer.catalog.resolve import capability_of, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import machine_text
@@ -273,6 +274,7 @@ def study_dataset(study: Study, chunks: Mapping[tuple[int, int], Arrays], count:
     number = np.concatenate([np.arange(*span) for span in spans] or [np.zeros(0, np.int64)]).astype(np.int64)
     kept = number < count
     dataset = xr.Dataset(attrs=_attributes(study))
+    station = reference_station(study.machine) if RUN in study.results else ""
     arrays = {name: _joined([chunks[span].get(name) for span in spans])[kept] for name in _names(chunks, spans)}
     number = number[kept]
     draw, point = np.divmod(number, len(study.points))
@@ -288,7 +290,7 @@ def study_dataset(study: Study, chunks: Mapping[tuple[int, int], Arrays], count:
             dataset[name] = (
                 dims,
                 values.astype(object) if values.dtype.kind == "U" else values,
-                _label(name, study.settling_from),
+                _label(name, study.settling_from, station),
             )
     seconds = sum(float(chunks[span][SECONDS][0]) for span in spans)
     if RUN in study.results and kept.any():
@@ -356,12 +358,12 @@ def _labeled(study: Study, name: str, values: list[Any]) -> tuple[Any, dict[str,
     return result, label
 
 
-def _label(name: str, settling_from: str) -> dict[str, Any]:
+def _label(name: str, settling_from: str, station: str) -> dict[str, Any]:
     if name in {one.name for one in STANDING.values()}:
         return attributes_of(name)
     measure = next((one for one in SWEPT if one.name == name), None)
     if measure is not None:
-        return label_of(measure, settling_from)
+        return label_of(measure, settling_from, station)
     if name == RULE_BALANCED:
         return {"long_name": "whether the verdict is 'balanced'"}
     if name == "start_ball_angle_in_rotor":
