@@ -13,6 +13,7 @@ from tests.references.planar_states import equilibria_of
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_quantity, with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
 from autobalancer.stability.host.stations import of_plane, plane
@@ -81,7 +82,7 @@ def orthotropic_rotors() -> list[dict[str, Any]]:
     rows = []
     for name, machine, speeds, text in (
         ("orthotropic_eccentric_race_map_s", eccentric, (50.0, 180.0), "a race off the axis"),
-        ("rodrigues_rig_map_s", ab.catalog.rig("rodrigues_rig"), (120.0, 600.0), "a rotor that tilts in two planes"),
+        ("rodrigues_rig_map_s", rig("rodrigues_rig"), (120.0, 600.0), "a rotor that tilts in two planes"),
     ):
         drag = float(machine.balancers[0].races[0].drag.damping)
         grid = {"speed": np.linspace(*speeds, UNEVEN[0]), "drag": drag * np.geomspace(0.2, 5.0, UNEVEN[1])}

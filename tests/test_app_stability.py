@@ -27,7 +27,7 @@ from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.pictures import MapPicture, exact_statement, map_picture, statement_from_map
 from autobalancer.app.text.form_fields import alike, machine_with, text_with
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.examples import example_text, rig_text
+from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import parse_race_machine
 from autobalancer.machine import Machine
 
@@ -213,7 +213,7 @@ def test_a_deep_chamber_and_a_rotor_without_balls_are_told_so() -> None:
 
 
 def test_a_campbell_diagram_begins_with_the_modes_that_are_near_the_speeds() -> None:
-    rig = parse_race_machine(rig_text("discoidal_rig"))
+    rig = parse_race_machine(example_text("discoidal_rig"))
     campbell = ANALYSES["campbell"]
     asked = campbell.read(rig, defaults(campbell, known_of(rig)))
     found = campbell.ask(rig, asked, lambda _done, _total: None)

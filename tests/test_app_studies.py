@@ -36,7 +36,7 @@ from autobalancer.app.text.form_fields import offered as numbers
 from autobalancer.app.text.form_fields import varied_rows, with_entry, with_kind, with_row
 from autobalancer.app.text.problems import MOST, about, read_design_text, read_study_text
 from autobalancer.errors import QuestionError
-from autobalancer.files.examples import example_text, rig_text, rigs
+from autobalancer.files.examples import example_text
 from autobalancer.files.samples import sample_names
 from autobalancer.machine import Machine
 from autobalancer.studies.study.study_spec import LogNormal, Uniform
@@ -294,7 +294,7 @@ def test_a_cancelled_design_is_known_so_far_and_goes_on_with_the_same_numbers(tm
 
 @pytest.mark.parametrize("name", ["stall_and_release", "rigid_rotor", "discoidal_rig", "cfrp_rig", "rodrigues_rig"])
 def test_the_numbers_of_every_kind_of_rotor_can_vary(name: str) -> None:
-    text = rig_text(name) if name in rigs() else example_text(name)
+    text = example_text(name)
     machine = ab.parse_machine(text)
     assert isinstance(machine, Machine)
     known = numbers(text, machine)

@@ -20,8 +20,9 @@ from autobalancer.cli import app
 from autobalancer.cli import measured as balls
 from autobalancer.cli import rotor as flow
 from autobalancer.errors import MachineError, QuestionError, UnitError
-from autobalancer.files.examples import rig_text
+from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import load_machine, parse_machine
+from autobalancer.files.samples import write_example
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.units import to_si
@@ -45,7 +46,7 @@ def test_an_excitation_or_a_joint_without_its_kind_is_told_which_kinds_there_are
     told = refused(before + "[[excitations]]" + after.replace('kind = "base_motion"', "", 1))
     assert "excitations[1]: given" in told
     assert "'kind', which must be one of 'base_motion', 'recorded_base_motion', 'force', 'recorded_force'" in told
-    told = refused(rig_text("discoidal_rig").replace('kind = "lock"', "", 1))
+    told = refused(example_text("discoidal_rig").replace('kind = "lock"', "", 1))
     assert "joints[1]: given" in told
     assert "one of 'bearing', 'bushing', 'dashpot', 'lock'" in told
 
@@ -230,7 +231,7 @@ def test_a_file_with_any_value_replaced_is_read_or_refused(seed: int) -> None:
 
 
 def test_a_folder_a_machine_and_a_unit_too_many_are_named_in_words(tmp_path: Path) -> None:
-    machine = ab.catalog.write_example("design", tmp_path)[0]
+    machine = write_example("design", tmp_path)[0]
     with pytest.raises(ab.errors.MachineFileError, match="is a folder; give the path of a file"):
         ab.check(tmp_path)
     with pytest.raises(

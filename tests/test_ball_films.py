@@ -17,8 +17,9 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film import drawn as scene
-from autobalancer.measurement.film.drawn import scenery
+from autobalancer.measurement.film.drawn import Camera, scenery
 from autobalancer.measurement.film.optics import calibrate, camera_of, homography, in_space, mapped, sampled
+from autobalancer.measurement.film.setup import FilmSetup, Mark, save_film_setup
 from autobalancer.measurement.film.track import matched
 
 Floats = NDArray[np.float64]
@@ -47,13 +48,13 @@ def made_up(angles: Floats, deflection: float = 0.0) -> xr.Dataset:
     )
 
 
-def setup_of(run: xr.Dataset, camera: ab.measure.Camera, **more: Any) -> ab.measure.FilmSetup:
+def setup_of(run: xr.Dataset, camera: Camera, **more: Any) -> FilmSetup:
     """What a person would know: true places of marks, their pixels to within some pixels."""
     here, view = scenery(run), camera.view()
     off = np.random.default_rng(1).normal(0.0, 2.0, (len(here.frame_marks), 2))
     shown = here.rotor_marks if camera.turning else here.frame_marks
     marks = [
-        ab.measure.Mark(mark.place, mark.radius, tuple(view.pixels(in_space(mark.z, 0.0)) + away))
+        Mark(mark.place, mark.radius, tuple(view.pixels(in_space(mark.z, 0.0)) + away))
         for mark, away in zip(shown, off, strict=False)
     ]
     rest = {"camera": "turning"} if camera.turning else {"rotor_marks": here.rotor_marks}
@@ -63,7 +64,7 @@ def setup_of(run: xr.Dataset, camera: ab.measure.Camera, **more: Any) -> ab.meas
         "balls": run.sizes["ball"],
         "ball_height": 0.5 * DIAMETER,
     }
-    return ab.measure.FilmSetup(**{**known, "marks": marks, **rest, **more})
+    return FilmSetup(**{**known, "marks": marks, **rest, **more})
 
 
 def six() -> Floats:
@@ -89,9 +90,9 @@ def errors(found: xr.Dataset, run: xr.Dataset) -> Floats:
 
 
 @pytest.fixture(scope="module")
-def oblique() -> tuple[xr.Dataset, ab.measure.Film, ab.measure.FilmSetup, xr.Dataset]:
+def oblique() -> tuple[xr.Dataset, ab.measure.Film, FilmSetup, xr.Dataset]:
     run = made_up(six(), deflection=0.8e-3)
-    camera = ab.measure.Camera.above(0.115, tilt="30 deg", width=720, height=540, distortion=(-0.3,))
+    camera = Camera.above(0.115, tilt="30 deg", width=720, height=540, distortion=(-0.3,))
     exposure = ab.measure.Exposure(frame_rate=200.0, time="0.2 ms", noise=0.012, gradient=(0.15, -0.1), lost=0.04)
     film = ab.measure.render_film(run, camera=camera, exposure=exposure, end=0.26, seed=5)
     setup = setup_of(run, camera, distortion=1)
@@ -205,7 +206,7 @@ def test_polished_balls_that_mirror_a_lamp_have_deviations_as_large_as_their_err
 ) -> None:
     for name, value in (("AMBIENT", scene.FLOOR), ("DIFFUSE", 0.0), ("GLOSS", 3.0), ("SHARP", 12.0)):
         monkeypatch.setattr(scene, name, value)  # a saturated disc beside the middle of a ball as dark as its race
-    run, camera = made_up(six()), ab.measure.Camera.above(0.115, width=480, height=360, turning=True)
+    run, camera = made_up(six()), Camera.above(0.115, width=480, height=360, turning=True)
     exposure = ab.measure.Exposure(frame_rate=50.0, time=1e-5, noise=0.01)
     film = ab.measure.render_film(run, camera=camera, exposure=exposure, end=0.2)
     found = ab.measure.track_balls(film, setup_of(run, camera), first_ball_speed=0.0)
@@ -218,14 +219,14 @@ def test_polished_balls_that_mirror_a_lamp_have_deviations_as_large_as_their_err
 
 def test_a_camera_that_turns_with_the_rotor_sees_the_same_angles() -> None:
     run = made_up(six()[:, 2:])
-    camera = ab.measure.Camera.above(0.11, tilt="20 deg", width=640, height=480, turning=True)
-    four = [ab.measure.Mark((0.05 * np.cos(a), 0.05 * np.sin(a)), 0.003) for a in (0.0, 1.3, 2.9, 4.6)]
+    camera = Camera.above(0.11, tilt="20 deg", width=640, height=480, turning=True)
+    four = [Mark((0.05 * np.cos(a), 0.05 * np.sin(a)), 0.003) for a in (0.0, 1.3, 2.9, 4.6)]
     film = ab.measure.render_film(
         run, camera=camera, exposure=ab.measure.Exposure(frame_rate=100.0), end=0.12, rotor_marks=four
     )
     pixels = camera.view().pixels(in_space([mark.z for mark in four], 0.0))
-    marks = [ab.measure.Mark(mark.place, mark.radius, tuple(at)) for mark, at in zip(four, pixels, strict=True)]
-    setup = ab.measure.FilmSetup(ORBIT, DIAMETER, 4, marks, ball_height=0.5 * DIAMETER, camera="turning")
+    marks = [Mark(mark.place, mark.radius, tuple(at)) for mark, at in zip(four, pixels, strict=True)]
+    setup = FilmSetup(ORBIT, DIAMETER, 4, marks, ball_height=0.5 * DIAMETER, camera="turning")
     found = ab.measure.track_balls(film, setup)
     assert np.abs(errors(found, run)).max() < 0.15
     assert np.isnan(found["speed"].values).all(), "no tacho, so no speed"
@@ -234,7 +235,7 @@ def test_a_camera_that_turns_with_the_rotor_sees_the_same_angles() -> None:
 def test_balls_of_few_pixels_have_larger_deviations_which_are_those_of_their_errors() -> None:
     run, deviations = made_up(six()), []
     for width in (640, 240):
-        camera = ab.measure.Camera.above(0.115, width=width, height=3 * width // 4, turning=True)
+        camera = Camera.above(0.115, width=width, height=3 * width // 4, turning=True)
         exposure = ab.measure.Exposure(frame_rate=50.0, time=1e-5, noise=0.01)
         film = ab.measure.render_film(run, camera=camera, exposure=exposure, end=0.25)
         found = ab.measure.track_balls(film, setup_of(run, camera), first_ball_speed=0.0)
@@ -246,7 +247,7 @@ def test_balls_of_few_pixels_have_larger_deviations_which_are_those_of_their_err
 
 def test_balls_that_move_too_far_between_pictures_are_not_lost_silently() -> None:
     angles = np.radians([0.0, 120.0]) + np.outer(TIME, [-40.0, -40.0])
-    run, camera = made_up(angles), ab.measure.Camera.above(0.115, width=320, height=240, turning=True)
+    run, camera = made_up(angles), Camera.above(0.115, width=320, height=240, turning=True)
     film = ab.measure.render_film(run, camera=camera, exposure=ab.measure.Exposure(frame_rate=60.0, time=1e-5), end=0.2)
     setup = setup_of(run, camera)
     with pytest.raises(QuestionError, match=r"picture 2 at 0.0166.* expected.* first_ball_speed"):
@@ -258,7 +259,7 @@ def test_balls_that_move_too_far_between_pictures_are_not_lost_silently() -> Non
 def test_a_stroboscope_takes_one_picture_a_turn_with_the_rotor_always_at_the_same_angle() -> None:
     run = made_up(six())
     exposure = ab.measure.Exposure(frame_rate=1000.0, time=1e-5, stroboscope="turn", noise=0.0)
-    camera = ab.measure.Camera.above(0.12, width=320, height=240)
+    camera = Camera.above(0.12, width=320, height=240)
     film = ab.measure.render_film(run, camera=camera, exposure=exposure)
     assert np.allclose(np.diff(film.time), 2.0 * np.pi / SPEED)
     assert np.allclose(np.angle(np.exp(1j * film.rotor_angle)), 0.0, atol=1e-6)
@@ -288,7 +289,7 @@ def test_a_rotor_that_a_stroboscope_holds_still_is_doubted_unless_its_speed_is_g
 
 def corners() -> tuple[Floats, Floats]:
     places = np.array([[0.1, 0.0], [0.02, 0.09], [-0.1, 0.03], [-0.03, -0.1], [0.07, -0.06]])
-    view = ab.measure.Camera.above(0.12, tilt="35 deg").view()
+    view = Camera.above(0.12, tilt="35 deg").view()
     return places, view.pixels(in_space(places[:, 0] + 1j * places[:, 1], 0.0))
 
 
@@ -305,18 +306,16 @@ def test_a_lens_that_bends_lines_is_fitted_unasked_and_with_four_marks_is_part_o
     places, _ = corners()
     z, random = places[:, 0] + 1j * places[:, 1], np.random.default_rng(3)
     balls, size = 0.08 * np.exp(2j * np.pi * np.arange(24) / 24), (1280, 720)
-    camera = ab.measure.Camera.above(0.12, tilt="35 deg", distance="0.45 m", distortion=(-0.25,))
+    camera = Camera.above(0.12, tilt="35 deg", distance="0.45 m", distortion=(-0.25,))
     seen = camera.view().pixels(in_space(balls, 0.006))
     held = {}
     for count, terms in ((5, {}), (4, {}), (4, {"distortion": 0})):
         hits = []
         for _ in range(6):
             pixels = camera.view().pixels(in_space(z[:count], 0.0)) + random.normal(0.0, 0.03, (count, 2))
-            marks = [
-                ab.measure.Mark((one.real, one.imag), 0.003, tuple(at)) for one, at in zip(z, pixels, strict=False)
-            ]
+            marks = [Mark((one.real, one.imag), 0.003, tuple(at)) for one, at in zip(z, pixels, strict=False)]
             known: dict[str, Any] = {"marks_exact": True, "pixel_deviation": 0.03, **terms}
-            setup = ab.measure.FilmSetup(0.08, 0.012, 3, marks, ball_height=0.006, **known)
+            setup = FilmSetup(0.08, 0.012, 3, marks, ball_height=0.006, **known)
             found = camera_of(np.zeros(size[::-1], np.uint8), setup)
             got = found.view.places(seen, 0.006)
             away = np.angle((got[:, 0] + 1j * got[:, 1]) / balls)
@@ -340,7 +339,7 @@ def test_the_homography_is_that_of_opencv() -> None:
 
 def test_distorted_pixels_are_those_of_opencv() -> None:
     cv2 = pytest.importorskip("cv2")
-    camera = ab.measure.Camera.above(0.12, tilt="25 deg", distortion=(-0.25, 0.1))
+    camera = Camera.above(0.12, tilt="25 deg", distortion=(-0.25, 0.1))
     view = camera.view()
     points = in_space(np.array([0.1 + 0.02j, -0.05 + 0.08j, -0.09j]), 0.004)
     matrix = np.array([[view.focal_length, 0, view.middle[0]], [0, view.focal_length, view.middle[1]], [0, 0, 1.0]])
@@ -351,12 +350,12 @@ def test_distorted_pixels_are_those_of_opencv() -> None:
 
 
 def test_an_oblique_view_shows_the_focal_length_and_a_straight_one_says_that_it_does_not() -> None:
-    camera = ab.measure.Camera.above(0.12, tilt="30 deg")
+    camera = Camera.above(0.12, tilt="30 deg")
     places = 0.1 * np.exp(1j * np.arange(0.2, 6.0, 0.9))
     pixels = camera.view().pixels(in_space(places, 0.0))
     oblique = calibrate(places, pixels, (1280, 720))
     assert abs(oblique.view.focal_length / camera.focal_length - 1.0) < 1e-3
-    straight = ab.measure.Camera.above(0.12)
+    straight = Camera.above(0.12)
     unsure = calibrate(places, straight.view().pixels(in_space(places, 0.0)), (1280, 720))
     assert unsure.covariance[6, 6] > 100.0 * oblique.covariance[6, 6]
 
@@ -380,11 +379,11 @@ def test_a_ball_that_is_not_seen_takes_no_other_ones_place() -> None:
 
 
 @pytest.fixture(scope="module")
-def photograph() -> tuple[NDArray[np.uint8], ab.measure.FilmSetup, ab.measure.Camera, Floats]:
+def photograph() -> tuple[NDArray[np.uint8], FilmSetup, Camera, Floats]:
     """Two balls at the angles of run 1 at 4000 rpm in figure 10 of Rodrigues et al., seen obliquely past a bearing."""
     angles = np.radians([51.5, -75.6])
     run = made_up(np.tile(angles, (TIME.size, 1)))
-    camera = ab.measure.Camera.above(0.12, tilt="35 deg", width=800, height=600, turning=True)
+    camera = Camera.above(0.12, tilt="35 deg", width=800, height=600, turning=True)
     film = ab.measure.render_film(run, camera=camera, exposure=ab.measure.Exposure(noise=0.02), end=0.001)
     return film.pictures[0], ab.measure.film_setup(run, camera), camera, angles
 
@@ -396,7 +395,7 @@ def test_a_photograph_from_the_side_gives_the_angles_of_its_balls(photograph: tu
     assert np.degrees(np.abs(away)).max() < 0.15
     image = pytest.importorskip("PIL.Image")
     image.fromarray(picture).save(tmp_path / "photo.png")
-    ab.measure.save_film_setup(setup, tmp_path / "setup.toml")
+    save_film_setup(setup, tmp_path / "setup.toml")
     again = ab.measure.photographed_angles(tmp_path / "photo.png", ab.measure.load_film_setup(tmp_path / "setup.toml"))
     assert np.allclose(again["ball_angle"], found["ball_angle"], atol=1e-6)
     asked = ["measure", "balls", str(tmp_path / "photo.png"), "--setup", str(tmp_path / "setup.toml")]
@@ -449,16 +448,16 @@ def test_pictures_of_films_are_drawn(oblique: tuple[Any, ...], photograph: tuple
 
 
 @pytest.fixture(scope="module")
-def short() -> tuple[ab.measure.Film, Callable[..., ab.measure.FilmSetup]]:
+def short() -> tuple[ab.measure.Film, Callable[..., FilmSetup]]:
     run = made_up(six())
-    camera = ab.measure.Camera.above(0.11, width=480, height=360)
+    camera = Camera.above(0.11, width=480, height=360)
     film = ab.measure.render_film(run, camera=camera, exposure=ab.measure.Exposure(frame_rate=200.0), end=0.05)
     return film, lambda **more: setup_of(run, camera, **more)
 
 
 def test_rendering_and_tracking_say_how_far_they_are(short: tuple[Any, ...]) -> None:
     _, setup = short
-    camera, told = ab.measure.Camera.above(0.11, width=480, height=360), []
+    camera, told = Camera.above(0.11, width=480, height=360), []
     exposure = ab.measure.Exposure(frame_rate=200.0)
     run = made_up(six())
     film = ab.measure.render_film(
@@ -486,10 +485,7 @@ def test_another_number_of_balls_is_refused(short: tuple[Any, ...], balls: int, 
 def test_a_film_without_marks_is_refused_with_the_mark_that_is_not_there(short: tuple[Any, ...]) -> None:
     film, setup = short
     given = setup()
-    marks = [
-        ab.measure.Mark(one.place, one.radius, (60.0 + 5.0 * k, 60.0 + 4.0 * (k % 2)))
-        for k, one in enumerate(given.marks)
-    ]
+    marks = [Mark(one.place, one.radius, (60.0 + 5.0 * k, 60.0 + 4.0 * (k % 2))) for k, one in enumerate(given.marks)]
     with pytest.raises(QuestionError, match="mark 1: no spot within"):
         ab.measure.track_balls(film, setup(marks=marks))
 
@@ -505,7 +501,7 @@ def test_dark_and_saturated_films_are_refused(short: tuple[Any, ...], factor: fl
 def test_a_picture_with_a_hidden_ball_says_so_and_keeps_the_others(short: tuple[Any, ...]) -> None:
     film, setup = short
     pictures = film.pictures.copy()
-    camera = ab.measure.Camera.above(0.11, width=480, height=360).view()
+    camera = Camera.above(0.11, width=480, height=360).view()
     place = ORBIT * np.exp(1j * (np.interp(film.time[6], TIME, six()[:, 2]) + film.rotor_angle[6]))
     column, row = camera.pixels(in_space(place, 0.5 * DIAMETER)).round().astype(int)
     pictures[6, row - 16 : row + 17, column - 16 : column + 17] = 56
@@ -520,16 +516,13 @@ def test_a_picture_with_a_hidden_ball_says_so_and_keeps_the_others(short: tuple[
 
 def test_marks_on_a_line_and_patterns_that_look_the_same_are_refused() -> None:
     with pytest.raises(QuestionError, match="all within 1000 m"):
-        ab.measure.Mark((2e3, 0.0), 0.003, (10.0, 10.0))
+        Mark((2e3, 0.0), 0.003, (10.0, 10.0))
     places = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 0.0]])
     with pytest.raises(QuestionError, match="lie on a line"):
         homography(places, places)
-    third = [
-        ab.measure.Mark((0.05 * np.cos(a), 0.05 * np.sin(a)), 0.003, (1.0, 1.0))
-        for a in 2.0 * np.pi / 3.0 * np.arange(3)
-    ]
+    third = [Mark((0.05 * np.cos(a), 0.05 * np.sin(a)), 0.003, (1.0, 1.0)) for a in 2.0 * np.pi / 3.0 * np.arange(3)]
     with pytest.raises(QuestionError, match="look the same after 120 degrees"):
-        ab.measure.FilmSetup(ORBIT, DIAMETER, 6, [*third, third[0]], third)
+        FilmSetup(ORBIT, DIAMETER, 6, [*third, third[0]], third)
 
 
 def test_a_file_that_is_no_film_is_refused(short: tuple[Any, ...], tmp_path: Path) -> None:

@@ -436,7 +436,7 @@ def test_the_border_of_a_scaled_balancer_is_that_of_the_unscaled_one() -> None:
 
 
 def test_a_speed_in_a_window_below_the_border_is_not_called_unstable() -> None:
-    rig = ab.catalog.rig("discoidal_rig")
+    rig = ab.example("discoidal_rig")
     (rate,) = ab.stability.eigenvalues(rig, [1200.0 * math.pi / 30.0])["growth_rate"].values
     assert rate < 0.0
     (border,) = [

@@ -21,7 +21,7 @@ from autobalancer.files.machine_file import balls_in_chambers, save_machine
 from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.results.chamber_measures import catalog_numbers
 from autobalancer.studies.design.chambers import candidates_of, machine_of, numbers_of, rounds, ruled_out
-from autobalancer.studies.design.designs import fronts
+from autobalancer.studies.design.designs import designed_machine, fronts
 
 SHELF = {"balls": [3, 4, 5], "total_mass": [0.6, 1.0], "friction": "0.65"}
 ROLLS = {"body": "cylinder", "count": 3, "density": 7800.0, "diameter": 0.02, "length": 0.05}
@@ -84,7 +84,7 @@ def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine(tmp_
     assert found.answer().startswith(undecided)
     assert "share of the runs in which a ball does not go around with the rotor: 100 (21 to 100) %" in found.answer()
     best = found.isel(design=int(np.nanargmin(found["place"].values)))
-    made = ab.chamber.designed_machine(found)
+    made = designed_machine(found)
     group = made.chambers[0].balls[0]
     assert (group.count, group.radius) == (int(best["balls"]), pytest.approx(0.5 * float(best["diameter"])))
     assert float(made.contact.friction) == float(best["friction"])
@@ -211,7 +211,7 @@ def test_a_liquid_that_turns_with_the_chamber_lifts_balls_without_friction(tmp_p
         "1 of 2 designs keeps all limits in 1 run of 1, though up to 79 % of all may stall (95 % confidence); the best: "
     )
     assert next(one for one in sure.columns() if one.head == "keeps limits").values == ["in 1 run of 1", "misses 1"]
-    assert ab.chamber.designed_machine(found).chambers[0].square_drag > 0.0
+    assert designed_machine(found).chambers[0].square_drag > 0.0
 
 
 def test_a_fluid_must_cover_the_balls_and_leave_room_for_them() -> None:

@@ -265,7 +265,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The samples, the result of a run, and an archive with a run in it."""
     place = tmp_path_factory.mktemp("copied")
     for name in SAMPLES:
-        ab.catalog.write_example(name, place)
+        write_example(name, place)
     for name, many, few in (
         ("centrifuge_design", "count = [1, 2, 3]", "count = [2]"),
         ("oil_study", "members = 400", "members = 20"),

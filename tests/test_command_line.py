@@ -30,7 +30,7 @@ def test_from_machine_file_to_pictures(tmp_path: Path) -> None:
     found = json.loads(answer.stdout)
     assert found["outcome"] == "finished"
     assert found["measures"]["peak_deflection"] == float(
-        ab.peak_deflection(ab.load_run(tmp_path / "run.nc"))["deflection"]
+        ab.run_measures(ab.load_run(tmp_path / "run.nc"), "peak_deflection")["deflection"]
     )
     drawn = CliRunner().invoke(app, ["plot", str(tmp_path / "run.nc"), "--out", str(tmp_path / "pictures")])
     assert drawn.exit_code == 0, drawn.output

@@ -17,7 +17,7 @@ import tomli_w
 
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
-from autobalancer.files.examples import rig_text
+from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine import plugins as leaves
@@ -153,7 +153,7 @@ def test_the_joint_of_ones_own_that_a_page_shows_holds_a_rig(own_leaves: Callabl
     own_leaves("multibody.md")
     blocks = FENCE.findall((ROOT / "docs" / "multibody.md").read_text(encoding="utf-8"))
     (shown,) = (tomllib.loads(block)["rotor"]["joints"][0] for block in blocks if "rubber_foot" in block)
-    data = tomllib.loads(rig_text("discoidal_rig"))
+    data = tomllib.loads(example_text("discoidal_rig"))
     data["rotor"]["joints"][-1] = shown
     model = lateral_model(parse_machine(tomli_w.dumps(data)))
     assert model.top_speed == 200.0

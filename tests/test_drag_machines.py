@@ -158,7 +158,7 @@ def test_the_quick_start_says_rightly_what_the_whole_drag_law_of_its_disc_change
         with warnings.catch_warnings():
             warnings.simplefilter("error" if machine is whole else "ignore", RangeWarning)
             run = ab.simulate(machine, save=ab.Envelope())
-        peak.append(f"{1e3 * float(ab.peak_deflection(run)['deflection']):.2f}")
+        peak.append(f"{1e3 * float(ab.run_measures(run, 'peak_deflection')['deflection']):.2f}")
     text = Path("docs/quickstart.md").read_text(encoding="utf-8")
     assert f"released at {release[0]} in place of\n{release[1]} rpm" in text
     assert f"{peak[0]} in place of {peak[1]} mm" in text

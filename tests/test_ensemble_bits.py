@@ -12,6 +12,7 @@ from tests.test_places import SHAFT
 
 import autobalancer as ab
 from autobalancer.assembly.system import Model
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import Machine
@@ -43,7 +44,7 @@ def shaft(**changes: Any) -> Machine:
 def multibody(**changes: Any) -> Machine:
     """A published rig of several bodies, at speed from the start."""
     fast = {"kind": "speed", "profile": {"kind": "constant", "speed": "900 rpm"}}
-    return _changed(ab.with_parameter(ab.catalog.rig("discoidal_rig"), "drive", fast), changes)
+    return _changed(ab.with_parameter(rig("discoidal_rig"), "drive", fast), changes)
 
 
 def _changed(machine: Machine, changes: dict[str, Any]) -> Machine:

@@ -14,7 +14,14 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.drag.discoidal import discoidal
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.measurement.equilibrium_angles import AngleSeries, TurnedRace, angle_machine
+from autobalancer.measurement.equilibrium_angles import (
+    AngleSeries,
+    TurnedRace,
+    angle_machine,
+    equilibrium_angles,
+    fit_rolling_resistance,
+    rolling_resistance_deviation,
+)
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 MACHINE = EXAMPLES / "machines" / "equilibrium_angle.toml"
@@ -29,9 +36,9 @@ def made(race: TurnedRace, friction: float, noise: float, random: np.random.Gene
     for density, viscosity in OILS:
         series = AngleSeries(f"{viscosity:g}", np.empty(0), np.empty(0), density, viscosity)
         grid = np.geomspace(1e-2, 100.0, 20_001)
-        angles = ab.measure.equilibrium_angles(series.race(race), discoidal(), grid, friction)
+        angles = equilibrium_angles(series.race(race), discoidal(), grid, friction)
         speeds = np.interp(np.radians(np.linspace(8.0, 82.0, 12)), angles[angles < 1.5], grid[angles < 1.5])
-        exact = ab.measure.equilibrium_angles(series.race(race), discoidal(), speeds, friction)
+        exact = equilibrium_angles(series.race(race), discoidal(), speeds, friction)
         measured = exact + math.radians(noise) * random.standard_normal(12)
         found.append(AngleSeries(series.name, speeds, measured, density, viscosity))
     return found
@@ -82,8 +89,8 @@ def test_the_standard_deviation_is_that_of_repeated_experiments() -> None:
     fitted, deviations = [], []
     for _ in range(10):
         series = [(one.race(race), one.speeds, one.angles) for one in made(race, 0.05, 0.5, random)]
-        fitted.append(ab.measure.fit_rolling_resistance(series))
-        deviations.append(ab.measure.rolling_resistance_deviation(series, resamples=12))
+        fitted.append(fit_rolling_resistance(series))
+        deviations.append(rolling_resistance_deviation(series, resamples=12))
     scatter = float(np.std(fitted, ddof=1))
     assert abs(float(np.mean(fitted)) - 0.05) < 2.0 * scatter / math.sqrt(10.0)
     assert 0.5 * scatter < float(np.mean(deviations)) < 2.0 * scatter
@@ -93,9 +100,7 @@ def test_more_noise_does_not_pull_the_coefficient_down() -> None:
     """Small angles say little; without their weights a degree of noise takes a tenth of the coefficient away."""
     race, random = angle_machine(MACHINE).race, np.random.default_rng(5)
     fitted = [
-        ab.measure.fit_rolling_resistance(
-            [(one.race(race), one.speeds, one.angles) for one in made(race, 0.05, 1.0, random)]
-        )
+        fit_rolling_resistance([(one.race(race), one.speeds, one.angles) for one in made(race, 0.05, 1.0, random)])
         for _ in range(12)
     ]
     assert float(np.mean(fitted)) == pytest.approx(0.05, abs=2.5e-3)

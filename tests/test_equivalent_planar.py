@@ -185,8 +185,8 @@ def test_the_picture_shows_rotor_and_both_oscillators() -> None:
     figure = ab.plot.answer(equivalent_planar(FAR).data)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == ["rotor", "oscillator, static", "oscillator, modal"]
-    with pytest.raises(QuestionError, match=r"not a result of rotor\.equivalent_planar"):
-        ab.plot.answer(modes(FAR))
+    with pytest.raises(QuestionError, match=r"is of a result of rotor\.equivalent_planar"):
+        ab.plot.answer(modes(FAR), "equivalent_planar")
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import QuestionError, ResultError
-from autobalancer.files.examples import rig, rig_text
+from autobalancer.files.examples import example_text, rig
 from autobalancer.studies.stepped_response import stepped_response
 
 RIG = rig("rodrigues_rig")
@@ -101,7 +101,7 @@ def test_a_damaged_note_and_a_foreign_result_are_refused(tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_the_command_stops_at_ctrl_c_and_goes_on_when_called_again(tmp_path: Path) -> None:
-    (tmp_path / "rig.toml").write_text(rig_text("rodrigues_rig"), encoding="utf-8")
+    (tmp_path / "rig.toml").write_text(example_text("rodrigues_rig"), encoding="utf-8")
     command = [
         sys.executable, "-m", "autobalancer", "stepped-response", "rig.toml", "--speeds", "1000rpm:3000rpm:7", "--dwell",
         "60 s", "--window", "3 s", "--out", "s.nc", "--json",

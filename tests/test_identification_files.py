@@ -185,5 +185,5 @@ def test_the_picture_has_a_panel_for_each_curve() -> None:
         boxes = [label.get_window_extent() for label in figure.axes[-1].get_yticklabels()]
         assert not any(one.overlaps(other) for one, other in pairwise(boxes))
         assert min(box.x0 for box in boxes) >= 0.0
-    with pytest.raises(QuestionError, match=r"not a result of rotor\.identify"):
-        ab.plot.answer(ab.rotor.response(MACHINE, speeds))
+    with pytest.raises(QuestionError, match=r"is of a result of rotor\.identify"):
+        ab.plot.answer(ab.rotor.response(MACHINE, speeds), "identification")

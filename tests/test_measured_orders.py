@@ -19,6 +19,7 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Channel, MeasuredOrders, Sensor, Tacho, load_orders, record
 from autobalancer.measurement.balancing.run_down import first_orders
+from autobalancer.measurement.comparison.run_up_fit import load_measured
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.tracking import fitted_orders
 from autobalancer.rotordynamics.identification.fit import Trial
@@ -409,7 +410,7 @@ def test_a_measurement_file_names_orders_signals_and_films(
     assert answer.exit_code == 2
     assert "run_ups[1].file: orders.nc has neither signals nor ball angles" in " ".join(answer.output.split())
     path = ab.catalog.example_path("run_down_orders")
-    assert load_orders(path).equals(ab.measure.load_measured(path))
+    assert load_orders(path).equals(load_measured(path))
     answer = CliRunner().invoke(app, ["compare", str(tmp_path / "run.nc"), str(tmp_path / "orders.nc")])
     assert answer.exit_code == 0, answer.output
     assert "peak_amplitude" in answer.output

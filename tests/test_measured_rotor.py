@@ -12,6 +12,7 @@ import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import AutobalancerError, MachineError, QuestionError
 from autobalancer.machine import Machine, ModalRotor, PlanarRotor, Resonance
+from autobalancer.measurement.loop import balls_of
 from autobalancer.reporting.report import design_pages
 from autobalancer.reporting.report_pages import Drawing, Paragraph
 from autobalancer.rotordynamics.receptance.receptances import receptance_dataset
@@ -70,7 +71,7 @@ def test_two_resonances_are_found_again_and_their_border_is_that_of_the_receptan
             assert getattr(found, name) == pytest.approx(getattr(true, name), rel=1e-6)
     machine = ab.example("discoidal").model_copy(update={"rotor": rotor})
     known = ab.measure.receptance_border(
-        fit, ab.measure.balls_of(machine), balls_on_rotor=False, unbalance=594e-6, searched=(150.0, 200.0)
+        fit, balls_of(machine), balls_on_rotor=False, unbalance=594e-6, searched=(150.0, 200.0)
     )
     assert exact_border(machine) == pytest.approx(known.attrs["exact_border"], rel=1e-6)
 

@@ -16,6 +16,7 @@ import xarray as xr
 import autobalancer as ab
 from autobalancer.errors import AutobalancerError, QuestionError, RangeWarning, ResultError
 from autobalancer.measure import Channel
+from autobalancer.measurement.balancing.run_down import load_orders
 
 TIME = np.arange(400) / 1000.0
 WAVE = 1e-4 * np.sin(2.0 * np.pi * 10.0 * TIME)
@@ -580,7 +581,7 @@ def test_files_that_would_fill_the_memory_or_never_end_are_refused(
             ab.measure.load_signals(tmp_path / name)
     os.mkfifo(tmp_path / "pipe")
     for place in (tmp_path / "pipe", Path("/dev/zero")):
-        for read in (ab.measure.load_signals, ab.measure.load_receptance, ab.load_run, ab.measure.load_orders):
+        for read in (ab.measure.load_signals, ab.measure.load_receptance, ab.load_run, load_orders):
             with pytest.raises(ResultError, match="is a device or a pipe"):
                 read(place)
 

@@ -11,10 +11,10 @@ import tomli_w
 
 from autobalancer.assembly.rotors import lateral_model, rows_at
 from autobalancer.errors import MachineError, MachineFileError
-from autobalancer.files.examples import rig_text
+from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import parse_machine
 
-DISCOIDAL = tomllib.loads(rig_text("discoidal_rig"))
+DISCOIDAL = tomllib.loads(example_text("discoidal_rig"))
 BUSHING = 5
 LOCK = {"kind": "lock", "between": ["lid", "winding"]}
 

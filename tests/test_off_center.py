@@ -55,9 +55,9 @@ def test_each_of_two_eccentric_races_keeps_its_own_vibration_and_residual() -> N
     machine = ab.with_parameter(machine, "balancers[2].races[1].eccentricity_angle", "70 deg")
     run = ab.simulate(machine, duration=40.0, save=ab.LastRevolutions())
     found = predicted(machine, float(run["turn_speed"][-1]))
-    left = ab.residual_unbalance(run)["residual"].values
+    left = ab.run_measures(run, "residual_unbalance")["residual"].values
     assert [plane.residual for plane in found.planes] == pytest.approx(left, rel=1e-4)
-    assert ab.vibration(run)["greatest"].values[:2] == pytest.approx([20e-6, 30e-6], rel=1e-4)
+    assert ab.run_measures(run, "vibration")["greatest"].values[:2] == pytest.approx([20e-6, 30e-6], rel=1e-4)
 
 
 def test_more_planes_than_a_rotor_has_motions_have_no_residual_of_their_own() -> None:

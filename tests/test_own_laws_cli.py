@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import MachineError
-from autobalancer.files.examples import rig_text
+from autobalancer.files.examples import example_text
 from autobalancer.machine import Drag, FrictionLaw, Joint
 from autobalancer.machine import plugins as leaves
 
@@ -110,7 +110,7 @@ def test_a_friction_law_from_a_file_lets_balls_slide_longer(own: Path, tmp_path:
 
 
 def test_a_joint_from_a_file_carries_a_rig(own: Path, tmp_path: Path) -> None:
-    data = tomllib.loads(rig_text("discoidal_rig"))
+    data = tomllib.loads(example_text("discoidal_rig"))
     data["rotor"]["joints"][-1] = {"kind": "foot", "between": ["base", "ground"], "position": 0.0}
     machine = written(tmp_path / "rig.toml", data)
     rows = told("--load", own, "modes", machine, "--speed", "0 rpm", "--json")

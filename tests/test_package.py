@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.files.examples import example_text
+from autobalancer.files.samples import write_example
 from autobalancer.plots.film.frames import Film, film_format, write_film
 from autobalancer.simulation.record import Samples
 
@@ -50,7 +52,7 @@ def test_a_sample_machine_is_listed_printed_and_written(tmp_path: Path) -> None:
     said = RUNNER.invoke(app, ["example", "discoidal", "--out", str(tmp_path / "d.toml")])
     assert said.exit_code == 0
     assert ab.load_machine(tmp_path / "d.toml") == ab.example("discoidal")
-    assert RUNNER.invoke(app, ["example", "discoidal", "--print"]).stdout == ab.catalog.example_text("discoidal")
+    assert RUNNER.invoke(app, ["example", "discoidal", "--print"]).stdout == example_text("discoidal")
 
 
 def test_samples_of_every_kind_are_written_and_nothing_is_overwritten(
@@ -65,21 +67,21 @@ def test_samples_of_every_kind_are_written_and_nothing_is_overwritten(
     assert free
     assert len(measured) > 0
     assert ab.catalog.example_path("discoidal").read_text() == Path("discoidal.toml").read_text()
-    assert ab.catalog.write_example("discoidal") == (Path("discoidal.toml"),)
+    assert write_example("discoidal") == (Path("discoidal.toml"),)
     Path("discoidal.toml").write_text("mine")
     with pytest.raises(QuestionError, match=r"discoidal\.toml: is there already with another content"):
-        ab.catalog.write_example("discoidal")
+        write_example("discoidal")
     assert Path("discoidal.toml").read_text() == "mine"
     with pytest.raises(
         CatalogError, match=r"no sample is called 'x'; there are machines cfrp_planar, .*; rigs cfrp_rig"
     ):
-        ab.catalog.write_example("x")
+        write_example("x")
 
 
 def test_a_rig_without_a_name_is_a_list(tmp_path: Path) -> None:
     assert "cfrp_rig" in RUNNER.invoke(app, ["catalog", "rigs"]).stdout
     RUNNER.invoke(app, ["catalog", "rig", "cfrp_rig", "--out", str(tmp_path / "rig.toml")])
-    assert (tmp_path / "rig.toml").read_text(encoding="utf-8") == ab.catalog.rig_text("cfrp_rig")
+    assert (tmp_path / "rig.toml").read_text(encoding="utf-8") == example_text("cfrp_rig")
 
 
 def test_dir_shows_the_public_interface_only() -> None:

@@ -15,6 +15,7 @@ from autobalancer.assembly.places import coordinates, places_of
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
 from autobalancer.errors import QuestionError
+from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine import Machine
 from autobalancer.results.display_units import length_text
@@ -44,15 +45,15 @@ def drum() -> xr.Dataset:
 
 def test_the_weight_of_the_balls_is_static_deflection_and_no_vibration(drum: xr.Dataset) -> None:
     weight = 10 * math.pi / 6 * 0.02**3 * 7800.0 * GRAVITY  # of steel balls as in the catalog
-    static = ab.static_deflection(drum)
+    static = ab.run_measures(drum, "static_deflection")
     assert static.imag == pytest.approx(-weight / 12e3, rel=0.02)
     assert abs(static.real) < 1e-3 * abs(static)
     turn = drum.isel(turn=slice(1, None))
     ranges = [0.5 * np.ptp(turn[f"turn_{axis}"].values) for axis in "xy"]
-    found = ab.vibration(drum, "rotor")
+    found = ab.run_measures(drum, "vibration", place="rotor")
     assert float(found["half_range"]) == pytest.approx(max(ranges), rel=1e-12)
-    assert max(ranges) < ab.residual_vibration(drum) < math.sqrt(2.0) * max(ranges) * 1.001
-    assert ab.residual_vibration(drum) < 0.05 * abs(static)
+    assert max(ranges) < ab.run_measures(drum, "residual_vibration") < math.sqrt(2.0) * max(ranges) * 1.001
+    assert ab.run_measures(drum, "residual_vibration") < 0.05 * abs(static)
     alone = parse_machine(str(drum.attrs["machine"])).rotor.mass * 9.80665 / 12e3  # the sag of the rotor, not in it
     assert float(drum["rotor_sag"][0]) == pytest.approx(alone, rel=1e-9)
     assert f"beyond the {length_text(alone)} by which the rotor sags" in str(ab.verdict(drum))
@@ -66,11 +67,11 @@ def test_vibration_of_a_circle_is_its_radius_and_its_velocity() -> None:
     run = ab.simulate(machine, duration=10.0, tolerance=1e-11)
     w, m, k, b, u = 500.0, 9.995, 625e3, 100.0, 5e-4
     radius = u * w**2 / abs(k - m * w**2 + 1j * b * w)
-    found = ab.vibration(run)
+    found = ab.run_measures(run, "vibration")
     np.testing.assert_allclose(found["greatest"], radius, rtol=1e-6)
     np.testing.assert_allclose(found["rms"], radius / math.sqrt(2.0), rtol=1e-6)
     np.testing.assert_allclose(found["velocity_rms"], radius * w / math.sqrt(2.0), rtol=1e-6)
-    force = ab.support_forces(run)
+    force = ab.run_measures(run, "support_forces")
     np.testing.assert_allclose(force["greatest"], radius * abs(k + 1j * b * w), rtol=1e-6)
     assert float(force["static"][0]) < 1e-6 * float(force["greatest"][0])
 
@@ -107,7 +108,7 @@ def test_balls_that_stall_leave_no_static_deflection_on_a_vertical_axis() -> Non
     in_space = run["turn_rotor_angle"] + run["turn_ball_angle_in_rotor"]
     whirls = (in_space[-1] - in_space[0]) / math.tau
     assert (np.abs(whirls - 4.5) < 1.5).all()  # of ten turns of the rotor
-    found, force = ab.vibration(run), ab.support_forces(run)
+    found, force = ab.run_measures(run, "vibration"), ab.run_measures(run, "support_forces")
     assert float(found["static"][0]) == 0.0 == float(force["static"][0])
     z = np.hypot(run["turn_place_x"].values, run["turn_place_y"].values)
     assert float(found["greatest"][0]) <= z.max()
@@ -116,7 +117,7 @@ def test_balls_that_stall_leave_no_static_deflection_on_a_vertical_axis() -> Non
     # the same numbers in a row of a sweep
     row = ab.sweep(parse_machine(STALLED), {"rotor.mass": ["12.27 kg"]})
     assert float(row["static_deflection"][0]) == 0.0
-    assert float(row["vibration"][0]) == pytest.approx(ab.residual_vibration(run), rel=1e-3)
+    assert float(row["vibration"][0]) == pytest.approx(ab.run_measures(run, "residual_vibration"), rel=1e-3)
     assert float(row["support_force"][0]) == pytest.approx(float(force["greatest"][0]), rel=1e-3)
 
 
@@ -154,7 +155,7 @@ balls = [{ count = 2, mass = "1 g", motion = "point" }]
 def laid_down_rig() -> Machine:
     """A published rig of several bodies, on its side and at speed from the start."""
     fast = {"kind": "speed", "profile": {"kind": "constant", "speed": "900 rpm"}}
-    laid = ab.catalog.rig("discoidal_rig").model_copy(update={"axis": "horizontal"})
+    laid = rig("discoidal_rig").model_copy(update={"axis": "horizontal"})
     return ab.with_parameter(laid, "drive", fast)
 
 
@@ -209,25 +210,27 @@ def _rotor_moment(machine: Machine, times: np.ndarray, end: float) -> np.ndarray
 
 def test_residual_unbalance_is_said_of_each_plane() -> None:
     run = ab.simulate(MACHINES / "two_plane_rotor.toml")
-    found = ab.residual_unbalance(run)
+    found = ab.run_measures(run, "residual_unbalance")
     point, couple = 100e-6 * np.exp(1j * np.deg2rad(20.0)), 10e-6 * np.exp(1j * np.deg2rad(60.0)) / 0.25
     by_moments = np.abs([point * 0.13 / 0.25 - couple, point * 0.12 / 0.25 + couple])  # planes at -100 and 150 mm
     np.testing.assert_allclose(found["unbalance"], by_moments, rtol=1e-9)
     needed = ab.stability.equilibria(MACHINES / "two_plane_rotor.toml", float(run["speed"][-1]))["required_moment"]
     np.testing.assert_allclose(found["unbalance"], needed, rtol=1e-9)
     assert (found["share"] < 1e-3).all()
-    assert float(ab.residual_unbalance(run, "upper")["residual"]) == pytest.approx(float(found["residual"][1]))
+    assert float(ab.run_measures(run, "residual_unbalance", plane="upper")["residual"]) == pytest.approx(
+        float(found["residual"][1])
+    )
     with pytest.raises(QuestionError, match="'lower', 'upper'"):
-        ab.residual_unbalance(run, "middle")
+        ab.run_measures(run, "residual_unbalance", plane="middle")
 
 
 def test_what_was_not_kept_is_asked_for() -> None:
     machine = parse_machine(DRUM)
     run = ab.simulate(machine, duration=0.3, save=ab.Envelope(20))
     with pytest.raises(QuestionError, match="LastRevolutions"):
-        ab.residual_vibration(run)
+        ab.run_measures(run, "residual_vibration")
     with pytest.raises(QuestionError, match="LastRevolutions"):
-        ab.vibration(run)
+        ab.run_measures(run, "vibration")
 
 
 def test_a_drum_is_optimized_by_its_vibration_and_not_by_its_sag() -> None:

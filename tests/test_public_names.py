@@ -24,6 +24,7 @@ from autobalancer.api import SimulateOptions
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.machine_kinds import arguments_of
+from autobalancer.measurement.loop import balls_of
 from autobalancer.namespace import function_of
 from autobalancer.plots.chamber.view import chamber_scene
 from autobalancer.plots.film.animation import race_scene
@@ -188,7 +189,7 @@ def test_a_function_is_known_by_its_public_name_in_help_and_in_tracebacks() -> N
         ab.rotor.modes,
         lambda machine: ab.sweep(machine, {"rotor.mass": [1.0, 2.0]}),
         lambda machine: ab.stepped_response(machine, [100.0], dwell=1.0, window=0.5),
-        ab.measure.balls_of,
+        balls_of,
     ],
 )
 def test_a_question_of_races_says_what_it_wants_and_what_deep_chambers_have(asked: Callable[[Any], Any]) -> None:

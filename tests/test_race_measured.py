@@ -10,6 +10,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
+from autobalancer.files.examples import example_text
 from autobalancer.laws.stall import rest_ends
 from autobalancer.measure import drag_from_lag, race_shape, rest_friction
 from autobalancer.measurement.race_measurements import _gain
@@ -50,7 +51,7 @@ def test_the_stated_deviation_of_a_wave_is_that_of_many_profiles():
 
 def test_the_lines_for_a_machine_file_make_the_race_that_was_measured():
     text = race_shape(ab.catalog.example_path("race_profile")).machine_lines()
-    base = ab.catalog.example_text("one_ball_run_up")
+    base = example_text("one_ball_run_up")
     machine = ab.parse_machine(base.replace('orbit_radius = "76.95 mm"\n', text))
     race = machine.balancers[0].races[0]
     assert [wave.order for wave in race.harmonics] == [2, 3]  # no wave of the noise

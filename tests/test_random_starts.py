@@ -138,7 +138,9 @@ def test_a_slow_run_up_stalls_from_every_start_and_a_fast_one_balances_most() ->
     assert float(fast["share"].sel(end="balanced")) > 0.5
     assert slow.attrs["released"] == "after run-ups"
     held = ab.simulate(driven_to(machine, 330.0, 66.0), duration=66.0, hold_balls=True)
-    assert float(slow["peak_without_balls"]) == pytest.approx(float(ab.peak_deflection(held)["deflection"]), rel=0.01)
+    assert float(slow["peak_without_balls"]) == pytest.approx(
+        float(ab.run_measures(held, "peak_deflection")["deflection"]), rel=0.01
+    )
     assert float(slow["peak_deflection"].min()) > float(fast["peak_deflection"].max())
     assert float(slow["peak_quantile"].sel(quantile=1.0)) == float(slow["peak_deflection"].max())
 
@@ -155,7 +157,7 @@ def test_the_machine_of_the_worst_start_repeats_its_run(acceleration: float | No
     assert float(run["time"][-1]) == pytest.approx(
         float(found.attrs["hold"]) + (SPEED / 100.0 if acceleration else 0.0)
     )
-    places = ab.vibration(run)["greatest"].values
+    places = ab.run_measures(run, "vibration")["greatest"].values
     assert places.max() == pytest.approx(float(found["vibration"][worst]), rel=1e-6)
 
 

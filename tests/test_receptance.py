@@ -530,7 +530,7 @@ def test_pictures_show_fit_and_loop(tmp_path: Path) -> None:
     for speed in (70.0, 100.0):
         title = ab.plot.answer(receptance_loop(fit, OIL, speed, balls_on_rotor=False)).get_suptitle()
         assert ("unstable" in title) == (speed == 70.0)
-    with pytest.raises(QuestionError, match=r"not a result of measure\.receptance_loop"):
-        ab.plot.answer(fit)
-    with pytest.raises(QuestionError, match=r"not a result of measure\.receptance"):
+    with pytest.raises(QuestionError, match=r"is of a result of measure\.receptance_loop"):
+        ab.plot.answer(fit, "nyquist")
+    with pytest.raises(QuestionError, match="there is no picture of this result"):
         ab.plot.answer(load_receptance(hammer_file(tmp_path)))

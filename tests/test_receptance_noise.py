@@ -16,7 +16,7 @@ import autobalancer as ab
 from autobalancer.assembly.drive_train import largest_unbalance
 from autobalancer.cli.identify import receptance as command
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.loop import equal_balls, receptance_border
+from autobalancer.measurement.loop import balls_of, equal_balls, receptance_border
 from autobalancer.rotordynamics.receptance.receptances import receptance_dataset
 
 FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it
@@ -79,7 +79,7 @@ def test_the_border_from_an_accelerometer_is_the_exact_border_of_the_machine(see
     rig = Path(__file__).parents[1] / "examples" / "machines" / "discoidal.toml"
     fit = ab.measure.receptance(accelerance(FREQUENCY, ONE, 1e-2, 0.005, seed))
     unbalance = abs(largest_unbalance(ab.load_machine(rig)))
-    found = receptance_border(fit, ab.measure.balls_of(rig), balls_on_rotor=False, unbalance=unbalance, resamples=10)
+    found = receptance_border(fit, balls_of(rig), balls_on_rotor=False, unbalance=unbalance, resamples=10)
     exact = {border.name: border.speed for border in ab.stability.borders(rig)}["exact border"]
     assert found.attrs["exact_border"] == pytest.approx(exact, rel=0.01)
     assert abs(found.attrs["exact_border"] - exact) < 5.0 * found.attrs["exact_border_deviation"]

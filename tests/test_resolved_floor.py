@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from tests.references.resolved import chamber, run
 
 import autobalancer as ab
+from autobalancer.files.examples import rig
 from autobalancer.kernels import records as at
 from autobalancer.machine import Machine
 
@@ -138,7 +139,7 @@ def test_a_run_says_until_when_its_balls_are_on_the_floor() -> None:
 
 def test_a_ball_rests_on_its_wall_where_stiff_bearings_have_critical_speeds_that_no_ball_goes_round_at() -> None:
     """Accuracy is asked for from what the speed of the rotor presses, not from 12 700 rad/s: before, the ball hopped for ever."""
-    machine = ab.catalog.rig("discoidal_rig_rubber")
+    machine = rig("discoidal_rig_rubber")
     race = machine.balancers[0].races[0].model_dump(exclude_unset=True)
     race |= {
         "resolved": {key: GRIP[key] for key in ("restitution", "sliding_friction")}

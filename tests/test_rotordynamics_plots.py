@@ -15,6 +15,7 @@ from tests.test_rotordynamics_modes import RIG, planar, rigid
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
+from autobalancer.files.examples import rig
 from autobalancer.plots.rotor import THINNEST, WHIRL
 from autobalancer.plots.style import End, joint_name, labels_of, moved_apart
 from autobalancer.rotordynamics.campbell import campbell, modes
@@ -245,9 +246,7 @@ def test_labels_are_moved_apart_no_farther_than_needed() -> None:
 
 
 def test_long_names_at_the_ends_leave_the_axes_their_room() -> None:
-    found = ab.rotor.campbell(
-        ab.catalog.rig("discoidal_rig"), "288:1380 rpm:5"
-    )  # torsion, axial and tilt close together
+    found = ab.rotor.campbell(rig("discoidal_rig"), "288:1380 rpm:5")  # torsion, axial and tilt close together
     figure = ab.plot.campbell(found)
     figure.draw_without_rendering()
     assert figure.axes[0].get_position().width > 0.45

@@ -13,6 +13,7 @@ import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.laws.rubber import RubberLaw
+from autobalancer.measurement.rubber import hysteresis
 
 KNOWN = RubberLaw(
     25325.0, 20.6, ((9432.0, 3e-5), (4211.0, 1e-4), (4293.0, 3e-4), (5481.0, 1e-3), (5621.0, 3e-3))
@@ -161,7 +162,7 @@ def test_impossible_numbers_are_named():
 def test_a_recorded_loop_gives_stiffness_and_damping_of_its_first_harmonic():
     w, x, k, b = 60.0, 2e-4, 4e4, 70.0
     time = np.linspace(0.0, 1.03, 4000)
-    loop = ab.measure.hysteresis(
+    loop = hysteresis(
         time,
         x * np.sin(w * time),
         k * x * np.sin(w * time) + b * w * x * np.cos(w * time) + 0.1 * np.sin(3 * w * time),
@@ -173,7 +174,7 @@ def test_a_recorded_loop_gives_stiffness_and_damping_of_its_first_harmonic():
     assert loop.stiffness == pytest.approx(np.hypot(k, b * w), rel=1e-6)
     assert loop.energy == pytest.approx(np.pi * x**2 * b * w, rel=1e-4)  # Spannan (2021), (6.5)
     with pytest.raises(QuestionError, match="at least one period"):
-        ab.measure.hysteresis(time[:100], time[:100], time[:100], w)
+        hysteresis(time[:100], time[:100], time[:100], w)
 
 
 def test_the_command_fits_the_sample_and_writes_a_part_of_a_machine_file(tmp_path: Path):

@@ -130,7 +130,7 @@ def test_a_slow_run_up_measures_the_release_that_is_not_computed_where_x_and_y_d
     circling = run.speed + run.ball_speed_in_rotor.mean("ball")
     whirl = float(circling[(run.time > 20.0) & (run.time < 45.0)].mean())
     assert whirl == pytest.approx(54.7, abs=0.5)
-    left = ab.break_away_speed(run, critical_speed=1.05 * whirl).values
+    left = ab.run_measures(run, "break_away_speed", critical_speed=1.05 * whirl).values
     # as long as they hang they lag by 8 rad/s and more
     still = (run.ball_speed_in_rotor < -4.0) & (run.time > 20.0)
     seen = [float(run.speed[still[:, ball]].max()) for ball in range(3)]

@@ -39,7 +39,9 @@ def test_a_run_beside_its_own_signals_differs_by_their_noise_only(run: xr.Datase
     assert (np.abs(off) <= 4.0 * found["value_deviation"].values + alike * np.abs(found["measured_value"].values)).all()
     assert {"peak_deflection", "peak_speed", "residual_vibration"} <= set(found["measure"].values)
     peak = found.sel(measure="peak_deflection")
-    assert float(peak["measured_value"]) == pytest.approx(float(ab.peak_deflection(run).deflection), rel=0.02)
+    assert float(peak["measured_value"]) == pytest.approx(
+        float(ab.run_measures(run, "peak_deflection").deflection), rel=0.02
+    )
     sure = np.hypot(found["order_amplitude_deviation"], 1e-3 * found["order_amplitude"].max())
     assert float(np.abs((found["order_amplitude"] - found["order_amplitude_simulated"]) / sure).max()) < 5.0
     assert any("balls" in note for note in found.attrs["notes"])
@@ -79,7 +81,9 @@ def test_more_damping_is_seen_in_the_measured_peak(run: xr.Dataset) -> None:
     sensors = [Sensor("displacement", direction=way, noise="40 dB") for way in (20.0, 110.0)]
     found = ab.compare(run, record(damped, sensors, RATE)).sel(measure="peak_deflection")
     lower = float(found["simulated_value"] - found["measured_value"])
-    true = float(ab.peak_deflection(run).deflection - ab.peak_deflection(damped).deflection)
+    true = float(
+        ab.run_measures(run, "peak_deflection").deflection - ab.run_measures(damped, "peak_deflection").deflection
+    )
     assert lower == pytest.approx(true, abs=5.0 * float(found["value_deviation"]))
     assert lower > 10.0 * float(found["value_deviation"])
 
@@ -89,7 +93,7 @@ def test_a_film_is_compared_by_the_release_of_its_balls(run: xr.Dataset) -> None
     found = ab.compare(run, film)
     assert (found["rms_away"] < 1.1 * found["rms_expected"]).all()
     released = found.sel(measure="break_away_speed")
-    true = np.sort(ab.break_away_speed(run).values)
+    true = np.sort(ab.run_measures(run, "break_away_speed").values)
     np.testing.assert_allclose(np.sort(released["measured_value"]), true, rtol=0.02)
     assert any("no measures of the deflection" in note for note in found.attrs["notes"])
 

@@ -32,7 +32,7 @@ def test_a_run_says_how_it_ended_whether_it_is_balanced_and_its_main_numbers(bal
     first, *lines = repr(balanced).splitlines()
     assert first == f"{DISCOIDAL.name}: run, reached 160 s"
     facts = {line[:20].strip(): line[20:].strip() for line in lines}
-    peak, speed = (float(ab.peak_deflection(balanced)[name]) for name in ("deflection", "speed"))
+    peak, speed = (float(ab.run_measures(balanced, "peak_deflection")[name]) for name in ("deflection", "speed"))
     assert facts["greatest deflection"] == f"{1e3 * peak:.3g} mm at {speed / RPM:.3g} rpm, from the rest position"
     assert facts["verdict"].startswith(f"{ab.verdict(balanced).word}: ")
     assert facts["speed"].startswith("0 to 1200 rpm")
@@ -121,8 +121,8 @@ SMALL: dict[str, Callable[[], xr.Dataset]] = {  # of public functions that give 
     "simulate": short_run,
     "simulate, deep chamber": deep_run,
     "run_measures": lambda: ab.run_measures(short_run()),
-    "deflection_envelope": lambda: ab.deflection_envelope(short_run()),
-    "peak_deflection": lambda: ab.peak_deflection(short_run()),
+    "deflection_envelope": lambda: ab.run_measures(short_run(), "deflection_envelope"),
+    "peak_deflection": lambda: ab.run_measures(short_run(), "peak_deflection"),
     "sweep": lambda: ab.sweep(DISCOIDAL, {"viscosity": ["5 mm^2/s"]}, duration=0.1, progress=False),
     "compare": lambda: ab.compare({"one": DISCOIDAL}, duration=0.1),
     "basin": lambda: ab.basin(DISCOIDAL, "90 rad/s", random=4, hold=0.1),
@@ -138,8 +138,8 @@ SMALL: dict[str, Callable[[], xr.Dataset]] = {  # of public functions that give 
     "rotor.response": lambda: ab.rotor.response(RIGID, "600:6000 rpm:9"),
     "rotor.response_peaks": lambda: ab.rotor.response_peaks(RIGID, "600 rpm", "6000 rpm"),
     "rotor.whirl_orbits": lambda: ab.rotor.whirl_orbits(RIGID, "1200 rpm"),
-    "chamber.collision_statistics": lambda: ab.chamber.collision_statistics(deep_run()),
-    "chamber.balls_unbalance": lambda: ab.chamber.balls_unbalance(deep_run()),
+    "chamber.collision_statistics": lambda: ab.run_measures(deep_run(), "collision_statistics"),
+    "chamber.balls_unbalance": lambda: ab.run_measures(deep_run(), "balls_unbalance"),
     "measure.load_receptance": lambda: ab.measure.load_receptance(HAMMER),
     "measure.decay_rate": lambda: ab.measure.decay_rate(TIME, np.exp(-2.0 * TIME) * np.cos(60.0 * TIME)),
     "measure.equilibrium_angle": lambda: ab.measure.equilibrium_angle(ab.example("equilibrium_angle")),

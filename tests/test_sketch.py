@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli import app
+from autobalancer.files.examples import rig
 from autobalancer.sketch import chamber_layout, layout_of
 
 MACHINES = Path(__file__).resolve().parent.parent / "examples" / "machines"
@@ -36,7 +37,7 @@ def test_every_sample_machine_is_drawn(name: str) -> None:
 
 @pytest.mark.parametrize("rig", ["cfrp_rig", "discoidal_rig"])
 def test_every_published_rig_is_drawn(rig: str) -> None:
-    ab.plot.machine(ab.catalog.rig(rig)).draw_without_rendering()
+    ab.plot.machine(rig(rig)).draw_without_rendering()
 
 
 def test_the_body_of_a_rigid_rotor_has_its_mass_and_inertias() -> None:
@@ -50,7 +51,7 @@ def test_the_body_of_a_rigid_rotor_has_its_mass_and_inertias() -> None:
 
 
 def test_a_shaft_is_as_long_as_its_segments_and_balancers_are_at_their_stations() -> None:
-    machine = ab.catalog.rig("cfrp_rig")
+    machine = rig("cfrp_rig")
     layout = layout_of(machine)
     segments = [block for block in layout.blocks if block.known]
     assert segments[-1].end == pytest.approx(machine.rotor.length)

@@ -16,6 +16,7 @@ from autobalancer.assembly.quantities import with_quantity
 from autobalancer.assembly.reduced_rotor import spatial_parts
 from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
+from autobalancer.files.examples import rig
 from autobalancer.kernels.balls.on_stations import guided_tilting
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
@@ -206,7 +207,7 @@ def test_the_first_hopf_point_of_a_branch_is_the_exact_border_and_not_that_of_th
 
 
 def test_a_family_in_fewer_coordinates_keeps_the_slopes_of_its_stations() -> None:
-    shaft = ab.with_parameter(ab.catalog.rig("cfrp_rig"), "tilting_races", "full")
+    shaft = ab.with_parameter(rig("cfrp_rig"), "tilting_races", "full")
     whole = stations(shaft)
     family = Family(shaft, ["speed"])
     family.reduce(40.0)
@@ -226,8 +227,8 @@ def test_what_is_not_known_in_the_full_motion_says_so() -> None:
 @pytest.mark.parametrize(
     ("machine", "flat", "full"),
     [
-        (ab.catalog.rig("cfrp_rig"), 294.07, 292.69),
-        (ab.catalog.rig("discoidal_rig"), 2331.50, 2331.83),
+        (rig("cfrp_rig"), 294.07, 292.69),
+        (rig("discoidal_rig"), 2331.50, 2331.83),
     ],
     ids=["cfrp", "discoidal"],
 )

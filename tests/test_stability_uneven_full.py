@@ -19,6 +19,7 @@ from autobalancer.assembly.system import assemble
 from autobalancer.catalog.resolve import resolve
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
+from autobalancer.files.examples import rig
 from autobalancer.kernels.system import BALLS, SPEED, THETA
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.simulation.record import Samples
@@ -143,7 +144,7 @@ def test_the_lighter_the_balls_the_less_the_full_motion_differs_from_the_deflect
 
 @pytest.mark.parametrize("form", ["deflection", "full"])
 def test_a_shaft_whose_dampers_hardly_differ_has_the_growth_rate_of_alike_ones(form: str) -> None:
-    shaft = ab.with_parameter(ab.catalog.rig("cfrp_rig"), "tilting_races", form)
+    shaft = ab.with_parameter(rig("cfrp_rig"), "tilting_races", form)
     hardly = ab.with_parameter(shaft, "rotor.supports[2].damping", (57.0 * 0.999, 57.0 * 1.001))  # the same mean
     assert not stations(hardly).isotropic
     assert stations(hardly).model.pairs > 40

@@ -121,7 +121,7 @@ def test_a_campbell_diagram_has_the_torsional_lines_and_where_the_speed_meets_th
 
 
 def test_damped_crossings_are_where_the_response_peaks_though_no_undamped_critical_speed_is_near() -> None:
-    rig = ab.catalog.rig("rodrigues_rig_motor")
+    rig = ab.example("rodrigues_rig_motor")
     found = ab.rotor.torsional_critical_speeds(rig)
     assert found["critical_speed"].values == pytest.approx([8269.9 * np.pi / 30.0], rel=1e-5)
     speeds = np.linspace(900.0, 1100.0, 401) * np.pi / 30.0

@@ -13,6 +13,9 @@ import pytest
 import autobalancer as ab
 from autobalancer.errors import UnitError
 from autobalancer.files.examples import rig
+from autobalancer.flow.annulus import Annulus
+from autobalancer.laws.stall import held_whirl
+from autobalancer.measurement.equilibrium_angles import TurnedRace, equilibrium_angles
 from autobalancer.units import argument, ends_argument, to_si
 from autobalancer.units.quantity import example
 
@@ -40,7 +43,7 @@ IN_SI = {
 }
 RUN = ab.simulate(PLANAR, duration=0.5, save=ab.Samples(101))
 CURVE = ab.laws.DragCurve(ab.laws.free_sphere(), 760.0, 1e-6, 0.0123)
-CHAMBER = ab.flow.Annulus(0.068, 0.086, 0.018, 0.077, 20e-6, 950.0)
+CHAMBER = Annulus(0.068, 0.086, 0.018, 0.077, 20e-6, 950.0)
 
 
 def receptance(mass: Any, stiffness: Any, damping: Any) -> list[complex]:
@@ -48,8 +51,8 @@ def receptance(mass: Any, stiffness: Any, damping: Any) -> list[complex]:
 
 
 def turned(q: Callable[[str], Any]) -> list[float]:
-    race = ab.measure.TurnedRace(q("12.3 mm"), q("6.6 g"), q("77 mm"), 950.0, q("20 mm^2/s"))
-    found: list[float] = ab.measure.equilibrium_angles(race, ab.laws.free_sphere(), [q("1000 rpm")]).tolist()
+    race = TurnedRace(q("12.3 mm"), q("6.6 g"), q("77 mm"), 950.0, q("20 mm^2/s"))
+    found: list[float] = equilibrium_angles(race, ab.laws.free_sphere(), [q("1000 rpm")]).tolist()
     return found
 
 
@@ -97,7 +100,7 @@ CALLS: dict[str, Callable[[Callable[[str], Any]], Any]] = {
         damping=q("200 N*s/m"),
         speed=q("3000 rpm"),
     ),
-    "held_whirl": lambda q: ab.laws.held_whirl(q("77 mm"), 0.001),
+    "held_whirl": lambda q: held_whirl(q("77 mm"), 0.001),
     "balance_grade": lambda q: ab.laws.balance_grade(q(UNBALANCE), q("10 kg"), q("3000 rpm")),
     "permissible_unbalance": lambda q: ab.laws.permissible_unbalance(6.3, q("10 kg"), q("3000 rpm")),
     "DragCurve": lambda q: (

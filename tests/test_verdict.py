@@ -18,6 +18,7 @@ from autobalancer.assembly.drive_train import largest_unbalance
 from autobalancer.assembly.system import assemble
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from autobalancer.reporting.report_pages import quality_page
 from autobalancer.results.display_units import moment_text, significant
@@ -74,10 +75,12 @@ def test_a_run_with_held_balls_ends_in_the_steady_response_that_every_run_has_be
     machine = at_speed(name, 300.0)
     short = ab.simulate(machine, duration=0.05, save=ab.LastRevolutions(1, 4))
     held = ab.simulate(machine, duration=6.0, hold_balls=True, tolerance=1e-10)
-    found = ab.vibration(held)
+    found = ab.run_measures(held, "vibration")
     assert held.sizes["ball"] == 0
     np.testing.assert_allclose(found["greatest"], short["vibration_without_balls"], rtol=1e-3)
-    np.testing.assert_allclose(ab.support_forces(held)["greatest"], short["force_without_balls"], rtol=1e-3)
+    np.testing.assert_allclose(
+        ab.run_measures(held, "support_forces")["greatest"], short["force_without_balls"], rtol=1e-3
+    )
     np.testing.assert_allclose(held.attrs["critical_speeds"], short.attrs["critical_speeds"], rtol=1e-12)
     if name != "eccentric_race.toml":  # whose balls have an unbalance of their own even when they are spread
         steady = ab.rotor.response(machine, [300.0], balls=True)["semi_major"][0].sel
@@ -255,9 +258,9 @@ def test_the_grade_of_a_run_is_that_of_what_is_left_on_the_mass_that_turns(balan
     mass = 5.0 + float((balanced["ball_moment"] / balanced["orbit_radius"]).sum())
     assert found.grade_before == pytest.approx(1e3 * found.unbalance * 600.0 / mass, rel=1e-9)
     assert found.grade_after == pytest.approx(1e3 * found.residual * 600.0 / mass, rel=1e-9)
-    rig = ab.catalog.rig("discoidal_rig")  # of several bodies only those that turn count
-    turning = sum(float(body.mass) for body in rig.rotor.bodies if body.rotating)
-    run = ab.simulate(rig, duration=0.5, save=ab.LastRevolutions(1))
+    described = rig("discoidal_rig")  # of several bodies only those that turn count
+    turning = sum(float(body.mass) for body in described.rotor.bodies if body.rotating)
+    run = ab.simulate(described, duration=0.5, save=ab.LastRevolutions(1))
     assert turning < float(run.attrs["turning_mass"]) < turning + 0.2
 
 
@@ -377,7 +380,9 @@ def test_a_passage_that_balls_make_worse_is_said_in_the_first_line_and_speeds_fo
     assert max(map(len, shown.splitlines()[:-1])) <= 80
     run, held = ab.load_run(tmp_path / "r.nc"), ab.simulate(machine, hold_balls=True)
     found = ab.verdict(run, held)
-    times = float(ab.peak_deflection(run)["deflection"]) / float(ab.peak_deflection(held)["deflection"])
+    times = float(ab.run_measures(run, "peak_deflection")["deflection"]) / float(
+        ab.run_measures(held, "peak_deflection")["deflection"]
+    )
     assert times > 1.5
     assert found.as_dict()["peak_ratio"] == pytest.approx(times, rel=1e-12)
     said = f"balanced, but the greatest deflection on the way is {times:.3g} times as much as without balls"
@@ -435,7 +440,7 @@ def test_a_force_that_holds_a_vertical_rotor_aside_is_no_vibration() -> None:
     assert found.places[0].static == pytest.approx(static, rel=1e-3)
     assert found.places[0].vibration < 0.01 * static
     assert found.word == "balanced"
-    assert ab.residual_vibration(run) < 0.01 * static
+    assert ab.run_measures(run, "residual_vibration") < 0.01 * static
     assert float(ab.sweep(pushed, {"unbalance": [5e-4]}, duration=4.0)["vibration"][0]) < 0.01 * static
     assert f"vibration about {1e6 * static:.0f} µm" in str(
         [x.get_label() for x in ab.plot.run_up(run).axes[1].get_lines()]

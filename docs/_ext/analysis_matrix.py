@@ -113,8 +113,8 @@ def rotors() -> str:
     supports = [{"position": at, "stiffness": ["20 kN/m", "25 kN/m"], "damping": "20 N*s/m"} for at in (-0.12, 0.12)]
     machines["rigid rotor, supports different in x and y"] = ab.with_parameter(planes, "rotor.supports", supports)
     machines["rigid rotor, full motion of tilting races"] = ab.with_parameter(planes, "tilting_races", "full")
-    machines["flexible shaft"] = ab.catalog.rig("cfrp_rig")
-    machines["rig of rigid bodies"] = ab.catalog.rig("discoidal_rig")
+    machines["flexible shaft"] = ab.example("cfrp_rig")
+    machines["rig of rigid bodies"] = ab.example("discoidal_rig")
     cells = {name: _tried(machine) for name, machine in machines.items()}
     cells["planar, on rubber that softens"] = _on_rubber()
     return _table("rotor and drive", cells)

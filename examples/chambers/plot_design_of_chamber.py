@@ -44,4 +44,4 @@ assert (found["capability"].values[found["stage"].values == "runs"] > 0.06).all(
 # %%
 # The best one is a machine, with what was assumed in its description.
 
-print(ab.chamber.designed_machine(found).description)
+print(ab.designed_machine(found).description)

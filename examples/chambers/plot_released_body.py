@@ -17,7 +17,7 @@ import numpy as np
 import autobalancer as ab
 from autobalancer.machine import ChamberMachine
 
-described = tomllib.loads(ab.catalog.example_text("released_body"))
+described = tomllib.loads(ab.catalog.example_path("released_body").read_text(encoding="utf-8"))
 steel = {"density": "7800 kg/m^3", "total_mass": "1 kg"}
 layer = {"radius": "100 mm", "balls": [{"count": 6, **steel}]}
 deep = {"radius": "100 mm", "depth": "300 mm", "balls": [{"count": 12, **steel}]}
@@ -38,7 +38,7 @@ with ab.plot.style.look():
     axes = figure.subplots(2, 1, sharex=True)
     for (name, run), color in zip(runs.items(), ab.plot.style.BALLS, strict=False):
         left = (
-            ab.chamber.residual_of_balls(run, static, couple)
+            ab.run_measures(run, "residual_of_balls", unbalance=static, couple=couple)
             .isel(time=slice(1, None))
             .coarsen(time=100, boundary="trim")
         )

@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalancer as ab
 
-machine = ab.catalog.rig("cfrp_rig")
+machine = ab.example("cfrp_rig")
 figure = ab.plot.campbell(
     ab.rotor.campbell(machine, np.linspace(0.0, 60.0, 61), balls=False, modes=4), speed_unit="rad/s"
 )

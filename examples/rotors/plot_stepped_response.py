@@ -16,7 +16,7 @@ import numpy as np
 import autobalancer as ab
 
 speeds = np.arange(1200.0, 3001.0, 20.0) * np.pi / 30.0
-machine = ab.catalog.rig("rodrigues_rig")
+machine = ab.example("rodrigues_rig")
 machine = ab.with_parameter(machine, "balancers[1].races[1].drag.damping", "2.83e-6 N*m*s")
 found = ab.stepped_response(machine, speeds, dwell=2.0, window=0.5, direction="both", stations=["B1", "B2"])
 

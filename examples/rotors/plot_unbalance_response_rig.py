@@ -13,7 +13,7 @@ import numpy as np
 
 import autobalancer as ab
 
-machine = ab.catalog.rig("rodrigues_rig")
+machine = ab.example("rodrigues_rig")
 rpm = np.pi / 30.0
 found = ab.rotor.response(machine, np.linspace(600.0, 5500.0, 1500) * rpm, ["B1", "B2"])
 figure = ab.plot.response(found)

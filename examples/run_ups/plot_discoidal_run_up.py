@@ -36,6 +36,6 @@ ab.plot.race(run)
 
 unbalance, moment = float(run.unbalance[-1]), float(run.ball_moment[0])
 expected = 180.0 - np.rad2deg(np.arccos(unbalance / (2.0 * moment)))
-found = np.rad2deg(np.abs(ab.ball_angle_to_unbalance(run)[-1].values))
+found = np.rad2deg(np.abs(ab.run_measures(run, "ball_angle_to_unbalance")[-1].values))
 print(f"balls at {found[0]:.3f} and {found[1]:.3f} degrees from the unbalance, expected {expected:.3f}")
 assert np.allclose(found, expected, atol=1e-3)

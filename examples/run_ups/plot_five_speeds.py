@@ -20,7 +20,7 @@ machine = ab.example("rubber")
 linear = ab.with_parameter(
     machine, "rotor", ab.machine.PlanarRotor(mass="12.27 kg", stiffness="44.654 kN/m", damping="68.37 N*s/m")
 )
-rig = ab.catalog.rig("discoidal_rig_rubber")
+rig = ab.example("discoidal_rig_rubber")
 contact = {
     "stiffness": "1000 kN/m", "restitution": 0.5, "sliding_friction": 0.1, "slip_speed": "10 mm/s", "rest_speed": "1 mm/s",
 }  # fmt: skip

@@ -37,9 +37,9 @@ for name, color in colors.items():
 
 constant = {"kind": "speed", "profile": {"kind": "constant", "speed": "300 rad/s"}}
 there = ab.simulate(ab.with_parameter(slow, "drive", constant), duration=60.0)
-left = ab.residual_vibration(there)
+left = ab.run_measures(there, "residual_vibration")
 
-released = ab.break_away_speed(run).values
+released = ab.run_measures(run, "break_away_speed").values
 print({name: round(speed, 1) for name, speed in borders.items()})
 print(f"broke away at {released.max():.1f} rad/s; from a start at 300 rad/s {1e6 * left:.2f} um are left")
 assert np.allclose(released, borders["release speed"], rtol=0.01)

@@ -15,7 +15,7 @@ import numpy as np
 import autobalancer as ab
 
 free, measured = ab.rotor.load_measurements(ab.catalog.example_path("rodrigues_critical_speeds"))
-rodrigues = ab.catalog.rig("rodrigues_rig")
+rodrigues = ab.example("rodrigues_rig")
 fit = ab.rotor.identify(rodrigues, free, measured)
 print(fit.report())
 figure = ab.plot.answer(fit.data)

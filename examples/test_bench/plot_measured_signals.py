@@ -12,7 +12,7 @@ displacement sensor and a tacho show of this? The signals are made of a simulate
 
 import autobalancer as ab
 
-text = ab.catalog.example_text("stall_and_release").replace("500 rad/s", "330 rad/s")
+text = ab.catalog.example_path("stall_and_release").read_text(encoding="utf-8").replace("500 rad/s", "330 rad/s")
 run = ab.simulate(ab.parse_machine(text), save=ab.Samples(24000))
 sensors = [ab.measure.Sensor("displacement", name="x", noise="40 dB"), ab.measure.Tacho()]
 signals = ab.measure.record(run, sensors, "1 kHz", start=1.0, seed=1)

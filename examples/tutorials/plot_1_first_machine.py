@@ -121,9 +121,9 @@ ab.plot.race(run)
 # %%
 # The triangle is closed. The balls stand where the formula says:
 
-for number, angle in enumerate(np.degrees(ab.ball_angle_to_unbalance(run)[-1].values), start=1):
+for number, angle in enumerate(np.degrees(ab.run_measures(run, "ball_angle_to_unbalance")[-1].values), start=1):
     print(f"ball {number}: {180.0 - abs(angle):.2f} degrees aside of the light point, expected {aside:.2f}")
-assert np.allclose(180.0 - np.degrees(np.abs(ab.ball_angle_to_unbalance(run)[-1])), aside, atol=0.01)
+assert np.allclose(180.0 - np.degrees(np.abs(ab.run_measures(run, "ball_angle_to_unbalance")[-1])), aside, atol=0.01)
 
 # %%
 # Read the verdict

@@ -18,7 +18,7 @@ import numpy as np
 import autobalancer as ab
 
 RPM = np.pi / 30.0  # rad/s
-rig = ab.catalog.rig("rodrigues_rig")
+rig = ab.example("rodrigues_rig")
 ab.plot.machine(rig)
 
 # %%
@@ -49,7 +49,7 @@ ab.plot.campbell(campbell)
 # This rotor is slender: its polar inertia is small and its lines are nearly horizontal. A rotor that is almost flat is
 # quite different. That of the centrifuge of Spannan (2021), on an elastic shaft, has lines that fan out:
 
-centrifuge = ab.catalog.rig("cfrp_rig")
+centrifuge = ab.example("cfrp_rig")
 ab.plot.machine(centrifuge)
 
 # %%

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.measure import BalanceRun, Reading, TrialMass, four_run
 from autobalancer.plots.style import save_picture
@@ -28,7 +29,7 @@ LEFT = 6e-6  # kg m, what the source reached
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """What is left after balancing with the result of four runs."""
-    machine = ab.catalog.rig("rodrigues_rig")
+    machine = rig("rodrigues_rig")
     found = four_run(runs(machine, "disk"), deviation=NOISE)
     save_picture(ab.plot.answer(found), out / "four_runs.png")
     left, housing = (unbalance_left(machine, station) for station in ("disk", "B1"))

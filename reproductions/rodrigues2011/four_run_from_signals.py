@@ -17,6 +17,7 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
+from autobalancer.files.examples import rig
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.measure import BalanceRun, Reading, TrialMass, four_run
 from autobalancer.plots.style import save_picture
@@ -32,7 +33,7 @@ SETTLED, END = 2.0, 3.0  # s
 
 def reproduce(out: Path) -> list[dict[str, Any]]:
     """What the signals give, and what would be left of the unbalance."""
-    machine = with_value_at(without_balls(ab.catalog.rig("rodrigues_rig")), "drive", {
+    machine = with_value_at(without_balls(rig("rodrigues_rig")), "drive", {
         "kind": "speed", "profile": {"kind": "constant", "speed": SPEED}})  # fmt: skip
     signals = [measured(with_washer(machine, place)) for place in PLACES]
     exact = [Reading(steady(with_washer(machine, place))) for place in PLACES]

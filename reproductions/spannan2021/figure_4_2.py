@@ -22,12 +22,12 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     """Release, peak, residual deflection."""
     run = ab.simulate(MACHINE, save=(Samples(40_001), Envelope(4000)), tolerance=1e-9)
     save_picture(ab.plot.run_up(run, speed_unit="rad/s"), out / "figure_4_2.png")
-    peak = 1e3 * float(ab.peak_deflection(run)["deflection"])
+    peak = 1e3 * float(ab.run_measures(run, "peak_deflection")["deflection"])
     ball, critical, drag, damping = 2.5e-3 * 0.1, 250.0, 1.4685e-4, 100.0
     release = critical * (1.0 + 2.0 * (ball * critical) ** 2 / (damping * drag))
     whirl = 2e3 * ball * critical / damping
-    left = 1e6 * ab.residual_vibration(run, 0.5)
-    released = float(ab.break_away_speed(run).max())
+    left = 1e6 * ab.run_measures(run, "residual_vibration", last=0.5)
+    released = float(ab.run_measures(run, "break_away_speed").max())
     rows = [
         Found("closed form", "release speed, against (4.73)", "rad/s", release, released, 0.01 * release, CHOSEN),
         Found("closed form", "peak deflection, against 2 m_b eps w_c / b of the stalled balls alone", "mm", whirl, peak,

@@ -23,22 +23,11 @@ from autobalancer.files.machine_file import load_machine as load_machine
 from autobalancer.files.machine_file import machine_text as machine_text
 from autobalancer.files.machine_file import parse_machine as parse_machine
 from autobalancer.files.machine_file import save_machine as save_machine
-from autobalancer.machine.schema import file_schema as file_schema
 from autobalancer.machine.schema import keys as keys
 from autobalancer.plots.film.frames import animate as animate
 from autobalancer.reporting.report import report as report
-from autobalancer.results.measure_table import ball_angle_to_unbalance as ball_angle_to_unbalance
-from autobalancer.results.measure_table import break_away_speed as break_away_speed
-from autobalancer.results.measure_table import deflection_envelope as deflection_envelope
-from autobalancer.results.measure_table import peak_deflection as peak_deflection
-from autobalancer.results.measure_table import residual_vibration as residual_vibration
-from autobalancer.results.measure_table import settling_time as settling_time
 from autobalancer.results.store import load_run as load_run
 from autobalancer.results.store import save_run as save_run
-from autobalancer.results.time_series import residual_unbalance as residual_unbalance
-from autobalancer.results.time_series import static_deflection as static_deflection
-from autobalancer.results.time_series import support_forces as support_forces
-from autobalancer.results.time_series import vibration as vibration
 from autobalancer.simulation.record import Envelope as Envelope
 from autobalancer.simulation.record import Event as Event
 from autobalancer.simulation.record import LastRevolutions as LastRevolutions
@@ -64,21 +53,17 @@ __all__ = [
     "SampleTimes",
     "Samples",
     "animate",
-    "ball_angle_to_unbalance",
     "basin",
-    "break_away_speed",
     "catalog",
     "chamber",
     "check",
     "compare",
-    "deflection_envelope",
     "design",
     "designed_machine",
     "ensemble",
     "envelopes",
     "errors",
     "example",
-    "file_schema",
     "flow",
     "keys",
     "laws",
@@ -88,27 +73,20 @@ __all__ = [
     "machine_text",
     "measure",
     "parse_machine",
-    "peak_deflection",
     "plot",
     "report",
-    "residual_unbalance",
-    "residual_vibration",
     "rotor",
     "run_measures",
     "save_machine",
     "save_run",
     "sensitivity",
-    "settling_time",
     "simulate",
     "stability",
-    "static_deflection",
     "stepped_response",
     "study",
-    "support_forces",
     "sweep",
     "units",
     "verdict",
-    "vibration",
     "widget",
     "with_parameter",
     "worst_start",

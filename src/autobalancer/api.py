@@ -164,8 +164,13 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | st
     return answer
 
 
-def run_measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
+def run_measures(run: xr.Dataset, measure: str = "", **options: Any) -> Any:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
+
+    With the name of a ``measure`` that one alone, over time or at every place: ``vibration``, ``static_deflection``,
+    ``residual_unbalance``, ``support_forces``, ``deflection_envelope``, ``residual_vibration``, ``peak_deflection``,
+    ``settling_time``, ``break_away_speed`` or ``ball_angle_to_unbalance``; of a deep chamber ``collision_statistics``,
+    ``balls_unbalance`` or ``residual_of_balls``.
 
     A run of a deep chamber whose speed still changes has no steady state, and nan for it unless ``last`` is given.
 
@@ -175,15 +180,20 @@ def run_measures(run: xr.Dataset, **options: Any) -> xr.Dataset:
         From :func:`simulate` or :func:`load_run`.
     **options
         Of deep chambers: ``unbalance``, ``couple``, ``chamber_places``, ``last``, ``tolerance``, see
-        :func:`autobalancer.results.chamber_measures.chamber_measures`.
+        :func:`autobalancer.results.chamber_measures.chamber_measures`. Of one measure its own, such as ``place`` or ``last``.
 
     Raises
     ------
     QuestionError
-        If the run did not keep what is needed, or an option belongs to the other kind of run.
+        If the run did not keep what is needed, there is no such measure, or an option belongs to the other kind of run.
     """
-    answer: xr.Dataset = machine_kind(run).answer("run_measures", run, options)
-    return answer
+    kind = machine_kind(run)
+    if measure and measure not in kind.measures:
+        known = ", ".join(kind.measures)
+        raise QuestionError(
+            f"run_measures: measure: given {measure!r}; {kind.words} have {known}, and all in one table"
+        )
+    return kind.answer(measure or "run_measures", run, options)
 
 
 def compare(

@@ -1,9 +1,6 @@
 # written by tools/write_stubs.py from public_names.py
 
 from autobalancer.results.archive import Archive as Archive
-from autobalancer.results.chamber_measures import balls_unbalance as balls_unbalance
-from autobalancer.results.chamber_measures import collision_statistics as collision_statistics
-from autobalancer.results.chamber_measures import residual_of_balls as residual_of_balls
 from autobalancer.results.chamber_measures import unbalance_of as unbalance_of
 from autobalancer.results.unconstrained_body import unconstrained_motion as unconstrained_motion
 from autobalancer.simulation.chamber.bounds import bounds as bounds
@@ -16,22 +13,17 @@ from autobalancer.studies.chamber_study import step_size as step_size
 from autobalancer.studies.chamber_study import variant as variant
 from autobalancer.studies.design.chambers import design as design
 from autobalancer.studies.design.chambers import design_sensitivity as design_sensitivity
-from autobalancer.studies.design.designs import designed_machine as designed_machine
 
 __all__ = [
     "Archive",
     "amplitudes",
     "archived_run",
-    "balls_unbalance",
     "bounds",
-    "collision_statistics",
     "design",
     "design_sensitivity",
-    "designed_machine",
     "optimal_means",
     "over_seeds",
     "pick_up_borders",
-    "residual_of_balls",
     "step_size",
     "unbalance_of",
     "unconstrained_motion",

@@ -34,6 +34,8 @@ class Kind:
         What is said of a machine of this kind where a question is for another kind.
     homes
         By the name of a question the function that answers it, with its module.
+    measures
+        By its name what ``run_measures`` gives alone, over time or at every place.
     """
 
     words: str
@@ -43,9 +45,10 @@ class Kind:
     run: str
     instead: str
     homes: Mapping[str, str]
+    measures: Mapping[str, str]
 
     def __getitem__(self, question: str) -> Callable[..., Any]:
-        function: Callable[..., Any] = _imported(self.homes[question])
+        function: Callable[..., Any] = _imported({**self.measures, **self.homes}[question])
         return function
 
     @property
@@ -85,6 +88,23 @@ RACES = Kind(
         "layout": "sketch.layout_of",
         "packed": "app.view.packed.packed_races",
     },
+    {
+        **{
+            name: f"results.time_series.{name}"
+            for name in ("vibration", "static_deflection", "residual_unbalance", "support_forces")
+        },
+        **{
+            name: f"results.measure_table.{name}"
+            for name in (
+                "deflection_envelope",
+                "residual_vibration",
+                "peak_deflection",
+                "settling_time",
+                "break_away_speed",
+                "ball_angle_to_unbalance",
+            )
+        },
+    },
 )
 CHAMBERS = Kind(
     "deep chambers",
@@ -104,6 +124,10 @@ CHAMBERS = Kind(
         "row": "studies.compare.chamber_row",
         "layout": "sketch.chamber_layout",
         "packed": "app.view.packed.packed_chamber",
+    },
+    {
+        name: f"results.chamber_measures.{name}"
+        for name in ("collision_statistics", "balls_unbalance", "residual_of_balls")
     },
 )
 

@@ -2,29 +2,19 @@
 
 from autobalancer.measurement.balancing.balance import balance as balance
 from autobalancer.measurement.balancing.four_run import four_run as four_run
-from autobalancer.measurement.balancing.run_down import load_orders as load_orders
 from autobalancer.measurement.balancing.run_down import unbalance_from_run_down as unbalance_from_run_down
 from autobalancer.measurement.balancing.runs import BalanceRun as BalanceRun
 from autobalancer.measurement.balancing.runs import Reading as Reading
-from autobalancer.measurement.balancing.runs import Split as Split
 from autobalancer.measurement.balancing.runs import TrialMass as TrialMass
-from autobalancer.measurement.balancing.runs import TrialPlan as TrialPlan
 from autobalancer.measurement.balancing.runs import load_balance_runs as load_balance_runs
 from autobalancer.measurement.balancing.runs import split_mass as split_mass
 from autobalancer.measurement.balancing.runs import trial_mass as trial_mass
 from autobalancer.measurement.comparison.pairs import MeasuredRunUp as MeasuredRunUp
 from autobalancer.measurement.comparison.run_up_fit import MeasuredOrders as MeasuredOrders
 from autobalancer.measurement.comparison.run_up_fit import fit_run_up as fit_run_up
-from autobalancer.measurement.comparison.run_up_fit import load_measured as load_measured
-from autobalancer.measurement.equilibrium_angles import TurnedRace as TurnedRace
-from autobalancer.measurement.equilibrium_angles import drag_coefficients as drag_coefficients
 from autobalancer.measurement.equilibrium_angles import equilibrium_angle as equilibrium_angle
-from autobalancer.measurement.equilibrium_angles import equilibrium_angles as equilibrium_angles
 from autobalancer.measurement.equilibrium_angles import evaluate_angles as evaluate_angles
-from autobalancer.measurement.equilibrium_angles import fit_rolling_resistance as fit_rolling_resistance
 from autobalancer.measurement.equilibrium_angles import load_angle_series as load_angle_series
-from autobalancer.measurement.equilibrium_angles import rolling_resistance_deviation as rolling_resistance_deviation
-from autobalancer.measurement.film.drawn import Camera as Camera
 from autobalancer.measurement.film.drawn import Exposure as Exposure
 from autobalancer.measurement.film.drawn import film_camera as film_camera
 from autobalancer.measurement.film.drawn import film_setup as film_setup
@@ -32,26 +22,18 @@ from autobalancer.measurement.film.drawn import render_film as render_film
 from autobalancer.measurement.film.photograph import Film as Film
 from autobalancer.measurement.film.photograph import photographed_angles as photographed_angles
 from autobalancer.measurement.film.photograph import rest_histogram as rest_histogram
-from autobalancer.measurement.film.setup import FilmSetup as FilmSetup
-from autobalancer.measurement.film.setup import Mark as Mark
 from autobalancer.measurement.film.setup import load_film_setup as load_film_setup
-from autobalancer.measurement.film.setup import save_film_setup as save_film_setup
 from autobalancer.measurement.film.track import rectified_picture as rectified_picture
 from autobalancer.measurement.film.track import track_balls as track_balls
-from autobalancer.measurement.loop import RaceBalls as RaceBalls
-from autobalancer.measurement.loop import balls_of as balls_of
 from autobalancer.measurement.loop import equal_balls as equal_balls
 from autobalancer.measurement.loop import receptance_border as receptance_border
 from autobalancer.measurement.loop import receptance_loop as receptance_loop
 from autobalancer.measurement.loop import receptance_stability as receptance_stability
 from autobalancer.measurement.orders.tacho import rotor_angle as rotor_angle
 from autobalancer.measurement.orders.tracking import orders as orders
-from autobalancer.measurement.race_measurements import LagFit as LagFit
-from autobalancer.measurement.race_measurements import RestFriction as RestFriction
 from autobalancer.measurement.race_measurements import drag_from_lag as drag_from_lag
 from autobalancer.measurement.race_measurements import race_shape as race_shape
 from autobalancer.measurement.race_measurements import rest_friction as rest_friction
-from autobalancer.measurement.rubber import hysteresis as hysteresis
 from autobalancer.measurement.rubber import load_rubber as load_rubber
 from autobalancer.measurement.rubber import rubber as rubber
 from autobalancer.measurement.rubber import rubber_loops as rubber_loops
@@ -78,48 +60,32 @@ from autobalancer.rotordynamics.receptance.receptances import receptance_rotor a
 
 __all__ = [
     "BalanceRun",
-    "Camera",
     "Channel",
     "Exposure",
     "Film",
-    "FilmSetup",
-    "LagFit",
-    "Mark",
     "MeasuredOrders",
     "MeasuredRunUp",
-    "RaceBalls",
     "Reading",
-    "RestFriction",
     "Sensor",
-    "Split",
     "Tacho",
     "TrialMass",
-    "TrialPlan",
-    "TurnedRace",
     "balance",
-    "balls_of",
     "converted",
     "damping",
     "decay_rate",
-    "drag_coefficients",
     "drag_from_lag",
     "envelope",
     "equal_balls",
     "equilibrium_angle",
-    "equilibrium_angles",
     "evaluate_angles",
     "film_camera",
     "film_setup",
-    "fit_rolling_resistance",
     "fit_run_up",
     "four_run",
     "half_power",
-    "hysteresis",
     "load_angle_series",
     "load_balance_runs",
     "load_film_setup",
-    "load_measured",
-    "load_orders",
     "load_receptance",
     "load_rubber",
     "load_signals",
@@ -139,13 +105,11 @@ __all__ = [
     "render_film",
     "rest_friction",
     "rest_histogram",
-    "rolling_resistance_deviation",
     "rotor_angle",
     "rubber",
     "rubber_loops",
     "rubber_resonances",
     "rubber_signals",
-    "save_film_setup",
     "signals",
     "spectrum",
     "split_mass",

@@ -12,6 +12,7 @@ import autobalancer as ab
 from autobalancer.cli.terminal.command import MACHINE, Files, Reply, command
 from autobalancer.cli.terminal.options import In
 from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.files.examples import example_text
 from autobalancer.results.display_units import moment_text
 from autobalancer.tables import Column
 
@@ -286,7 +287,7 @@ def rigs() -> Reply:
 
     Example: autobalancer catalog rigs
     """
-    found = {name: ab.catalog.rig(name) for name in ab.catalog.rigs()}
+    found = {name: ab.example(name) for name in ab.catalog.examples("rigs")}
     columns = [Column("rig", list(found)), Column("source", [m.description for m in found.values()], wraps=True)]
     numbers = [{"name": key, "title": m.name, "description": m.description} for key, m in found.items()]
     one = "Get one: autobalancer catalog rig NAME --out machine.toml"
@@ -304,7 +305,7 @@ def rig(
     """
     import tomllib
 
-    text = ab.catalog.rig_text(name)
+    text = example_text(name)
     files = Files(out, allowed=MACHINE)
     files.save(None, machine=text)
     return Reply(None, tomllib.loads(text), code=text.rstrip("\n") if out is None else f"written: {out}")

@@ -12,6 +12,7 @@ from autobalancer.cli.terminal.command import MACHINE, Files, FurtherFiles, Repl
 from autobalancer.cli.terminal.options import In, Listed, Seed
 from autobalancer.cli.terminal.sheet import speed_text
 from autobalancer.errors import QuestionError
+from autobalancer.studies.design.designs import designed_machine
 from autobalancer.units.quantity import whole_numbers
 
 if TYPE_CHECKING:
@@ -247,7 +248,7 @@ def design(
         )
         changed = ab.chamber.design_sensitivity(found, changes, **how) if changes else None
     numbers = as_plain(found)
-    also = FurtherFiles(made, found, machine=ab.chamber.designed_machine(found) if best is not None else None)
+    also = FurtherFiles(made, found, machine=designed_machine(found) if best is not None else None)
     if changed is None:
         return Reply(found, numbers, also=[also])
     around_best = [(changed.heading(), changed.columns())]

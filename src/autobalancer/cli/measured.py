@@ -13,6 +13,7 @@ import autobalancer as ab
 from autobalancer.cli.terminal.command import MACHINE, SIGNALS, Reply, command
 from autobalancer.cli.terminal.options import In, Listed, MachineFile
 from autobalancer.cli.terminal.sheet import speed_sign
+from autobalancer.measurement.film.setup import save_film_setup
 from autobalancer.tables import Column, whole_degrees
 
 if TYPE_CHECKING:
@@ -555,7 +556,7 @@ def film(
     known, beside = ab.measure.film_setup(run, camera, race=race), out.with_suffix(".toml")
     _refuse_other_file(beside)
     made = ab.measure.render_film(run, out, camera=camera, exposure=how, **options)
-    ab.measure.save_film_setup(known, beside)
+    save_film_setup(known, beside)
     return Reply(
         made,
         {"film": str(out), "setup": str(out.with_suffix(".toml")), "pictures": made.time.size},

@@ -1,4 +1,4 @@
-"""Sample machines that come with the package, as machine files to run and to change."""
+"""Sample machines and published rigs that come with the package, as machine files to run and to change."""
 
 from __future__ import annotations
 
@@ -9,65 +9,38 @@ from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
 
 
-def examples() -> tuple[str, ...]:
-    """Names of the sample machines, ascending."""
-    return sample_names("machines")
+def examples(kind: str = "machines") -> tuple[str, ...]:
+    """Names of the sample machines, ascending; with the ``kind`` ``"rigs"`` those of the published rigs."""
+    return sample_names(kind)
 
 
 def example_text(name: str) -> str:
-    """The machine file of a sample machine, to save and change.
+    """The machine file of a sample machine or a published rig, to save and change.
 
     Raises
     ------
     CatalogError
-        If there is no sample machine of this name.
+        If there is none of this name.
     """
-    if name not in examples():
-        meant = f"; it is a published rig: ab.catalog.rig({name!r})" if name in rigs() else ""
-        raise CatalogError(f"no sample machine is called {name!r}{meant}; there are {', '.join(examples())}")
+    if name not in (*examples(), *examples("rigs")):
+        known = f"{', '.join(examples())}; and the rigs {', '.join(examples('rigs'))}"
+        raise CatalogError(f"no sample machine is called {name!r}; there are {known}")
     return example_path(name).read_text(encoding="utf-8")
 
 
 def example(name: str) -> Machine | ChamberMachine:
-    """A sample machine; with a deep chamber a :class:`ChamberMachine`.
+    """A sample machine, with a deep chamber a :class:`ChamberMachine`; or a published rig, by its ``name``.
+
+    The description of a rig says where the values come from and which of them were identified.
 
     Raises
     ------
     CatalogError
-        If there is no sample machine of this name.
+        If there is none of this name.
     """
     return parse_machine(example_text(name), f"sample machine {name!r}")
 
 
-# Published test rigs that come with the package, as machine files.
-
-
-def rigs() -> tuple[str, ...]:
-    """Names of the published rigs, ascending."""
-    return sample_names("rigs")
-
-
-def rig_text(name: str) -> str:
-    """The text of the machine file of a published rig, to save and modify.
-
-    Raises
-    ------
-    CatalogError
-        If there is no rig of this name.
-    """
-    if name not in rigs():
-        raise CatalogError(f"no published rig is called {name!r}; there are {', '.join(rigs())}")
-    return example_path(name).read_text(encoding="utf-8")
-
-
 def rig(name: str) -> Machine:
-    """A published rig.
-
-    Its description says where the values come from and which of them were identified.
-
-    Raises
-    ------
-    CatalogError
-        If there is no rig of this name.
-    """
-    return parse_race_machine(rig_text(name), f"rig {name!r}")
+    """A published rig; raises as :func:`example`."""
+    return parse_race_machine(example_text(name), f"rig {name!r}")

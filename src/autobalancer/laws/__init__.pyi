@@ -21,11 +21,7 @@ from autobalancer.laws.impacts import stokes_number as stokes_number
 from autobalancer.laws.impacts import wet_factor as wet_factor
 from autobalancer.laws.impacts import yielding_factor as yielding_factor
 from autobalancer.laws.rubber import RubberLaw as RubberLaw
-from autobalancer.laws.rubber import friction_stiffness as friction_stiffness
-from autobalancer.laws.rubber import loss_over_softening as loss_over_softening
 from autobalancer.laws.stall import StalledBall as StalledBall
-from autobalancer.laws.stall import held_whirl as held_whirl
-from autobalancer.laws.stall import holding_speed as holding_speed
 from autobalancer.laws.stall import planar_receptance as planar_receptance
 from autobalancer.laws.stall import rest_interval as rest_interval
 from autobalancer.laws.stall import stall_balance as stall_balance
@@ -42,14 +38,10 @@ __all__ = [
     "drag_laws",
     "first_yield",
     "free_sphere",
-    "friction_stiffness",
-    "held_whirl",
-    "holding_speed",
     "largest_count",
     "largest_useful_count",
     "linear_drag_law",
     "load",
-    "loss_over_softening",
     "permissible_unbalance",
     "planar_receptance",
     "race_geometry",

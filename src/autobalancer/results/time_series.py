@@ -290,11 +290,12 @@ def _refuse_other_kind(name: str, run: xr.Dataset, runs: Kind) -> None:
 
 
 def _wanted(name: str, argument: object, of_machine: str) -> str:
+    asked = name if name == "verdict" else "run_measures"
     if isinstance(argument, Part):
         of_it = f"; of the machine itself ask {of_machine}" if of_machine else ""
-        return f"{name}: given a machine; it measures a run, as in ab.{name}(ab.simulate(machine)){of_it}"
+        return f"{name}: given a machine; it measures a run, as in ab.{asked}(ab.simulate(machine)){of_it}"
     if isinstance(argument, (str, Path)):
-        return f"{name}: given {shortened(str(argument))}; it measures a run, as in ab.{name}(ab.load_run('run.nc'))"
+        return f"{name}: given {shortened(str(argument))}; it measures a run, as in ab.{asked}(ab.load_run('run.nc'))"
     return f"{name}: given a {type(argument).__name__}; it measures a run of simulate, or one from load_run"
 
 

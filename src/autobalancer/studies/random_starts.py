@@ -367,7 +367,7 @@ def sweep(
         ``variations`` may be empty.
     settling_from
         From where settling times count: the end of the ``"run-up"``, or the last ``"release"`` of a stalled ball, see
-        :func:`autobalancer.settling_time`.
+        :func:`autobalancer.run_measures`.
     **options
         ``tolerance`` (1e-7), ``method``, ``max_steps``, ``seed``, ``workers``, ``progress`` and ``keep_on_interrupt``, see
         :class:`~autobalancer.simulation.ManyRunOptions`. Runs that Ctrl-C kept from running have the outcome ``not run``.

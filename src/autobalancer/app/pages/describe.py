@@ -40,7 +40,7 @@ from autobalancer.app.text.problems import (
 from autobalancer.app.text.problems import EntryPath as DocumentPath
 from autobalancer.catalog import fluids, materials
 from autobalancer.errors import AutobalancerError, spell, unwarned
-from autobalancer.files.examples import example_text, examples, rig_text, rigs
+from autobalancer.files.examples import example_text, examples
 from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import machine_kind
 from autobalancer.sketch import machine as machine_picture
@@ -81,7 +81,7 @@ def _sources(bench: Bench) -> None:
             "outline dense no-caps"
         )
         picker(list(examples()), "sample machine", lambda name: bench.set_text(example_text(name)), at="sample")
-        picker(list(rigs()), "published rig", lambda name: bench.set_text(rig_text(name)), at="rig")
+        picker(list(examples("rigs")), "published rig", lambda name: bench.set_text(example_text(name)), at="rig")
         box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
         box.on("rejected", lambda event: say_refused(event, "a machine file", ".toml", LARGEST))
         box.props("accept=.toml").classes("hidden").props('data-at="upload"')

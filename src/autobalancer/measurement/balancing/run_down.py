@@ -54,7 +54,7 @@ def unbalance_from_run_down(
         Amplitude and phase of the first order over ``speed`` and ``channel``: ``amplitude`` (SI), ``phase`` (rad, lead of the
         vibration over the mark) and perhaps ``amplitude_deviation`` and ``phase_deviation``; with ``place`` (a station or a
         position, m), ``direction`` (``x``, ``y`` or degrees from x) and ``quantity`` of each channel. Or a table, see
-        :func:`~autobalancer.measure.load_orders`.
+        :func:`load_orders`.
     planes
         Stations or positions (m) whose unbalance is asked for; by default all stations of the machine, else the plane of its
         first balancer.

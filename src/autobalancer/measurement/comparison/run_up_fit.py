@@ -128,7 +128,7 @@ class MeasuredOrders:
     ----------
     orders
         From :func:`autobalancer.measure.orders`, or amplitude and phase over ``speed`` and ``channel``; or the path of such a
-        result (.nc) or of a table, see :func:`autobalancer.measure.load_orders`.
+        result (.nc) or of a table, see :func:`load_orders`.
     error
         Standard deviation where none is stated: in percent of each amplitude, such as "2 %", or in their unit.
     balls
@@ -294,7 +294,7 @@ def load_measured(path: str | Path) -> xr.Dataset:
     Parameters
     ----------
     path
-        A result (.nc); a table with speed, amplitude and phase, see :func:`autobalancer.measure.load_orders`; or a file of
+        A result (.nc); a table with speed, amplitude and phase, see :func:`load_orders`; or a file of
         signals, see :func:`autobalancer.measure.load_signals`.
 
     Returns

@@ -142,7 +142,7 @@ def load_film_setup(path: str | Path) -> FilmSetup:
     Parameters
     ----------
     path
-        With the keys of :class:`~autobalancer.measure.FilmSetup`; ``[[marks]]`` and ``[[rotor_marks]]`` have ``place``,
+        With the keys of :class:`FilmSetup`; ``[[marks]]`` and ``[[rotor_marks]]`` have ``place``,
         ``radius`` and ``pixel``.
 
     Raises

@@ -13,7 +13,7 @@ from autobalancer.assembly.drive_train import highest_prescribed
 from autobalancer.assembly.quantities import changed_part, value_of
 from autobalancer.catalog.product_tables import bearing
 from autobalancer.errors import QuestionError
-from autobalancer.files.examples import rig, rigs
+from autobalancer.files.examples import examples, rig
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.samples import beside
 from autobalancer.files.text_files import faults_of, question_data
@@ -97,7 +97,7 @@ def _spec(specification: Specification, folder: Path, name: str) -> Spec:
 
 
 def _machine(argument: Any, folder: Path) -> Machine:
-    if isinstance(argument, str) and argument in rigs():
+    if isinstance(argument, str) and argument in examples("rigs"):
         return rig(argument)
     return balls_in_races(beside(folder, argument) if isinstance(argument, (str, Path)) else argument)
 

@@ -79,7 +79,7 @@ def ensemble(
         Whether to keep the state at the end of every member.
     settling_from
         From where settling times count: the end of the ``"run-up"``, or the last ``"release"`` of a stalled ball, see
-        :func:`autobalancer.settling_time`.
+        :func:`autobalancer.run_measures`.
     **options
         ``tolerance`` (1e-7), ``method``, ``max_steps``, ``seed``, ``workers``, ``progress`` and ``keep_on_interrupt``, see
         :class:`~autobalancer.simulation.ManyRunOptions`. Members that Ctrl-C kept from running have the outcome ``not run``.
