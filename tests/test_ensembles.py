@@ -17,8 +17,8 @@ from autobalancer.cli.main import app
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine.path import dimension_of
+from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.measure_table import PER_BALL
-from autobalancer.results.verdict import wilson_interval
 from autobalancer.studies.ensemble import columns as follow
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.layout import ASKABLE, Plan

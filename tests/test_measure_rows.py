@@ -18,6 +18,7 @@ from autobalancer.kernels.measures.row import measure_row
 from autobalancer.machine import Machine
 from autobalancer.results.measure_table import PER_BALL, SWEPT, in_row, numbers
 from autobalancer.results.run_arrays import recorded_of
+from autobalancer.results.time_series import compiled
 from autobalancer.results.verdict import WORDS
 from autobalancer.simulation import run as of_simulate
 from autobalancer.studies.variations import completed, gauges_for
@@ -148,6 +149,11 @@ def test_a_rotor_crosses_the_range_of_its_resonance_as_fast_as_its_ramp() -> Non
     )
     found = ab.run_measures(ab.simulate(machine, duration=3.0, save=ab.Envelope(77)))
     assert float(found["time_at_resonance"]) == pytest.approx(0.2 * 250.0 / 250.0, rel=1e-9)  # w_c = 250 rad/s
+    # any critical speed counts, and where two are near each other the time counts once
+    whirls = np.array([[100.0, 0.0], [110.0, 0.0], [300.0, 0.0]])
+    time = np.linspace(0.0, 2.0, 9)
+    assert compiled().time_at_resonance(time, 250.0 * time, whirls) == pytest.approx((121.0 - 90.0 + 60.0) / 250.0)
+    assert compiled().time_at_resonance(time, np.full(9, 105.0), whirls) == 2.0
 
 
 def test_a_stalled_ball_is_late_by_the_time_between_the_critical_speed_and_its_release() -> None:

@@ -29,6 +29,7 @@ from autobalancer.results.measure_table import (
 from autobalancer.results.measure_table import swept as swept_of
 from autobalancer.results.run_arrays import Balls, recorded_of, settling
 from autobalancer.results.time_series import residual_unbalance, static_deflection, support_forces, vibration
+from autobalancer.results.verdict import headline
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 
@@ -87,8 +88,13 @@ def test_balls_behind_at_the_second_critical_speed_are_stalled_in_all_answers() 
     judged = ab.verdict(run)
     assert judged.stall is not None
     assert judged.stall.balls == (1, 2, 3, 4)
-    assert 0.85 * whirl < judged.stall.speed < whirl
-    assert judged.stall.speed > run.attrs["critical_speeds"][1] > 200.0
+    second = run.attrs["critical_speeds"][1]
+    assert all(0.85 * whirl < speed < whirl for speed in judged.stall.speeds)
+    assert min(judged.stall.speeds) > second > 200.0
+    assert judged.stall.modes == (2, 2, 2, 2)
+    assert judged.stall.critical_speeds == (second,) * 4
+    assert judged.stall.whirls == pytest.approx([whirl] * 4, rel=1e-6)
+    assert "4 of 4 balls stalled at the second critical speed of " in headline(judged)
     measures = ab.run_measures(run)
     assert float(measures["stalled_balls"]) == 4.0
     row = next(line for line in str(measures).splitlines() if line.startswith("stalled_balls"))

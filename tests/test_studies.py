@@ -18,7 +18,7 @@ import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.cli.terminal.sheet import sheet_csv
 from autobalancer.errors import DurationWarning, QuestionError, RangeWarning, unwarned, warn
-from autobalancer.results.verdict import wilson_interval
+from autobalancer.random_numbers import wilson_interval
 from autobalancer.stability.averaged import averaged_plane, damping_share
 from autobalancer.studies.study.study_file import read_study
 from autobalancer.studies.study.study_spec import (

@@ -22,7 +22,8 @@ from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from autobalancer.reporting.report_pages import quality_page
 from autobalancer.results.display_units import moment_text, significant
-from autobalancer.results.verdict import headline, rpm_text, verdict_lines, verdict_word
+from autobalancer.results.run_arrays import stall_of
+from autobalancer.results.verdict import Verdict, headline, rpm_text, verdict_lines, verdict_word
 from autobalancer.stability.summary import Summary, service_of, service_rows, summary_rows
 from autobalancer.tables import rpm_and_si
 
@@ -119,11 +120,13 @@ def test_the_first_line_says_which_balls_are_stalled_just_below_the_critical_spe
     found = ab.verdict(ab.simulate(slow, duration=20.0))
     assert found.stall is not None
     assert found.stall.balls == (1, 2)
-    assert 0.95 * 250.0 < found.stall.speed < 250.0
+    assert all(0.95 * 250.0 < speed < 250.0 for speed in found.stall.speeds)
+    assert found.stall.critical_speeds == found.stall.whirls == (250.0, 250.0)
+    assert found.as_dict()["stall"]["modes"] == (1, 1)
     passed = 10.0 * 1.02 * 250.0 / 314.0  # s, when the rotor is so far above the critical speed that balls can stall
     assert found.stall.duration == pytest.approx(20.0 - passed, rel=0.02)
     assert found.stall.rotor_speed == pytest.approx(314.0, rel=1e-3)
-    at = f"{significant(found.stall.speed * 30.0 / math.pi)} rpm"
+    at = f"the critical speed of 2387 rpm (whirling at {significant(found.stall.speeds[0] * 30.0 / math.pi)} rpm)"
     said = str(found).splitlines()[0]
     assert f"worse than without balls, 2 of 2 balls stalled at {at} while the rotor turns at " in said
     assert " rpm, for 11.8 s" in said
@@ -146,6 +149,33 @@ def test_the_first_line_says_which_balls_are_stalled_just_below_the_critical_spe
     still = ab.verdict(ab.simulate(slow, duration=20.0, hold_balls=True))
     assert still.stall is None
     assert still.turns_with_rotor
+
+
+def test_each_stalled_ball_is_said_to_be_at_the_critical_speed_whose_whirl_it_drives() -> None:
+    """f^2 - g w f = (1 - g) w_c^2 is 160 rad/s for w_c = 150 and w = 300 rad/s if g = 0.121; a third mode is not passed."""
+    time = np.linspace(0.0, 20.0, 401)
+    rates = np.array([98.0, 155.0, 156.0, 300.0]) - 300.0
+    moved = xr.Dataset(
+        {
+            "time": time,
+            "speed": ("time", np.full_like(time, 300.0)),
+            "deflection": ("time", np.full_like(time, 1e-3)),
+            "ball_angle_in_rotor": (("time", "ball"), time[:, None] * rates),
+            "ball_speed_in_rotor": (("time", "ball"), np.tile(rates, (time.size, 1))),
+            "ball": [1, 2, 3, 4],
+        },
+        attrs={"critical_speeds": [100.0, 150.0, 400.0], "end_time": 20.0, "static_load": "none"},
+    )
+    share = (160.0**2 - 150.0**2) / (160.0 * 300.0 - 150.0**2)
+    stall = stall_of(moved.assign_attrs(gyroscopic_shares=[0.0, share, 0.0]))
+    assert stall is not None
+    assert (stall.balls, stall.modes, stall.critical_speeds) == ((1, 2, 3), (1, 2, 2), (100.0, 150.0, 150.0))
+    assert stall.whirls == pytest.approx((100.0, 160.0, 160.0))
+    assert headline(Verdict("not balanced", "", stall=stall), lambda speed: f"{speed:.1f} rad/s").startswith(
+        "not balanced, 1 of 4 balls stalled at the first critical speed of 100.0 rad/s (whirling at 98.0 rad/s), 2 of 4 balls "
+        "stalled at the second critical speed of 150.0 rad/s (whirling at 155.5 rad/s, near its forward whirl of 160.0 rad/s) "
+        "while the rotor turns at 300.0 rad/s, for 20 s: "
+    )
 
 
 def test_the_words_have_the_limits_that_are_documented() -> None:

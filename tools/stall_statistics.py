@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import autobalancer as ab
-from autobalancer.results.verdict import wilson_interval
+from autobalancer.random_numbers import wilson_interval
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "examples" / "run_ups"

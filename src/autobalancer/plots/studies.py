@@ -31,11 +31,10 @@ from autobalancer.plots.style import (
     plain_log_ticks,
     quantity_axis,
 )
-from autobalancer.random_numbers import generator
+from autobalancer.random_numbers import generator, wilson_interval
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis
 from autobalancer.results.run_argument import RunArgument
-from autobalancer.results.verdict import wilson_interval
 
 # A study over its grid: a share with its interval, a quantity with its scatter, or both over two parameters as a map.
 

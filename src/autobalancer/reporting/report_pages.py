@@ -370,6 +370,7 @@ def quality_page(summary: Summary, left: float, judged: Verdict, grade: float | 
     mass = 1e3 * service.unbalance * service.speed / service.grade
     size = moment_text(summary.unbalance)
     worse = f", {WORSE}" * (judged.word == WORSE)
+    worse += ", the rotor held at a critical speed" * (judged.held_rotor is not None)
     at_end = f"balls {judged.state_of_balls}{worse}, at the end of the run-up"
     beside = "" if judged.turns_with_rotor else f"; {NO_RESIDUAL}"
     rows = [

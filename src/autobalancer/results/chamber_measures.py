@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import RUN_UP
 from autobalancer.machine.chamber import Chamber, ChamberUnbalance
+from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.machine_kinds import CHAMBERS
 from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
 from autobalancer.results.display_units import worded
 from autobalancer.results.measure_table import Measure, measured
-from autobalancer.results.run_arrays import Settled
-from autobalancer.results.time_series import end_of_run_up, of_a_run, origin_of, time_since
+from autobalancer.results.run_arrays import Settled, whirls_of
+from autobalancer.results.time_series import compiled, end_of_run_up, of_a_run, origin_of, plain, time_since
 from autobalancer.results.verdict import speed_changes
 from autobalancer.units import optional_argument
 
@@ -190,7 +191,18 @@ def chamber_settling(run: xr.Dataset, tolerance: float = 1.0, last: float | None
     start = float(time[0])
     ended = end_of_run_up(time, run["speed"].values, start)
     begin, name = origin_of(ended, RUN_UP, start, float(time[-1]))
+    if np.isfinite(held_below(run)):
+        begin, name = np.nan, ""
     return Settled(time_since(begin, at), at, name, begin)
+
+
+def held_below(run: xr.Dataset) -> float:
+    """The critical speed (rad/s) past which its motor does not take the rotor of a run; nan if it does, or lacks torque there."""
+    drive = _machine(run).get("drive", {})
+    if drive.get("kind") != "asynchronous" or "critical_speeds" not in run.attrs:
+        return np.nan
+    held = float(compiled().held_at(plain(run["time"].values), plain(run["speed"].values), whirls_of(run)))
+    return held if float(AsynchronousMotor(**drive).synchronous_speed) > held else np.nan
 
 
 def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr.Dataset:

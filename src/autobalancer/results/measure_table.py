@@ -32,6 +32,7 @@ from autobalancer.kernels.measures.columns_of_measures import (
 from autobalancer.kernels.measures.columns_of_measures import LAST as LAST_SHARE
 from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
 from autobalancer.results.run_arrays import (
+    HELD_AT,
     SETTLING_FROM,
     Recorded,
     away_from_standing,
@@ -157,6 +158,12 @@ def _greatest(values: Floats) -> Any:
 
 MEASURES = (
     *_taken(OF_ROTOR, "of_rotor"),
+    Measure(
+        "held_at_critical_speed",
+        *("rad/s", "", "critical speed past which its drive does not take the rotor; none if it does"),
+        lambda r: r.held,
+        needs="held",
+    ),
     Measure(
         "residual_vibration", "m", "", f"vibration at the end of the run at {HERE}", lambda r: r.residual_vibration
     ),
@@ -466,7 +473,8 @@ def settling_time(run: xr.Dataset, tolerance: float = SETTLED, settling_from: st
     one stalls; in any case from a jump of the unbalance that is later. The coordinate ``counted_from`` says which it is,
     ``settled_at`` (s) is the time in the run. Between samples angles are interpolated.
 
-    nan for a ball that has not settled: it has been near its last angle for less than a twentieth of the run, or the way that is
+    nan where the drive does not take the rotor past a critical speed, as its run-up does not end, unless the unbalance jumps; and
+    for a ball that has not settled: it has been near its last angle for less than a twentieth of the run, or the way that is
     still to come, extrapolated from its motion there as an exponential approach, is longer than the tolerance.
 
     Raises
@@ -474,7 +482,8 @@ def settling_time(run: xr.Dataset, tolerance: float = SETTLED, settling_from: st
     QuestionError
         If the machine has no balls, the run kept nothing of them, or ``settling_from`` is another word.
     """
-    result = settling(known_balls(run), whirls_of(run), jump_times(run), known_origin(settling_from), tolerance)
+    origin, balls = known_origin(settling_from), known_balls(run)
+    result = settling(balls, whirls_of(run), jump_times(run), HELD_AT in run.attrs, origin, tolerance)
     return _per_ball(run, result.duration, "settling time", "s").assign_coords(
         settled_at=("ball", result.at), counted_from=result.counted_from
     )

@@ -18,9 +18,11 @@ from autobalancer.kernels.measures.columns_of_measures import (
     BALL,
     COLUMNS,
     LAST,
+    NOWHERE,
     RELEASE,
     RUN_UP,
     SETTLED,
+    START,
     Ball,
     Column,
 )
@@ -63,6 +65,9 @@ def impacts_of(run: xr.Dataset) -> Impacts | None:
     return Impacts(run["impact_time"].values, **{name: run[kept].values for kept, name in VARIABLES.items()})
 
 
+# attribute of a run, rad/s: past this critical speed its drive does not take the rotor
+HELD_AT = "held_at_critical_speed"
+NEVER_ENDED = time_series.ORIGINS[START], time_series.ORIGINS[RUN_UP]  # of a rotor that does not arrive at its speed
 SETTLING_FROM = ("run-up", "release")  # whose end settling times count from, the usual one first
 
 
@@ -131,6 +136,7 @@ class Recorded:
     without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m
     final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
     parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
+    held: float | None = None  # critical speed past which its drive does not take the rotor, rad/s; nan if it does
     settling_from: str = SETTLING_FROM[0]
     impacts: Impacts | None = None  # of balls on each other, partitions and walls
     links: Links | None = None  # of the drive train
@@ -189,7 +195,8 @@ class Recorded:
     def settled(self) -> Settled:
         """How the balls settle; asks for ``balls``."""
         assert self.balls is not None
-        return settling(self.balls, self.whirls, self.jumps, self.settling_from)
+        held = self.held is not None and bool(np.isfinite(self.held))
+        return settling(self.balls, self.whirls, self.jumps, held, self.settling_from)
 
     @cached_property
     def since(self) -> float:
@@ -250,10 +257,14 @@ def settling(
     balls: Balls,
     whirls: Floats,
     jumps: Sequence[float],
+    held: bool = False,
     settling_from: str = SETTLING_FROM[0],
     tolerance: float = SETTLED,
 ) -> Settled:
-    """How long each ball takes to stay within ``tolerance`` (rad) of the angle to which it goes, and from where all count."""
+    """How long each ball takes to stay within ``tolerance`` (rad) of the angle to which it goes, and from where all count.
+
+    From nowhere if the rotor is ``held`` below a critical speed: then its run-up does not end.
+    """
     at = time_series.each_ball(
         time_series.compiled().settled_from, balls.time, balls.angle, balls.rate, balls.start, tolerance
     )
@@ -262,6 +273,8 @@ def settling(
         released = time_series.greatest_known(time_series.values_at(stalls_of(balls, whirls)[1], balls.time))
         after, cause = (released, RELEASE) if released > balls.start else (after, cause)
     begin, name = time_series.origin_of(after, cause, balls.start, float(balls.time[-1]), jumps)
+    if held and name in NEVER_ENDED:
+        begin, name = np.nan, time_series.ORIGINS[NOWHERE]
     return Settled(time_series.time_since(begin, at), at, name, begin)
 
 
@@ -316,11 +329,79 @@ def recorded_of(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Recor
         bins=bins,
         balls=balls,
         jumps=jumps,
+        held=float(run.attrs.get(HELD_AT, np.nan)),
         impacts=impacts_of(run),
         settling_from=settling_from,
         **told,
         **of_turns,
     )
+
+
+# Balls that are stalled at the end of a run, and a rotor that its drive holds below a critical speed.
+
+
+@dataclass(frozen=True)
+class Stall:
+    """Balls stalled at the end (counted from 1), of how many, and the rotor's mean speed over the last twentieth (rad/s).
+
+    Of each its mean speed there, at which it whirls, the critical speed at whose whirl it stays, and that whirl at the speed of
+    the rotor, which gyroscopic moments raise (rad/s). ``modes`` are the numbers of these critical speeds, from 1, of
+    ``critical_speeds_of_rotor``. ``duration`` (s) is how long the one that was stalled longest has been.
+    """
+
+    balls: tuple[int, ...]
+    of: int
+    speeds: tuple[float, ...]
+    critical_speeds: tuple[float, ...]
+    whirls: tuple[float, ...]
+    modes: tuple[int, ...]
+    critical_speeds_of_rotor: int
+    rotor_speed: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class HeldRotor:
+    """A rotor that its drive does not take past a critical speed: its speed at the end, that one (rad/s) and its number."""
+
+    speed: float
+    critical_speed: float
+    mode: int
+    critical_speeds_of_rotor: int
+
+
+def stall_of(run: xr.Dataset) -> Stall | None:
+    """The balls that are stalled at the end of a run; None where none is, or without data."""
+    try:
+        recorded = recorded_of(run)
+    except QuestionError:
+        return None
+    balls = recorded.balls
+    if balls is None or balls.time.size < 3:
+        return None
+    duration, _, own = recorded.stalls
+    there = np.flatnonzero(np.isfinite(own))
+    if not there.size:
+        return None
+    rotor = float(balls.speed[balls.time >= (1.0 - LAST) * balls.time[-1]].mean())
+    # each at the nearest whirl: f^2 - g w f = (1 - g) w_c^2 at the rotor speed w, see kernels/measures/record_series.py
+    critical, share = recorded.whirls[recorded.whirls[:, 0] < abs(rotor)].T
+    whirl = 0.5 * (share * abs(rotor) + np.hypot(share * rotor, 2.0 * np.sqrt(1.0 - share) * critical))
+    modes = np.abs(np.log(whirl / np.abs(own[there, None]))).argmin(axis=1)
+    named = tuple(int(ball) for ball in run["ball"].values[there])
+    speeds, reached, whirls = (tuple(map(float, values)) for values in (own[there], critical[modes], whirl[modes]))
+    numbers = tuple(int(mode) + 1 for mode in modes)
+    known = len(recorded.whirls)
+    return Stall(named, own.size, speeds, reached, whirls, numbers, known, rotor, float(duration[there].max()))
+
+
+def held_rotor(run: xr.Dataset, critical_speed: float) -> HeldRotor | None:
+    """The rotor that its drive does not take past a ``critical_speed`` (rad/s); None of nan."""
+    if not np.isfinite(critical_speed):
+        return None
+    every = np.atleast_1d(run.attrs["critical_speeds"])
+    speed = next(run[name].values[-1] for name in ("speed", "envelope_speed") if name in run and run[name].size)
+    return HeldRotor(float(speed), critical_speed, int(np.abs(every - critical_speed).argmin()) + 1, every.size)
 
 
 def bins_of(run: xr.Dataset, count: int = 200) -> Bins:

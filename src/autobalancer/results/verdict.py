@@ -27,7 +27,17 @@ from autobalancer.results.display_units import (
     worded,
 )
 from autobalancer.results.measure_table import peak_deflection, settling_time
-from autobalancer.results.run_arrays import balls_of, jump_times, parts_between_jumps, recorded_of
+from autobalancer.results.run_arrays import (
+    HELD_AT,
+    HeldRotor,
+    Stall,
+    balls_of,
+    held_rotor,
+    jump_times,
+    parts_between_jumps,
+    recorded_of,
+    stall_of,
+)
 from autobalancer.results.time_series import (
     NONE,
     Complexes,
@@ -43,19 +53,7 @@ from autobalancer.results.time_series import (
     whole_turns,
 )
 
-# Shares of many runs, and how certain they are.
-
-
 Floats = NDArray[np.float64]
-Z = 1.959964  # of a normal distribution, for 95 %
-
-
-def wilson_interval(counts: NDArray[Any], total: int | NDArray[Any]) -> tuple[Floats, Floats]:
-    """95 % interval of shares (Wilson 1927): of ``counts`` in ``total``."""
-    share = counts / total
-    middle = (share + Z * Z / (2 * total)) / (1 + Z * Z / total)
-    half = Z / (1 + Z * Z / total) * np.sqrt(share * (1 - share) / total + Z * Z / (4 * total**2))
-    return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
 
 
 # How a run got to its end: its greatest deflection and the balls that settle, also between jumps of the unbalance.
@@ -84,7 +82,10 @@ class Peak:
 
 @dataclass(frozen=True)
 class Settling:
-    """The ball that settles last: how long it takes, from when, and when that is in the run, s; ``moving`` never settle."""
+    """The ball that settles last: how long it takes, from when, and when that is in the run, s; ``moving`` never settle.
+
+    ``duration`` is nan where the run-up does not end, see :class:`HeldRotor`.
+    """
 
     ball: int
     duration: float
@@ -104,20 +105,6 @@ class Forecast:
     speed: float
     share: float = np.nan
     duration: float = np.nan
-
-
-@dataclass(frozen=True)
-class Stall:
-    """Balls stalled at the end (counted from 1), of how many; their mean speed and the rotor's over the last twentieth (rad/s).
-
-    ``duration`` (s) is how long the one that was stalled longest has been.
-    """
-
-    balls: tuple[int, ...]
-    of: int
-    speed: float
-    rotor_speed: float
-    duration: float
 
 
 @dataclass(frozen=True)
@@ -160,24 +147,6 @@ def settling_of(run: xr.Dataset) -> Settling | None:
         return Settling(0, np.nan, "", np.nan, moving)
     last = int(np.nanargmax(at))
     return Settling(last + 1, float(time[last]), str(time["counted_from"].values), float(at[last]), moving)
-
-
-def stall_of(run: xr.Dataset) -> Stall | None:
-    """The balls that are stalled at the end of a run; None where none is, or without data."""
-    try:
-        recorded = recorded_of(run)
-    except QuestionError:
-        return None
-    balls = recorded.balls
-    if balls is None or balls.time.size < 3:
-        return None
-    duration, _, own = recorded.stalls
-    there = np.flatnonzero(np.isfinite(own))
-    if not there.size:
-        return None
-    rotor = float(balls.speed[balls.time >= (1.0 - LAST) * balls.time[-1]].mean())
-    named = tuple(int(ball) for ball in run["ball"].values[there])
-    return Stall(named, own.size, float(own[there].mean()), rotor, float(duration[there].max()))
 
 
 def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
@@ -295,7 +264,8 @@ class Verdict:
     unbalances. ``parts`` are those of the run between jumps of the unbalance; none without a jump. ``without_held``
     says that no run with held balls was given, ``bodies`` what rolls, "balls" or "cylinders". ``stall`` says which balls
     are stalled at the end, None where none is; ``goes_round`` whether a ball goes round in the rotor then; ``turning``
-    how many balls of a deep chamber turn with it, and of how many.
+    how many balls of a deep chamber turn with it, and of how many; ``held_rotor`` past which critical speed the drive does
+    not take the rotor, None where it does.
     """
 
     word: str
@@ -324,6 +294,7 @@ class Verdict:
     stall: Stall | None = None
     goes_round: bool = False
     turning: tuple[int, int] | None = None
+    held_rotor: HeldRotor | None = None
 
     @property
     def state_of_balls(self) -> str:
@@ -394,12 +365,13 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     if run.attrs.get("outcome", "finished") != "finished":
         stopped = f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
     alone = held is None and not stopped and bool(run.sizes.get("ball", 0)) and "balls_held" not in run.attrs
+    caught = held_rotor(run, float(run.attrs.get(HELD_AT, np.nan)))
     try:
         turns = whole_turns(run)
     except QuestionError as reason:
         return Verdict(
             NO_VERDICT, stopped or str(reason), peak=peak, peak_without_balls=other_peak, notes=notes, parts=parts_of(run),
-            without_held=alone, stall=stall_of(run),
+            without_held=alone, stall=stall_of(run), held_rotor=caught,
         )  # fmt: skip
     places, supports, planes = _places(run, held), _supports(run, held), _planes(run)
     unbalance, residual = _rotor(run.isel(turn=turns), planes)
@@ -418,7 +390,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         word or verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after, places, planes, supports, peak,
         other_peak, settling, notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
         forecast=forecast_of(run, course.since) if creeping or word == NOT_SETTLED else None, stall=stall_of(run),
-        goes_round=course.uneven,
+        goes_round=course.uneven, held_rotor=caught,
     )  # fmt: skip
 
 
@@ -610,6 +582,8 @@ Lines = list[tuple[str, str]]
 NOT_COMPARED = "not computed; verdict(run, held) compares it, with held = simulate(machine, hold_balls=True)"
 NO_RESIDUAL = "balls do not turn with the rotor: no residual to count on"
 LISTED = 8  # balls that are named
+ORDINALS = ("first", "second", "third", "fourth")
+RAISED = 0.02  # share of a critical speed by which gyroscopic moments raise a whirl that is named
 GREATER = MEASURES_LIMITS[-1]  # times the greatest deflection without balls, from which on the headline says so
 LEAST_SHARE = 1e-3  # of an unbalance, below which an extrapolated residual is not said in figures
 
@@ -682,7 +656,7 @@ def verdict_lines(verdict: Verdict, speed_text: Callable[[float], str] = rpm_tex
 
 def headline(verdict: Verdict, speed_text: Callable[[float], str] = rpm_text) -> str:
     """The verdict in a sentence, with balls that stall, and the greatest deflection where balls made it much greater."""
-    stalled = _stalled(verdict, speed_text)
+    stalled = _held(verdict, speed_text) + _stalled(verdict, speed_text)
     vibration = f"vibration {share_text(verdict.ratio)} of that without balls"
     if verdict.word in (PARTLY, NOT):
         vibration += f" (balanced is up to {100.0 * MEASURES_LIMITS[0]:.0f} %)"
@@ -709,15 +683,39 @@ def _text_without(value: float, text: Callable[[float], str]) -> str:
     return "" if math.isnan(value) else f"; without balls {text(value)}"
 
 
+def _critical(mode: int, of: int, speed: str) -> str:
+    """The critical speed with that number, of several; ``speed`` is its text."""
+    number = f"{ORDINALS[mode - 1] if mode <= len(ORDINALS) else f'{mode}th'} " * (of > 1)
+    return f"the {number}critical speed of {speed}"
+
+
+def _held(verdict: Verdict, speed_text: Callable[[float], str]) -> str:
+    """Past which critical speed the drive does not take the rotor, and where it stays."""
+    held = verdict.held_rotor
+    if held is None:
+        return ""
+    past = _critical(held.mode, held.critical_speeds_of_rotor, speed_text(held.critical_speed))
+    return f", the drive does not take the rotor past {past} (it stays at {speed_text(held.speed)})"
+
+
 def _stalled(verdict: Verdict, speed_text: Callable[[float], str]) -> str:
-    """How many balls are stalled at the end, at which speed, and for how long; of a deep chamber how many turn with the rotor."""
+    """How many balls are stalled at the end, at which critical speed, for how long; of a chamber how many turn with the rotor."""
     stall = verdict.stall
     if stall is None:
         turning, balls = verdict.turning or (0, 0)
         turn = f"turn{'s' * (turning < 2)} with the rotor"
         return "" if turning == balls else f", {turning or 'none'} of {balls} balls {turn}"
-    at = f"{speed_text(stall.speed)} while the rotor turns at {speed_text(stall.rotor_speed)}"
-    return f", {len(stall.balls)} of {stall.of} balls stalled at {at}, for {significant(stall.duration)} s"
+    texts = []
+    for mode in sorted(set(stall.modes)):
+        own = [speed for speed, at in zip(stall.speeds, stall.modes, strict=True) if at == mode]
+        first = stall.modes.index(mode)
+        critical, whirl = stall.critical_speeds[first], stall.whirls[first]
+        raised = f", near its forward whirl of {speed_text(whirl)}" * (whirl > (1.0 + RAISED) * critical)
+        there = _critical(mode, stall.critical_speeds_of_rotor, speed_text(critical))
+        texts.append(
+            f"{len(own)} of {stall.of} balls stalled at {there} (whirling at {speed_text(float(np.mean(own)))}{raised})"
+        )
+    return f", {', '.join(texts)} while the rotor turns at {speed_text(stall.rotor_speed)}, for {significant(stall.duration)} s"
 
 
 def _transient(verdict: Verdict) -> str:
@@ -786,7 +784,10 @@ def _settling(settling: Settling, ahead: Forecast | None = None) -> str:
         return f"none; {'it still moves' if len(moving) == 1 else 'all still move'} at the end{later}"
     at = f" (at {settling.settled_at:.5g} s)" if settling.counted_from != "start" else ""
     when = f"{settling.duration:.3g} s after" if settling.duration > 0.0 else "before"
-    text = f"{when} the {settling.counted_from}{at}, ball {settling.ball} last"
+    since = f"{when} the {settling.counted_from}{at}"
+    if math.isnan(settling.duration):
+        since = f"at {settling.settled_at:.5g} s, but the run-up has not ended"
+    text = f"{since}, ball {settling.ball} last"
     if moving:
         named = ", ".join(map(str, moving[:LISTED])) + (", ..." if len(moving) > LISTED else "")
         text += f"; not settled: {len(moving)} ({named}){later}"

@@ -20,12 +20,11 @@ from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.measures.columns_of_measures import FASTEST
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.laws.stall import held_whirl
-from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.machine import Machine
 from autobalancer.results.display_units import length_text, significant
 from autobalancer.results.time_series import lifted_from
 from autobalancer.results.verdict import LIMITS
 from autobalancer.simulation.input_remarks import input_notes
-from autobalancer.tables import rpm_and_si
 
 
 @dataclass(frozen=True)
@@ -199,31 +198,6 @@ def _last_speed(run: xr.Dataset) -> float:
     return 0.0
 
 
-# A rotor that its drive does not take past a critical speed.
-
-
-STAYS, BELOW = (
-    0.02,
-    0.1,
-)  # greatest change of its speed in the last fifth of a run, and how far it is below a critical speed
-
-
-def held_at_resonance(e: Ended) -> str:
-    """Where a rotor that a torque drives stays just below a critical speed; empty of another one."""
-    run = e.run
-    speed = next((run[name].values for name in ("envelope_speed", "speed") if name in run), np.zeros(0))
-    late = np.abs(speed[-max(2, speed.size // 5) :])
-    if isinstance(e.machine.drive, PrescribedSpeed) or speed.size < 10 or np.ptp(late) > STAYS * late.mean():
-        return ""
-    above = [w for w in e.assembly.critical_speeds if (1.0 - BELOW) * w < late.mean() < w]
-    if not above:
-        return ""
-    return (
-        f"the rotor stays at {rpm_and_si(float(late.mean()))}, just below its critical speed of {rpm_and_si(above[0])}: "
-        "its drive does not take it past, so vibration, settling and balls are those at the resonance"
-    )
-
-
 # Balls that lie in one place although that state is unstable.
 
 
@@ -361,7 +335,6 @@ def of_flow(e: Ended) -> str:
 REMARKS: tuple[Callable[[Ended], str], ...] = (
     *(
         of_input,
-        held_at_resonance,
         left_the_race,
         held_by_friction,
         on_floor,

@@ -24,14 +24,15 @@ from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, NEXT_BIN, TIME, Memory
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import EVENT, FINISHED, NOT_FINITE, RUNNING, STEP_TOO_SMALL
+from autobalancer.kernels.measures.row import held_at_critical_speed
 from autobalancer.kernels.records import IMPACT, NONE
 from autobalancer.kernels.system import Floats, Matrix, System
 from autobalancer.laws.drag_coefficient import range_record, stokes_record
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
 from autobalancer.results.labels import label
-from autobalancer.results.run_arrays import VARIABLES, Impacts
-from autobalancer.results.time_series import static_load
+from autobalancer.results.run_arrays import HELD_AT, VARIABLES, Impacts, bins_of
+from autobalancer.results.time_series import plain, static_load
 from autobalancer.simulation import ONE_RUN, RunOptions, run_duration, run_options
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
 from autobalancer.simulation.input_remarks import critical_attributes
@@ -189,6 +190,11 @@ def simulate_races(
     )
     run = with_impacts(run, noted)
     run.attrs |= _drag_range_attributes(assembly, run, record, state)
+    if "envelope_speed" in run or run.sizes.get("time"):
+        course = bins_of(run)
+        numbers = map(plain, (course.end, course.speed, assembly.whirls))
+        held = held_at_critical_speed(assembly.system, *numbers, float(state.clock[TIME]))
+        run.attrs |= {HELD_AT: held} if math.isfinite(held) else {}
     return run.assign_attrs(remarks=remarks(Ended(machine, end, assembly, places, record, state, run)))
 
 

@@ -29,12 +29,12 @@ from autobalancer.files.machine_file import balls_in_races, machine_text, parse_
 from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of_path
 from autobalancer.progress import shows_progress
-from autobalancer.random_numbers import generator
+from autobalancer.random_numbers import generator, wilson_interval
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.answers.studied import IMPOSSIBLE, NOT_RUN
 from autobalancer.results.measure_table import SWEPT, peak_deflection
 from autobalancer.results.run_arrays import SETTLING_FROM, known_origin
-from autobalancer.results.verdict import BALANCED, WORDS, wilson_interval
+from autobalancer.results.verdict import BALANCED, WORDS
 from autobalancer.simulation import MANY_RUNS, ManyRunOptions, run_duration, run_options
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races

@@ -30,7 +30,7 @@ OF_ROTOR = (  # from the envelope
     OfMotion("peak_speed", "rad/s", f"rotor speed at the greatest deflection at {HERE}"),
     OfMotion("peak_time", "s", f"time of the greatest deflection at {HERE}"),
     OfMotion("time_near_peak", "s", f"time with more than half of the greatest deflection at {HERE}"),
-    OfMotion("time_at_resonance", "s", "time with a rotor speed within 10 % of the lowest critical speed"),
+    OfMotion("time_at_resonance", "s", "time with a rotor speed within 10 % of a critical speed"),
 )
 OF_PLACES = (  # and of supports, whose forces are measured in the same way
     OfMotion(
@@ -75,7 +75,10 @@ OF_IMPACTS = (
 # A row: what is measured, then how the run ended: the stepper's word, time and speed, and what the verdict asks for.
 
 
-OTHERS = ("residual_vibration", "vibration_without_balls", "residual_unbalance", "residual_share", "support_force")
+OTHERS = (
+    *("held_at_critical_speed", "residual_vibration", "vibration_without_balls"),
+    *("residual_unbalance", "residual_share", "support_force"),
+)
 OTHERS_OF_BALLS = ("settling_time", "settled_at", "stalled_balls")
 ENDED = (
     "status",

@@ -96,18 +96,21 @@ def time_near_peak(width: Floats, high: Floats) -> float:
 
 @njit(float64(vector_type, vector_type, matrix_type), **EXACT)
 def time_at_resonance(time: Floats, speed: Floats, whirls: Matrix) -> float:
-    """Time (s) with a rotor speed within a tenth of the lowest critical one, up to the last bin or sample; linear in between."""
-    critical = whirls[0, 0] if whirls.shape[0] > 0 else math.nan
-    total, low, high = 0.0, (1.0 - numbers.NEAR_CRITICAL) * critical, (1.0 + numbers.NEAR_CRITICAL) * critical
-    if not critical > 0.0:
-        return math.nan
+    """Time (s) with a rotor speed within a tenth of a critical one, up to the last bin or sample; linear in between.
+
+    nan without a critical speed.
+    """
+    total = 0.0 if whirls.shape[0] > 0 else math.nan
     for i in range(1, time.size):
-        a, b = abs(speed[i - 1]), abs(speed[i])
-        if a == b:
-            share = 1.0 if low <= a <= high else 0.0
-        else:
-            share = max(0.0, min(max(a, b), high) - max(min(a, b), low)) / abs(b - a)
-        total += share * (time[i] - time[i - 1])
+        a, b, reached = abs(speed[i - 1]), abs(speed[i]), 0.0
+        for k in range(whirls.shape[0]):  # ascending; where two ranges overlap the time counts once
+            low = max((1.0 - numbers.NEAR_CRITICAL) * whirls[k, 0], reached)
+            high = reached = (1.0 + numbers.NEAR_CRITICAL) * whirls[k, 0]
+            if a == b:
+                share = 1.0 if low <= a <= high else 0.0
+            else:
+                share = max(0.0, min(max(a, b), high) - max(min(a, b), low)) / abs(b - a)
+            total += share * (time[i] - time[i - 1])
     return total
 
 
@@ -120,6 +123,24 @@ def rotor_measures(
     row[COLUMN.peak_speed] = value_when(row[COLUMN.peak_time], end, speed)
     row[COLUMN.time_near_peak] = time_near_peak(width, high)
     row[COLUMN.time_at_resonance] = time_at_resonance(end, speed, whirls)
+
+
+@njit(float64(vector_type, vector_type, matrix_type), **EXACT)
+def held_at(time: Floats, speed: Floats, whirls: Matrix) -> float:
+    """The critical speed (rad/s) just below which the speed of the rotor stays at the end of a run; nan if it does not.
+
+    That is in the last fifth of the time. Of a rotor that a torque drives: its drive does not take it past.
+    """
+    low, high = math.inf, 0.0
+    for t in range(time.size):
+        if time[t] >= numbers.LATE * time[time.size - 1]:
+            low, high = min(low, abs(speed[t])), max(high, abs(speed[t]))
+    middle = 0.5 * (low + high)
+    if time.size > 1 and high - low <= numbers.SAME_SPEED * 2.0 * middle:
+        for k in range(whirls.shape[0]):
+            if (1.0 - numbers.NEAR_CRITICAL) * whirls[k, 0] < middle < whirls[k, 0]:
+                return whirls[k, 0]
+    return math.nan
 
 
 @njit(float64(vector_type, vector_type, float64), **EXACT)

@@ -16,6 +16,7 @@ import math
 from numba import float64, int64, void
 
 from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, njit
+from autobalancer.kernels.host.shaft_train import drive_value, motor_torque
 from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
@@ -32,7 +33,17 @@ from autobalancer.kernels.measures.workspace import (
     inputs_type,
     workspace_type,
 )
-from autobalancer.kernels.system import SPEED, THETA, Floats, System, system_type, vector_type
+from autobalancer.kernels.records import PRESCRIBED
+from autobalancer.kernels.system import (
+    SPEED,
+    THETA,
+    Floats,
+    Matrix,
+    System,
+    matrix_type,
+    system_type,
+    vector_type,
+)
 
 # where a row has what is measured of places and of balls
 OF_PLACES, OF_BALLS = COLUMNS.index(PLACE._fields[0]), COLUMNS.index(BALL._fields[0])
@@ -63,6 +74,19 @@ def _bins(r: Record, m: Memory, g: MeasureInputs, d: Workspace) -> int:
     return count
 
 
+@njit(float64(system_type, vector_type, vector_type, matrix_type, float64), **EXACT)
+def held_at_critical_speed(p: System, time: Floats, speed: Floats, whirls: Matrix, now: float) -> float:
+    """The critical speed (rad/s) just below which the rotor stays although its drive has torque left there; nan if it does not.
+
+    ``time`` (s) and ``speed`` (rad/s) are those of a run that ends ``now``.
+    """
+    held = series.held_at(time, speed, whirls)
+    if p.drive.motor == PRESCRIBED or math.isnan(held):
+        return math.nan
+    way = math.copysign(1.0, speed[speed.size - 1])
+    return held if way * motor_torque(drive_value(now, p.drive)[0], way * held, p.drive) > 0.0 else math.nan
+
+
 @njit(void(system_type, record_type, inputs_type, workspace_type, int64, float64, vector_type), **EXACT_PART)
 def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, now: float, row: Floats) -> None:
     """What the envelope says."""
@@ -71,6 +95,7 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
     centered = 1 if g.scalars[CENTERED] != 0.0 else 0
     # the rotor
     series.rotor_measures(middle, time, d.width[:count], high, speed, g.whirls, row)
+    row[COLUMN.held_at_critical_speed] = held_at_critical_speed(p, time, speed, g.whirls, now)
     row[COLUMN.speed_changes] = 1.0 if series.speed_changes(time, speed, now) else 0.0
     row[COLUMN.goes_round] = 1.0 if series.goes_round(time, angle, now) else 0.0
     row[COLUMN.vibration_before] = series.twentieth(middle, low, high, now, 0.9, centered)
@@ -80,7 +105,7 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
     # from when settling counts
     n, begin = g.ball_mass.size, r.bin_edges[0]
     run_up = series.end_of_run_up(time, speed, begin)
-    since, _ = series.origin_of(run_up, columns.RUN_UP, begin, now, g.jumps)
+    since, cause = series.origin_of(run_up, columns.RUN_UP, begin, now, g.jumps)
     row[COLUMN.vibration_to_come] = series.vibration_to_come(middle, low, high, since, now, centered)
     # the balls: settled, released, stalled; the last one counts
     if n == 0:
@@ -94,7 +119,8 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
         row[OF_BALLS + k] = greatest
     row[COLUMN.creeps] = 1.0 if series.creeps(time, angle, settled, since, now) else 0.0
     last = settled[series.greatest_at(settled)]
-    row[COLUMN.settled_at], row[COLUMN.settling_time] = last, series.time_since(since, last)
+    held = cause != columns.JUMP and math.isfinite(row[COLUMN.held_at_critical_speed])  # then the run-up does not end
+    row[COLUMN.settled_at], row[COLUMN.settling_time] = last, math.nan if held else series.time_since(since, last)
     row[COLUMN.settling_since_release] = row[COLUMN.settling_time]
     if row[COLUMN.break_away_time] > begin:
         free, _ = series.origin_of(row[COLUMN.break_away_time], columns.RELEASE, begin, now, g.jumps)

@@ -28,6 +28,7 @@ from autobalancer.plots.style import (
     quantity_axis,
     with_ignored,
 )
+from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.answers.studied import Ensemble, which_starts
 from autobalancer.results.display_units import (
     LENGTHS,
@@ -38,7 +39,7 @@ from autobalancer.results.display_units import (
     moment_text,
     speed_axis,
 )
-from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, NOT_SETTLED, PARTLY, WORSE, wilson_interval
+from autobalancer.results.verdict import BALANCED, NO_VERDICT, NOT, NOT_SETTLED, PARTLY, WORSE
 
 WIDE = 72  # letters of four keys side by side that do not fit the picture
 HELD = LinearSegmentedColormap.from_list("held", ["#EFECF7", "#7B68B5", "#2E1F66"])

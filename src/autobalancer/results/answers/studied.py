@@ -8,20 +8,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.answers.answer import FORMS, Answer, Form, Shown
 from autobalancer.results.display_units import axis_unit, length_text, moment_text, significant
-from autobalancer.results.verdict import WORDS, wilson_interval, worse_by
+from autobalancer.results.verdict import WORDS, worse_by
 from autobalancer.tables import Column, rpm_and_si
 
 # Runs that end stalled.
 
 
-def stalled(values: Mapping[str, Any] | xr.Dataset, duration: float) -> Any:
-    """Which runs of ``duration`` (s) end stalled, from their measures: with stalled balls, or with a stalled rotor.
-
-    The rotor stalls that stays near its lowest critical speed for more than half of the run, as with a weak motor.
-    """
-    return (np.asarray(values["stalled_balls"]) > 0) | (np.asarray(values["time_at_resonance"]) > 0.5 * duration)
+def stalled(values: Mapping[str, Any] | xr.Dataset) -> Any:
+    """Which runs end stalled, from their measures: with stalled balls, or with a rotor held at a critical speed by its drive."""
+    return (np.asarray(values["stalled_balls"]) > 0) | np.isfinite(values["held_at_critical_speed"])
 
 
 # The members of an ensemble as a table of shares with their intervals, and the quantiles of their measures.
@@ -138,9 +136,9 @@ class Ensemble(Answer):
 
     def _stall(self) -> Iterator[str]:
         """How many members end stalled, and for how long their balls were."""
-        if not {"time_at_resonance", "stalled_balls"} <= set(self.data_vars) or "duration" not in self.attrs:
+        if not {"held_at_critical_speed", "stalled_balls"} <= set(self.data_vars):
             return
-        which = self["outcome"].isin([FINISHED]).values & stalled(self, float(self.attrs["duration"]))
+        which = self["outcome"].isin([FINISHED]).values & stalled(self)
         share, low, high = (100.0 * value for value in self.share_of(which))
         if share > 0.0:
             long = significant(float(np.median(self["stalled_time"].values[which])))

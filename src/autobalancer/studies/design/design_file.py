@@ -21,8 +21,8 @@ from autobalancer.machine import Machine, PrescribedSpeed, Unbalance
 from autobalancer.machine.drive import Constant
 from autobalancer.machine.keys import bare_numbers
 from autobalancer.machine.part import Range
+from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.answers.answer import Answer
-from autobalancer.results.verdict import wilson_interval
 from autobalancer.rotordynamics.receptance.rational_fit import receptance
 from autobalancer.rotordynamics.receptance.receptances import (
     MeasuredRotor,

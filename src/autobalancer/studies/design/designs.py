@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
+from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.answers.answer import Answer, Form, provenance
 from autobalancer.results.display_units import axis_unit, moment_text, significant
-from autobalancer.results.verdict import wilson_interval
 from autobalancer.studies.design.candidate import Design
 from autobalancer.studies.design.specification import MASS, OUTER, STALL, Asked
 from autobalancer.tables import Column, rpm_and_si

@@ -132,7 +132,7 @@ def _ran(made: AssembledMembers, workers: int | None, progress: Any) -> tuple[Ar
         ).items()
         if name != "reason"
     }
-    arrays[STALLED] = stalled(arrays, made.plan.end)
+    arrays[STALLED] = stalled(arrays)
     return {**arrays, **more, **_columns(made)}, seconds
 
 

@@ -25,12 +25,12 @@ from autobalancer.files.text_files import read_toml
 from autobalancer.machine import Hill, Machine, PrescribedSpeed
 from autobalancer.machine.path import dimension_of
 from autobalancer.progress import shows_progress
-from autobalancer.random_numbers import generator
+from autobalancer.random_numbers import Z, generator
 from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import significant
 from autobalancer.results.folder_store import Span, Store
-from autobalancer.results.verdict import GREATER, Z
+from autobalancer.results.verdict import GREATER
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
 from autobalancer.studies.ensemble.members import Members, without_start_angles

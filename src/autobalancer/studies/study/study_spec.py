@@ -35,9 +35,9 @@ from autobalancer.machine.part import (
     key,
 )
 from autobalancer.machine.station import Place
-from autobalancer.random_numbers import generator
+from autobalancer.random_numbers import Z, generator, wilson_interval
 from autobalancer.results.run_arrays import SETTLING_FROM
-from autobalancer.results.verdict import BALANCED, WORDS, Z, wilson_interval
+from autobalancer.results.verdict import BALANCED, WORDS
 from autobalancer.studies.ensemble.columns import Columns
 from autobalancer.studies.ensemble.layout import Groups, Ran, run_groups
 from autobalancer.studies.ensemble.layout import Plan as IntegrationPlan
