@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
-from autobalancer.measure import Channel, MeasuredOrders, Sensor, Tacho, load_orders, record
-from autobalancer.measurement.balancing.run_down import first_orders
+from autobalancer.measure import Channel, MeasuredOrders, Sensor, Tacho, record
+from autobalancer.measurement.balancing.run_down import first_orders, load_orders
 from autobalancer.measurement.comparison.run_up_fit import load_measured
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.orders.tracking import fitted_orders
