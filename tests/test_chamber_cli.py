@@ -138,9 +138,6 @@ def test_what_is_asked_of_the_answer_is_refused_before_the_runs(machine: Path) -
     assert "taken" in told("chamber", "reactions", *asked, "--out", "taken", code=2)
     few = ("--balls", "2,3", "--single", "none", "--friction", "0.5", "--means", "means.png")
     assert "means are over 8 to 50 balls (deep)" in told("chamber", "amplitudes", *asked, *few, code=2)
-    design = ("--balls", "2,3", "--around")
-    assert "must be one of unbalance" in told("chamber", "design", *asked, *design, "mass=0.2", code=2)
-    assert "must be a share" in told("chamber", "design", *asked, *design, "unbalance=2", code=2)
     assert not Path("runs").exists()
 
 

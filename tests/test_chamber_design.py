@@ -20,18 +20,25 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_chambers, save_machine
 from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.results.chamber_measures import catalog_numbers
-from autobalancer.studies.design.chambers import candidates_of, machine_of, numbers_of, rounds, ruled_out
-from autobalancer.studies.design.designs import designed_machine, fronts
+from autobalancer.studies.design.chambers import (
+    ChamberCandidates,
+    candidates_of,
+    machine_of,
+    numbers_of,
+    rounds,
+    ruled_out,
+)
+from autobalancer.studies.design.designs import fronts
 
 SHELF = {"balls": [3, 4, 5], "total_mass": [0.6, 1.0], "friction": "0.65"}
 ROLLS = {"body": "cylinder", "count": 3, "density": 7800.0, "diameter": 0.02, "length": 0.05}
-HOW: dict[str, Any] = {"duration": 0.1, "short": 0.05, "fillings": 1, "budget": 2, "unbalances": [0.05, 0.06]}
+HOW: dict[str, Any] = {"duration": 0.1, "short": 0.05, "fillings": 1, "budget": 2}
+SPECIFICATION = {"limits": {"residual_vibration": "1 m", "stall_probability": 0.9}, "unbalance": [0.05, 0.06]}
 
 
-def searched(**changed: Any) -> Any:
-    return ab.chamber.design(
-        small_machine(), SHELF, {"residual_vibration": "1 m", "stall_probability": 0.9}, **(HOW | changed)
-    )
+def searched(runs: dict[str, Any] | None = None, **options: Any) -> Any:
+    asked = SPECIFICATION | {"machine": small_machine(), "candidates": SHELF, "runs": HOW | (runs or {})}
+    return ab.design(asked, **options)
 
 
 def test_a_search_gives_the_same_designs_again_and_with_more_workers() -> None:
@@ -47,16 +54,16 @@ def test_an_interrupted_search_goes_on_with_what_is_in_the_archive(tmp_path: Pat
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        searched(archive=tmp_path, workers=1, progress=stop)
+        searched(folder=tmp_path, workers=1, progress=stop)
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*/note.json")}
     assert len(kept) == 3
     told: list[tuple[int, int]] = []
-    resumed, whole = searched(archive=tmp_path, progress=lambda *now: told.append(now)), searched()
+    resumed, whole = searched(folder=tmp_path, progress=lambda *now: told.append(now)), searched()
     assert all(path.stat().st_mtime_ns == then for path, then in kept.items())
     assert told[-1][0] == told[-1][1] == len(told) == len(list(tmp_path.glob("*/note.json")))
     for name in whole.variables:
         assert whole[name].identical(resumed[name]), name
-    other = searched(archive=tmp_path, last=0.04, budget=1)
+    other = searched({"last": 0.04, "budget": 1}, folder=tmp_path)
     assert not np.array_equal(other["short_left"], whole["short_left"], equal_nan=True), (
         "other steady states are other runs"
     )
@@ -84,7 +91,7 @@ def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine(tmp_
     assert found.answer().startswith(undecided)
     assert "share of the runs in which a ball does not go around with the rotor: 100 (21 to 100) %" in found.answer()
     best = found.isel(design=int(np.nanargmin(found["place"].values)))
-    made = designed_machine(found)
+    made = ab.designed_machine(found)
     group = made.chambers[0].balls[0]
     assert (group.count, group.radius) == (int(best["balls"]), pytest.approx(0.5 * float(best["diameter"])))
     assert float(made.contact.friction) == float(best["friction"])
@@ -93,7 +100,7 @@ def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine(tmp_
     # its file holds the very machine that was judged, and for how long
     read = balls_in_chambers(save_machine(made, tmp_path / "best.toml"))
     assert read == made
-    sizes = {candidate.diameter: candidate for candidate in candidates_of(small_machine(), SHELF)}
+    sizes = {candidate.diameter: candidate for candidate in candidates_of(small_machine(), ChamberCandidates(**SHELF))}
     judged = machine_of(small_machine(), sizes[float(best["diameter"])], 0.06)
     own = ("name", "description", "run")
     assert all(getattr(read, key) == getattr(judged, key) for key in type(judged).model_fields if key not in own)
@@ -120,7 +127,8 @@ def test_a_design_is_the_same_machine_however_its_numbers_are_written() -> None:
     }
     numbers = {"friction": [0.5], "diameter": [0.03], "viscosity": [0.1], "fluid_density": [900.0], "fill": [0.6]}
     written, plain = (
-        ab.machine_text(machine_of(machine, candidates_of(machine, shelf)[0])) for shelf in (texts, numbers)
+        ab.machine_text(machine_of(machine, candidates_of(machine, ChamberCandidates(**shelf))[0]))
+        for shelf in (texts, numbers)
     )
     assert written == plain
 
@@ -201,17 +209,17 @@ def test_a_liquid_that_turns_with_the_chamber_lifts_balls_without_friction(tmp_p
     contact = small_machine().contact.model_dump() | {"friction": 0.1}
     machine = small_machine(chambers=[{"radius": 0.1, "depth": 0.2, "balls": [group]}], contact=contact)
     shelf = {"viscosity": [0.0, 0.01], "fluid_density": [900.0], "fill": [0.6]}
-    once = {"duration": 2.0, "last": 0.4, "fillings": 1, "archive": tmp_path}
-    found = ab.chamber.design(machine, shelf, **once)
+    asked = {"machine": machine, "candidates": shelf, "runs": {"duration": 2.0, "last": 0.4, "fillings": 1}}
+    found = ab.design(asked, folder=tmp_path)
     assert found["least_friction"].values == pytest.approx([0.6033, 0.0], abs=1e-4)
     assert found["stall"].values.tolist() == [1.0, 0.0]
     # one run in which no ball stalls does not prove that none ever will; Wilson (1927): 1.96^2/(1 + 1.96^2) is possible
-    sure = ab.chamber.design(machine, shelf, {"stall_probability": 0.0}, **once)
+    sure = ab.design(asked | {"limits": {"stall_probability": 0.0}}, folder=tmp_path)
     assert sure.answer().startswith(
         "1 of 2 designs keeps all limits in 1 run of 1, though up to 79 % of all may stall (95 % confidence); the best: "
     )
     assert next(one for one in sure.columns() if one.head == "keeps limits").values == ["in 1 run of 1", "misses 1"]
-    assert designed_machine(found).chambers[0].square_drag > 0.0
+    assert ab.designed_machine(found).chambers[0].square_drag > 0.0
 
 
 def test_a_fluid_must_cover_the_balls_and_leave_room_for_them() -> None:
@@ -219,13 +227,13 @@ def test_a_fluid_must_cover_the_balls_and_leave_room_for_them() -> None:
     radius = machine.chambers[0].balls[0].radius
     needed = covering_fill(0.1, radius)
     shelf = {"viscosity": ["0 Pa*s", 0.1], "fluid_density": 900.0, "fill": [0.9 * needed, 1.01 * needed, 0.999]}
-    options = {"duration": 0.1, "fillings": 1, "budget": 9}
-    found = ab.chamber.design(machine, shelf | {"total_mass": [1.0]}, **options)
+    runs = {"duration": 0.1, "fillings": 1, "budget": 9}
+    found = ab.design({"machine": machine, "candidates": shelf | {"total_mass": [1.0]}, "runs": runs})
     assert found["viscosity"].values.tolist() == [0.0, 0.1, 0.1, 0.1]
     assert "does not cover the balls" in found["reason"].values[1]
     assert found["stage"].values.tolist() == ["runs", "fluid", "runs", "fluid"]
     assert "do not go into the chamber together" in found["reason"].values[3]
-    wet = machine_of(machine, candidates_of(machine, shelf)[2]).chambers[0]
+    wet = machine_of(machine, candidates_of(machine, ChamberCandidates(**shelf))[2]).chambers[0]
     assert float(wet.drag) == pytest.approx(6.0 * math.pi * 0.1 * radius)
 
 
@@ -250,11 +258,12 @@ def test_on_the_first_front_no_design_is_beaten_in_both() -> None:
         ({}, {"limits": {"noise": 1.0}}, "limits.noise: unknown key"),
         ({}, {"limits": {"stall_probability": 2.0}}, "must be between 0 and 1"),
         ({}, {"limits": {"residual_vibration": -1.0}}, "must be greater than zero"),
+        ({}, {"limits": {"residual_vibration": "1 s"}}, "limits.residual_vibration: given '1 s', but a quantity in m"),
         ({}, {"limits": {"contact_pressure": "1 GPa"}}, "give contact.youngs_modulus"),
-        ({}, {"fillings": 0}, "fillings: given 0"),
-        ({}, {"short": 2.0}, "lasts 1 s only"),
-        ({}, {"unbalances": [0.0]}, "must be above zero"),
-        ({}, {"unbalances": [0.5]}, "none of 1 is left; ruled out by capability 1.*the balls can balance"),
+        ({}, {"runs": {"fillings": 0, "duration": 1.0}}, "runs.fillings: given 0"),
+        ({}, {"runs": {"short": 2.0, "duration": 1.0}}, "runs.short: given 2 s; a full run lasts 1 s only"),
+        ({}, {"unbalance": [0.0]}, r"unbalance\[1\]: given 0.0; must be greater than zero"),
+        ({}, {"unbalance": [0.5]}, "none of 1 is left; ruled out by capability 1.*the balls can balance"),
         ({"balls": [3], "diameter": "150 mm"}, {}, "ruled out by space 1.*does not fit"),
         (
             {},
@@ -267,7 +276,7 @@ def test_questions_that_make_no_sense_are_answered(
     shelf: dict[str, Any], options: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(QuestionError, match=message):
-        ab.chamber.design(small_machine(), shelf, **({"duration": 1.0} | options))
+        ab.design({"machine": small_machine(), "candidates": shelf, "runs": {"duration": 1.0}} | options)
 
 
 def test_machines_that_cannot_be_varied_are_refused() -> None:
@@ -281,9 +290,7 @@ def test_machines_that_cannot_be_varied_are_refused() -> None:
         ({"body": {"freedom": "fixed"}, "supports": []}, "no ball feels it; free the body"),
     ):
         with pytest.raises(QuestionError, match=message):
-            ab.chamber.design(small_machine(**changed), {}, duration=1.0)
-    with pytest.raises(QuestionError, match=r"limits.residual_vibration: given '1 s', but a quantity in m"):
-        ab.chamber.design(small_machine(), {}, {"residual_vibration": "1 s"}, duration=1.0)
+            ab.design({"machine": small_machine(**changed), "runs": {"duration": 1.0}})
 
 
 @pytest.mark.slow
@@ -298,18 +305,28 @@ def test_the_command_leaves_a_table_a_picture_and_the_machine_of_the_best_design
         assert ran.exit_code == code, ran.output
         return " ".join(ran.output.split())
 
-    asked = ("chamber", "design", "small.toml", "--balls", "2,3", "--duration", "0.05 s", "--fillings", "1")
-    more = ("--best", "best.toml", "--plot", "d.png", "--around", "friction=0.1", "--archive", "runs")
-    output = told(*asked, *more, "--limit", "residual_vibration=1 mm")
-    for text in ("2; 2 ran, 1 times each", "at most 95 % of all", "friction -10 %", "written: best.toml"):
+    Path("shelf.toml").write_text(
+        """machine = "small.toml"
+limits = { residual_vibration = "1 mm" }
+candidates = { balls = [2, 3] }
+runs = { duration = "0.05 s", fillings = 1 }
+""",
+        encoding="utf-8",
+    )
+    assert "design specification of a deep chamber without faults" in told("check", "shelf.toml")
+    output = told("design", "shelf.toml", "--plot", "d.png")
+    for text in ("2; 2 ran, 1 times each", "at most 95 % of all", "written: shelf_1.toml"):
         assert text in output
     assert size_of("d.png") == (1110, 660)
-    assert balls_in_chambers("best.toml").name.startswith("Small chamber, ")
-    assert told("plot", "small_designs.nc", "--out", "p.png") == "written: p.png"
-    found = xr.load_dataset("small_designs.nc")
+    assert balls_in_chambers("shelf_1.toml").name.startswith("Small chamber, ")
+    assert told("plot", "shelf.nc", "--out", "p.png") == "written: p.png"
+    found = xr.load_dataset("shelf.nc")
     assert ab.plot.design(found).axes[0].get_ylabel() == "ball mass (g)"
-    assert sorted(json.loads(told(*asked, "--archive", "runs", "--json"))["place"]) == [1.0, 2.0]
+    assert sorted(json.loads(told("design", "shelf.toml", "--json"))["place"]) == [1.0, 2.0]
+    around = ("chamber", "sensitivity", "shelf.nc", "--archive", "shelf_parts")
+    assert "friction -10 %" in told(*around, "friction=0.1")
     assert "one sliding ball needs a friction of 0.603" in told("chamber", "bounds", "small.toml")
     assert json.loads(told("chamber", "bounds", "small.toml", "--json"))["shaking"] > 1.0
-    assert "write it as NAME=VALUE" in told(*asked, "--limit", "residual_vibration", code=2)
-    assert "must be one of unbalance, friction" in told(*asked, "--around", "color=0.1", code=2)
+    assert "write it as NAME=VALUE" in told(*around, "friction", code=2)
+    assert "must be one of unbalance, friction" in told(*around, "color=0.1", code=2)
+    assert "must be a share" in told(*around, "unbalance=2", code=2)

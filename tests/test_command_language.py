@@ -177,6 +177,7 @@ SAMPLES = (
     "speed_reduction",
     "stall_share",
     "centrifuge_design",
+    "deep_chamber_design",
 )
 WIDE = (
     'ensemble stall_and_release.toml --column "drag=1e-4,2e-4 N*m*s" --duration "0.05 s"',
@@ -256,7 +257,8 @@ WIDE_AND_SLOW = (
     'chamber amplitudes deep_chamber.toml --balls 3 --friction 0.3 --duration "0.05 s" --archive studied',
     'chamber reactions deep_chamber.toml --duration "0.05 s" --archive reacted --out pictures',
     "chamber step-size --stiffness-over-mass 1e10",
-    'chamber design deep_chamber.toml --balls 3,4 --duration "0.05 s" --fillings 1 --archive designed',
+    "design deep_chamber_design.toml",
+    "chamber sensitivity deep_chamber_design.nc unbalance=0.2 --archive deep_chamber_design_parts",
 )
 
 
@@ -268,6 +270,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         write_example(name, place)
     for name, many, few in (
         ("centrifuge_design", "count = [1, 2, 3]", "count = [2]"),
+        (
+            "deep_chamber_design",
+            'duration = "16 s"\nshort = "5 s"\nlast = "1 s"\nfillings = 3',
+            "duration = 0.05\nfillings = 1",
+        ),
+        ("deep_chamber_design", "balls = [5, 8, 12, 20, 30, 50]", "balls = [3]"),
         ("oil_study", "members = 400", "members = 20"),
     ):
         text = (place / f"{name}.toml").read_text(encoding="utf-8")
@@ -552,6 +560,7 @@ KINDS_OF_SAMPLES = {
     "oil_study.toml": ("study", "study {}"),
     "centrifuge_design.toml": ("design specification", "design {}"),
     "measured_rotor_design.toml": ("design specification", "design {}"),
+    "deep_chamber_design.toml": ("design specification of a deep chamber", "design {}"),
     "two_plane_job.toml": ("balancing job", "measure balance {}"),
     "rodrigues_plain_rotor.toml": ("measurement file", "identify MACHINE {}"),
 }

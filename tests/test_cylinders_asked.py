@@ -135,12 +135,16 @@ def test_an_archived_run_of_cylinders_is_the_run_and_goes_on_to_the_same_bits(tm
     assert not [text for text in [*texts, *str(ab.verdict(whole)).splitlines()] if re.search(r"\bballs?\b", text)]
 
 
-@pytest.mark.parametrize("asked", [["bounds"], ["design", "--duration", "1 s", "--friction", "0.5"]])
-def test_a_chamber_question_that_refuses_a_machine_names_its_file(asked: list[str], tmp_path: Path) -> None:
-    path = save_machine(cylinder_machine(), tmp_path / "rolls.toml")
-    said = CliRunner().invoke(app, ["chamber", asked[0], str(path), *asked[1:]])
+@pytest.mark.parametrize("asked", [["chamber", "bounds", "rolls.toml"], ["design", "shelf.toml"]])
+def test_a_chamber_question_that_refuses_a_machine_names_its_file(
+    asked: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_machine(cylinder_machine(), "rolls.toml")
+    Path("shelf.toml").write_text('machine = "rolls.toml"\nruns.duration = "1 s"\n', encoding="utf-8")
+    said = CliRunner().invoke(app, asked)
     assert said.exit_code == 2
-    assert "rolls.toml: its" in "".join(said.output.split("\n"))
+    assert f"{asked[-1]}: its" in "".join(said.output.split("\n")).replace("machine: ", "")
 
 
 def test_runs_of_balls_have_nothing_of_cylinders() -> None:

@@ -446,7 +446,8 @@ def test_the_schema_accepts_every_sample_machine_and_refuses_what_cannot_be(kind
 @pytest.mark.parametrize(
     ("kind", "names"),
     [
-        ("design", sample_names("designs")),
+        ("design", sample_names("designs")[:1] + sample_names("designs")[2:]),
+        ("chamber_design", ("deep_chamber_design",)),
         ("study", sample_names("studies")),
         ("balancing", ("four_runs", "two_plane_job", "later_run")),
         ("measurements", ("rodrigues_critical_speeds", "rodrigues_plain_rotor")),
@@ -461,7 +462,7 @@ def test_the_schema_and_the_keys_of_other_files_accept_their_samples(kind: Kind,
         assert list(schema.iter_errors(data)) == []
         assert not schema.is_valid(data | {"color": "red"})
         assert set(data) <= listed[""]
-    assert len(samples) >= 2
+    assert samples
 
 
 def test_the_schema_takes_one_entry_for_a_list_where_the_reader_does() -> None:

@@ -11,6 +11,7 @@ from autobalancer.machine.part import Part
 from autobalancer.measurement.balancing.runs import BalanceJob
 from autobalancer.measurement.comparison.run_up_fit import RunUpFile
 from autobalancer.measurement.film.setup import FilmSetup
+from autobalancer.studies.design.chambers import ChamberSpecification
 from autobalancer.studies.design.specification import Specification
 from autobalancer.studies.study.study_file import StudyFile
 from autobalancer.units.trade import WORDS
@@ -21,6 +22,7 @@ ROOTS: dict[str, type[Part]] = {
     "machine_keys.md": Machine,
     "chamber_keys.md": ChamberMachine,
     "design_keys.md": Specification,
+    "chamber_design_keys.md": ChamberSpecification,
     "study_keys.md": StudyFile,
     "film_keys.md": FilmSetup,
     "balancing_keys.md": BalanceJob,

@@ -35,8 +35,13 @@ axes.legend(ncols=2)
 # A small search: closed forms rule out four of eight designs, short runs of one filling two more, and two run in full. Free
 # vibrations of the lightly damped body still decay then, so that a real search takes longer runs, and more fillings.
 
-shelf = {"balls": [5, 12, 20, 30], "total_mass": [0.6, 1.0], "friction": [0.7]}
-found = ab.chamber.design(machine, shelf, {"stall_probability": 0.5}, duration=4.0, short=2.0, fillings=2, budget=2)
+specification = {
+    "machine": machine,
+    "limits": {"stall_probability": 0.5},
+    "candidates": {"balls": [5, 12, 20, 30], "total_mass": [0.6, 1.0], "friction": [0.7]},
+    "runs": {"duration": 4.0, "short": 2.0, "fillings": 2, "budget": 2},
+}
+found = ab.design(specification)
 print(found)
 figure = ab.plot.design(found)
 assert (found["capability"].values[found["stage"].values == "runs"] > 0.06).all()

@@ -133,5 +133,5 @@ study
 #
 # 1. Repeat the run with ``seed=1`` in ``ab.simulate``. What remains the same, what does not?
 # 2. Let the run last 25 s. What does the verdict say then?
-# 3. Find the best of the designs ``{"balls": [8, 12, 20], "friction": [0.7]}`` with ``ab.chamber.design``, and say what
+# 3. Find the best of the designs ``{"balls": [8, 12, 20], "friction": [0.7]}`` with ``ab.design``, and say what
 #    its closed forms ruled out.

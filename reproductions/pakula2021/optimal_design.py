@@ -87,8 +87,8 @@ def table() -> xr.Dataset:
 
 def search(folder: Path) -> None:
     """All runs, into an archive in the folder; the tables of designs and of the sensitivity of the best one."""
-    machine = balls_in_chambers(MACHINE)
-    found = ab.chamber.design(machine, SHELF, LIMITS, **HOW, archive=folder, workers=1, progress=_told)
+    asked = {"machine": MACHINE, "candidates": SHELF, "limits": LIMITS, "runs": HOW}
+    found = ab.design(asked, folder=folder, workers=1, progress=_told)
     ab.save_run(found, TABLE)
     around = ab.chamber.design_sensitivity(found, CHANGES, archive=folder, workers=1, progress=_told)
     ab.save_run(around.drop_dims("seed"), AROUND)

@@ -13,6 +13,7 @@ from autobalancer import stability as stability
 from autobalancer import units as units
 from autobalancer.api import check as check
 from autobalancer.api import compare as compare
+from autobalancer.api import design as design
 from autobalancer.api import run_measures as run_measures
 from autobalancer.api import simulate as simulate
 from autobalancer.api import verdict as verdict
@@ -34,7 +35,6 @@ from autobalancer.simulation.record import LastRevolutions as LastRevolutions
 from autobalancer.simulation.record import SampleTimes as SampleTimes
 from autobalancer.simulation.record import Samples as Samples
 from autobalancer.studies.basin import basin as basin
-from autobalancer.studies.design.design import design as design
 from autobalancer.studies.design.designs import designed_machine as designed_machine
 from autobalancer.studies.ensemble.ensemble import ensemble as ensemble
 from autobalancer.studies.random_starts import sweep as sweep

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import any_machine
+from autobalancer.files.samples import beside
+from autobalancer.files.text_files import question_data, read_toml
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.machine_kinds import arguments_of, machine_kind, refuse_unknown
+from autobalancer.machine_kinds import RACES, arguments_of, machine_kind, refuse_unknown
 from autobalancer.progress import Progress, in_notebook, looking_for
 from autobalancer.simulation import RunOptions
 
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from autobalancer.simulation.chamber.chamber_summary import ChamberSummary
     from autobalancer.simulation.record import Event, Sampling
     from autobalancer.stability.summary import Summary
+    from autobalancer.studies.design.designs import Designed
 
 
 AnyMachine = Machine | ChamberMachine | str | Path
@@ -139,6 +142,59 @@ def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summ
 def _somebody_looks() -> bool:
     """Whether a terminal or a notebook shows what is written."""
     return in_notebook() or sys.stderr.isatty()
+
+
+def design(
+    given: str | Path | Mapping[str, Any],
+    *,
+    folder: str | Path | None = None,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    seen: Callable[[Designed], None] | None = None,
+) -> Designed:
+    """Find the balancer for a rotor: which race, how many balls, which fluid; or the balls and the fluid of a deep chamber.
+
+    Closed forms rule out what does not fit, cannot balance the largest unbalance or presses too hard. In races exact borders rule
+    out what stalls or is not stable at an operating speed at some temperature; what is left runs with scatter (unbalance,
+    temperature, starts and what the specification names). In deep chambers short runs halve what is left again and again, and
+    the few best have full runs. What ran is ranked by its limits and two objectives.
+
+    Parameters
+    ----------
+    given
+        The path of a specification file (TOML), or a dict of the same form; see the pages on design for its keys.
+    folder
+        Where finished runs are kept, and taken up again by the same call later. By default nothing is kept on the way.
+    workers
+        Threads; by default one for each core. The result does not depend on it.
+    progress
+        Called with (runs done, runs in all).
+    seen
+        Called with the answer so far whenever a candidate has run; of deep chambers when all have.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``design``: what every candidate is, ``stage`` and ``reason`` of those that were ruled out; of the others numbers and
+        shares of their runs with intervals, whether each ``meets`` the limits, its Pareto ``front`` and ``place``, and its
+        machine file. :func:`designed_machine` makes a machine of it.
+
+    Raises
+    ------
+    QuestionError
+        For a fault in the specification, named with its key; for limits that contradict each other; if no candidate is left, with
+        what ruled the last ones out; for a folder of another design.
+    MachineError
+        If the machine is impossible.
+    """
+    data, _, place, _ = question_data(given, "specification", "design")
+    machine = data.get("machine")
+    if isinstance(machine, (str, Path)):  # else a rig, or a reader says what is wrong with it
+        path = beside(place, machine)
+        machine = read_toml(path) if path.is_file() else None
+    kind = RACES if machine is None else machine_kind(machine)
+    answer: Designed = kind["design"](given, folder=folder, workers=workers, progress=progress, seen=seen)
+    return answer
 
 
 def verdict(run: xr.Dataset, held: xr.Dataset | None = None, *, last: float | str | None = None) -> Verdict:

@@ -11,7 +11,6 @@ from autobalancer.studies.chamber_study import over_seeds as over_seeds
 from autobalancer.studies.chamber_study import pick_up_borders as pick_up_borders
 from autobalancer.studies.chamber_study import step_size as step_size
 from autobalancer.studies.chamber_study import variant as variant
-from autobalancer.studies.design.chambers import design as design
 from autobalancer.studies.design.chambers import design_sensitivity as design_sensitivity
 
 __all__ = [
@@ -19,7 +18,6 @@ __all__ = [
     "amplitudes",
     "archived_run",
     "bounds",
-    "design",
     "design_sensitivity",
     "optimal_means",
     "over_seeds",

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import autobalancer as ab
-from autobalancer.cli.terminal.command import MACHINE, Files, FurtherFiles, Reply, as_plain, command, on_interrupt
+from autobalancer.cli.terminal.command import Files, FurtherFiles, Reply, command, on_interrupt
 from autobalancer.cli.terminal.options import In, Listed, Seed
 from autobalancer.cli.terminal.sheet import speed_text
 from autobalancer.errors import QuestionError
-from autobalancer.studies.design.designs import designed_machine
 from autobalancer.units.quantity import whole_numbers
 
 if TYPE_CHECKING:
@@ -175,84 +174,28 @@ def _print_failed_points(found: Any) -> None:
         typer.secho(f"no result at {where}: {reason}", fg="yellow", err=True)
 
 
-@command("chamber.design", draw=True, out="_designs.nc", bar="runs")
-def design(
-    machine: Chambers,
-    duration: Annotated[float, In("s"), 'Of each full run, such as "16 s".'],
-    balls: Annotated[str, 'Numbers of balls, such as "5,8,12,20".'] = "",
-    diameter: Annotated[Any, Listed("m"), 'Of a ball, such as "20,25,30 mm".'] = None,
-    total_mass: Annotated[Any, Listed("kg"), 'Of all balls, such as "0.8,1,1.5 kg"; instead of the diameter.'] = None,
-    density: Annotated[Any, Listed("kg/m^3"), 'Of the balls, such as "7800,14900 kg/m^3".'] = None,
-    friction: Annotated[Any, Listed(""), 'Coefficients, such as "0.3,0.5,0.7".'] = None,
-    ball_friction: Annotated[Any, Listed(""), "The same of balls on balls; by default that of the machine."] = None,
-    viscosity: Annotated[Any, Listed("Pa*s"), 'Dynamic, such as "0,10,100 mPa*s"; 0 is a dry chamber.'] = None,
-    fluid_density: Annotated[Any, Listed("kg/m^3"), 'Of the fluid, such as "900 kg/m^3".'] = None,
-    fill: Annotated[Any, Listed(""), 'Share of the chamber that the fluid fills, such as "0.6".'] = None,
-    unbalance: Annotated[
-        Any, Listed("kg*m"), 'For which a design must work, such as "30,60 kg*mm"; by default that of the machine.'
+@command("chamber.design_sensitivity", take="place workers", out="_around.nc", bar="runs")
+def sensitivity(
+    designs: Annotated[Path, typer.Argument(help="Result file of 'autobalancer design' of a deep chamber.")],
+    change: Annotated[list[str], typer.Argument(help='Quantity and share, such as "unbalance=0.2".')],
+    archive: Annotated[
+        Path | None, "Folder of the search, whose runs are not repeated; what was stopped goes on."
     ] = None,
-    limit: Annotated[
-        list[str] | None, 'Such as "residual_vibration=20 um" or "stall_probability=0". May be repeated.'
-    ] = None,
-    short: Annotated[float | None, In("s"), "Of a short run; by default half as long as a full one."] = None,
-    last: Last = None,
-    fillings: Annotated[int, typer.Option(min=1, help="Of each design that gets full runs.")] = 5,
-    budget: Annotated[int, typer.Option(min=1, help="Designs that get full runs at most.")] = 4,
-    around: Annotated[
-        list[str] | None,
-        'Also run the best design with a quantity changed, such as "unbalance=0.2". May be repeated.',
-    ] = None,
-    archive: ArchiveFolder = None,
-    workers: Workers = None,
-    best: Annotated[Path | None, "Machine file of the best design, .toml."] = None,
     **options: Any,
 ) -> Reply:
-    """The designs that balance best within limits: closed forms first, then short runs, then full runs of the few best.
+    """Run a design again with each of several quantities a little smaller and larger.
 
-    Example: autobalancer chamber design deep_chamber.toml --duration "16 s" \\
-      --balls 5,8,12,20 --total-mass "0.8,1,1.5 kg" --friction 0.5,0.7 \\
-      --limit "residual_vibration=30 um" --archive runs --best best.toml --plot designs.png
+    Example: autobalancer chamber sensitivity deep_chamber_design.nc unbalance=0.2 --archive deep_chamber_design_parts
     """
     from autobalancer.cli.terminal.options import quantity
-    from autobalancer.studies.design.chambers import refuse_changes
 
-    made = Files(best, allowed=MACHINE)
-    candidates = {
-        "balls": whole_numbers("--balls", balls) if balls else (),
-        "diameter": diameter,
-        "total_mass": total_mass,
-        "density": density,
-        "friction": friction,
-        "ball_friction": ball_friction,
-        "viscosity": viscosity,
-        "fluid_density": fluid_density,
-        "fill": fill,
-    }
-    limits = dict(_pair("--limit", text, "residual_vibration=20 um") for text in limit or ())
-    pairs = [_pair("--around", text, "unbalance=0.2") for text in around or ()]
-    changes = {name: quantity("--around", text, "") for name, text in pairs}
-    refuse_changes(changes)
-    how: dict[str, Any] = {"archive": archive, "workers": workers, **options}
+    pairs = [text.partition("=") for text in change]
+    for text, (name, _, value) in zip(change, pairs, strict=True):
+        if not (name and value):
+            raise QuestionError(f'CHANGE: given {text!r}; write it as NAME=VALUE, such as "unbalance=0.2"')
+    changes = {name.strip(): quantity("CHANGE", value.strip(), "") for name, _, value in pairs}
     with on_interrupt(RESUME_TEXT if archive is not None else LOST):
-        found = ab.chamber.design(
-            machine,
-            {name: values for name, values in candidates.items() if values},
-            limits,
-            duration=duration,
-            short=short,
-            last=last,
-            unbalances=unbalance,
-            fillings=fillings,
-            budget=budget,
-            **how,
-        )
-        changed = ab.chamber.design_sensitivity(found, changes, **how) if changes else None
-    numbers = as_plain(found)
-    also = FurtherFiles(made, found, machine=designed_machine(found) if best is not None else None)
-    if changed is None:
-        return Reply(found, numbers, also=[also])
-    around_best = [(changed.heading(), changed.columns())]
-    return Reply(found, numbers | {"around": as_plain(changed)}, more=around_best, also=[also])
+        return Reply(ab.chamber.design_sensitivity(ab.load_run(designs), changes, archive=archive, **options))
 
 
 @command(out=None, csv=False)
@@ -263,13 +206,6 @@ def bounds(machine: Chambers) -> Reply:
     """
     found = ab.chamber.bounds(machine)
     return Reply(found, found.as_dict(), heading=found.name, facts=found.rows(speed_text))
-
-
-def _pair(option: str, text: str, sample: str) -> tuple[str, str]:
-    name, mark, value = (part.strip() for part in text.partition("="))
-    if not (name and mark and value):
-        raise QuestionError(f'{option}: given {text!r}; write it as NAME=VALUE, such as "{sample}"')
-    return name, value
 
 
 @command(out=None, draw=True)

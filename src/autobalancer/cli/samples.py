@@ -111,7 +111,8 @@ def keys(
         str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
     ] = "",
     kind: Annotated[
-        str, "Of file: races or chambers (machines), design, study, film, balancing, measurements or channels."
+        str,
+        "Of file: races or chambers (machines), design, chamber_design, study, film, balancing, measurements or channels.",
     ] = "races",
     out: Annotated[Path | None, "JSON schema to write (.json), for editors."] = None,
 ) -> Reply:

@@ -11,11 +11,14 @@ from autobalancer.machine.keys import Key, keys_of, tables_of
 from autobalancer.machine.part import Part
 from autobalancer.tables import facts_text, html_table, in_plain_letters
 
-Kind = Literal["races", "chambers", "design", "study", "film", "balancing", "measurements", "channels"]
+Kind = Literal[
+    "races", "chambers", "design", "chamber_design", "study", "film", "balancing", "measurements", "channels"
+]
 ROOTS: dict[Kind, tuple[str, str]] = {  # module and class that check a file of each kind
     "races": ("machine.machine", "Machine"),
     "chambers": ("machine.chamber", "ChamberMachine"),
     "design": ("studies.design.specification", "Specification"),
+    "chamber_design": ("studies.design.chambers", "ChamberSpecification"),
     "study": ("studies.study.study_file", "StudyFile"),
     "film": ("measurement.film.setup", "FilmSetup"),
     "channels": ("measurement.signals.load", "ChannelFile"),
@@ -35,6 +38,9 @@ class FileKind(NamedTuple):
 
 OTHERS: dict[Kind, FileKind] = {
     "design": FileKind("design specification", "studies.design.design_file", "read_spec", "design {}"),
+    "chamber_design": FileKind(
+        "design specification of a deep chamber", "studies.design.chambers", "read_chamber_spec", "design {}"
+    ),
     "study": FileKind("study", "studies.study.study_file", "read_study", "study {}"),
     "film": FileKind("set-up of a film", "measurement.film.setup", "load_film_setup", "measure balls FILM {}"),
     "channels": FileKind(
@@ -70,9 +76,9 @@ def file_schema(kind: Kind = "races") -> dict[str, Any]:
     ----------
     kind
         ``"races"`` for machines with ball races, ``"chambers"`` for those with deep chambers, ``"design"`` for specifications,
-        ``"study"`` for studies,
-        ``"film"`` for set-ups of films, ``"balancing"`` for balancing jobs,
-        ``"measurements"`` for measurement files, ``"channels"`` for what the columns of signals are.
+        ``"chamber_design"`` for those of deep chambers, ``"study"`` for studies, ``"film"`` for set-ups of films,
+        ``"balancing"`` for balancing jobs, ``"measurements"`` for measurement files, ``"channels"`` for what the columns of
+        signals are.
 
     Returns
     -------

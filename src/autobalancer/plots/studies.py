@@ -226,7 +226,7 @@ def design(designs: RunArgument, *, title: str | None = None) -> Figure:
     Parameters
     ----------
     designs
-        From :func:`autobalancer.design` or :func:`autobalancer.chamber.design`, or the path of its file.
+        From :func:`autobalancer.design`, or the path of its file.
     title
         By default that of the answer.
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.api import design
 from autobalancer.app.store.jobs import Job
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.machine_file import machine_text
@@ -29,7 +30,7 @@ from autobalancer.results.answers.studied import Studied
 from autobalancer.results.folder_store import Shelf, part_files, read_part
 from autobalancer.results.store import load_run, save_run
 from autobalancer.safe_file import write_safely, write_text_safely
-from autobalancer.studies.design.design import RUNS, design
+from autobalancer.studies.design.design import RUNS
 from autobalancer.studies.design.designs import Designed, designed_machine
 from autobalancer.studies.study.chunk import study_dataset
 from autobalancer.studies.study.study import envelopes, sensitivity, study

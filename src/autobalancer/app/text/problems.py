@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import tomli_w
 
@@ -16,15 +16,13 @@ from autobalancer.errors import ON_THE_PAGE, AutobalancerError, KeyPath, Questio
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.studies.design.chambers import ChamberSpec, read_chamber_spec
 from autobalancer.studies.design.design_file import read_spec
 from autobalancer.studies.design.specification import Spec
 from autobalancer.studies.study.chunk import RUN
 from autobalancer.studies.study.study_file import read_study
 from autobalancer.studies.study.study_spec import Study
-
-if TYPE_CHECKING:
-    from autobalancer.machine.chamber import ChamberMachine
-
 
 SOURCE = "machine"
 STAND_INS = {  # for keys of the rotor, the drive and the race that its drawing does not show
@@ -124,7 +122,7 @@ class NamedMachine:
     """The machine that a study or design names."""
 
     file: str = PAGE
-    machine: Machine | None = None
+    machine: Any = None
     text: str = ""
     message: str = ""  # why there is none
 
@@ -169,21 +167,21 @@ def tables_of(text: str) -> tuple[dict[str, Any] | None, str]:
         return None, f"not valid TOML: {reason}"
 
 
-def named_machine(data: dict[str, Any], page: str, *, rigs: bool = False) -> NamedMachine:
+def named_machine(data: dict[str, Any], page: str, *, design: bool = False) -> NamedMachine:
     """The machine of the page, or a sample of the package; no other file of the server is read.
 
-    With ``rigs`` a published rig may be named without the ending of its file.
+    In a ``design`` a published rig may be named without the ending of its file, and balls may move in chambers.
     """
-    given = data.get("machine")
+    given, possible = data.get("machine"), Machine | ChamberMachine if design else Machine
     if given == PAGE:
         reading = read(page)
-        if not isinstance(reading.machine, Machine):
+        if not isinstance(reading.machine, possible):
             why = reading.message or "its balls move in chambers, and this question is for balls in races"
             return NamedMachine(message=f"the machine of the page Describe is not possible here: {why}")
         return NamedMachine(PAGE, reading.machine, _self_contained(page, reading.machine))
     name = str(given).removesuffix(".toml")
     known = given != name and name in (*sample_names("machines"), *sample_names("rigs"))
-    if not (known or (rigs and given in sample_names("rigs"))):
+    if not (known or (design and given in sample_names("rigs"))):
         said = f"given {str(given)[:60]!r}" if given is not None else "missing"
         return NamedMachine(
             message=f'machine: {said}; take machine = "{PAGE}" for the machine of the page Describe, or a sample, such as '
@@ -195,7 +193,7 @@ def named_machine(data: dict[str, Any], page: str, *, rigs: bool = False) -> Nam
         machine = parse_machine(text, path.name, folder=path.parent)
     except AutobalancerError as error:
         return NamedMachine(message=str(error))
-    if not isinstance(machine, Machine):
+    if not isinstance(machine, possible):
         return NamedMachine(
             message=f"machine: {path.name} has balls in chambers, and this question is for balls in races"
         )
@@ -223,7 +221,7 @@ def about(study: Study) -> str:
     return f"{study.count} members: {draws}{where}{most}"
 
 
-def _self_contained(text: str, machine: Machine) -> str:
+def _self_contained(text: str, machine: Machine | ChamberMachine) -> str:
     """The text of a machine that needs no file beside it."""
     try:
         data = tomllib.loads(text)
@@ -244,7 +242,7 @@ class DesignReading:
     """A text that was read: the specification, or what is wrong with it and the key where."""
 
     of: NamedMachine
-    spec: Spec | None = None
+    spec: Spec | ChamberSpec | None = None
     message: str = ""
     problems: dict[str, str] = field(default_factory=dict)  # by their keys
     measured: Path | None = None  # the receptance that it names
@@ -260,7 +258,7 @@ def read_design_text(text: str, page: str, find: Find = lambda _name: None) -> D
         return DesignReading(NamedMachine(), None, wrong)
     rotor = data.get("rotor")
     alone = "machine" not in data and isinstance(rotor, dict)
-    of = NamedMachine(file="") if alone else named_machine(data, page, rigs=True)
+    of = NamedMachine(file="") if alone else named_machine(data, page, design=True)
     if of.machine is None and not alone:
         return DesignReading(of, None, of.message, {"machine": of.message})
     measured = None
@@ -270,6 +268,8 @@ def read_design_text(text: str, page: str, find: Find = lambda _name: None) -> D
         if isinstance(rotor, dict) and "receptance" in rotor:
             measured = _measured(str(rotor["receptance"]), find)
             asked["rotor"] = {**rotor, "receptance": measured}
+        if isinstance(of.machine, ChamberMachine):
+            return DesignReading(of, read_chamber_spec(asked))
         spec = read_spec(asked)
         if spec.search.members > DESIGN_CANDIDATES_MOST:
             most = f"given {spec.search.members}; on the page at most {DESIGN_CANDIDATES_MOST} run"

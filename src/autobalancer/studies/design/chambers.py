@@ -17,10 +17,13 @@ from pydantic import model_validator
 from autobalancer.assembly.quantities import in_author_units
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_chambers, machine_text, parse_machine
+from autobalancer.files.samples import beside
+from autobalancer.files.text_files import faults_of, question_data
 from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.machine import RunPlan
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.machine.part import ForceSize, Length, Quantity, Question, key
+from autobalancer.machine.keys import bare_numbers
+from autobalancer.machine.part import Duration, ForceSize, Label, Length, Quantity, Question, key
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.archive import Archive
@@ -51,11 +54,10 @@ from autobalancer.studies.design.specification import (
     Asked,
     Limits,
     Sizes,
+    Whole,
     Wholes,
     measured_by,
 )
-from autobalancer.units import argument, optional_argument
-from autobalancer.units.quantity import list_argument
 
 # What may be asked: limits, and what there is to choose from.
 
@@ -110,22 +112,55 @@ RUN_LIMITS = measured_by(
 MOST = 2000  # designs
 
 
+class ChamberRuns(Question):
+    """How long the runs of designs last, and how many there are. Balls may be carried up late."""
+
+    duration: Duration = key("of a full run")
+    short: Duration | None = key("of a short run; half of a full one unless given", None)
+    last: Duration | None = key("time at the end that is the steady state; a tenth of a full run unless given", None)
+    fillings: Whole = key("full runs of each design, with the seeds 0, 1, ...", 5)
+    budget: Whole = key("designs that get full runs at most", 4)
+
+    @model_validator(mode="after")
+    def _within_a_full_run(self) -> ChamberRuns:
+        for name in ("short", "last"):
+            if (time := getattr(self, name)) is not None and time > self.duration:
+                text = f"given {time:g} s; a full run lasts {self.duration:g} s only"
+                raise QuestionError(text, (name,))
+        return self
+
+
+class ChamberSpecification(Question):
+    """A machine with a deep chamber, for which unbalances it must work, and what there is to choose from."""
+
+    machine: Any = key("machine file with one deep chamber and one group of balls, seen from this file", value="text")
+    name: Label = key("of the design", "")
+    unbalance: Annotated[tuple[float, ...], Quantity("kg*m", positive=True, shape="values")] = key(
+        "sizes for which a design must work, the worst one counts; that of the machine unless given", ()
+    )
+    limits: ChamberLimits = key("what designs must keep", ChamberLimits(), default_text="–")
+    candidates: ChamberCandidates = key("what there is to choose from", ChamberCandidates(), default_text="–")
+    runs: ChamberRuns = key("how designs are run")
+
+
 @dataclass(frozen=True)
 class ChamberSpec(Asked):
     """What was asked, read and checked; SI."""
 
+    name: str
     machine: ChamberMachine
     limits: dict[str, float]
     unbalances: tuple[float, ...]
+    candidates: ChamberCandidates
     duration: float
     short: float
     last: float
     fillings: int
     budget: int
-    archive: Archive | str | Path | None
-    workers: int | None
-    progress: Callable[[int, int], None] | None
-    remarks = ()
+    remarks: tuple[str, ...] = ()
+    archive: Archive | str | Path | None = None
+    workers: int | None = None
+    progress: Callable[[int, int], None] | None = None
     run_limits = RUN_LIMITS
     usual_share = 1.0  # of few fillings the worst one counts
 
@@ -135,103 +170,78 @@ class ChamberSpec(Asked):
         return "residual_vibration", MASS
 
 
-@shows_progress
-def design(
-    machine: ChamberMachine | str | Path,
-    candidates: Mapping[str, Any],
-    limits: Mapping[str, Any] | None = None,
-    *,
-    duration: float | str,
-    short: float | str | None = None,
-    last: float | str | None = None,
-    unbalances: Sequence[float | str] | str | None = None,
-    fillings: int = 5,
-    budget: int = 4,
-    archive: Archive | str | Path | None = None,
-    workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> Designed:
-    """Find the balls, the friction and the fluid with which a deep chamber balances best.
-
-    Three stages. Closed forms rule out what cannot be good (:func:`bounds`). Short runs, of one filling at first, halve what is
-    left again and again and double the fillings. Full runs with all fillings judge the few best, which are ranked as balancers
-    of :func:`autobalancer.design` are.
-
-    Parameters
-    ----------
-    machine
-        With one deep chamber and one group of balls. Chamber, rotor, body and drive stay as they are.
-    candidates
-        What there is to choose from, all combinations of it: ``balls`` (numbers), ``diameter`` or ``total_mass``, ``density``,
-        ``friction``, ``ball_friction`` (of balls on balls), ``viscosity`` (dynamic, 0 for a dry chamber) with
-        ``fluid_density`` and ``fill`` (share of the chamber). What is missing stays as in the machine.
-    limits
-        Those of :func:`autobalancer.design`, such as ``residual_vibration``, ``settling_time``, ``peak_deflection`` or
-        ``stall_probability`` (of runs in which a ball does not go around; 0: none), and ``synchronous`` (what of the vibration
-        turns with the rotor), ``bearing_force`` and ``contact_force``. The worst filling counts, unless ``share`` says which
-        share of them must keep each.
-    duration, short
-        Of the full and of the short runs, s; short ones by default half as long. Balls may be carried up late.
-    last
-        Seconds at the end that are the steady state; by default a tenth of ``duration``.
-    unbalances
-        Sizes for which a design must work, kg m; by default that of the machine. The worst one counts.
-    fillings
-        Of each full run: seeds 0, 1, ...
-    budget
-        Designs that get full runs at most.
-    archive
-        Folder that keeps all runs. With it a search that was stopped goes on, and finished runs are not repeated.
-    workers
-        Threads; the answer does not depend on it.
-    progress
-        Called with (runs done, runs in all).
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``design`` what :func:`autobalancer.design` says of a candidate, with its bounds; over ``design``, ``unbalance`` and
-        ``seed`` the numbers of every full run, ``<measure>_of_runs``. :func:`designed_machine` makes a machine of it.
+def read_chamber_spec(given: str | Path | Mapping[str, Any]) -> ChamberSpec:
+    """A specification of a deep chamber from a file or a dict of the same form.
 
     Raises
     ------
     QuestionError
-        For names, numbers or ranges that make no sense, or if closed forms rule out every design; the message says why.
+        With the file and the key at fault, what was given, and what is allowed.
+    MachineFileError
+        If its machine cannot be read.
     """
-    machine, duration = balls_in_chambers(machine), argument("duration", duration, "s")
-    short, last = optional_argument("short", short, "s"), optional_argument("last", last, "s")
-    for name, value in (("duration", duration), ("short", short), ("last", last)):
-        if value is not None and not value > 0.0:
-            raise QuestionError(f"{name}: given {value:g} s; must be above zero")
-    short, last = 0.5 * duration if short is None else short, 0.1 * duration if last is None else last
-    if short > duration or last > duration:
-        raise QuestionError(f"short, last: given {short:g} s and {last:g} s; a full run lasts {duration:g} s only")
-    for name, count in (("fillings", fillings), ("budget", budget)):
-        if count < 1:
-            raise QuestionError(f"{name}: given {count}; must be at least 1")
-    try:
-        told = {name: float(value) for name, value in ChamberLimits(**(limits or {})) if value is not None}
-    except QuestionError as reason:
-        raise reason.within("limits") from None
-    if "contact_pressure" in told and machine.contact.youngs_modulus is None:
-        raise QuestionError("limits: contact_pressure: needs the material of the balls; give contact.youngs_modulus")
-    sizes = _unbalances(machine, unbalances)
-    spec = ChamberSpec(machine, told, sizes, duration, short, last, fillings, budget, archive, workers, progress)
-    designs = [screened(spec, candidate) for candidate in candidates_of(machine, candidates)]
-    refuse_none(spec, designs)
-    return _dataset(spec, designs, run_all(spec, designs))
-
-
-def _unbalances(machine: ChamberMachine, values: Sequence[float | str] | str | None) -> tuple[float, ...]:
-    own = float(abs(sum(part.vector for part in machine.unbalances)))
-    if not own > 0.0:
-        raise QuestionError(
-            "machine: its rotor has no unbalance to balance; give unbalances, with their sizes here if you like"
+    data, source, folder, name = question_data(given, "specification", "")
+    with faults_of(source):
+        asked = ChamberSpecification(**data)
+        machine = balls_in_chambers(
+            beside(folder, asked.machine) if isinstance(asked.machine, (str, Path)) else asked.machine
         )
-    sizes = [own] if values is None else list_argument("unbalances", values, "kg*m")
-    if not sizes or any(not size > 0.0 for size in sizes):
-        raise QuestionError(f"unbalances: given {values!r}; must be above zero")
-    return tuple(sorted(set(sizes)))
+        limits = {key: float(value) for key, value in asked.limits if value is not None}
+        if "contact_pressure" in limits and machine.contact.youngs_modulus is None:
+            text = "needs the material of the balls; give contact.youngs_modulus"
+            raise QuestionError(text, ("limits", "contact_pressure"))
+        own, runs = float(abs(sum(part.vector for part in machine.unbalances))), asked.runs
+        if not own > 0.0:
+            text = "its rotor has no unbalance to balance; give it one, with its size here if you like"
+            raise QuestionError(text, ("machine",))
+        return ChamberSpec(
+            asked.name or name or machine.name,
+            machine,
+            limits,
+            tuple(sorted(set(map(float, asked.unbalance or (own,))))),
+            asked.candidates,
+            float(runs.duration),
+            float(runs.short or 0.5 * runs.duration),
+            float(runs.last or 0.1 * runs.duration),
+            runs.fillings,
+            runs.budget,
+            bare_numbers(asked),
+        )
+
+
+@shows_progress
+def chamber_design(
+    given: str | Path | Mapping[str, Any],
+    *,
+    folder: Archive | str | Path | None = None,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    seen: Callable[[Designed], None] | None = None,
+) -> Designed:
+    """Find the balls, the friction and the fluid with which a deep chamber balances best, as :func:`autobalancer.design` says.
+
+    Three stages. Closed forms rule out what cannot be good (:func:`bounds`). Short runs, of one filling at first, halve what is
+    left again and again and double the fillings. Full runs with all fillings judge the few best, which are ranked.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``design`` what is said of a candidate, with its bounds; over ``design``, ``unbalance`` and ``seed`` the numbers of
+        every full run, ``<measure>_of_runs``.
+
+    Raises
+    ------
+    QuestionError
+        For a fault in the specification, or if closed forms rule out every design; the message says why.
+    """
+    spec = replace(read_chamber_spec(given), archive=folder, workers=workers, progress=progress)
+    with faults_of(str(given) if isinstance(given, (str, Path)) else "specification"):
+        designs = [screened(spec, candidate) for candidate in candidates_of(spec.machine, spec.candidates)]
+        refuse_none(spec, designs)
+    found = _dataset(spec, designs, run_all(spec, designs))
+    if seen is not None:
+        seen(found)
+    return found.assign_attrs({"specification_file": Path(given).name} if isinstance(given, (str, Path)) else {})
 
 
 # One design of a deep chamber: balls, friction, fluid; and the machine with them.
@@ -289,19 +299,16 @@ class Candidate:
         return f"{name}-u{unbalance:g}-t{duration:g}-l{last:g}-s{seed}"
 
 
-def candidates_of(machine: ChamberMachine, choices: Mapping[str, Any]) -> list[Candidate]:
+def candidates_of(machine: ChamberMachine, given: ChamberCandidates) -> list[Candidate]:
     """All combinations of what there is to choose from, each once, ascending; what is not given is as in the machine."""
     chamber, group = one_group(machine, "designs are")
     if chamber.depth is None:
         raise QuestionError("machine: its chamber has no depth, so it would change with the balls; give chambers.depth")
     if group.positions is not None:
         raise QuestionError("machine: its balls have positions; leave them out, so that other balls can be filled in")
-    try:
-        given = ChamberCandidates(**choices)
-    except QuestionError as reason:
-        raise reason.within("candidates") from None
     if given.viscosity and (chamber.drag > 0.0 or chamber.square_drag > 0.0):
-        raise QuestionError("viscosity: the chamber of the machine has a drag already; leave out one of them")
+        text = "the chamber of the machine has a drag already; leave out one of them"
+        raise QuestionError(text, ("candidates", "viscosity"))
     dry = [(0.0, 0.0, 0.0)] if 0.0 in given.viscosity else []
     wet = product(filter(None, given.viscosity), given.fluid_density, given.fill)
     own, masses = float(machine.contact.friction), given.total_mass or (group.count * group.ball_mass,)
@@ -645,7 +652,8 @@ def _dataset(spec: ChamberSpec, designs: Sequence[ChamberDesign], how: str) -> D
         "title": f"Designs of {spec.machine.name}",
         "machine": machine_text(spec.machine),
         "machine_name": spec.machine.name,
-        "design_name": spec.machine.name,
+        "design_name": spec.name,
+        "remarks": list(spec.remarks),
         "unbalance_range": [spec.unbalances[0], spec.unbalances[-1]],
         "speeds": [final_speed(spec.machine)],
         "members": spec.fillings * len(spec.unbalances),
@@ -704,15 +712,15 @@ def design_sensitivity(
     Parameters
     ----------
     designs
-        From :func:`design`.
+        From :func:`autobalancer.design` of a deep chamber.
     changes
         Shares by which ``unbalance``, ``friction``, ``diameter``, ``density`` or ``viscosity`` is changed, such as 0.2.
     place
         Of the design, 1 for the best.
     archive
-        That of the search, whose runs of the design itself are not repeated.
+        Folder of the search, whose runs of the design itself are not repeated.
     workers, progress
-        As for :func:`design`.
+        As for :func:`autobalancer.design`.
 
     Returns
     -------
@@ -729,7 +737,12 @@ def design_sensitivity(
     candidate = Candidate(int(one["balls"]), *(float(one[name]) for name, _, _ in CHOSEN[1:]))
     machine, seeds = balls_in_chambers(parse_machine(str(designs.attrs["machine"]))), range(designs.sizes["seed"])
     duration, last = float(designs.attrs["duration"]), float(designs.attrs["last"])
-    spec = ChamberSpec(machine, {}, (size,), duration, duration, last, len(seeds), 1, archive, workers, progress)
+    spec = ChamberSpec(
+        *("", machine, dict[str, float](), (size,), ChamberCandidates(), duration, duration, last, len(seeds), 1),
+        archive=archive,
+        workers=workers,
+        progress=progress,
+    )
     cases = [(AS_DESIGNED, candidate, size), *_cases(candidate, size, changes)]
     jobs = [
         Job(changed.run_name(unbalance, spec.duration, spec.last, seed), made, seed, {"unbalance": unbalance})
@@ -757,27 +770,15 @@ def _machine(machine: ChamberMachine, candidate: Candidate, unbalance: float) ->
         return reason
 
 
-def refuse_changes(changes: Mapping[str, float]) -> None:
-    """Refuse quantities that no design has, and shares that are none.
-
-    Raises
-    ------
-    QuestionError
-        With what is allowed.
-    """
+def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> list[tuple[str, Candidate, float]]:
+    if not changes:
+        raise QuestionError("changes: given none; give at least one, such as unbalance 0.2")
+    cases = []
     for name, share in changes.items():
         if name not in CHANGED:
             raise QuestionError(f"changes: given {name!r}; must be one of {', '.join(CHANGED)}")
         if not 0.0 < share < 1.0:
             raise QuestionError(f"changes: {name}: given {share:g}; must be a share between 0 and 1")
-
-
-def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> list[tuple[str, Candidate, float]]:
-    if not changes:
-        raise QuestionError("changes: given none; give at least one, such as unbalance 0.2")
-    refuse_changes(changes)
-    cases = []
-    for name, share in changes.items():
         if name in ("viscosity", "ball_friction") and not getattr(candidate, name) > 0.0:
             raise QuestionError(f"changes: {name}: the design has none of its own")
         for sign in (-1.0, 1.0):

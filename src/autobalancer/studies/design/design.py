@@ -81,40 +81,7 @@ def design(
     progress: Callable[[int, int], None] | None = None,
     seen: Callable[[Designed], None] | None = None,
 ) -> Designed:
-    """Find the balancer for a rotor: which race, how many balls, which fluid, with which margins.
-
-    Closed forms rule out what does not fit, cannot balance the largest unbalance or presses too hard; exact borders rule out what
-    stalls or is not stable at an operating speed at some temperature. What is left runs with scatter (unbalance, temperature,
-    starts and what the specification names), and is ranked by its limits and two objectives.
-
-    Parameters
-    ----------
-    given
-        The path of a specification file (TOML), or a dict of the same form; see the page on design for its keys.
-    folder
-        Where finished runs are kept, and taken up again by the same call later. By default nothing is kept on the way.
-    workers
-        Threads; by default one for each core. The result does not depend on it.
-    progress
-        Called with (runs done, runs in all).
-    seen
-        Called with the answer so far whenever a candidate has run.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``design``: what every candidate is, ``stage`` and ``reason`` of those that were ruled out; of the others numbers and
-        shares of their runs with intervals, whether each ``meets`` the limits, its Pareto ``front`` and ``place``, and its
-        machine file. :func:`designed_machine` makes a machine of it.
-
-    Raises
-    ------
-    QuestionError
-        For a fault in the specification, named with its key; for limits that contradict each other; if no candidate is left, with
-        what ruled the last ones out; for a folder of another design.
-    MachineError
-        If the machine is impossible.
-    """
+    """Of balls in races, as :func:`autobalancer.api.design` says."""
     spec = read_spec(given)
     named = {"specification_file": Path(given).name} if isinstance(given, (str, Path)) else {}
     with Store(folder, spec.identity(), "design") if folder is not None else nullcontext():

@@ -301,7 +301,7 @@ def designed_machine(designs: xr.Dataset, place: int = 1) -> Any:
     Parameters
     ----------
     designs
-        From :func:`design`, or :func:`autobalancer.chamber.design`.
+        From :func:`autobalancer.design`.
     place
         In their order.
 

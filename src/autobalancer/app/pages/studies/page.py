@@ -62,9 +62,17 @@ from autobalancer.catalog.product_tables import fluids
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.samples import sample_names
 from autobalancer.machine import Machine
+from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.store import result_csv
+from autobalancer.studies.design.chambers import (
+    ChamberCandidates,
+    ChamberLimits,
+    ChamberRuns,
+    ChamberSpec,
+    ChamberSpecification,
+)
 from autobalancer.studies.design.specification import (
     OBJECTIVES,
     Candidates,
@@ -442,11 +450,19 @@ class DefineDesign(Define[DesignReading]):
     def size(self) -> str:
         """How much work it is."""
         spec = self.reading.spec
+        if isinstance(spec, ChamberSpec):
+            return f"short runs of the candidates that are left, {spec.fillings} full runs of {spec.budget} of them"
         return "" if spec is None else f"{spec.search.members} runs of each candidate that is left"
 
     def build(self, data: dict[str, Any]) -> None:
         """Put the entries on the page."""
         self._machine()
+        if isinstance(self.reading.of.machine, ChamberMachine):
+            self.entries.table("Unbalance", ChamberSpecification, but=("machine", "name"))
+            self.entries.table("Limits", ChamberLimits, ("limits",))
+            self.entries.table("Candidates", ChamberCandidates, ("candidates",))
+            self.entries.table("Runs", ChamberRuns, ("runs",))
+            return
         self.entries.table("Unbalance and temperature", Specification, but=("machine", "name", "scatter"))
         self.entries.table("Operation", Operation, ("operation",))
         self.entries.table("Space", Space, ("space",))
