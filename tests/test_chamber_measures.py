@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -232,6 +234,45 @@ def test_the_verdict_compares_with_the_unbalance_of_the_body_without_balancing()
     assert moving.because.startswith("the run did not finish")
     with pytest.raises(QuestionError, match="of which machine"):
         chamber_verdict(RUN)
+
+
+def test_a_free_vibration_is_not_taken_for_what_balls_leave_that_do_not_turn_with_the_rotor() -> None:
+    """The body alone, m z'' + c z' + k z = 0, decays with c/2m; what turns with the rotor is as without balls."""
+    stiffness, damping, mass = 3e4, 40.0, 121.0
+    support = {"position": [0, 0, 0], "stiffness": [0, stiffness, 2 * stiffness], "damping": [0, damping, 2 * damping]}
+    told = {"machine": machine_text(small_machine(supports=[support])), "outcome": "finished"}
+    without = chamber_verdict(RUN.assign_attrs(told)).places[0].without_balls
+    lazy = chamber_run(carried=False, amplitude=without, peak=0.0).assign_attrs(told)
+    rate, time = damping / (2.0 * mass), lazy["time"].values
+    words = {}
+    for size in (5.0 * without, 0.05 * without):
+        free = lazy.copy(deep=True)
+        free["body_position"][:, 1] += size * np.exp(-rate * time) * np.cos(np.sqrt(stiffness / mass - rate**2) * time)
+        words[size] = chamber_verdict(free)
+    moving, still = words.values()
+    assert (moving.word, still.word) == ("not settled yet", "not balanced")
+    assert still.ratio == pytest.approx(1.0, abs=0.06)
+    assert moving.ratio > 1.5, "what the sensors read, and no word on balls"
+    begin = 0.9 * time[-1]  # of the steady state; a longer run has less than a tenth of that without balls there
+    needed = (begin + np.log(50.0 * np.exp(-rate * begin)) / rate) / 0.9
+    first = repr(moving).splitlines()[0]
+    said = re.search(r"run for about (\S+) s \(run.duration\)", first)
+    assert said is not None, first
+    assert float(said[1]) == pytest.approx(needed, rel=0.05)
+    share = re.search(r"turn with the rotor, (\S+) % of that without balls; run for", first)
+    assert share is not None, first
+    assert float(share[1]) == pytest.approx(100.0, abs=2.0)
+
+
+def test_a_motor_that_does_not_take_a_chamber_past_its_critical_speed_is_said_to_hold_it_there() -> None:
+    told = {"machine": machine_text(small_machine()), "outcome": "finished", "critical_speeds": [15.42, 23.18]}
+    run = chamber_run().assign_attrs(told)
+    held, passed = (chamber_verdict(run.assign(speed=run["speed"] * 0.0 + speed)) for speed in (22.0, 157.0))
+    assert "the drive does not take the rotor past the second critical speed of 221 rpm (it stays at 210 rpm)" in repr(
+        held
+    )
+    assert "but the run-up has not ended" in repr(held)
+    assert passed.held_rotor is None
 
 
 def test_the_verdict_on_deep_chambers_counts_settling_from_the_end_of_the_run_up_as_that_of_races_does() -> None:

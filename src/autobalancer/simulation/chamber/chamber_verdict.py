@@ -18,14 +18,18 @@ from autobalancer.results.chamber_measures import (
     balls_with_rotor,
     bodies_of,
     chamber_settling,
+    held_below,
     residual_of_balls,
     unbalance_of,
     window,
 )
-from autobalancer.results.display_units import length_text
-from autobalancer.results.time_series import Complexes, Floats, calm_mean, of_a_run, place_measures
+from autobalancer.results.display_units import length_text, share_text, significant
+from autobalancer.results.run_arrays import held_rotor
+from autobalancer.results.time_series import Complexes, Floats, calm_mean, end_of_run_up, of_a_run, place_measures
 from autobalancer.results.verdict import (
+    LIMITS,
     NO_VERDICT,
+    NOT_SETTLED,
     Course,
     Peak,
     PlaceVerdict,
@@ -36,7 +40,7 @@ from autobalancer.results.verdict import (
     unsteady,
     verdict_word,
 )
-from autobalancer.simulation.chamber.bounds import body_without_balancing, tilting_note
+from autobalancer.simulation.chamber.bounds import body_without_balancing, chamber_critical_speeds, tilting_note
 from autobalancer.units import optional_argument
 
 MIDDLE = "middle of the rotor"
@@ -50,7 +54,8 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     The vibration is the greatest distance of the middle of the rotor from its mean position, across the axis. That without
     balls is the steady one of the same body with the balls as masses in the middles of their chambers. Where all balls go around
     with the rotor, what does not turn with it and becomes smaller is a free vibration that decays: it does not count, and
-    ``because`` says how large it is.
+    ``because`` says how large it is. Where they do not, and the run-up can have left a free vibration that matters, the run
+    has not settled yet.
 
     A run whose speed still changes has no steady state: without ``last`` only its greatest deflection is said, from the rest
     position of the machine without balls.
@@ -95,7 +100,8 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     free, synchronous = _free_vibration(run, z - static[0], steady) if turning.all() else ("", np.nan)
     if free:
         ratio = synchronous / without if without > 0.0 else np.nan
-    word, because = _because(run, z - static[0], without, free, uneven=not turning.all())
+    left = "" if turning.all() else _free_left(run, machine, z - static[0], steady, without)
+    word, because = _because(run, z - static[0], without, free, left, uneven=not turning.all())
     return Verdict(
         word=word or verdict_word(ratio),
         because=because or free,
@@ -113,6 +119,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
         bodies=bodies_of(run),
         goes_round=not turning.all(),
         turning=(int(turning.sum()), turning.size),
+        held_rotor=held_rotor(run, held_below(run)),
         **_beside(run, held),
     )
 
@@ -195,7 +202,48 @@ def _free_vibration(run: xr.Dataset, away: Complexes, steady: slice) -> tuple[st
     ), turning
 
 
-def _because(run: xr.Dataset, away: Complexes, without: float, free: str, *, uneven: bool) -> tuple[str, str]:
+def _free_left(run: xr.Dataset, machine: ChamberMachine, away: Complexes, steady: slice, without: float) -> str:
+    """A text where the run-up can have left a free vibration that matters beside that ``without`` balls (m); else none.
+
+    With balls that do not turn with the rotor it cannot be told from what they excite. So it is at most what does not turn with
+    the rotor after the run-up, less what the damping of the slowest mode has taken since.
+    """
+    time, angle = run["time"].values, run["rotor_angle"].values
+    critical, ratios = (np.array(values) for values in chamber_critical_speeds(machine))
+    if not (critical.size and without > 0.0):
+        return ""
+    rate, since = float((critical * ratios).min()), end_of_run_up(time, run["speed"].values, float(time[0]))
+    # parts as long as a period of the slowest mode at least; what each allows at the begin of the steady state
+    count = int(np.clip((time[-1] - time[0]) * critical.min() / (2.0 * np.pi), 2, TWENTIETHS))
+    allowed = []
+    for part in (*_parts(steady.start, count), steady):
+        middle = 0.5 * (time[part.start] + time[part.stop - 1])
+        if middle >= since or part is steady:
+            still = away[part] - calm_mean(away[part, None])[0]
+            rest = np.sqrt(2.0 * np.mean(np.abs(still - _turning(still, angle[part])[0]) ** 2))
+            allowed.append(float(rest * np.exp(-rate * max(time[steady.start] - middle, 0.0))))
+    size, least = min(allowed), LIMITS[0][0] * without
+    if not size > least:
+        return ""
+    turning = _turning(away[steady], angle[steady])[1]
+    more = (
+        (time[steady.start] + np.log(size / least) / rate) * (time[-1] / time[steady.start]) if rate > 0.0 else np.nan
+    )
+    long = f"for about {significant(more, 2)} s" if np.isfinite(more) else "longer"
+    return (
+        f"a free vibration of up to {length_text(size)} may still decay; {length_text(turning)} turn with the rotor, "
+        f"{share_text(turning / without)} of that without balls; run {long} (run.duration)"
+    )
+
+
+def _parts(end: int, count: int) -> list[slice]:
+    """The samples up to ``end`` in ``count`` parts."""
+    return [slice(*pair) for pair in itertools.pairwise(np.linspace(0, end, count + 1).astype(int))]
+
+
+def _because(
+    run: xr.Dataset, away: Complexes, without: float, free: str, left: str, *, uneven: bool
+) -> tuple[str, str]:
     stopped = _stopped(run)
     if stopped:
         return NO_VERDICT, stopped
@@ -207,11 +255,12 @@ def _because(run: xr.Dataset, away: Complexes, without: float, free: str, *, une
             if without == 0.0
             else "the speed is a critical speed of a body without damping"
         )
+    if left:
+        return NOT_SETTLED, left
     time = run["time"].values
     middles, size = time, np.abs(away)
     if free:  # what turns with the rotor in each twentieth
-        edges = np.linspace(0, time.size, TWENTIETHS + 1).astype(int)
-        parts = [slice(*pair) for pair in itertools.pairwise(edges)]
+        parts = _parts(time.size, TWENTIETHS)
         angle = run["rotor_angle"].values
         middles = np.array([0.5 * (time[part.start] + time[part.stop - 1]) for part in parts])
         size = np.array([_turning(away[part], angle[part])[1] for part in parts])
