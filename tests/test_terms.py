@@ -12,6 +12,7 @@ import pytest
 from tests.references.every_key import OIL, machine, machines, variants
 
 import autobalancer as ab
+from autobalancer.assembly.guided_balls import ball_rows
 from autobalancer.assembly.rotors.lateral_model import LateralModel, matrices
 from autobalancer.assembly.terms import TERMS, Theory, declared_for, unknown
 from autobalancer.catalog.resolve import capability_of, resolve
@@ -33,10 +34,26 @@ class BrakedRace(Race):
     brake: Ratio = key("a constant torque on the balls", 0.0)
 
 
-def braked(brake: float) -> Machine:
+class BearingRace(Race):
+    """A race whose balls get a number under the name that the equations have for it."""
+
+    pulls: Ratio = key("whether what guides its balls also pulls", 0.0, of_ball=True)
+
+
+def with_race(kind: type[Race], **more: float) -> Machine:
     race = DISC.balancers[0].races[0]
-    own = BrakedRace(**{name: getattr(race, name) for name in race.model_fields_set}, brake=brake)
+    own = kind(**{name: getattr(race, name) for name in race.model_fields_set}, **more)
     return DISC.model_copy(update={"balancers": (Balancer(races=(own,)),)})
+
+
+def braked(brake: float) -> Machine:
+    return with_race(BrakedRace, brake=brake)
+
+
+def test_a_number_of_a_ball_goes_from_its_key_to_the_equations_under_its_name() -> None:
+    balls = resolve(with_race(BearingRace, pulls=0.25))
+    assert ball_rows(balls).pulls.tolist() == [0.25] * len(balls)
+    assert not ball_rows(resolve(DISC)).pulls.any()
 
 
 def keys_with_values() -> Iterator[tuple[type[Part], str]]:

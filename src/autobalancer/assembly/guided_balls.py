@@ -58,6 +58,8 @@ def ball_rows(balls: tuple[Ball, ...]) -> Rows:
         row.roll, row.own_spin = roll, ball.own_inertia
         row.drag, row.viscous = ball.drag, ball.drag / ball.orbit_radius**2
         row.center_x, row.center_y = ball.eccentricity.real, ball.eccentricity.imag
+        for name, value in ball.given:
+            row[name] = value
     rows.drag_curve = rows.slipstream = rows.lag_table = NONE
     return rows
 
@@ -300,7 +302,11 @@ def force_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, *, tri
         rows += [
             FORCE_RECORD.row(ball=i, other=j, wrap=wrap, **fields) for i, j, wrap in _acting(force, members, angles)
         ]
-    return {"places": places, "forces": _array(rows), "force_numbers": np.array(numbers, np.float64)}
+    return {
+        "places": places,
+        "forces": np.array(rows, FORCE_RECORD.dtype).view(np.recarray),
+        "force_numbers": np.array(numbers, np.float64),
+    }
 
 
 def forces_in(machine: Machine, balls: tuple[Ball, ...]) -> Iterator[tuple[str, Force, list[int]]]:
@@ -318,13 +324,6 @@ def _acting(force: Force, members: list[int], angles: Floats) -> list[tuple[int,
     if force.pairs == "neighbors":
         return [link for link in ring(members, angles) if link[0] != link[1]]
     return [ring(pair, angles)[0] for pair in combinations(members, 2)]
-
-
-def _array(rows: list[Any]) -> Any:
-    result = FORCE_RECORD.rows(len(rows))
-    for i, row in enumerate(rows):
-        result[i] = row
-    return result
 
 
 # A force is compiled and tried at places around its race before it is used: it must be a number, and what it says it

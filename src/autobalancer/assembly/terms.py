@@ -18,9 +18,9 @@ from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import spell
-from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.machine import Balls, Fluid, Friction, Machine, PlanarRotor, Race
 from autobalancer.machine.keys import TAGS
-from autobalancer.machine.part import Part
+from autobalancer.machine.part import Part, keys_noted
 
 
 class Theory(Enum):
@@ -96,6 +96,14 @@ def _meets(machine: Machine) -> bool:
         for r, race in enumerate(balancer.races)
         if any(ball.diameter for ball in resolve(machine) if (ball.balancer, ball.race) == (b, r))
     )
+
+
+def _of_keys() -> Iterator[Term]:
+    """What keys of balls and their race declare themselves, as :func:`~autobalancer.machine.part.key` says."""
+    for part in (Race, Balls, Friction, Fluid):
+        for name, known in keys_noted(part, "known").items():
+            theories = frozenset(Theory[word.upper()] for word in known.split() if word != "none")
+            yield Term(name.replace("_", " "), f"{part.__name__}: {name}", theories, NO_BALLS, MOVING)
 
 
 TERMS = (
@@ -175,7 +183,7 @@ TERMS = (
         ALL - {BASIN},
         "at constant speed, and in a slow run-up, the fluid turns with its race",
     ),
-    Term("slipstream", "Race: slipstream", frozenset({BASIN}), NO_BALLS, MOVING),
+    *_of_keys(),
     Term(
         "friction",
         "Friction: rolling_resistance; Balls: bearing_radius",

@@ -31,6 +31,7 @@ from autobalancer.laws.ring_of_liquid import Ring
 from autobalancer.machine import Balls, Fluid, Machine, PlanarRotor, Race
 from autobalancer.machine.balancer.fluid import BallInRace, Drag, ShearLaw
 from autobalancer.machine.machine import LiquidRing
+from autobalancer.machine.part import keys_noted
 from autobalancer.machine.rotors.planar import DAMPERS, SPRINGS
 from autobalancer.progress import returned
 
@@ -60,6 +61,7 @@ class Ball:
     body: str = "ball"  # or "roller", "pendulum"
     rolling_resistance: float = 0.0  # torque against its motion over normal force times orbit radius
     adherence: float = 0.0  # the same of what holds it at rest
+    given: tuple[tuple[str, float], ...] = ()  # further numbers that the equations have under these names
 
     @property
     def effective_mass(self) -> float:
@@ -185,6 +187,8 @@ def _group(
         problems.append((("drag",), str(error)))
         return None
     rolling, adherence = friction_of(group, race, orbit)
+    parts = [part for part in (race, group, race.friction, race.fluid) if part is not None]
+    numbers = tuple((name, getattr(one, name) or 0.0) for one in parts for name in keys_noted(type(one), "of_ball"))
     return [
         Ball(
             balancer=place[0],
@@ -209,6 +213,7 @@ def _group(
             body=group.body,
             rolling_resistance=rolling,
             adherence=adherence,
+            given=numbers,
         )
         for i in range(group.count)
     ]

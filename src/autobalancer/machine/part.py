@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args
 
 from pydantic import (
@@ -159,13 +160,26 @@ TEXT, LIST, TABLE = map(Tag, FORMS)
 ByForm = Discriminator(_form)  # tells apart what may be one of a text, a list and a table, each with its tag
 
 
-def key(meaning: str, default: Any = ..., *, symbol: str = "", value: str = "", default_text: str = "") -> Any:
+def key(
+    meaning: str,
+    default: Any = ...,
+    *,
+    symbol: str = "",
+    value: str = "",
+    default_text: str = "",
+    known: str = "",
+    of_ball: bool = False,
+) -> Any:
     """A key of a part: what it means, its default, and its symbol in formulas (LaTeX) if it has one.
 
     Help, JSON schema, tables of the documentation and labels of axes take all of these from here. ``value`` and
     ``default_text`` say what may stand there, and what holds without it, where type and default do not.
+
+    Of what acts on balls, ``known`` declares the theories that know it, ``"at_rest stalled"`` or ``"none"``, in place of an
+    entry in ``assembly/terms.py``. A number ``of_ball`` goes as it is to the field of this name of ``BALL`` in
+    ``kernels/records.py``.
     """
-    said = {"symbol": symbol, "value": value, "default": default_text}
+    said = {"symbol": symbol, "value": value, "default": default_text, "known": known, "of_ball": "yes" * of_ball}
     extra = {name: text for name, text in said.items() if text}
     return Field(default, description=meaning, json_schema_extra=extra or None)  # type: ignore[arg-type]
 
@@ -185,6 +199,12 @@ def key_note(field: FieldInfo, what: str) -> str:
     """What :func:`key` was given beside meaning and default; empty if it was not."""
     extra = field.json_schema_extra
     return str(extra.get(what, "")) if isinstance(extra, dict) else ""
+
+
+@cache
+def keys_noted(part: type[Part], what: str) -> dict[str, str]:
+    """The keys of a part to which :func:`key` was given this, and what it is."""
+    return {name: note for name, field in part.model_fields.items() if (note := key_note(field, what))}
 
 
 def _quantity_in(hints: tuple[Any, ...]) -> Quantity | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -300,17 +300,12 @@ def recorded_of(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Recor
     QuestionError
         If it kept neither samples nor an envelope.
     """
-    bins, balls = bins_of(run), balls_of(run)
-    told: dict[str, Any] = {}
-    end, centered, of_turns = (
-        float(run.attrs["end_time"]),
-        time_series.load_of(run.attrs) == time_series.NONE,
-        _of_turns(run),
-    )
-    if not (centered or of_turns) and "x" in run and (inside := run["time"].values >= end - LAST * end).any():
-        told["late"] = away_from_standing(run.isel(time=inside))
-    if balls is not None and "unbalance_angle_in_rotor" in run:
-        told["final_angle"] = time_series.wrapped(balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
+    known, told = _without_turns(run, settling_from), _of_turns(run)
+    late = "x" in run and run["time"].values >= known.end - LAST * known.end
+    if not (known.centered or told) and np.any(late):
+        told["late"] = away_from_standing(run.isel(time=late))
+    if known.balls is not None and "unbalance_angle_in_rotor" in run:
+        told["final_angle"] = time_series.wrapped(known.balls.angle[-1] - run["unbalance_angle_in_rotor"].values[-1])
     if "link_torque" in run and run["time"].size:
         told["links"] = Links(*series(run, "time", "speed", "twist", "link_torque"))
     if "support_force_x" in run and run["time"].size and run.sizes["support"]:
@@ -318,23 +313,11 @@ def recorded_of(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Recor
     if "ball_floor_force" in run:
         time, speed, floor = series(run, "time", "speed", "ball_floor_force")
         told["lifted"] = time_series.lifted_from(time, floor), time_series.lifted_from(speed, floor)
-    jumps = jump_times(run)
-    if jumps:
+    if known.jumps:
         parts = [part for begin, _, part in parts_between_jumps(run) if begin > 0.0]
         told["parts"] = tuple(_without_turns(part, settling_from) for part in parts)
-    return Recorded(
-        end=end,
-        centered=centered,
-        whirls=whirls_of(run),
-        bins=bins,
-        balls=balls,
-        jumps=jumps,
-        held=float(run.attrs.get(HELD_AT, np.nan)),
-        impacts=impacts_of(run),
-        settling_from=settling_from,
-        **told,
-        **of_turns,
-    )
+    held = float(run.attrs.get(HELD_AT, np.nan))
+    return replace(known, held=held, impacts=impacts_of(run), **told)
 
 
 # Balls that are stalled at the end of a run, and a rotor that its drive holds below a critical speed.
@@ -494,7 +477,7 @@ def _bin_ends(run: xr.Dataset) -> Floats:
 
 
 def _without_turns(part: xr.Dataset, settling_from: str) -> Recorded:
-    """What a part of a run between jumps of the unbalance recorded."""
+    """What a run, or a part of one between jumps of the unbalance, recorded besides its last revolutions."""
     return Recorded(
         end=float(part.attrs["end_time"]),
         centered=time_series.load_of(part.attrs) == time_series.NONE,

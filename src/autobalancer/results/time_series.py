@@ -336,18 +336,18 @@ def vibration(run: xr.Dataset, place: str | None = None) -> xr.Dataset:
     last = run.isel(turn=whole_turns(run))
     z, v = (last[f"turn_place_{x}"].values + 1j * last[f"turn_place_{y}"].values for x, y in (("x", "y"), ("vx", "vy")))
     mean = standing_in(last, z)
-    _, greatest, rms, velocity = place_measures(z, v, mean)
+    found = place_measures(z, v, mean)
     result = _measured(
         run,
         "Vibration",
         ("place", run["place"].values),
         static_x=(mean.real, "m", "static deflection along x"),
         static_y=(mean.imag, "m", "static deflection along y"),
-        static=(sizes(mean), "m", "static deflection"),
-        greatest=(greatest, "m", "greatest distance from the mean position"),
+        static=(found.static_deflection, "m", "static deflection"),
+        greatest=(found.vibration, "m", "greatest distance from the mean position"),
         half_range=(half_range(z), "m", "half of the range of the deflection"),
-        rms=(rms, "m", "root mean square of the vibration"),
-        velocity_rms=(velocity, "m/s", "root mean square of the velocity"),
+        rms=(found.vibration_rms, "m", "root mean square of the vibration"),
+        velocity_rms=(found.velocity_rms, "m/s", "root mean square of the velocity"),
     )
     return result if place is None else _chosen(result, "place", place)
 
@@ -424,16 +424,16 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     last = run.isel(turn=whole_turns(run))
     force = last["turn_support_force_x"].values + 1j * last["turn_support_force_y"].values
     mean = standing_in(last, force)
-    _, greatest, rms, _ = place_measures(force, force, mean)
+    found = place_measures(force, force, mean)
     result = _measured(
         run,
         "Support forces",
         ("support", run["support"].values),
         static_x=(mean.real, "N", "static force along x"),
         static_y=(mean.imag, "N", "static force along y"),
-        static=(sizes(mean), "N", "static force on the support"),
-        greatest=(greatest, "N", "greatest distance of the force from its mean"),
-        rms=(rms, "N", "root mean square of the vibrating force"),
+        static=(found.static_deflection, "N", "static force on the support"),
+        greatest=(found.vibration, "N", "greatest distance of the force from its mean"),
+        rms=(found.vibration_rms, "N", "root mean square of the vibrating force"),
     )
     return result if support is None else _chosen(result, "support", support)
 

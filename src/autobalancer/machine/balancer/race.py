@@ -269,7 +269,9 @@ class Race(Part):
     fluid: Fluid | None = key("required by all drag laws except `viscous`", None)
     drag: Annotated[Drag, OneOf(Drag)] = key("law of the drag of the fluid on the balls")
     slipstream: bool = key(
-        "`true`: a ball close behind another feels less drag; needs a `fluid` and balls of one known size", False
+        "`true`: a ball close behind another feels less drag; needs a `fluid` and balls of one known size",
+        False,
+        known="basin",
     )
     friction: Friction | None = key("dry friction between balls and race; without it there is none", None)
     contact: Contact | None = key("how balls rebound from each other; by default with 14 % of their speed", None)

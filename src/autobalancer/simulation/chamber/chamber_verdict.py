@@ -89,10 +89,10 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     if last is None and _speed_changes(run):
         return replace(_under_way(run, z, abs(described[0])), **_beside(run, held))
     static, rate = calm_mean(z[steady, None]), np.gradient(z, time)[steady, None]
-    _, vibration, _, velocity = place_measures(z[steady, None], rate, static)
+    found = place_measures(z[steady, None], rate, static)
     speed = float(run["speed"].values[steady].mean())
     without = body_without_balancing(machine, speed)
-    ratio = float(vibration[0]) / without if without > 0.0 else np.nan
+    ratio = float(found.vibration[0]) / without if without > 0.0 else np.nan
     turning = balls_with_rotor(run, last)
     residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean()) if turning.all() else np.nan
     mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
@@ -111,7 +111,11 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
         residual=residual,
         grade_before=_grade(abs(described[0]), mass, speed),
         grade_after=_grade(residual, mass, speed),
-        places=(PlaceVerdict(MIDDLE, float(abs(static[0])), float(vibration[0]), float(velocity[0]), without),),
+        places=(
+            PlaceVerdict(
+                MIDDLE, float(abs(static[0])), float(found.vibration[0]), float(found.velocity_rms[0]), without
+            ),
+        ),
         supports=_bearings(run.isel(time=steady)),
         peak=_peak(run, z - static[0]),
         settling=_settling(run, last),
