@@ -16,7 +16,7 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.flow.annulus import walls_of
 from autobalancer.flow.finite_elements import Fineness, Floats, Flow, Shape, expect
-from autobalancer.laws.impacts import FilmSlopes, film_slopes
+from autobalancer.laws.impacts import film_slopes
 from autobalancer.machine import Machine
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled, provenance
@@ -52,13 +52,10 @@ def ball_forces(flow: Flow, ball: int = 0) -> BallForces:
     added = 0.0 if flow.whole_stress else -8.0 * math.pi / 3.0 * turning
     torque = float(np.sum(arm[0] * force[1] - arm[1] * force[0])) + added
     # the second ball stands at another angle of the race
-    tangent = np.array([1.0, 0.0]) if math.isinf(spaces.shape.orbit) else _tangent(x, y, spaces.shape.orbit)
+    orbit = spaces.shape.orbit
+    tangent = np.array([1.0, 0.0]) if math.isinf(orbit) else np.array([orbit - y, x]) / orbit
     along, inward = tangent @ force[:2].sum(axis=1), np.array([-tangent[1], tangent[0]]) @ force[:2].sum(axis=1)
     return BallForces(-float(along), float(inward), torque)
-
-
-def _tangent(x: float, y: float, orbit: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    return np.array([orbit - y, x]) / orbit
 
 
 Progress = Callable[[float, float], None]
@@ -136,7 +133,9 @@ def ball_drag(
     narrow = argument("gap", gap, "m") / channel.ball_radius
     second = _second(optional_argument("ball_ahead", ball_ahead, "m"), channel)
     shape = shape_of(channel, mesh_gap_of(narrow, mesh_gap, channel), numbers[-1], second)
-    sizes = Fineness(bulk=0.27 * min(shape.width, shape.height)).finer(fineness_of(fineness))
+    if not 0.5 <= fineness <= 4.0:
+        raise QuestionError(f"fineness: given {fineness:g}; must be between 0.5 and 4")
+    sizes = Fineness(bulk=0.27 * min(shape.width, shape.height)).finer(float(fineness))
     expect(shape, sizes)
     report = progress or (lambda done, total: None)
     total = len(numbers) + 1.0
@@ -217,13 +216,6 @@ def share_of_rolling(motion: str | float) -> float:
     return share
 
 
-def fineness_of(argument: float) -> float:
-    """Refuse a fineness that no mesh has."""
-    if not 0.5 <= argument <= 4.0:
-        raise QuestionError(f"fineness: given {argument:g}; must be between 0.5 and 4")
-    return float(argument)
-
-
 def mesh_gap_of(narrow: float, mesh_gap: float | None, channel: Channel) -> float:
     """The gap of the mesh, ball radii, for a ``narrow`` gap between ball and wall."""
     room = channel.width / channel.ball_radius - 2.0
@@ -278,7 +270,9 @@ class Solved:
 def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
     """Label what was solved, and continue it from the gap of the mesh to the narrow one."""
     shape, share = solved.last.spaces.shape, solved.share
-    slopes = slopes_of(shape, share)
+    # how force and torque grow as the gap closes; the ball turns with a share of rolling
+    speed = -shape.outer / shape.orbit if math.isfinite(shape.orbit) else -1.0
+    slopes = film_slopes(share * speed, speed, shape.outer)
     film = math.log(shape.gap / solved.gap)
     numbers = np.array(solved.numbers)
     along, lift, torque = (np.array([getattr(f, key) for f, _ in solved.flows]) for key in BallForces._fields)
@@ -321,12 +315,6 @@ def drag_dataset(channel: Channel, name: str, solved: Solved) -> xr.Dataset:
         **asdict(channel),
     }
     return Labeled.of(dataset)
-
-
-def slopes_of(shape: Shape, share: float) -> FilmSlopes:
-    """How force and torque grow as the gap closes; the ball turns with a ``share`` of rolling."""
-    speed = -shape.outer / shape.orbit if math.isfinite(shape.orbit) else -1.0
-    return film_slopes(share * speed, speed, shape.outer)
 
 
 def drag_lines(numbers: Floats, cd_times_re: Floats) -> str:

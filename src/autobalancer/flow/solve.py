@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.linalg import block_diag
 
 from autobalancer.errors import QuestionError
 from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
@@ -54,7 +55,7 @@ def by_solver(
     if seen.unsteady and points is None:
         uncertainty = _uncertainty(flow, track, walls, end, seen, SHARES[flow.order] * error)
     times, _, orbit = track.arrays()
-    swirl, stream, vorticity, torque, momentum = _stacked(kept)
+    swirl, stream, vorticity, torque, momentum = (np.array(part) for part in zip(*kept, strict=True))
     return Solved(
         model="chebyshev",
         times=grid,
@@ -121,10 +122,6 @@ def _fields(flow: SpectralFlow, walls: WallSpeed, time: float) -> Fields:
     r = flow.radius[:, None]
     speed = walls.at(time)[0]
     return flow.swirl / r**2, flow.stream.copy(), flow.vorticity / r, flow.torque(), flow.momentum(speed)
-
-
-def _stacked(kept: list[Fields]) -> tuple[Floats, ...]:
-    return tuple(np.array(part) for part in zip(*kept, strict=True))
 
 
 def _affordable(annulus: Annulus, seen: Expected, points: tuple[int, int]) -> None:
@@ -556,7 +553,7 @@ class Line:
             sieve[-1], sieve[:, -1] = 0.0, 0.0
             rates, forward, backward = _eigenvectors(inside[:-1, :-1])
             rates = np.append(rates, rates.min())
-            forward, backward = (_padded(matrix) for matrix in (forward, backward))
+            forward, backward = (block_diag(matrix, 1.0) for matrix in (forward, backward))
         else:
             rates, forward, backward = _eigenvectors(inside)
         return Family(
@@ -600,13 +597,6 @@ def _eigenvectors(matrix: Matrix) -> tuple[Floats, Matrix, Matrix]:
     order = np.argsort(-rates.real)
     rates, vectors = rates.real[order], np.ascontiguousarray(vectors.real[:, order])
     return rates, np.linalg.inv(vectors), vectors
-
-
-def _padded(matrix: Matrix) -> Matrix:
-    size = matrix.shape[0] + 1
-    out = np.eye(size)
-    out[:-1, :-1] = matrix
-    return out
 
 
 def _filter(count: int, strength: float) -> Matrix:

@@ -372,7 +372,8 @@ def equivalent_planar(
     away = np.array(
         [[deviation(curve, grid, k, m, b) for curve, (k, m, b) in zip(curves, c, strict=True)] for c in constants]
     )
-    others = np.array([other_share(curve) for curve in curves])
+    # share of all other modes in the receptance without damping; it may exceed one
+    others = np.array([np.abs(one.undamped - one.mode) / np.abs(one.undamped) for one in curves])
     holds = np.array(
         [[border(grid, entry, tolerance, one.mode.speed) for entry, one in zip(row, both, strict=True)] for row in away]
     )
@@ -481,11 +482,6 @@ def deviation(curves: _Curves, speeds: Floats, stiffness: float, mass: float, da
     """Relative deviation of the receptance of an oscillator from that of the rotor."""
     own = 1.0 / (stiffness - speeds**2 * mass + 1j * speeds * damping)
     return np.asarray(np.abs(own - curves.whole) / np.abs(curves.whole))
-
-
-def other_share(curves: _Curves) -> Floats:
-    """Share of all other modes in the receptance without damping; it may exceed one."""
-    return np.asarray(np.abs(curves.undamped - curves.mode) / np.abs(curves.undamped))
 
 
 def border(speeds: Floats, share: Floats, tolerance: float, center: float) -> tuple[float, float]:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from threading import Lock
 from typing import Any, cast
 
 import numpy as np
@@ -46,7 +44,7 @@ from autobalancer.stability.basins import (
     steadily,
     unit_of_axis,
 )
-from autobalancer.studies.ensemble.layout import PART, Bench, Group, Integration, run_threads
+from autobalancer.studies.ensemble.layout import PART, Bench, Group, Integration, Shared, run_threads
 from autobalancer.studies.random_starts import refuse_axes, verdict_starts
 from autobalancer.units import argument, list_argument, optional_argument
 
@@ -169,11 +167,11 @@ class Runs:
         return room.states, room.rows[:, COLUMN.status] == FINISHED, times / np.maximum(room.counts[:, 0], 1)
 
 
-class Settling:
-    """Many starts in parts, which threads take one after the other; ``ends`` are as ``end_states`` wants them."""
+class Settling(Shared):
+    """Many starts; ``ends`` are as ``end_states`` wants them."""
 
     def __init__(self, question: Question, starts: Matrix, rates: Floats) -> None:
-        self.flags: list[Any] = []
+        super().__init__(len(starts))
         self._question, self._starts, self._rates = question, starts, rates
         count, n = len(starts), question.st.moment.size
         self.ends = np.zeros((count, starts.shape[1] + 2 + 2 * n))
@@ -190,50 +188,29 @@ class Settling:
             drive = drive._replace(segments=np.concatenate([drive.segments] * 2).view(np.recarray))
             drive.segments[0].value, drive.segments[0].rate, drive.segments[1].start = 0.0, rates[0], ramps[0]
             self._ramp = Runs(question, drive, starts[0], float(ramps.max()))
-        self._next, self._lock, self._each = 0, Lock(), 0.0
 
     def done(self) -> int:
         """How many starts are done."""
         return int((self.ends[:, self._starts.shape[1]] != NOT_RUN).sum())
 
-    def stop(self) -> None:
-        """Let all threads stop at their next look."""
-        for flags in self.flags:
-            flags[STOP] = 1
+    def bench(self) -> dict[Runs, Bench]:
+        """A place for one thread."""
+        return {runs: runs.bench() for runs in (self._ramp, self._held, self._window) if runs is not None}
 
-    def _parts(self) -> Iterator[slice]:
-        count = len(self._starts)
-        while True:
-            with self._lock:
-                size = min(MOST, max(int(5.0 * PART / self._each), LEAST)) if self._each > 0.0 else LEAST
-                share = max(-(-(count - self._next) // len(self.flags)), LEAST)
-                part = slice(self._next, min(self._next + min(size, share), count))
-                self._next = part.stop
-            if part.start == part.stop:
-                return
-            yield part
+    def size(self, left: int) -> int:
+        """As many as take some looks, and no more than a thread's share of what is left."""
+        size = min(MOST, max(int(5.0 * PART / self._each), LEAST)) if self._each > 0.0 else LEAST
+        return min(size, max(-(-left // len(self.flags)), LEAST))
 
-    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
-        """Work until nothing is left; ``look`` is called between two parts."""
-        benches = {runs: runs.bench() for runs in (self._ramp, self._held, self._window) if runs is not None}
-        for part in self._parts():
-            begin = time.thread_time()
-            self._run_up_and_settle(part, benches, flags)
-            with self._lock:
-                self._each = (time.thread_time() - begin) / (part.stop - part.start)
-            if look is not None:
-                look()
-            if flags[STOP]:
-                return
-
-    def _run_up_and_settle(self, part: slice, benches: Mapping[Runs, Bench], flags: Integers) -> None:
+    def run(self, part: range, bench: dict[Runs, Bench], flags: Any) -> None:
         """Run some starts to their ends; those that are stopped before have none."""
-        states, ramps = self._starts[part], np.zeros(part.stop - part.start)
+        numbers = np.arange(part.start, part.stop)
+        states, ramps = self._starts[numbers], np.zeros(numbers.size)
         if self._ramp is not None:
-            ramp, rates = self._ramp, self._rates[part]
+            ramp, rates = self._ramp, self._rates[numbers]
             ramps = self._question.speed / rates
             own = {ramp.segment(0, "rate"): rates, ramp.segment(1, "start"): ramps}
-            states, finished, _ = ramp.run(benches[ramp], flags, states, ramps, own=own)
+            states, finished, _ = ramp.run(bench[ramp], flags, states, ramps, own=own)
             states[:, SPEED] = self._question.speed
             if flags[STOP]:
                 return
@@ -242,7 +219,7 @@ class Settling:
             there = np.flatnonzero(finished)
         else:
             there = np.arange(len(states))
-        self._settle(part.start + there, states[there], ramps[there], benches, flags)
+        self._settle(part.start + there, states[there], ramps[there], bench, flags)
 
     def _settle(
         self, numbers: Integers, states: Matrix, ramps: Floats, benches: Mapping[Runs, Bench], flags: Integers

@@ -505,17 +505,13 @@ def homography(places: ArrayLike, pixels: ArrayLike) -> Floats:
     system = np.vstack([np.hstack([row, zero, -q[:, :1] * row]), np.hstack([zero, row, -q[:, 1:] * row])])
     h = np.linalg.svd(system)[2][-1].reshape(3, 3)
     h = np.linalg.solve(b, h @ a)
-    return np.asarray(h / np.linalg.norm(h) * np.sign(_apply_weight(h, x)))
+    return np.asarray(h / np.linalg.norm(h) * np.sign((x @ h[2, :2] + h[2, 2]).sum()))
 
 
 def mapped(h: Floats, points: Floats) -> Floats:
     """Where a projective map takes points (..., 2)."""
     moved = points @ h[:, :2].T + h[:, 2]
     return np.asarray(moved[..., :2] / moved[..., 2:])
-
-
-def _apply_weight(h: Floats, points: Floats) -> float:
-    return float((points @ h[2, :2] + h[2, 2]).sum())
 
 
 def _centered(points: Floats) -> Floats:

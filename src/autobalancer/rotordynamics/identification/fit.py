@@ -234,7 +234,12 @@ class _Single:
         return np.asarray((predicted - self.value) / self.error)
 
     def _rows(self, label: str, kind: str, unit: str, speed: float = math.nan) -> Rows:
-        check_error(label, self.value, self.error)
+        if not math.isfinite(self.value):
+            raise QuestionError(f"identify: {label}: given {self.value!r}; must be a finite number")
+        if not (math.isfinite(self.error) and self.error > 0.0):
+            raise QuestionError(
+                f"identify: {label}: error: given {self.error!r}; give a standard deviation greater than zero"
+            )
         return Rows(label, kind, unit, np.array([self.value]), np.array([self.error]), np.array([speed]))
 
 
@@ -422,14 +427,6 @@ class MeasuredResponse:
         if self.logarithmic:
             return np.asarray(np.log(predicted / values) / errors)
         return np.asarray((predicted - values) / errors)
-
-
-def check_error(label: str, value: float, error: float) -> None:
-    """A measured value is finite and its standard deviation greater than zero."""
-    if not math.isfinite(value):
-        raise QuestionError(f"identify: {label}: given {value!r}; must be a finite number")
-    if not (math.isfinite(error) and error > 0.0):
-        raise QuestionError(f"identify: {label}: error: given {error!r}; give a standard deviation greater than zero")
 
 
 def _which(thing: str, wanted: MeasuredMode | MeasuredCriticalSpeed) -> str:

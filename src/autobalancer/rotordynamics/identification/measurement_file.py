@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.text_files import faults_of, read_table, read_toml
 from autobalancer.machine.part import Amount, Label, Listed, Question, Rate, Speed, key
@@ -162,7 +161,8 @@ class Response(Entry):
     def measurement(self, folder: Path) -> Measurement:
         """See :class:`Entry`."""
         unit = MOTIONS[self.quantity]
-        speeds, values = read_curve(folder / self.file, unit)
+        table = read_table(folder / self.file, "speed [rpm], amplitude [mm]")
+        speeds, values = table.numbers("speed", "rad/s"), table.numbers("amplitude", unit)
         inside = (speeds >= self.lowest) & (speeds <= (math.inf if self.highest is None else self.highest))
         percent = str(self.error).strip().endswith("%")
         relative = 1.0 if self.logarithmic == percent else values[inside] if percent else 1.0 / values[inside]
@@ -242,18 +242,3 @@ def _hint(path: Path) -> str:
         ". A measurement file ends with .toml and says what is free and what was measured; "
         f'it names a table so:\n[[responses]]\nfile = "{path.name}"\nerror = "5 %"'
     )
-
-
-# Tables of amplitude against speed with units in their column names.
-
-
-def read_curve(path: Path, unit: str) -> tuple[Floats, Floats]:
-    """Speeds (rad/s) and amplitudes (in the SI ``unit``) of a table ``speed [rpm], amplitude [mm]``.
-
-    Raises
-    ------
-    ResultError
-        If the file, a column, a unit or a number is not there or not understood.
-    """
-    table = read_table(path, "speed [rpm], amplitude [mm]")
-    return table.numbers("speed", "rad/s"), table.numbers("amplitude", unit)

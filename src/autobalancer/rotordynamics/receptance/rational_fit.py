@@ -274,7 +274,7 @@ def fit_dataset(
     deviation = np.full(frequency.size, math.nan)
     deviation[used] = size * np.sqrt(best.variance)
     dataset = measured.copy()
-    values = np.asarray(measured["receptance_real"].values + 1j * measured["receptance_imag"].values)[used]
+    values = receptance_of(measured)[used]
     # root mean square of what is left as a share of the values, each line with the weight of its noise
     left, whole = ((np.abs(part) ** 2 / best.variance).sum() for part in (values - fitted[used], fitted[used]))
     error = math.sqrt(float(left / whole))

@@ -118,15 +118,12 @@ def _listed(machine: Machine, name: str, values: Any) -> Sequence[Any]:
 
 def _seeds(values: Sequence[Any]) -> Integers:
     for number, value in enumerate(values, start=1):
-        if isinstance(value, bool) or not isinstance(value, Integral | float) or not _is_seed(value):
+        known = isinstance(value, Integral | float) and not isinstance(value, bool)
+        if not (known and 0 <= value <= GREATEST and value == int(value)):
             raise QuestionError(
                 f"columns: member {number}, 'seed': given {value!r}; must be a whole number from 0 to {GREATEST}"
             )
     return np.array([int(value) for value in values], np.int64)
-
-
-def _is_seed(value: Any) -> bool:
-    return bool(0 <= value <= GREATEST and value == int(value))
 
 
 def _start(machine: Machine, name: str, kind: re.Match[str], values: Sequence[Any]) -> Floats:

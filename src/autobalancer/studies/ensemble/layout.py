@@ -10,11 +10,12 @@ import math
 import os
 import struct
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cached_property
 from threading import Lock
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -653,73 +654,85 @@ class Ran(NamedTuple):
     starts: Floats  # (members, balls) ball angles
 
 
-class Shared(Protocol):
-    """Work that threads share, each with its own flags."""
+class Shared(ABC):
+    """Work of so many pieces that threads share: each takes its next part of them, with flags of its own."""
 
-    flags: list[Any]
+    def __init__(self, count: int) -> None:
+        self.flags: list[Any] = []
+        self.seconds = 0.0  # of a core, in all
+        self._count, self._next, self._lock, self._each = count, 0, Lock(), 0.0
 
-    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
-        """What each thread does; ``look`` is called now and then."""
+    @abstractmethod
+    def bench(self) -> Any:
+        """A place for one thread."""
 
+    @abstractmethod
+    def size(self, left: int) -> int:
+        """Of the next part, if so many pieces are left."""
+
+    @abstractmethod
+    def run(self, part: range, bench: Any, flags: Any) -> None:
+        """Do a part."""
+
+    @abstractmethod
     def done(self) -> int:
         """How much is done."""
-
-    def stop(self) -> None:
-        """Let all threads stop soon."""
-
-
-class Work:
-    """The members of one group in parts, each thread its next one."""
-
-    def __init__(self, group: Group, most: int, keep_states: bool) -> None:
-        self.group, self.found, self._most = group, group.room(keep_states), most
-        self._places = group.places()
-        self._next, self._lock, self._each = 0, Lock(), 0.0
-        self.flags: list[Any] = []
-        self.seconds = 0.0
-
-    @property
-    def ran(self) -> Ran:
-        """What there is of it."""
-        return Ran(self.group, self.found, self.group.starts())
-
-    def done(self) -> int:
-        """How many members are done."""
-        return sum(int(flags[DONE]) for flags in self.flags)
 
     def stop(self) -> None:
         """Let all threads stop at their next look."""
         for flags in self.flags:
             flags[STOP] = 1
 
-    def _parts(self) -> Iterator[range]:
-        """The next members, fewer towards the end so that all threads end together."""
-        count = len(self.group.numbers)
-        while True:
+    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
+        """Work until nothing is left; ``look`` is called between two parts."""
+        bench = self.bench()
+        while not flags[STOP]:
             with self._lock:
-                share = self._each * (count - self._next) / (2 * len(self.flags))
-                size = max(1, int(min(PART, max(share, LEAST)) / self._each)) if self._each > 0.0 else 1
-                part = range(self._next, min(self._next + min(size, -(-count // 8)), count))
+                part = range(self._next, min(self._next + self.size(self._count - self._next), self._count))
                 self._next = part.stop
             if not part:
                 return
-            yield part
-
-    def thread(self, flags: Any, look: Callable[[], None] | None = None) -> None:
-        """Work until nothing is left; ``look`` is called between two parts."""
-        bench = self.group.bench()
-        for part in self._parts():
             begin = time.thread_time()
-            words, found = self.group.words(part, self._places), self.found.part(part)
-            bench.run(self.group.fresh, self._places, words, self._most, flags, found)
+            self.run(part, bench, flags)
             spent = time.thread_time() - begin
             with self._lock:
                 self.seconds += spent
                 self._each = spent / len(part)
             if look is not None:
                 look()
-            if flags[STOP]:
-                return
+
+
+class Work(Shared):
+    """The members of one group."""
+
+    def __init__(self, group: Group, most: int, keep_states: bool) -> None:
+        super().__init__(len(group.numbers))
+        self.group, self.found, self._most = group, group.room(keep_states), most
+        self._places = group.places()
+
+    @property
+    def ran(self) -> Ran:
+        """What there is of it."""
+        return Ran(self.group, self.found, self.group.starts())
+
+    def bench(self) -> Bench:
+        """A place for one thread."""
+        return self.group.bench()
+
+    def done(self) -> int:
+        """How many members are done."""
+        return sum(int(flags[DONE]) for flags in self.flags)
+
+    def size(self, left: int) -> int:
+        """Fewer towards the end so that all threads end together."""
+        share = self._each * left / (2 * len(self.flags))
+        size = max(1, int(min(PART, max(share, LEAST)) / self._each)) if self._each > 0.0 else 1
+        return min(size, -(-self._count // 8))
+
+    def run(self, part: range, bench: Bench, flags: Any) -> None:
+        """Run members."""
+        words, found = self.group.words(part, self._places), self.found.part(part)
+        bench.run(self.group.fresh, self._places, words, self._most, flags, found)
 
 
 def run_groups(

@@ -99,7 +99,7 @@ class Members:
             self.seeds = columns.seeds
         else:
             self.seeds = np.tile(seeds, columns.count) if seeds is not None else np.full(columns.count, seed, np.int64)
-        self._machine = lru_cache(maxsize=KEPT)(self._of_row)
+        self._machine = lru_cache(maxsize=KEPT)(lambda row: self._started(self.varied(row), row))
 
     def row(self, number: int) -> int:
         """The row of the columns from which a member is."""
@@ -205,9 +205,6 @@ class Members:
         starts = {name: values[row] for name, values in self.columns.starts.items()}
         told = variation_text([*self.columns.parameters, *starts], (*self.columns.row(row), *starts.values()))
         return f"{self._name} {number + 1}{', ' + told if told else ': '}" if self._name else told
-
-    def _of_row(self, row: int) -> Machine:
-        return self._started(self.varied(row), row)
 
     def _started(self, machine: Machine, row: int) -> Machine:
         starts = self.columns.starts

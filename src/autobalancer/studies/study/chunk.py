@@ -240,12 +240,6 @@ def standing_numbers(machine: Machine, results: Iterable[str]) -> tuple[dict[str
     return result, "; ".join(reasons)
 
 
-def attributes_of(name: str) -> dict[str, Any]:
-    """Label of a number that needs no run."""
-    one = next(one for one in STANDING.values() if one.name == name)
-    return {"long_name": one.text, "units": one.unit}
-
-
 # The members of a study and what they left, as a labeled dataset.
 
 
@@ -359,8 +353,9 @@ def _labeled(study: Study, name: str, values: list[Any]) -> tuple[Any, dict[str,
 
 
 def _label(name: str, settling_from: str, station: str) -> dict[str, Any]:
-    if name in {one.name for one in STANDING.values()}:
-        return attributes_of(name)
+    for one in STANDING.values():
+        if one.name == name:
+            return {"long_name": one.text, "units": one.unit}
     measure = next((one for one in SWEPT if one.name == name), None)
     if measure is not None:
         return label_of(measure, settling_from, station)

@@ -733,11 +733,10 @@ class Study:
         share = self._shares(distinct)
         for number, attempt in again.items():
             share[distinct == number] = redraw(self.seed, share.shape[1], number, attempt)
+        share = correlated(share[:, : len(self.scatter)], copula_factor(list(self.scatter), self.correlation))
         values: dict[str, Any] = {
             name: one.at(column)[where].tolist()
-            for (name, one), column in zip(
-                self.scatter.items(), self._correlated(share).T[: len(self.scatter)], strict=True
-            )
+            for (name, one), column in zip(self.scatter.items(), share.T, strict=True)
         }
         at = self.points
         values |= {name: [at[one][place] for one in point] for place, name in enumerate(self.grid)}
@@ -747,10 +746,6 @@ class Study:
     def _shares(self, draws: NDArray[np.int64]) -> NDArray[np.float64]:
         width = len(self.inputs) if self.plan == "sensitivity" else len(self.scatter)
         return shares(self.plan, self.seed, width, draws, self.draws)
-
-    def _correlated(self, share: NDArray[np.float64]) -> NDArray[np.float64]:
-        names = list(self.scatter)
-        return correlated(share[:, : len(names)], copula_factor(names, self.correlation))
 
     def _seeds(self, draw: NDArray[np.int64]) -> NDArray[np.int64]:
         """Seeds of the starts; with the plan "sensitivity" they are one more number of its samples A and B."""
