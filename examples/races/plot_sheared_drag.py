@@ -108,7 +108,7 @@ def sheared_flow(start: Flow, gradients: Gradients, share: Share) -> Flow:
 
     Raises
     ------
-    ab.QuestionError
+    ab.errors.QuestionError
         If the steps do not converge.
     """
     mesh = start.spaces
@@ -130,7 +130,7 @@ def sheared_flow(start: Flow, gradients: Gradients, share: Share) -> Flow:
             falls = _State.at(gradients, share, boundary, solution + part * step)
             other = float(step[:count] @ falls.rest[:count])
         state, solution = falls, solution + part * step
-    raise ab.QuestionError(
+    raise ab.errors.QuestionError(
         "sheared drag: the flow did not converge; add velocities in between, or take a wider mesh_gap or a law that changes less"
     )
 
