@@ -280,7 +280,7 @@ def compare(
             machines, at=at or [], duration=duration, tolerance=tolerance, seed=seed, progress=update
         )
     numbers = {str(name): part.values for name, part in found.variables.items() if "bin" not in part.dims}
-    return Reply(found, numbers, facts=(), draw=lambda: ab.plot.answer(found))
+    return Reply(found, numbers, facts=())
 
 
 def _overlay(paths: list[Path], seed: int) -> Reply:
@@ -293,7 +293,6 @@ def _overlay(paths: list[Path], seed: int) -> Reply:
         found,
         {str(name): found[name].values for name in names} | {"notes": found.remarks()},
         columns=found.columns(speed_sign()) if found.sizes["measure"] else [],
-        draw=lambda: ab.plot.answer(found, speed_unit=speed_sign()),
     )
 
 

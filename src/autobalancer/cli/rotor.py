@@ -373,7 +373,6 @@ def equilibrium_angle(
         brief=True,
         more=[("", _curve_columns(found.isel(speed=shown)))],
         lines=[*([more] if len(shown) < count else []), law],
-        draw=lambda: ab.plot.answer(found, speed_unit=speed_sign()),
     )
 
 
