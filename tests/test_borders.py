@@ -286,11 +286,14 @@ def nothing_without_a_note(machine: Machine, unbalance: float | None = None) -> 
 
 
 def test_what_does_not_exist_says_why() -> None:
-    weak = nothing_without_a_note(rig(), 2e-3)["exact border"]
+    found = nothing_without_a_note(rig(), 2e-3)
+    weak = found["exact border"]
     assert math.isnan(weak.speed)
+    assert all("not of this one" in found[name].note for name in ("averaged border", "exact border, worst case"))
     assert "1021 g mm at most, the unbalance is 2000 g mm" in weak.note
-    single = nothing_without_a_note(ab.load_machine(MACHINES / "one_ball_run_up.toml"))["exact border"]
-    assert "one ball alone" in single.note
+    single = nothing_without_a_note(ab.load_machine(MACHINES / "one_ball_run_up.toml"))
+    assert all("one ball alone" in single[name].note for name in ("exact border", "exact border, worst case"))
+    assert single["exact border, worst case"].known
     balls = [{"mass": f"{mass} g", "diameter": "12.3 mm"} for mass in (9.0, 5.0)]
     unequal = nothing_without_a_note(rig(balls=balls), 1e-4)["exact border"]
     assert "unequal balls always add up to 307.8 g mm" in unequal.note

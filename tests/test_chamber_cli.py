@@ -34,7 +34,9 @@ def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.slow
 def test_a_study_fills_an_archive_that_can_be_asked(machine: Path) -> None:
     asked = ("--balls", "2,3", "--single", "none", "--friction", "0.5", "--duration", "0.1 s", "--archive", "runs")
-    assert "written: small_amplitudes.nc" in told("chamber", "amplitudes", str(machine), *asked, "--plot", "a.png")
+    said = told("chamber", "amplitudes", str(machine), *asked, "--plot", "a.png")
+    assert "written: small_amplitudes.nc" in said
+    assert "chamber friction" in said, "a table of the amplitudes"
     assert size_of("a.png") == (585, 540)
     drawn = told("plot", "small_amplitudes.nc", "--out", "d", "--kind", "carried")
     assert drawn == "written: d/small_amplitudes_carried.png new folder: d"

@@ -238,10 +238,10 @@ def test_no_row_says_a_bound_that_trapped_starts_exceed() -> None:
     said = dict(found.rows)
     assert found.trapped_share > 0.0
     assert found.greatest_residual > found.sticking_residual
-    assert (
-        said["sticking"]
-        == f"residual at most {moment_text(found.sticking_residual)} where balls stick on their way to balance"
-    )
+    bound = f"residual at most {moment_text(found.sticking_residual)} where balls stick on their way to balance"
+    assert said["sticking"] == f"{bound}, more where they are trapped"
+    assert dict(found.settled_rows)[""] == f"balls that settle there: {said['sticking']}"
+    assert said["trapped"] == dict(found.settled_rows)["trapped"]
     assert said["trapped"].endswith(f"the greatest residual of all starts: {moment_text(found.greatest_residual)}")
 
 
@@ -338,6 +338,17 @@ def test_settled_balls_are_carried_on_by_a_drive_that_rises_faster_than_adherenc
     assert settled(0.5 * limit).settled_sentence.endswith("; this drive rises more slowly")
     constant = with_value_at(machine(1e-3), "drive.profile", {"kind": "constant", "speed": 125.0})
     assert "the drive" not in ab.stability.held_by_friction(constant, 80.0).planes[0].settled_sentence
+
+
+def test_where_a_torque_drives_the_row_says_why_it_is_of_three_times_the_critical_speed() -> None:
+    driven = with_value_at(
+        with_value_at(machine(1e-3), "rotor.inertia", 0.1), "drive", {"kind": "torque", "torque": 1.0}
+    )
+    held = ab.stability.held_by_friction(driven)
+    why = " (3 times the lowest critical speed, as no speed is prescribed) "
+    assert why.strip() in repr(held)
+    assert why in friction_rows(held, rpm_text)[0][1]
+    assert why.strip() not in repr(ab.stability.held_by_friction(driven, 100.0))
 
 
 def test_the_greatest_rise_counts_above_a_speed_only_and_less_where_the_speed_is_higher() -> None:

@@ -313,7 +313,13 @@ def test_a_map_without_the_speed_has_release_and_capture_of_each_of_its_machines
 
 def test_the_picture_of_a_border_curve_names_its_lines() -> None:
     machine = with_quantity(ab.load_machine(DISCOIDAL), "viscosity", "0.65 mm^2/s")
-    found = ab.stability.border_curve(machine, "unbalance", np.linspace(0.0, 1e-3, 11))
+    found = ab.stability.border_curve(machine, "unbalance", np.linspace(0.0, 1.1e-3, 12))
+    assert np.isnan(found["exact_border"][-1]), "the balls cannot balance so much"
+    line = next(line for line in ab.plot.answer(found).axes[0].lines if line.get_label() == "exact border")
+    ends = np.asarray(line.get_xdata())[np.isfinite(np.asarray(line.get_ydata()))]
+    assert ends[-1] == pytest.approx(1e6 * found.attrs["capability"]), "the line ends where the balls balance no more"
+    assert "not of this one" in str(found["averaged_border_note"][-1].item())
+    assert "not of this one" not in str(found["averaged_border_note"][0].item())
     figure = ab.plot.answer(found, speed_unit="rad/s")
     assert "averaged border (never)" in absent(figure)
     assert "release speed (30" in absent(figure)

@@ -331,6 +331,11 @@ def test_check_says_before_a_run_what_the_run_compares_with(name: str) -> None:
             "no, not at 1200 rpm: the balanced state is stable 614 rpm to 983 rpm only; run there, or more drag",
         ),
         (
+            "eccentric_race",
+            {},
+            "no, not at 5664 rpm: the race eccentricity leaves 824 g mm",
+        ),
+        (
             "stall_and_release",
             {"drive": driven(260.0)},
             "no, not at 2483 rpm: the balanced state is stable",
@@ -439,8 +444,8 @@ def test_without_a_run_with_held_balls_the_verdict_says_how_to_compare_the_peak(
 
 
 def test_large_unbalances_are_written_in_larger_units_and_never_with_an_exponent(tmp_path: Path) -> None:
-    texts = [moment_text(value) for value in (5e-4, 1e-2, 0.1, 0.14117, 500.0)]
-    assert texts == ["500 g mm", "10000 g mm", "100 kg mm", "141 kg mm", "500 kg m"]
+    texts = [moment_text(value) for value in (5e-4, 1e-2, 0.1, 0.14117, 7.0986, 500.0)]
+    assert texts == ["500 g mm", "10000 g mm", "100 kg mm", "141 kg mm", "7.1 kg m", "500 kg m"]
     assert moment_text(0.14117, 5) == "141.17 kg mm"
     heavy = ab.with_parameter(ab.load_machine(MACHINES / "discoidal.toml"), "unbalances[1]", {"moment": "1e5 g*mm"})
     ab.save_machine(heavy, tmp_path / "heavy.toml")

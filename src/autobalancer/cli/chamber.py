@@ -73,7 +73,7 @@ def amplitudes(
         FurtherFiles(of_means, draw=lambda: ab.plot.answer(optimal_means(found))),
         FurtherFiles(of_shares, draw=lambda: ab.plot.answer(found, "carried")),
     )
-    return Reply(found, columns=[], facts=(), heading="", notes=(), csv=result_csv(found), also=pictures)
+    return Reply(found, facts=(), csv=result_csv(found), also=pictures)
 
 
 @command("chamber.archived_run", out=None, csv=False, bar="run")

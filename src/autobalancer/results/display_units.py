@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 # Numbers of results as people read them.
 
 
-LARGE = 1e4 * (1.0 + 1e-9)  # in one unit of an unbalance, from which on the next one is taken
+# units of an unbalance, how many of them are 1 kg m, and up to how many each is taken
+MOMENTS = (("g mm", 1e6, 1e4), ("kg mm", 1e3, 1e3), ("kg m", 1.0, math.inf))
 LENGTHS = (("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9))
 
 
@@ -29,14 +30,13 @@ def length_text(value: float) -> str:
 
 
 def moment_text(value: float, digits: int = 3) -> str:
-    """An unbalance in kg m as text: ``"500 g mm"``, above 10 000 g mm ``"124 kg mm"``, above 10 000 kg mm in kg m."""
-    shown, unit = value * 1e6, "g mm"
-    if 0.0 < abs(shown) < 1e-3:
+    """An unbalance in kg m as text: ``"500 g mm"``, above 10 000 g mm ``"124 kg mm"``, above 1000 kg mm in kg m."""
+    if 0.0 < abs(value) < 1e-9:
         return "< 0.001 g mm"
-    for larger in ("kg mm", "kg m"):
-        if abs(shown) > LARGE:
-            shown, unit = 1e-3 * shown, larger
-    return f"{significant(shown, digits)} {unit}"
+    unit, factor = next(
+        (unit, factor) for unit, factor, most in MOMENTS if not abs(value) * factor > most * (1.0 + 1e-9)
+    )
+    return f"{significant(value * factor, digits)} {unit}"
 
 
 def couple_text(value: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -71,13 +72,16 @@ def held_by_friction(
     if not balls:
         raise QuestionError("held by friction: the machine has no balls")
     st = _stations(machine, unbalance)
-    at = service_speed(st, highest_prescribed(machine)) if speed is None else float(to_si(speed, "rad/s"))
+    prescribed, chosen = highest_prescribed(machine), ""
+    at = service_speed(st, prescribed) if speed is None else float(to_si(speed, "rad/s"))
+    if speed is None and not prescribed and st.critical_speeds:
+        chosen = f"{at / min(st.critical_speeds):.3g} times the lowest critical speed, as no speed is prescribed"
     if not (math.isfinite(at) and at > 0.0):
         raise QuestionError(f"speed: given {speed!r}; must be greater than zero")
     holding, rolling = _coefficients(balls)
     left_out = ignores(machine, Theory.HELD)
     if not holding.any():
-        return HeldByFriction(at, 0, (), "; ".join(filter(None, (NONE_GIVEN, left_out))))
+        return HeldByFriction(at, 0, (), "; ".join(filter(None, (NONE_GIVEN, left_out))), chosen)
     compliance = st.rows @ st.compliance(at) * at**2
     races = Races(
         whirl=compliance @ st.fixed_load,
@@ -95,7 +99,8 @@ def held_by_friction(
     result = _planes(st, at, races, stopped(_shaken(races, _weight(machine, at)), angles)[0], _weight(machine, at))
     rise = greatest_rise(machine, at)
     planes = tuple(replace(plane, drive_acceleration=rise) for plane in result)
-    return HeldByFriction(at, starts, planes, "; ".join(filter(None, ("" if holding.all() else PART_GIVEN, left_out))))
+    note = "; ".join(filter(None, ("" if holding.all() else PART_GIVEN, left_out)))
+    return HeldByFriction(at, starts, planes, note, chosen)
 
 
 def held_share(machine: Machine, speeds: Floats) -> Floats:
@@ -377,13 +382,7 @@ class HeldPlane:
             f"the unbalance of {moment_text(self.required)} {'and the eccentricity' if off else 'alone'} "
             f"{'make' if off else 'makes'} {length_text(self.unbalance_whirl)}"
         )
-        result = [("", first), ("sticking", self._sticking), ("starts", self._starts)]
-        if self.trapped_share > 0.0:
-            ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
-            share = f"{100.0 * self.trapped_share:.2g} % of them end {ended}"
-            result.append(
-                ("trapped", f"{share}, the greatest residual of all starts: {moment_text(self.greatest_residual)}")
-            )
+        result = [("", first), ("sticking", self._sticking), *self._of_starts]
         if not self.holds:
             near = f"each ball rests within {_deg(self.rest_interval)} of its balanced place"
             return *result, (
@@ -401,7 +400,7 @@ class HeldPlane:
     def settled_rows(self) -> tuple[tuple[str, str], ...]:
         """What is left if the balls settle at this speed, and the speed then rises without moving them."""
         rise = f"they keep these places only if the speed rises slower than {self.greatest_acceleration:.2g} rad/s^2{self._drive}"
-        return ("", f"balls that settle there: {self._sticking}"), ("starts", self._starts), ("rise", rise)
+        return ("", f"balls that settle there: {self._sticking}"), *self._of_starts, ("rise", rise)
 
     @property
     def sentence(self) -> str:
@@ -419,13 +418,21 @@ class HeldPlane:
         if self.holds:
             return f"residual at most {most}, unbalance and balls together"
         where = f"residual at most {most} where balls stick on their way to balance"
+        if self.trapped_share > 0.0:
+            where += ", more where they are trapped"
         if self.eccentric_residual > 0.0:
             where += f"; {moment_text(self.eccentric_residual)} of it is left by the eccentric race, and friction holds the rest"
         return where
 
     @property
-    def _starts(self) -> str:
-        return f"{RELEASED}: median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
+    def _of_starts(self) -> tuple[tuple[str, str], ...]:
+        left = f"median {moment_text(self.median_residual)}, 95 % below {moment_text(self.residual_95)}"
+        starts = ("starts", f"{RELEASED}: {left}")
+        if not self.trapped_share > 0.0:
+            return (starts,)
+        ended = "trapped in line" if self.trapped_share < 0.5 else "without any balance"
+        share, most = f"{100.0 * self.trapped_share:.2g} % of them end {ended}", moment_text(self.greatest_residual)
+        return starts, ("trapped", f"{share}, the greatest residual of all starts: {most}")
 
     @property
     def carried_on(self) -> bool | None:
@@ -445,13 +452,18 @@ class HeldPlane:
 class HeldByFriction:
     """What friction holds in each plane with balls at a speed (rad/s), with ``starts`` random starts; and a note.
 
-    Without friction ``planes`` is empty and the note says so.
+    Without friction ``planes`` is empty and the note says so. ``chosen`` says why this speed where neither drive nor user do.
     """
 
     speed: float
     starts: int
     planes: tuple[HeldPlane, ...]
     note: str
+    chosen: str = ""
+
+    def at(self, said: Callable[[float], str]) -> str:
+        """The speed as ``said`` writes it, and why this one."""
+        return said(self.speed) + (f" ({self.chosen})" if self.chosen else "")
 
     def __repr__(self) -> str:
         rows = [
@@ -460,7 +472,7 @@ class HeldByFriction:
             for k, (label, text) in enumerate(plane.rows)
         ]
         told = [facts_text(rows)] if rows else []
-        return "\n".join((f"friction at {rpm_and_si(self.speed)}", *told, *([self.note] if self.note else [])))
+        return "\n".join((f"friction at {self.at(rpm_and_si)}", *told, *([self.note] if self.note else [])))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""

@@ -55,7 +55,7 @@ from autobalancer.stability.host.stations import (
     stations,
     without_forces,
 )
-from autobalancer.stability.maps.exact import BUDGET, NOT_FOUND, borders_of
+from autobalancer.stability.maps.exact import BUDGET, NOT_FOUND, borders_of, smaller_noted
 from autobalancer.stability.states.rest_states import described, required, service_speed
 from autobalancer.tables import Described, rpm_and_si
 
@@ -313,7 +313,7 @@ def summary(
     borders: tuple[Border, ...] = ()
     reason = ""
     try:
-        borders = borders_of(machine, described(weightless(machine), None), seconds=seconds, say=say)
+        borders = smaller_noted(borders_of(machine, described(weightless(machine), None), seconds=seconds, say=say))
     except QuestionError as error:
         reason = str(error)
     # what friction holds at its service speed
@@ -585,8 +585,8 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
     kept = f"; friction leaves up to {left} in 95 % of the starts" if left else ""
     share, surely, reasons = _left_over(summary, [need for _, need in needs] or [summary.unbalance])
     if share > LIMITS[0]:  # the rule of the verdict, for the vibration that is in proportion to what is left
-        word = "only in part" if share <= LIMITS[1] else "no, not" if surely else "not surely"
-        return f"{word}, {at}: {'; '.join(reasons)}; {stable}{slow}"
+        word = "only in part," if share <= LIMITS[1] else "no, not" if surely else "not surely,"
+        return f"{word} {at}: {'; '.join(reasons)}; {stable}{slow}"
     return f"yes, {at}: {stable}{slow}{kept}"
 
 
@@ -698,11 +698,12 @@ def _enough(capability: float, summary: Summary) -> str:
 
 
 def _planes(summary: Summary, said: SpeedText) -> Iterator[Row]:
+    why = f" ({summary.friction.chosen})" if summary.friction is not None and summary.friction.chosen else ""
     for plane in summary.stations:
         enough = f", {plane.capability / plane.required:.3g} times as much" if plane.required > 0.0 else ""
         yield (
             f"plane {plane.name}",
-            f"needs {moment_text(plane.required, 5)}{_most(summary)} for rest at {said(plane.speed)}, "
+            f"needs {moment_text(plane.required, 5)}{_most(summary)} for rest at {said(plane.speed)}{why}, "
             f"capability {moment_text(plane.capability, 5)}{enough}" + SHARED * plane.shared,
         )
 
@@ -718,7 +719,7 @@ def _plane_rows(title: str, held: HeldByFriction, planes: list[tuple[Row, ...]],
     for plane, (first, *others) in zip(held.planes, planes, strict=True):
         name = f"{title}, {plane.name}" if len(planes) > 1 else title
         indent = " " * (len(title) - len(title.lstrip()) + 2)
-        rows += [(name, f"at {said(held.speed)} {first[1]}"), *((indent + label, text) for label, text in others)]
+        rows += [(name, f"at {held.at(said)} {first[1]}"), *((indent + label, text) for label, text in others)]
     return rows
 
 

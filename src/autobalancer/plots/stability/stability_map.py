@@ -89,16 +89,16 @@ def border_curve(
             axes.set_yscale("log")
         axes.set_ylim(low, high)
         if "exact_border" in found:
-            exact = drawable(found["exact_border"].values * unit.factor, high)
-            axes.fill_between(
-                axis.values, exact, 1e3 * high, lw=0, zorder=0.5, label="balanced state stable", color=STABLE
-            )
-            axes.fill_between(axis.values, exact, low, lw=0, zorder=0.5, label="not stable", color=UNSTABLE)
+            x, speeds = _to_capability(found, dim, "exact_border")
+            x, exact = axis.unit.shown(x), drawable(speeds * unit.factor, high)
+            axes.fill_between(x, exact, 1e3 * high, lw=0, zorder=0.5, label="balanced state stable", color=STABLE)
+            axes.fill_between(x, exact, low, lw=0, zorder=0.5, label="not stable", color=UNSTABLE)
         axes.plot(axis.values, critical, color=CRITICAL, lw=1.0, ls=(0, (5, 3)), label="critical speed")
         absent = []
         for name, style in BORDERS.items():
             if name in found:
-                absent += _line(axes, axis.values, found[name].values * unit.factor, high, style, f" {unit.sign}")
+                x, speeds = _to_capability(found, dim, name)
+                absent += _line(axes, axis.unit.shown(x), speeds * unit.factor, high, style, f" {unit.sign}")
         title = with_ignored(str(found.attrs["title"]), found.attrs, _ignoring_subject(axes))
         if stalled := str(found.attrs.get("stalled_ignores", "")):
             title += f"\nrelease and capture speed ignore {stalled}"
@@ -107,7 +107,9 @@ def border_curve(
         axes.set_ylabel(f"rotor speed ({unit.sign})")
         if axis.values.size > 1:
             axes.set_xlim(axis.values[0], axis.values[-1])
-        _mark_machine(axes, found, dim, axis.unit)
+        _mark(axes, found, dim, axis.unit, "machine", "unbalance", -12)
+        if "exact_border_at_capability" in found.attrs:
+            _mark(axes, found, dim, axis.unit, "capability", "capability", -26)
         if axis.log:
             plain_log_ticks(axes, "x")
         legend_below(figure, axes.get_legend_handles_labels()[0], absent)
@@ -158,17 +160,27 @@ def _high(dataset: xr.Dataset, dim: str, log: bool, critical: float, unit: AxisU
     return max(critical + max(2.2 * base, 1.4 * top), 1.15 * critical)
 
 
-def _mark_machine(axes: Axes, dataset: xr.Dataset, dim: str, unit: AxisUnit) -> None:
-    """The unbalance of the machine itself, where the parameter is the unbalance."""
-    if dim != "unbalance" or not dataset.attrs.get("unbalance"):
+def _to_capability(dataset: xr.Dataset, dim: str, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Parameter and a border over it, which ends at the capability of the balls also where this lies between two values."""
+    x, speeds, end = dataset[dim].values, dataset[name].values, dataset.attrs.get(f"{name}_at_capability")
+    if end is None:
+        return x, speeds
+    capability = float(dataset.attrs["capability"])
+    place = int(np.searchsorted(x, capability))
+    return np.insert(x, place, capability), np.insert(speeds, place, float(end))
+
+
+def _mark(axes: Axes, dataset: xr.Dataset, dim: str, unit: AxisUnit, text: str, name: str, below: int) -> None:
+    """The unbalance of the machine itself, or the capability of its balls, where the parameter is the unbalance."""
+    if dim != "unbalance" or not dataset.attrs.get(name):
         return
-    own = unit.shown(float(dataset.attrs["unbalance"]))
+    own = unit.shown(float(dataset.attrs[name]))
     axes.axvline(own, color=CRITICAL, lw=0.9, ls=(0, (1, 2)))
     axes.annotate(
-        f"machine: {significant(own)} {unit.sign}",
+        f"{text}: {significant(own)} {unit.sign}",
         (own, 1.0),
         xycoords=("data", "axes fraction"),
-        xytext=(-4, -12),
+        xytext=(-4, below),
         textcoords="offset points",
         ha="right",
         fontsize=8,

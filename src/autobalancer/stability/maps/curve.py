@@ -35,6 +35,7 @@ from autobalancer.stability.maps.exact import (
     borders_of,
     exact_borders,
     positive_speed,
+    smaller_noted,
     theory_of,
     with_ignored_terms,
     worst_case_of,
@@ -146,7 +147,7 @@ def _dataset(
     machine: Machine, parameter: str, numbers: list[float], rows: list[tuple[Border, ...]], critical: list[float]
 ) -> Answer:
     dim = dimension_of(parameter)
-    by_name = [{border.name: border for border in row} for row in rows]
+    by_name = [{border.name: border for border in smaller_noted(row)} for row in rows]
     names = [name for name in VARIABLES if any(name in entry for entry in by_name)]
     data: dict[str, tuple[Any, ...]] = {}
     for name in names:
@@ -169,10 +170,16 @@ def _dataset(
     dataset = labeled(data, None, attributes(machine, title, Theory.AT_REST)).assign_coords(
         {dim: (dim, numbers, axis_attributes(parameter))}
     )
+    capability = float(np.sum(p.capability))
+    # where the greatest unbalance that can be balanced lies between two values, the exact borders there
+    if parameter == "unbalance" and min(numbers) < capability < max(numbers) and "exact_border" in dataset:
+        changed, there = with_values(machine, {parameter: capability})
+        ends = {f"{VARIABLES[b.name]}_at_capability": b.speed for b in exact_borders(changed, there)}
+        dataset.attrs |= {name: speed for name, speed in ends.items() if not math.isnan(speed)}
     dataset.attrs |= ignored | {
         "parameter": parameter,
         "unbalance": abs(p.unbalance),
-        "capability": float(np.sum(p.capability)),
+        "capability": capability,
         "balls": len(resolve(machine)),
         "theory": "exact border: full equations; averaged border: averaged equations (Spannan 2021, 4.74); release and "
         "capture speed: torque balance of stalled balls",

@@ -120,7 +120,7 @@ def border_of(state: Balanced, p: Described, highest: float | None = None, lowes
     ]
     if undamped and not windows:
         note = f"{note}; {' and '.join(undamped)} without damping"
-    if not windows and note.startswith("no balanced state"):
+    if not windows and note.startswith(NO_STATE):
         return Border("exact border", math.nan, note)
     if not windows or windows[-1][1] < high:
         tail = f"{'unstable beyond' if windows else 'none'} up to {high:.4g} rad/s"
@@ -453,7 +453,7 @@ def averaged_of(p: Described) -> Border:
     if p.forces is not None:
         return Border(AVERAGED, math.nan, "computed without forces on the balls only; see the exact border", False)
     if p.moment.size == 1:
-        return Border(AVERAGED, math.nan, "one ball alone can balance one unbalance only")
+        return Border(AVERAGED, math.nan, ONE_BALL)
     if not (p.drag > 0.0).all():
         return Border(AVERAGED, math.inf, "a ball has no drag")
     if max(p.damping) == 0.0:
@@ -509,6 +509,9 @@ class _AnyUnbalance:
         return averaged_station_growths(self.stations, speeds, state)
 
 
+NO_STATE = "no balanced state"  # begins the note of an exact border where there is none
+SMALLER = "of unbalances that the balls can balance, not of this one"
+ONE_BALL = "one ball alone can balance one unbalance only"
 BUDGET = 10.0  # s of computing for each question where nobody asked for it
 NOT_FOUND = "not found in {:g} s of computing; {} looks as long as it takes"
 WORST_CASE = "exact border, worst case"
@@ -562,7 +565,15 @@ def borders(
     unbalance = unbalance_argument(unbalance)
     machine = balls_in_races(machine)
     top = None if up_to is None else positive_speed(up_to, "up_to")
-    return Borders(borders_of(machine, described(weightless(machine), unbalance), only, top))
+    return Borders(smaller_noted(borders_of(machine, described(weightless(machine), unbalance), only, top)))
+
+
+def smaller_noted(borders: Sequence[Border]) -> tuple[Border, ...]:
+    """Borders over all unbalances with a note where the balls cannot balance the one at hand."""
+    if not any(border.name == "exact border" and border.note.startswith(f"{NO_STATE}:") for border in borders):
+        return tuple(borders)
+    of_any = [border.name in (AVERAGED, WORST_CASE) and not math.isnan(border.speed) for border in borders]
+    return tuple(border.noted(SMALLER) if noted else border for border, noted in zip(borders, of_any, strict=True))
 
 
 def positive_speed(speed: float | str, name: str = "speed") -> float:
@@ -593,7 +604,7 @@ def borders_of(
     wanted = set(only or NAMES)
     asked: list[tuple[set[str], Callable[[], Sequence[Border]]]] = [
         ({AVERAGED}, lambda: [averaged_of(p)]),
-        ({WORST_CASE}, lambda: [worst_case_of(p)]),
+        ({WORST_CASE}, lambda: [Border(WORST_CASE, math.nan, ONE_BALL) if p.moment.size == 1 else worst_case_of(p)]),
         ({"exact border", "exact border, best case"}, lambda: exact_borders(machine, p)),
         ({RELEASE, CAPTURE}, lambda: release_of(machine, p, capture=CAPTURE in wanted, up_to=up_to)),
     ]
