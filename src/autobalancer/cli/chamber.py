@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 Chambers = Annotated[Path, typer.Argument(help="Machine file with one deep chamber.")]
 Step = Annotated[float | None, In("s"), 'Of the integration, such as "1e-6 s"; by default from the contact time.']
 Last = Annotated[float | None, In("s"), "Time at the end that is the steady state; by default a tenth."]
-ArchiveFolder = Annotated[Path | None, "Folder that keeps all runs; what was stopped goes on."]
-Workers = Annotated[int | None, "Threads; by default one for each core."]
 RESUME_TEXT = "the archive keeps what was computed, and the same command goes on"
 LOST = "nothing is kept without --archive"
 PICTURES = ("history", "energy", "collisions", "bearings", "reactions", "arrangement")  # of one run
