@@ -97,7 +97,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     residual = float(residual_of_balls(run.isel(time=steady), *described)["static"].mean()) if turning.all() else np.nan
     mass = float(machine.rotor.mass) + float(run["ball_mass"].sum())
     # what turns with the rotor is judged, not a free vibration that dies away
-    free, synchronous = _free_vibration(run, z - static[0], steady) if turning.all() else ("", np.nan)
+    free, synchronous = _free_vibration(run, machine, z - static[0], steady) if turning.all() else ("", np.nan)
     if free:
         ratio = synchronous / without if without > 0.0 else np.nan
     left = "" if turning.all() else _free_left(run, machine, z - static[0], steady, without)
@@ -186,8 +186,12 @@ def _turning(z: Complexes, angle: Floats) -> tuple[Complexes, float]:
     return forward * turn + backward / turn, float(abs(forward) + abs(backward))
 
 
-def _free_vibration(run: xr.Dataset, away: Complexes, steady: slice) -> tuple[str, float]:
-    """A text where a free vibration still decays, else none; and the size of what turns with the rotor, m."""
+def _free_vibration(run: xr.Dataset, machine: ChamberMachine, away: Complexes, steady: slice) -> tuple[str, float]:
+    """A text where a free vibration still decays, else none; and the size of what turns with the rotor, m.
+
+    It is all that does not turn with the rotor, where this becomes smaller at half of the rate of the slowest mode at least, or
+    becomes smaller and is more than what does.
+    """
     angle, time = run["rotor_angle"].values, run["time"].values
     before = slice(max(0, 2 * steady.start - steady.stop), steady.start)
     if before.stop - before.start < 2:
@@ -197,13 +201,20 @@ def _free_vibration(run: xr.Dataset, away: Complexes, steady: slice) -> tuple[st
         still = away[part] - calm_mean(away[part, None])[0]
         rest.append(float(np.sqrt(np.mean(np.abs(still - _turning(still, angle[part])[0]) ** 2))))
     earlier, later = rest
-    if not turning < later < earlier:
+    span = float(time[steady.stop - 1] - time[steady.start])
+    if not later < (earlier if turning < later else earlier * np.exp(-0.5 * _slowest(machine)[1] * span)):
         return "", turning
-    decay = (time[steady.stop - 1] - time[steady.start]) / np.log(earlier / later)
+    decay = span / np.log(earlier / later)
     return (
         f"a free vibration still decays, {length_text(later)} rms, to a third in {1.1 * decay:.2g} s, and does not count; "
         f"{length_text(turning)} turn with the rotor"
     ), turning
+
+
+def _slowest(machine: ChamberMachine) -> tuple[float, float]:
+    """The lowest critical speed (rad/s), and the lowest rate at which a free vibration decays (1/s); zeros of a fixed body."""
+    critical, ratios = (np.array(values) for values in chamber_critical_speeds(machine))
+    return (float(critical.min()), float((critical * ratios).min())) if critical.size else (0.0, 0.0)
 
 
 def _free_left(run: xr.Dataset, machine: ChamberMachine, away: Complexes, steady: slice, without: float) -> str:
@@ -213,12 +224,11 @@ def _free_left(run: xr.Dataset, machine: ChamberMachine, away: Complexes, steady
     the rotor after the run-up, less what the damping of the slowest mode has taken since.
     """
     time, angle = run["time"].values, run["rotor_angle"].values
-    critical, ratios = (np.array(values) for values in chamber_critical_speeds(machine))
-    if not (critical.size and without > 0.0):
+    (slowest, rate), since = _slowest(machine), end_of_run_up(time, run["speed"].values, float(time[0]))
+    if not (slowest > 0.0 and without > 0.0):
         return ""
-    rate, since = float((critical * ratios).min()), end_of_run_up(time, run["speed"].values, float(time[0]))
     # parts as long as a period of the slowest mode at least; what each allows at the begin of the steady state
-    count = int(np.clip((time[-1] - time[0]) * critical.min() / (2.0 * np.pi), 2, TWENTIETHS))
+    count = int(np.clip((time[-1] - time[0]) * slowest / (2.0 * np.pi), 2, TWENTIETHS))
     allowed = []
     for part in (*_parts(steady.start, count), steady):
         middle = 0.5 * (time[part.start] + time[part.stop - 1])
