@@ -387,6 +387,12 @@ def held_rotor(run: xr.Dataset, critical_speed: float) -> HeldRotor | None:
     return HeldRotor(float(speed), critical_speed, int(np.abs(every - critical_speed).argmin()) + 1, every.size)
 
 
+def stopped(run: xr.Dataset) -> str:
+    """That a run did not finish, and why; empty if it did."""
+    outcome = run.attrs.get("outcome", "finished")
+    return "" if outcome == "finished" else f"the run did not finish: {run.attrs.get('outcome_text', outcome)}"
+
+
 def bins_of(run: xr.Dataset, count: int = 200) -> Bins:
     """The envelope that the run kept (exact), else that of its samples (with their resolution) in ``count`` parts.
 

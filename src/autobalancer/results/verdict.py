@@ -37,6 +37,7 @@ from autobalancer.results.run_arrays import (
     parts_between_jumps,
     recorded_of,
     stall_of,
+    stopped,
 )
 from autobalancer.results.time_series import (
     NONE,
@@ -141,12 +142,16 @@ def settling_of(run: xr.Dataset) -> Settling | None:
         time = settling_time(run)
     except QuestionError:
         return None
-    at = time["settled_at"].values
-    moving = tuple(int(ball) for ball in time["ball"].values[np.isnan(at)])
+    return last_settled(time["ball"].values, time["settled_at"].values, time.values, str(time["counted_from"].values))
+
+
+def last_settled(balls: NDArray[Any], at: Floats, duration: Floats, counted_from: str) -> Settling:
+    """Of ``balls`` by number the one that settles last; nan ``at`` (s) is one that does not settle."""
+    moving = tuple(int(ball) for ball in balls[np.isnan(at)])
     if len(moving) == at.size:
         return Settling(0, np.nan, "", np.nan, moving)
     last = int(np.nanargmax(at))
-    return Settling(last + 1, float(time[last]), str(time["counted_from"].values), float(at[last]), moving)
+    return Settling(int(balls[last]), float(duration[last]), counted_from, float(at[last]), moving)
 
 
 def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
@@ -361,16 +366,14 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
         raise QuestionError("verdict: needs a run of balls in races from simulate; that of a deep chamber has no races")
     notes = tuple(map(str, np.atleast_1d(run.attrs.get("remarks", []))))
     peak, other_peak = (None if one is None else peak_of(one) for one in (run, held))
-    stopped = ""
-    if run.attrs.get("outcome", "finished") != "finished":
-        stopped = f"the run did not finish: {run.attrs.get('outcome_text', run.attrs['outcome'])}"
-    alone = held is None and not stopped and bool(run.sizes.get("ball", 0)) and "balls_held" not in run.attrs
+    unfinished = stopped(run)
+    alone = held is None and not unfinished and bool(run.sizes.get("ball", 0)) and "balls_held" not in run.attrs
     caught = held_rotor(run, float(run.attrs.get(HELD_AT, np.nan)))
     try:
         turns = whole_turns(run)
     except QuestionError as reason:
         return Verdict(
-            NO_VERDICT, stopped or str(reason), peak=peak, peak_without_balls=other_peak, notes=notes, parts=parts_of(run),
+            NO_VERDICT, unfinished or str(reason), peak=peak, peak_without_balls=other_peak, notes=notes, parts=parts_of(run),
             without_held=alone, stall=stall_of(run), held_rotor=caught,
         )  # fmt: skip
     places, supports, planes = _places(run, held), _supports(run, held), _planes(run)
@@ -380,7 +383,9 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     greatest = max(place.vibration for place in places)
     ratio = greatest / without if without > 0.0 else np.nan
     course = _course(run)
-    word, because = (NO_VERDICT, stopped) if stopped else _because(run, course, greatest, without, unbalance, planes)
+    word, because = (
+        (NO_VERDICT, unfinished) if unfinished else _because(run, course, greatest, without, unbalance, planes)
+    )
     settling = settling_of(run)
     creeping = settling is not None and settling.moving and not course.uneven and word != NO_VERDICT
     before, after = (

@@ -333,18 +333,8 @@ def of_flow(e: Ended) -> str:
 
 
 REMARKS: tuple[Callable[[Ended], str], ...] = (
-    *(
-        of_input,
-        left_the_race,
-        held_by_friction,
-        on_floor,
-        off_axis,
-        beyond_breakaway,
-        beyond_table,
-        of_flow,
-        in_one_place,
-    ),
-)
+    of_input, left_the_race, held_by_friction, on_floor, off_axis, beyond_breakaway, beyond_table, of_flow, in_one_place,
+)  # fmt: skip
 
 
 def remarks(ended: Ended) -> list[str]:

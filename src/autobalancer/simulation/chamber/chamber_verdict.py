@@ -24,7 +24,7 @@ from autobalancer.results.chamber_measures import (
     window,
 )
 from autobalancer.results.display_units import length_text, share_text, significant
-from autobalancer.results.run_arrays import held_rotor
+from autobalancer.results.run_arrays import held_rotor, stopped
 from autobalancer.results.time_series import Complexes, Floats, calm_mean, end_of_run_up, of_a_run, place_measures
 from autobalancer.results.verdict import (
     LIMITS,
@@ -36,6 +36,7 @@ from autobalancer.results.verdict import (
     Settling,
     SupportVerdict,
     Verdict,
+    last_settled,
     speed_changes,
     unsteady,
     verdict_word,
@@ -84,7 +85,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
     except QuestionError as reason:
         if last is not None:
             raise
-        return Verdict(NO_VERDICT, _stopped(run) or str(reason), notes=_notes(run), bodies=bodies_of(run))
+        return Verdict(NO_VERDICT, stopped(run) or str(reason), notes=_notes(run), bodies=bodies_of(run))
     z, time = _across(run, "body_position"), run["time"].values
     if last is None and _speed_changes(run):
         return replace(_under_way(run, z, abs(described[0])), **_beside(run, held))
@@ -130,7 +131,7 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
 
 def _beside(run: xr.Dataset, held: xr.Dataset | None) -> dict[str, Any]:
     """What the verdict says of the same machine without balls on the way."""
-    alone = held is None and not _stopped(run) and bool(run.sizes["ball"])
+    alone = held is None and not stopped(run) and bool(run.sizes["ball"])
     peak = None if held is None else _peak(held, middle_deflection(held))
     return {"peak_without_balls": peak, "without_held": alone}
 
@@ -154,7 +155,7 @@ def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
     because = "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
     return Verdict(
         NO_VERDICT,
-        _stopped(run) or because,
+        stopped(run) or because,
         float(run["speed"].values[-1]),
         unbalance=unbalance,
         peak=_peak(run, z),
@@ -172,11 +173,6 @@ def _peak(run: xr.Dataset, away: Complexes) -> Peak:
 def _notes(run: xr.Dataset) -> tuple[str, ...]:
     given = map(str, np.atleast_1d(run.attrs.get("remarks", [])))
     return tuple(note for note in (*given, tilting_note(run)) if note)
-
-
-def _stopped(run: xr.Dataset) -> str:
-    outcome = run.attrs.get("outcome", "finished")
-    return "" if outcome == "finished" else f"the run did not finish: {run.attrs.get('outcome_text', outcome)}"
 
 
 def _turning(z: Complexes, angle: Floats) -> tuple[Complexes, float]:
@@ -258,9 +254,8 @@ def _parts(end: int, count: int) -> list[slice]:
 def _because(
     run: xr.Dataset, away: Complexes, without: float, free: str, left: str, *, uneven: bool
 ) -> tuple[str, str]:
-    stopped = _stopped(run)
-    if stopped:
-        return NO_VERDICT, stopped
+    if unfinished := stopped(run):
+        return NO_VERDICT, unfinished
     if not run.sizes["ball"]:
         return NO_VERDICT, "the machine has no balls"
     if not without > 0.0:
@@ -306,9 +301,4 @@ def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
     settling = chamber_settling(run, last=last)
     if not settling.at.size:
         return None
-    moving = tuple(int(ball) for ball in run["ball"].values[np.isnan(settling.at)])
-    if len(moving) == settling.at.size:
-        return Settling(0, np.nan, "", np.nan, moving)
-    k = int(np.nanargmax(settling.at))
-    ball, duration = int(run["ball"].values[k]), float(settling.duration[k])
-    return Settling(ball, duration, settling.counted_from, float(settling.at[k]), moving)
+    return last_settled(run["ball"].values, settling.at, settling.duration, settling.counted_from)
