@@ -39,6 +39,7 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.examples import example_text
 from autobalancer.files.samples import sample_names
 from autobalancer.machine import Machine
+from autobalancer.studies.design.chambers import ChamberSpec
 from autobalancer.studies.study.study_spec import LogNormal, Uniform
 
 PAGE = example_text("stall_and_release")
@@ -236,6 +237,16 @@ def test_what_is_wrong_with_a_design_is_said_of_its_key(more: str, key: str, wor
     assert found.spec is None
     assert words in found.message
     assert key in found.problems
+
+
+def test_a_deep_chamber_of_the_page_is_designed_there_with_the_keys_of_chambers() -> None:
+    page = example_text("deep_chamber")
+    asked = "machine = 'machine.toml'\nruns.duration = '1 s'\n"
+    found, wrong = (read_design_text(asked + more, page) for more in ("", "runs.last = '2 s'\n"))
+    assert isinstance(found.spec, ChamberSpec)
+    assert (found.spec.machine.name, found.spec.last, found.of.file) == ("Deep chamber", 0.1, "machine.toml")
+    assert "a full run lasts 1 s only" in wrong.problems["runs.last"]
+    assert "balls in races" in read_study_text(asked, page).message
 
 
 DESIGNED = """machine = "discoidal.toml"

@@ -66,13 +66,7 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.store import result_csv
-from autobalancer.studies.design.chambers import (
-    ChamberCandidates,
-    ChamberLimits,
-    ChamberRuns,
-    ChamberSpec,
-    ChamberSpecification,
-)
+from autobalancer.studies.design.chambers import ChamberSpec, ChamberSpecification
 from autobalancer.studies.design.specification import (
     OBJECTIVES,
     Candidates,
@@ -459,9 +453,9 @@ class DefineDesign(Define[DesignReading]):
         self._machine()
         if isinstance(self.reading.of.machine, ChamberMachine):
             self.entries.table("Unbalance", ChamberSpecification, but=("machine", "name"))
-            self.entries.table("Limits", ChamberLimits, ("limits",))
-            self.entries.table("Candidates", ChamberCandidates, ("candidates",))
-            self.entries.table("Runs", ChamberRuns, ("runs",))
+            for name in ("limits", "candidates", "runs"):
+                part: Any = ChamberSpecification.model_fields[name].annotation
+                self.entries.table(name.capitalize(), part, (name,))
             return
         self.entries.table("Unbalance and temperature", Specification, but=("machine", "name", "scatter"))
         self.entries.table("Operation", Operation, ("operation",))
