@@ -19,7 +19,7 @@ from autobalancer.kernels.system import BALLS
 from autobalancer.machine.path import dimension_of
 from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.measure_table import PER_BALL
-from autobalancer.studies.ensemble import columns as follow
+from autobalancer.studies.ensemble import members as follow
 from autobalancer.studies.ensemble.columns import columns_of
 from autobalancer.studies.ensemble.layout import ASKABLE, Plan
 from autobalancer.studies.ensemble.members import Members, with_starts, without_start_angles
@@ -131,6 +131,12 @@ TIMES = ["0 s", "4 s", "60 s"], ["0 s", "6 s", "80 s"], ["0 s", "7 s", "90 s"]
         ({"ball_diameter": [0.012, 0.0121, 0.0122], "unbalances[1].angle": [0.1, 0.2, 0.3]}, 2, DISCOIDAL),
         ({f"{FIRST_RACE}.orbit_radius": [0.09, 0.1, 0.11]}, None, STALL),
         ({"unbalances[1].angle": [0.1, 0.2, 0.3], "drag": [1e-4, 2e-4, 3e-4]}, None, RIGID),
+        ({"drive.profile.duration": [5.0, 6.1, 7.3], "unbalances[1].moment": [1e-4, 2e-4, 3e-4]}, None, RIGID),
+        ({"ball_mass": [3e-3, 4e-3, 5e-3], "rotor.supports[1].stiffness": [1e5, 1.1e5, 1.2e5]}, 2, RIGID),
+        ({"rotor.supports[2].damping": [50.0, 60.0, 70.0], "unbalances[1].moment": [1e-4, 2e-4, 3e-4]}, 2, RIGID),
+        ({f"{FIRST_RACE}.balls[1].density": HEAVY, "ball_angle[1]": [0.0, 1.0, 4.0]}, None, TWO_PLANES),
+        ({"ball_diameter": [0.009, 0.01, 0.011], "unbalances[2].couple": [1e-5, 2e-5, 3e-5]}, 2, TWO_PLANES),
+        ({f"{FIRST_RACE}.eccentricity": [0.0, 1e-5, 2e-5], "rotor.mass": [4.9, 5.0, 5.1]}, None, TWO_PLANES),
     ],
 )
 def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
@@ -155,21 +161,10 @@ def test_numbers_that_follow_an_assembled_member_are_those_of_an_assembly(
     assert made == [*sample, *range(asked.count)]
 
 
-@pytest.mark.parametrize(
-    ("columns", "machine"),
-    [
-        ({"count": [2, 3, 4]}, DISCOIDAL),
-        ({"rotor.stiffness": [4e4, [4e4, 5e4], 5e4]}, DISCOIDAL),
-        ({"drive.profile.duration": [5.0, 6.1, 7.3], "unbalances[1].moment": [1e-4, 2e-4, 3e-4]}, RIGID),
-        ({f"{FIRST_RACE}.balls[1].density": HEAVY, "ball_angle[1]": [0.0, 1.0, 4.0]}, TWO_PLANES),
-    ],
-)
-def test_members_that_differ_in_more_than_numbers_are_assembled(
-    columns: Any, machine: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The number of balls says how many numbers a run has, the axes depend on whether the springs are alike, and what a
-    rotor that tilts knows of its balls and its drive is in its modes."""
-    _are_assembled(machine, columns, monkeypatch)
+@pytest.mark.parametrize("columns", [{"count": [2, 3, 4]}, {"rotor.stiffness": [4e4, [4e4, 5e4], 5e4]}])
+def test_members_that_differ_in_more_than_numbers_are_assembled(columns: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The number of balls says how many numbers a run has, and the axes depend on whether the springs are alike."""
+    _are_assembled(DISCOIDAL, columns, monkeypatch)
 
 
 def test_members_whose_fluid_differs_are_assembled_where_forces_know_the_mass_of_balls(
@@ -189,7 +184,7 @@ def _are_assembled(path: Path, columns: Any, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_member_that_would_follow_wrongly_is_assembled(monkeypatch: pytest.MonkeyPatch) -> None:
     right = members(STALL, {"drag": DRAG})
-    monkeypatch.setattr(follow, "bits", lambda value: 4607182418800017408)  # 1.0
+    monkeypatch.setattr(follow, "words_of", lambda values: np.full(values.size, 4607182418800017408))  # 1.0
     wrong = members(STALL, {"drag": DRAG})
     assert wrong["peak_deflection"].equals(right["peak_deflection"])
 

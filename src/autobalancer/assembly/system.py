@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
+from itertools import zip_longest
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -511,23 +513,60 @@ def _segments(machine: Machine) -> Rows:
             row.end, row.half_time, row.exponent, row.begin = numbers
         else:
             row.value, row.rate = numbers[:2]
-    # the resultant of the unbalances, and how it changes until the next time of the grid
+    courses = unbalance_courses(machine, grid)
     vectors = [unbalance.vector for unbalance in machine.unbalances]
-    axes = [vector.real for vector in vectors], [vector.imag for vector in vectors]
-    for row, time, late in zip(rows, grid, [*grid[1:], None], strict=True):
-        factors = [unbalance_factor(unbalance, time) for unbalance in machine.unbalances]
-        ends, length = factors, 1.0
-        if late is not None:
-            ends, length = [unbalance_factor(one, late, before=True) for one in machine.unbalances], late - time
-        row.changing = int(ends != factors)
-        row.unbalance_x, row.unbalance_y = (
-            sum((part * begin for part, begin in zip(own, factors, strict=True)), 0.0) for own in axes
-        )
-        row.unbalance_rate_x, row.unbalance_rate_y = (
-            sum((part * (end - begin) / length for part, begin, end in zip(own, factors, ends, strict=True)), 0.0)
-            for own in axes
-        )
+    resultant = unbalances_over(courses, [vector.real for vector in vectors], [vector.imag for vector in vectors])
+    for row, course, values in zip(rows, courses, resultant, strict=True):
+        row.changing = int(any(late != factor for factor, late in course.factors))
+        row.unbalance_x, row.unbalance_y, row.unbalance_rate_x, row.unbalance_rate_y = values
     return rows
+
+
+class Course(NamedTuple):
+    """How the point unbalances change from one time of a grid to the next."""
+
+    factors: list[tuple[float, float]]  # of each unbalance, just after the one time and just before the next
+    time: float  # between them, s; 1 after the last, where nothing changes
+
+
+def unbalance_courses(machine: Machine, grid: Sequence[float]) -> list[Course]:
+    """The courses of the unbalances of a machine over a grid of times, s."""
+    unbalance_courses = []
+    for time, late in zip_longest(grid, grid[1:]):
+        factors = [unbalance_factor(unbalance, time) for unbalance in machine.unbalances]
+        ends = (
+            factors
+            if late is None
+            else [unbalance_factor(unbalance, late, before=True) for unbalance in machine.unbalances]
+        )
+        unbalance_courses.append(Course(list(zip(factors, ends, strict=True)), 1.0 if late is None else late - time))
+    return unbalance_courses
+
+
+def unbalances_over(courses: Sequence[Course], x: Sequence[Any], y: Sequence[Any]) -> list[list[Any]]:
+    """The resultant of unbalances at the begin of each course, and its rate.
+
+    Parameters
+    ----------
+    courses
+        From :func:`unbalance_courses`.
+    x, y
+        Of each unbalance at factor one, kg m: a number, or an array over many machines that differ in it.
+
+    Returns
+    -------
+    list
+        Of each course x and y, kg m, and their rates, kg m/s.
+    """
+    unbalances = []
+    for factors, time in courses:
+        after = [sum((part * begin for part, (begin, _) in zip(own, factors, strict=True)), 0.0) for own in (x, y)]
+        rate = [
+            sum((part * (end - begin) / time for part, (begin, end) in zip(own, factors, strict=True)), 0.0)
+            for own in (x, y)
+        ]
+        unbalances.append([*after, *rate])
+    return unbalances
 
 
 # States at the start, and the sizes of motions for tolerances.
@@ -566,18 +605,36 @@ def planar_start(machine: Machine, balls: tuple[Ball, ...], system: System, spee
 
 def planar_scales(machine: Machine, balls: tuple[Ball, ...], system: System) -> tuple[Floats, Floats]:
     """Size of each component of such a state, and 1 where the tolerance grows with the component."""
-    rotor = system.planar
-    frequency = math.sqrt(max(rotor.stiffness_x, rotor.stiffness_y) / rotor.mass)
-    drives = sum(unbalance.size for unbalance in machine.unbalances) + sum(ball.moment for ball in balls)
-    length = drives / rotor.mass + max((abs(ball.eccentricity) for ball in balls), default=0.0)
-    length = max(length, abs(complex(*machine.start.deflection)), 1e-9)
+    length, velocity, frequency = planar_sizes(
+        machine, balls, system, [unbalance.size for unbalance in machine.unbalances]
+    )
     scale, growing = np.ones(BALLS + 2 * len(balls)), np.zeros(BALLS + 2 * len(balls))
     scale[[X, Y]] = length
-    scale[[VX, VY]] = length * frequency
+    scale[[VX, VY]] = velocity
     scale[SPEED] = frequency
     scale[BALLS + len(balls) :] = frequency
     growing[[X, Y, VX, VY]] = 1.0
     return scale, growing
+
+
+def planar_sizes(
+    machine: Machine, balls: tuple[Ball, ...], system: System, unbalances: Sequence[Any]
+) -> tuple[Any, Any, float]:
+    """Sizes of motions of a planar rotor with unbalances of these moments, kg m.
+
+    A moment may be an array over many machines that differ in it; the sizes are arrays over them then.
+
+    Returns
+    -------
+    deflection, velocity, frequency
+        m, m/s, rad/s.
+    """
+    rotor = system.planar
+    frequency = math.sqrt(max(rotor.stiffness_x, rotor.stiffness_y) / rotor.mass)
+    drives = sum(unbalances) + sum(ball.moment for ball in balls)
+    length = drives / rotor.mass + max((abs(ball.eccentricity) for ball in balls), default=0.0)
+    length = np.maximum(length, max(abs(complex(*machine.start.deflection)), 1e-9))
+    return length, length * frequency, frequency
 
 
 # Equal balls that pass through each other, made a little unequal.

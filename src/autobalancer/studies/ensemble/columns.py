@@ -14,7 +14,7 @@ import numpy as np
 
 from autobalancer.assembly.contact import pull_of
 from autobalancer.assembly.drive_train import unbalance_jumps
-from autobalancer.assembly.guided_balls import ball_inertia, ball_rows
+from autobalancer.assembly.guided_balls import FluidRows, ball_inertia, ball_rows, moving_rows, put_on_races
 from autobalancer.assembly.places import Touch, places_of, touches_of
 from autobalancer.assembly.quantities import parameter_unit
 from autobalancer.assembly.reduced_rotor import Parts, host_of, length_scale, spatial_parts, spatial_scales, top_speed
@@ -31,11 +31,12 @@ from autobalancer.assembly.system import (
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.text_files import read_table
+from autobalancer.kernels.records import NONE, PRESCRIBED
 from autobalancer.kernels.system import SPEED, Drive, Floats, Integers, Planar
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.part import Part
 from autobalancer.random_numbers import GREATEST
-from autobalancer.simulation.steppers import planar_amplitudes, why_no_long_steps
+from autobalancer.simulation.steppers import planar_amplitudes, rotor_modes, why_no_long_steps
 from autobalancer.studies.ensemble.layout import Layout, bits
 from autobalancer.studies.variations import gauges_for, listed, refuse_of_all
 from autobalancer.units import list_argument
@@ -196,11 +197,6 @@ OF_DRAG, OF_FRICTION = (
 )  # what their rows have of these
 START_COLUMNS = {"start_angle", "start_speed"}
 SIZES = {"diameter", "orbit_radius"}  # of balls, on which contacts depend
-OF_PLANAR_ROTOR = {
-    "mass", "stiffness", "critical_speed", "damping", "damping_ratio", "half_power_bandwidth", "inertia",
-}  # fmt: skip
-LONG = "long.1.exponents"
-OF_MODES = ("exponents", "shapes", "inverse", "numbers", "bases")
 
 
 class Differences(NamedTuple):
@@ -209,7 +205,7 @@ class Differences(NamedTuple):
     balls: tuple[Ball, ...]
     drive: Drive | None
     unbalances: bool
-    numbers: bool = False  # of a planar rotor or its balls
+    numbers: bool = False  # of the rotor or its balls, or of what it knows of its drive
 
 
 class Changed(NamedTuple):
@@ -227,12 +223,16 @@ class Described:
 
     def __init__(self, machine: Machine, assembly: Assembly, end: float, tolerance: float) -> None:
         self._machine, self._assembly, self._end, self._tolerance = machine, assembly, end, tolerance
-        self._resolved = resolve(machine)
-        self._equal = bool(equal_groups(machine, self._resolved))
+        self._equal = bool(equal_groups(machine, resolve(machine)))
 
     def follows(self, machine: Machine) -> bool:
         """Whether a machine differs in nothing else, as far as that is known without its numbers."""
         return self._differences(machine) is not None
+
+    def is_costly(self, machine: Machine) -> bool:
+        """Whether the numbers of its rotor or balls are others, or what a rotor knows of its drive, or it has to be assembled."""
+        different = self._differences(machine)
+        return different is None or different.numbers
 
     def changed(self, machine: Machine, layout: Layout, block: Integers) -> Changed | None:
         """The words of such a machine where they differ from a block of the assembled one; None if it has to be assembled."""
@@ -240,19 +240,19 @@ class Described:
         if different is None:
             return None
         words: Words = {}
-        balls = self._assembly.balls if self._equal or not different.balls else different.balls
-        drive = different.drive or self._assembly.system.drive
-        again = any(_moved(*pair) for pair in zip(different.balls, self._resolved, strict=False))
+        balls, system = different.balls or self._assembly.balls, self._assembly.system
+        drive = different.drive or system.drive
+        again = any(_moved(*pair) for pair in zip(different.balls, self._assembly.balls, strict=False))
         own_assembly = self._assembly
         if different.numbers:
-            own_assembly = self._with_numbers(machine, balls)
-            own = self._number_words(machine, own_assembly, layout, block)
-            if own is None:
+            made = numbers_of(machine, balls, self._before, drive, long=layout.has(LONG))
+            own = made and number_words(machine, made, self._before, self._end, self._tolerance, layout, block)
+            if made is None or own is None:
                 return None
-            words = own
+            words, own_assembly = own, made.assembly
             again = again or any(race.contact is not None for balancer in machine.balancers for race in balancer.races)
         for i, ball in enumerate(different.balls):
-            for name, value in _row(ball, self._resolved[i]).items():
+            for name, value in _row(ball, self._assembly.balls[i]).items():
                 words[layout.place("system.balls", i, field=name)] = bits(value)
         if different.drive is not None:
             own = layout.words("system.drive", drive, block)
@@ -271,8 +271,8 @@ class Described:
     def _differences(self, machine: Machine) -> Differences | None:
         """What is different; None if that has to be assembled."""
         changed = _changed(self._machine, machine)
-        rotor, planar = "rotor" in changed, self._assembly.model is Model.PLANAR
-        if rotor and not (planar and self._keeps_its_form(machine)):
+        rotor = "rotor" in changed
+        if rotor and not self._keeps_its_form(machine):
             return None
         changed -= {"rotor"}
         if not changed <= {"balancers", "drive", "unbalances"} or self._assembly.resolved:
@@ -281,18 +281,14 @@ class Described:
         drive = self._drive(machine) if not changed <= {"balancers"} else None
         if balls is None or (drive is None and not changed <= {"balancers"}):
             return None
-        heavier = any(_in_numbers(*pair) for pair in zip(balls, self._resolved, strict=False))
-        # masses of equal balls are made a little unequal; loads and modes of other rotors know the drive and the balls
-        if (heavier and self._equal) or (not planar and (heavier or "drive" in changed)):
-            return None
-        return Differences(balls, drive, "unbalances" in changed, rotor or heavier)
+        heavier = any(_in_numbers(*pair) for pair in zip(balls, self._assembly.balls, strict=False))
+        driven = "drive" in changed and self._assembly.model is not Model.PLANAR  # loads and modes know the drive
+        return Differences(balls, drive, "unbalances" in changed, rotor or heavier or driven)
 
     def _keeps_its_form(self, machine: Machine) -> bool:
-        """Whether its planar rotor differs in numbers only."""
+        """Whether its rotor differs in numbers only."""
         mine, its = machine.rotor, self._machine.rotor
-        if not isinstance(mine, PlanarRotor) or not isinstance(its, PlanarRotor):
-            return False
-        return _changed(its, mine) <= OF_PLANAR_ROTOR and mine.isotropic == its.isotropic
+        return type(mine) is type(its) and keeps_its_form(mine, its, _changed(its, mine))
 
     def _of_unbalances(self, machine: Machine, drive: Drive, layout: Layout, block: Integers) -> Words | None:
         """Sizes of the deflections, and the loads of a rotor that tilts or bends; None if they ask for other modes of it."""
@@ -300,75 +296,24 @@ class Described:
         if assembly.model is Model.PLANAR:
             return scale_words(self._tolerance * planar_scales(machine, balls, assembly.system)[0], layout)
         parts = spatial_parts(machine, balls)
-        if parts.reduction.basis is not self._parts.reduction.basis or parts.mounts or parts.hard:
+        if parts.reduction.basis is not self._before.parts.reduction.basis or parts.mounts or parts.hard:
             return None
         loads = layout.words("system.host.loads", host_of(machine, parts, drive.segments.start)[0].loads, block)
         scale = spatial_scales(parts, length_scale(machine, parts, balls), len(balls), assembly.state.size)[0]
         return None if loads is None else loads | scale_words(self._tolerance * scale, layout)
 
-    def _with_numbers(self, machine: Machine, balls: tuple[Ball, ...]) -> Assembly:
-        """The planar assembly with other masses, sizes, springs, dampers, places of the race.
-
-        All that an assembly makes of these numbers is made anew by the functions that make it there; drive, record and the
-        order of all numbers stay those of the assembled member.
-        """
-        first = self._assembly
-        (kx, ky), (bx, by) = (rotor := planar_rotor(machine)).stiffness_xy, rotor.damping_xy
-        system = first.system._replace(
-            planar=Planar(total_mass(machine, balls), kx, ky, bx, by),
-            polar_inertia=float(machine.rotor.inertia or 0.0) + sum(ball_inertia(ball) for ball in balls),
-        )
-        if balls is not first.balls:
-            system = system._replace(balls=ball_rows(balls))
-        scale = planar_scales(machine, balls, system)[0]
-        critical = tuple(critical_speeds(system.planar))
-        return replace(first, system=system, balls=balls, critical_speeds=critical, scale=scale)
-
-    def _number_words(self, machine: Machine, made: Assembly, layout: Layout, block: Integers) -> Words | None:
-        """Its words where they differ from the ``block`` of the assembled one; None if it is integrated in another way."""
-        first, long = self._assembly, layout.has(LONG)
-        obstacle = why_no_long_steps(made)
-        if bool(obstacle) != bool(why_no_long_steps(first)):
-            return None
-        touches = self._touches if made.balls is first.balls else touches_of(machine, made)
-        values: dict[str, Any] = {"gauges": gauges_for(made, places_of(machine, made), self._end, touches)}
-        for name, value in made.system._asdict().items():
-            if value is not getattr(first.system, name):
-                values[f"system.{name}"] = value
-        if long and not obstacle:
-            modes = planar_amplitudes(made)
-            values |= {f"long.1.{name}": getattr(modes, name) for name in OF_MODES}
-        words = scale_words(self._tolerance * made.scale, layout)
-        for path, value in values.items():
-            its = layout.words(path, value, block)
-            if its is None:
-                return None
-            words |= its
-        if made.system.ties.size:
-            pull = bits(pull_of(made.balls, max(top_speed(machine) or 0.0, *made.critical_speeds)))
-            words |= {layout.place("system.rigid.margin", i): pull for i in (2, 3)}
-        return words
-
     @cached_property
-    def _touches(self) -> tuple[Touch, ...]:
-        """The contacts of the assembled one."""
-        return touches_of(self._machine, self._assembly)
-
-    @cached_property
-    def _parts(self) -> Parts:
-        """Its rotor, which is not planar."""
-        return spatial_parts(self._machine, self._assembly.balls)
+    def _before(self) -> Reference:
+        return Reference(self._machine, self._assembly)
 
     def _balls(self, machine: Machine) -> tuple[Ball, ...] | None:
         """The balls of a machine whose races differ in what balls feel of them only."""
-        if not all(_alike(*pair) for pair in _races(self._machine, machine)):
+        if self._equal or not all(_alike(*pair) for pair in _races(self._machine, machine)):
             return None
         balls = resolve(machine)
-        if len(balls) != len(self._resolved):
+        if len(balls) != len(self._assembly.balls):
             return None
-        return (
-            balls if all(_kind(one) == _kind(other) for one, other in zip(balls, self._resolved, strict=True)) else None
-        )
+        return balls if all(_same_kind(*pair) for pair in zip(balls, self._assembly.balls, strict=True)) else None
 
     def _drive(self, machine: Machine) -> Drive | None:
         """The drive of a machine that asks for the same top speed."""
@@ -393,8 +338,12 @@ def _row(ball: Ball, before: Ball) -> dict[str, float]:
     return values
 
 
+def _same_kind(ball: Ball, before: Ball) -> bool:
+    """Whether two balls differ in numbers only."""
+    return all(one == other for one, other in zip(_kind(ball), _kind(before), strict=True))
+
+
 def _kind(ball: Ball) -> tuple[Any, ...]:
-    """What balls have in common that differ in numbers only."""
     held = ball.rolling_resistance > 0.0, ball.adherence > 0.0
     moving = ball.adherence > 0.0 and ball.start_speed
     place = ball.balancer, ball.race, ball.body, ball.slipstream
@@ -449,6 +398,143 @@ def _alike(one: Any, other: Any) -> bool:
     return changed <= {"friction"} or not (lags or falls)
 
 
+# Members whose rotor or balls have other numbers: masses, sizes, springs, dampers, places of the race.
+#
+# All that an assembly makes of these numbers is made anew by the functions that make it there; drive, record and the
+# order of all numbers stay those of the assembled member. What is known of a rotor is taken from memory, see
+# ``autobalancer.cache``.
+
+
+OF_PLANAR_ROTOR = {
+    "mass", "stiffness", "critical_speed", "damping", "damping_ratio", "half_power_bandwidth", "inertia",
+}  # fmt: skip
+MODAL = ("stiffness", "damping", "gyroscopic")  # matrices on which modes depend
+LONG = "long.1.exponents"
+OF_MODES = ("exponents", "shapes", "inverse", "numbers", "bases")
+
+
+class Reference:
+    """The assembled member, and what the numbers of others are compared with."""
+
+    def __init__(self, machine: Machine, assembly: Assembly) -> None:
+        self.machine, self.assembly = machine, assembly
+
+    @cached_property
+    def touches(self) -> tuple[Touch, ...]:
+        """Its contacts."""
+        return touches_of(self.machine, self.assembly)
+
+    @cached_property
+    def parts(self) -> Parts:
+        """Its rotor, which is not planar."""
+        return spatial_parts(self.machine, self.assembly.balls)
+
+
+class Own(NamedTuple):
+    """A member as far as it was made anew."""
+
+    assembly: Assembly
+    modes: Any  # amplitudes of long steps; None where they are those of the assembled one
+
+
+def keeps_its_form(rotor: Any, before: Any, changed: set[str]) -> bool:
+    """Whether a rotor differs from another of its kind in numbers only, as far as its description says."""
+    return not isinstance(rotor, PlanarRotor) or (changed <= OF_PLANAR_ROTOR and rotor.isotropic == before.isotropic)
+
+
+def numbers_of(machine: Machine, balls: tuple[Ball, ...], before: Reference, drive: Drive, *, long: bool) -> Own | None:
+    """A machine and its balls, made anew as far as it has to be; None if it is integrated in another way.
+
+    ``long`` says whether the assembled one takes long steps.
+    """
+    made = _planar if before.assembly.model is Model.PLANAR else _general
+    numbers = made(machine, balls, before, drive, long=long)
+    if numbers is None or bool(why_no_long_steps(numbers.assembly)) != bool(why_no_long_steps(before.assembly)):
+        return None
+    return numbers
+
+
+def number_words(
+    machine: Machine, own: Own, before: Reference, end: float, tolerance: float, layout: Layout, block: Integers
+) -> dict[int, int] | None:
+    """The words of such a machine where they differ from the ``block`` of the assembled one; None for another layout."""
+    first, made = before.assembly, own.assembly
+    touches = before.touches if made.balls is first.balls else touches_of(machine, made)
+    values: dict[str, Any] = {"gauges": gauges_for(made, places_of(machine, made), end, touches)}
+    for name, value in made.system._asdict().items():
+        if value is not getattr(first.system, name):
+            values[f"system.{name}"] = value
+    if own.modes is not None:
+        values |= {f"long.1.{name}": getattr(own.modes, name) for name in OF_MODES}
+    words = scale_words(tolerance * made.scale, layout)
+    for path, value in values.items():
+        its = layout.words(path, value, block)
+        if its is None:
+            return None
+        words |= its
+    if made.system.ties.size:
+        critical = made.critical_speeds
+        usual = max(critical) if first.model is Model.PLANAR else min(critical, default=0.0)
+        pull = bits(pull_of(made.balls, max(top_speed(machine) or 0.0, usual)))
+        words |= {layout.place("system.rigid.margin", i): pull for i in (2, 3)}
+    return words
+
+
 def scale_words(sizes: Floats, layout: Layout) -> dict[int, int]:
     """The words of absolute tolerances."""
     return dict(enumerate(map(bits, sizes), layout.place("memory.absolute", 0)))
+
+
+def _planar(machine: Machine, balls: tuple[Ball, ...], before: Reference, drive: Drive, *, long: bool) -> Own | None:
+    first = before.assembly
+    (kx, ky), (bx, by) = (rotor := planar_rotor(machine)).stiffness_xy, rotor.damping_xy
+    system = first.system._replace(
+        planar=Planar(total_mass(machine, balls), kx, ky, bx, by),
+        polar_inertia=float(machine.rotor.inertia or 0.0) + sum(ball_inertia(ball) for ball in balls),
+    )
+    if balls is not first.balls:
+        system = system._replace(balls=ball_rows(balls))
+    scale = planar_scales(machine, balls, system)[0]
+    critical = tuple(critical_speeds(system.planar))
+    own = replace(first, system=system, balls=balls, critical_speeds=critical, scale=scale)
+    return Own(own, planar_amplitudes(own) if long and not why_no_long_steps(own) else None)
+
+
+def _general(machine: Machine, balls: tuple[Ball, ...], before: Reference, drive: Drive, *, long: bool) -> Own | None:
+    """On any other rotor; None if it has another number of modes, or parts whose numbers are not known here."""
+    first, parts = before.assembly, spatial_parts(machine, balls)
+    if parts.mounts or parts.hard or first.mounts or first.hard or machine.excitations or drive.linked:
+        return None
+    kept = parts.reduction.basis is before.parts.reduction.basis
+    moved = any(machine.start.deflection) or any(machine.start.velocity)
+    if parts.size != before.parts.size or parts.isotropic != before.parts.isotropic or (moved and not kept):
+        return None
+    host = host_of(machine, parts, drive.segments.start)[0]
+    system = first.system._replace(
+        host=_reuse(host, first.system.host), drive=drive, polar_inertia=float(machine.rotor.inertia or 0.0)
+    )
+    if balls is not first.balls:
+        rows, fluids = ball_rows(balls), FluidRows(balls, {}, 0)
+        if first.system.fluid.modes.size or (first.system.balls.lag_table != NONE).any():
+            return None
+        if first.rough:
+            put_on_races(machine, balls, rows, moving_rows(balls), fluids)
+            system = system._replace(fluid=fluids.fluid)
+        system = system._replace(balls=rows)
+    scale = spatial_scales(parts, length_scale(machine, parts, balls), len(balls), first.state.size)[0]
+    own = replace(
+        first, system=system, balls=balls, critical_speeds=parts.critical_speeds, scale=scale, reduction=parts.reduction,
+        places=parts.places, stations=parts.stations, gyroscopic_shares=parts.gyroscopic_shares,
+    )  # fmt: skip
+    reach = drive is first.system.drive and (drive.kind == PRESCRIBED or own.critical_speeds == first.critical_speeds)
+    if not long or (reach and all(getattr(host, name) is getattr(first.system.host, name) for name in MODAL)):
+        return Own(own, None)
+    state = own.state.copy()
+    state[SPEED] = first_speed(machine, drive)
+    modes = rotor_modes(system, state, parts.critical_speeds)
+    return None if modes is None else Own(own, modes)
+
+
+def _reuse(now: Any, before: Any) -> Any:
+    """The one before if nothing in it was made anew."""
+    return before if all(one is other for one, other in zip(now, before, strict=True)) else now

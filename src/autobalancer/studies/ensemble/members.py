@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -23,13 +24,17 @@ from autobalancer.assembly.system import (
     Assembly,
     Model,
     equal_groups,
+    planar_sizes,
     start_angles,
+    unbalance_courses,
+    unbalances_over,
 )
 from autobalancer.catalog.resolve import Ball, occupied_angle, resolve
+from autobalancer.drag.viscous import ViscousDrag
 from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitError
 from autobalancer.kernels.records import CONTACT
-from autobalancer.kernels.system import BALLS, Floats, Integers
-from autobalancer.machine import Machine
+from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
+from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.random_numbers import generator
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.studies.ensemble.columns import Changed, Columns, Described, Words, ball_of
@@ -44,6 +49,7 @@ from autobalancer.studies.ensemble.layout import (
     bits,
     fitted,
     fresh_integration,
+    words_of,
 )
 from autobalancer.studies.variations import variation_text, with_variation
 
@@ -281,13 +287,15 @@ def _own_starts(starts: dict[str, float], kind: str, balls: range, now: Any) -> 
 
 
 TRIED = 3  # other values of a parameter that say whether members can follow it
+UNBALANCE = "unbalance"  # in the names of parameters of which one can be followed
 
 
 class Waiting(NamedTuple):
     """A member that follows, before its words are written down."""
 
     number: int
-    words: Words
+    values: list[Any]  # of its parameters
+    words: Words  # besides those of parameters whose numbers are known
 
 
 class Differs(Exception):
@@ -347,7 +355,7 @@ class Class:
             row, values = members.row(number), self._values(number)
             words = self._follower.words(values, lambda: members.varied(row), *self._start(number))
             if words is not None:
-                self._waiting.append(Waiting(number, words))
+                self._waiting.append(Waiting(number, values, words))
                 if len(self._waiting) == BLOCK:
                     self.finish()
                 return
@@ -397,9 +405,17 @@ class Class:
         if self._group is None or self._follower is None or not self._waiting:
             return
         waiting, self._waiting = self._waiting, []
-        places = np.array(sorted({place for one in waiting for place in one.words} | self._differing), np.int64)
+        known = self._follower.of_parameters([one.values for one in waiting])
+        places = np.array(
+            sorted({place for one in waiting for place in one.words} | known.keys() | self._differing), np.int64
+        )
         usual = dict(zip(places.tolist(), self._base[places].tolist(), strict=True))
-        words = np.array([list((usual | one.words).values()) for one in waiting], np.int64)
+        if any(one.words for one in waiting):
+            words = np.array([list((usual | one.words).values()) for one in waiting], np.int64)
+        else:
+            words = np.tile(self._base[places], (len(waiting), 1))
+        for place, column in known.items():
+            words[:, np.searchsorted(places, place)] = column
         for number, row in zip((one.number for one in waiting), words, strict=True):
             self._count += 1
             if self._count == self._next:
@@ -419,9 +435,10 @@ class Class:
         self._base = group.last()
         self._differing = set(np.flatnonzero(self._base != group.fresh).tolist())
         plan, row = self._groups.plan, self._members.row(number)
-        varied = self._members.varied(row)
-        described = Described(varied, assembly, plan.end, plan.tolerance) if self._names else None
-        self._follower = Follower(group, assembly, self._start(number), described, machine)
+        described = None
+        if not all_known(machine, assembly, self._names):
+            described = Described(self._members.varied(row), assembly, plan.end, plan.tolerance)
+        self._follower = Follower(group, machine, assembly, self._names, plan.tolerance, self._start(number), described)
 
     def _start(self, number: int) -> Start:
         members = self._members
@@ -442,9 +459,15 @@ class Class:
             raise Differs
 
 
+def all_known(machine: Machine, assembly: Assembly, names: list[str]) -> bool:
+    """Whether the numbers that all these parameters change are known without a machine of each member."""
+    unbalances = sum(UNBALANCE in name for name in names)
+    return unbalances <= 1 and all(can_follow(machine, assembly, name) for name in names)
+
+
 def followed(members: Members, number: int, plan: Plan) -> list[str]:
     """The parameters that members can follow, as the machine of this one says."""
-    columns = members.columns.parameters
+    machine, columns = members.machine_of(number), members.columns.parameters
     if not columns:
         return []
     assembly, _ = members.ready(number, plan)
@@ -453,7 +476,7 @@ def followed(members: Members, number: int, plan: Plan) -> list[str]:
     for name, values in columns.items():
         own = repr(values[members.row(number)])
         others = list(islice((value for value in values if repr(value) != own), TRIED))
-        if any(_follows(described, varied, name, other) for other in others):
+        if can_follow(machine, assembly, name) or any(_follows(described, varied, name, other) for other in others):
             texts.append(name)
     return texts
 
@@ -484,7 +507,25 @@ def class_of(members: Members, number: int, names: list[str]) -> Any:
 # assembled.
 
 
+_BETA = re.compile(r"balancers\[(\d+)\]\.races\[(\d+)\]\.drag\.damping")
+_PART = re.compile(r"unbalances\[(\d+)\]\.(moment|mass|radius|angle)")
 Start = tuple[int, dict[str, float]]  # seed, and the columns of starts
+
+
+def can_follow(machine: Machine, assembly: Assembly, name: str) -> bool:
+    """Whether a column changes only numbers that :class:`Follower` knows."""
+    if assembly.resolved or any(ball.drag_curve is not None or ball.slipstream for ball in assembly.balls):
+        return False
+    if name == "drag":
+        return bool(assembly.balls)
+    if result := _BETA.fullmatch(name):
+        return isinstance(_race(machine, int(result[1]) - 1, int(result[2]) - 1).drag, ViscousDrag)
+    if assembly.model is not Model.PLANAR or not isinstance(machine.rotor, PlanarRotor):
+        return False
+    if name == "unbalance":
+        return True
+    result = _PART.fullmatch(name)
+    return bool(result and getattr(machine.unbalances[int(result[1]) - 1], result[2]) is not None)
 
 
 def starts_can_follow(machine: Machine, assembly: Assembly, names: Sequence[str]) -> bool:
@@ -497,16 +538,25 @@ def starts_can_follow(machine: Machine, assembly: Assembly, names: Sequence[str]
 
 
 class Follower:
-    """Words of members that differ from an assembled one in some parameters and in their starts.
+    """Words of members that differ from an assembled one in these ``names`` of parameters and in their starts.
 
-    ``begin`` is the start of the assembled one; its ``described`` machine says what is different in that of a member.
+    ``begin`` is the start of the assembled one. Parameters that change more than a few numbers that are known here are
+    ``described``: the machine of a member says what is different.
     """
 
     def __init__(
-        self, group: Group, assembly: Assembly, begin: Start, described: Described | None, machine: Machine
+        self,
+        group: Group,
+        machine: Machine,
+        assembly: Assembly,
+        names: Sequence[str],
+        tolerance: float,
+        begin: Start,
+        described: Described | None,
     ) -> None:
-        self._group, self._assembly = group, assembly
+        self._group, self._machine, self._assembly, self._tolerance = group, machine, assembly, tolerance
         self._begin, self._described = begin, described
+        self._parameters = [] if described is not None else [self._of_parameter(name) for name in names]
         self._own = Changed({}, machine, assembly.balls, assembly, again=False)
         self._last: tuple[Any, Changed] = (None, self._own)
         self._orders: dict[Any, Words] = {}
@@ -519,7 +569,7 @@ class Follower:
     def words(
         self, values: Sequence[Any], machine: Callable[[], Machine], seed: int, starts: dict[str, float]
     ) -> Words | None:
-        """The words of a member; None if it has to be assembled.
+        """The words of a member besides those :meth:`of_parameters`; None if it has to be assembled: a value may be impossible.
 
         ``machine`` is what the values make of it, without its start.
         """
@@ -534,15 +584,64 @@ class Follower:
                 self._last = tuple(values), changed
             own = self._last[1]
             result = dict(own.words)
+        elif not all(isinstance(value, float | int) and math.isfinite(value) and value > 0.0 for value in values):
+            return None
         if (seed, starts) == self._begin and not own.again:
             return result
         return result if self._follow_start(own, seed, starts, result) else None
+
+    def of_parameters(self, values: Sequence[Sequence[Any]]) -> dict[int, Integers]:
+        """Words of many members that follow, at each place an array over them; ``values`` has a row of each of them."""
+        result: dict[int, Integers] = {}
+        for i, follow in enumerate(self._parameters):
+            result |= follow(np.array([float(row[i]) for row in values]))
+        return result
+
+    def _of_parameter(self, name: str) -> Callable[[Floats], dict[int, Integers]]:
+        layout, balls = self._group.layout, self._assembly.balls
+        match = _BETA.fullmatch(name)
+        if name == "drag" or match:
+            race = (int(match[1]) - 1, int(match[2]) - 1) if match else None
+            own = [i for i, ball in enumerate(balls) if race in (None, (ball.balancer, ball.race))]
+            first, second = ([layout.place("system.balls", i, field=f) for i in own] for f in ("drag", "viscous"))
+            places = list(zip(first, second, [balls[i] for i in own], strict=True))
+
+            def follow_drag(values: Floats) -> dict[int, Integers]:
+                result = {drag: words_of(values) for drag, _, _ in places}
+                return result | {viscous: words_of(values / ball.orbit_radius**2) for _, viscous, ball in places}
+
+            return follow_drag
+        part = _PART.fullmatch(name)
+        number, key = (int(part[1]) - 1, part[2]) if part else (0, "moment")
+        fields = [f"unbalance{field}" for field in ("_x", "_y", "_rate_x", "_rate_y")]
+        rows, parts = self._assembly.system.drive.segments, self._machine.unbalances
+        segments = [
+            [layout.place("system.drive.segments", i, field=field) for field in fields] for i in range(len(rows))
+        ]
+        courses, absolute = unbalance_courses(self._machine, rows.start.tolist()), layout.place("memory.absolute", 0)
+
+        def follow_unbalance(values: Floats) -> dict[int, Integers]:
+            ones = [parts[number].model_copy(update={key: value}) for value in values.tolist()]
+            sizes, vectors = np.array([one.size for one in ones]), np.array([one.vector for one in ones])
+            each = [vectors if i == number else one.vector for i, one in enumerate(parts)]
+            resultant = unbalances_over(courses, [one.real for one in each], [one.imag for one in each])
+            result = {
+                place: words_of(own + np.zeros(len(ones)))
+                for places, numbers in zip(segments, resultant, strict=True)
+                for place, own in zip(places, numbers, strict=True)
+            }
+            moments = [sizes if i == number else one.size for i, one in enumerate(parts)]
+            length, velocity, _ = planar_sizes(self._machine, self._assembly.balls, self._assembly.system, moments)
+            lengths, velocities = (words_of(self._tolerance * size) for size in (length, velocity))
+            return result | {absolute + i: lengths if i in (X, Y) else velocities for i in range(X, VY + 1)}
+
+        return follow_unbalance
 
     def between(self, machine: Machine, values: Sequence[Any]) -> bool:
         """Whether the words of a member may be functions of its parameters, and take long to work out otherwise."""
         if self._described is None or self._assembly.model is Model.PLANAR:
             return False
-        return _are_numbers(values) and not self._described.follows(machine)
+        return _are_numbers(values) and self._described.is_costly(machine)
 
     def start(self, machine: Machine, seed: int, starts: dict[str, float]) -> tuple[Words, Any] | None:
         """What a start alone makes of the words, and the order of the balls; nothing of the start of the assembled one.
