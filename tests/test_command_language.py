@@ -258,7 +258,7 @@ WIDE_AND_SLOW = (
     'chamber reactions deep_chamber.toml --duration "0.05 s" --archive reacted --out pictures',
     "chamber step-size --stiffness-over-mass 1e10",
     "design deep_chamber_design.toml",
-    "chamber sensitivity deep_chamber_design.nc unbalance=0.2 --archive deep_chamber_design_parts",
+    "chamber sensitivity small_design.nc unbalance=0.2 --archive small_parts",
 )
 
 
@@ -281,6 +281,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         text = (place / f"{name}.toml").read_text(encoding="utf-8")
         assert many in text
         (place / f"{name}.toml").write_text(text.replace(many, few), encoding="utf-8")
+    small = {
+        "machine": ab.example("deep_chamber"),
+        "candidates": {"balls": [3]},
+        "runs": {"duration": 0.05, "fillings": 1},
+    }
+    ab.save_run(ab.design(small), place / "small_design.nc")
     ab.save_run(run := ab.simulate(ab.example("stall_and_release"), duration=0.2), place / "stall.nc")
     sensors = [ab.measure.Sensor("displacement", direction=way, noise="40 dB") for way in ("x", "y")]
     ab.save_run(ab.measure.record(run, sensors, "2 kHz"), place / "logger.nc")
