@@ -140,6 +140,37 @@ def test_the_least_greatest_residual_is_not_above_that_of_foiles_allaire_and_gun
 
 
 @pytest.mark.parametrize("left_on", [False, True])
+def test_the_vibration_with_masses_in_holes_is_that_of_the_rotor_with_just_these(left_on):
+    original, influence = some_rotor(3)
+    runs, stock = runs_of(original, influence, left_on=left_on), ["300 g", "0.5 kg"]
+    found = balance(runs, holes=9, stock=stock, deviation=0.01)
+
+    def seen(word: str) -> np.ndarray:
+        """What the rotor does with the parts of the corrections, or of the changes, on it."""
+        on = found.run_mass.values[-1] * np.exp(1j * found.run_mass_angle.values[-1]) * (word == "change")
+        for p, name in enumerate("ab"):
+            parts = found.isel(part=found.part_of.values == f"{word} in plane {name}")
+            assert set(parts.part_mass.values.tolist()) <= {0.3, 0.5}
+            on[p] += (parts.part_mass * np.exp(1j * parts.part_angle)).sum().item()
+        return original + influence @ on
+
+    def said(name: str) -> np.ndarray:
+        return found[name].values * np.exp(1j * found[f"{name}_phase"].values)
+
+    np.testing.assert_allclose(said("residual"), seen("correction"), atol=1e-12)
+    assert ("left_on_residual" in found) == left_on
+    if left_on:
+        np.testing.assert_allclose(said("left_on_residual"), seen("change"), atol=1e-12)
+    # splitting adds to what the exact masses leave, and masses of any size add nothing
+    exact, any_size = balance(runs, deviation=0.01), balance(runs, holes=9, deviation=0.01)
+    assert (found.residual**2).sum() > 1.1 * (exact.residual**2).sum()
+    np.testing.assert_allclose(any_size.residual, exact.residual, rtol=1e-9)
+    assert f"to {1e6 * float(found.residual[0]):.0f} +- " in dict(found.facts())["sensor 1"]
+    with pytest.raises(QuestionError, match="stock: given without holes"):
+        balance(runs, stock=stock)
+
+
+@pytest.mark.parametrize("left_on", [False, True])
 def test_a_linear_rotor_comes_to_rest_whether_trial_masses_stay_on_or_not(left_on):
     original, influence = some_rotor(2)
     found = balance(runs_of(original, influence, left_on=left_on))
@@ -191,11 +222,18 @@ def test_stated_deviations_are_those_of_many_repeated_jobs():
     share, rng = 0.01, np.random.default_rng(1)
     stated = balance(runs_of(original, influence), deviation=share)
     exact = np.array([original, original + influence[:, 0], original + influence[:, 1]])
-    seen = []
+    split = balance(runs_of(original, influence), deviation=share, holes=8, stock=["200 g", "500 g"])
+    on = [sum(split.part_mass.values[own] * np.exp(1j * split.part_angle.values[own]))
+          for own in (split.part_of.values == f"correction in plane {name}" for name in "ab")]  # fmt: skip
+    seen, left = [], []
     for _ in range(400):
         noise = (rng.standard_normal(exact.shape) + 1j * rng.standard_normal(exact.shape)) * share * np.abs(exact)
         v = exact + noise
-        seen.append(np.linalg.lstsq(np.column_stack([v[1] - v[0], v[2] - v[0]]), -v[0], rcond=None)[0])
+        columns = np.column_stack([v[1] - v[0], v[2] - v[0]])
+        seen.append(np.linalg.lstsq(columns, -v[0], rcond=None)[0])
+        left.append(v[0] + columns @ on)
+    off = np.sqrt(0.5 * (np.abs(left - (original + influence @ on)) ** 2).mean(axis=0))
+    np.testing.assert_allclose(split.residual_deviation, off, rtol=0.1)  # 800 numbers: 2.5 %, thrice over three sensors
     scatter = np.std(np.abs(seen), axis=0)
     np.testing.assert_allclose(
         stated.correction_deviation, scatter, rtol=0.15

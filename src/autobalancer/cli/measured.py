@@ -351,6 +351,8 @@ def rubber(
 # ``autobalancer measure balance``, ``four-run``, ``run-down``: unbalance and corrections from readings.
 
 
+EvenHoles = Annotated[int | None, "Split each correction over so many evenly spaced holes."]
+StockMasses = Annotated[list[str] | None, "That there is for the holes. May be repeated."]
 RunsFile = Annotated[Path, typer.Argument(help="Runs with their masses and readings, .toml.")]
 
 
@@ -365,24 +367,18 @@ def balance(
     runout: Annotated[
         list[str] | None, 'Slow-roll vector that is subtracted, such as "bearing 1: 3 um @ 45 deg". May be repeated.'
     ] = None,
-    holes: Annotated[int | None, "Split each correction over so many evenly spaced holes."] = None,
-    mass: Annotated[list[str] | None, "That there is for the holes. May be repeated."] = None,
+    holes: EvenHoles = None,
+    mass: StockMasses = None,
     **options: Any,
-) -> Reply:
+) -> Any:
     """Correction masses from runs without and with trial masses, or from one run and known influence coefficients.
 
     Example: autobalancer measure balance two_plane_job.toml --largest "5 g" --plot balance.png
     """
     vectors = [_runout(one) for one in runout] if runout else None
-    found = ab.measure.balance(file, largest=largest, influence=influence, runout=vectors, **options)
-    if holes is None:
-        return Reply(found)
-    tables = [("Corrections split over holes, masses of the runs taken off", _holes(found, "correction", holes, mass))]
-    if found.attrs["left_on"]:
-        tables.append(
-            ("Changes split over holes, masses of the last run left on", _holes(found, "change", holes, mass))
-        )
-    return Reply(found, more=tuple(tables))
+    return ab.measure.balance(
+        file, largest=largest, influence=influence, runout=vectors, holes=holes, stock=mass, **options
+    )
 
 
 def _runout(text: str) -> Any:
@@ -397,29 +393,13 @@ def _runout(text: str) -> Any:
     return vector_of(amplitude.strip(), phase.strip(), sensor.strip() or "1")
 
 
-def _holes(found: Any, of: str, holes: int, masses: list[str] | None) -> list[Column]:
-    """Where the correction, or the change, of each plane goes, and what is left."""
-    unit = found[of].attrs["units"]
-    sign, factor = ("g", 1e3) if unit == "kg" else ("g mm", 1e6)
-    rows: list[tuple[str, float, float, float]] = []
-    for name, size, angle in zip(found["plane"].values, found[of].values, found[f"{of}_angle"].values, strict=True):
-        wanted = f"{size:.17g} {'kg' if unit == 'kg' else 'kg*m'}"
-        split = ab.measure.split_mass(wanted, float(angle), holes=holes, masses=masses)
-        rows += [
-            (str(name), degrees(at) % 360.0, factor * part, factor * split.residual)
-            for at, part in zip(split.angles, split.masses, strict=True)
-        ]
-    heads = (("plane", ""), ("hole at", "deg"), ("mass", sign), ("left in plane", sign))
-    return [Column(head, [row[k] for row in rows], text, ".4g") for k, (head, text) in enumerate(heads)]
-
-
 @command("measure.four_run", take="both deviation", draw=True)
-def four_run(file: RunsFile, **options: Any) -> Any:
+def four_run(file: RunsFile, holes: EvenHoles = None, mass: StockMasses = None, **options: Any) -> Any:
     """Correction in one plane from amplitudes alone: one run without and three with a trial mass.
 
     Example: autobalancer measure four-run four_runs.toml --plot circles.png
     """
-    return ab.measure.four_run(file, **options)
+    return ab.measure.four_run(file, holes=holes, stock=mass, **options)
 
 
 @command("measure.unbalance_from_run_down", draw=True)

@@ -17,12 +17,15 @@ from autobalancer.measurement.balancing.runs import (
     BalanceRun,
     Complexes,
     Floats,
+    Holes,
     Job,
     Phase,
     Reading,
+    Stock,
     balance_runs,
     job_of,
     joined,
+    mounted,
     quantity_of_units,
 )
 from autobalancer.results.answers.answer import Answer, provenance
@@ -242,6 +245,8 @@ def balance(
     largest: float | str | Mapping[str, float | str] | None = None,
     influence: Answer | xr.Dataset | str | Path | None = None,
     runout: Sequence[Reading] | None = None,
+    holes: Holes = None,
+    stock: Stock = None,
 ) -> Answer:
     """Correction masses from runs without and with trial masses, or from one run and coefficients that are known.
 
@@ -278,6 +283,11 @@ def balance(
     runout
         What sensors show of the surface of the shaft at slow roll, in the sense of ``phase``; subtracted from all readings. One
         without a speed holds at all speeds of its sensor.
+    holes
+        Over which each correction is split, as in :func:`~autobalancer.measure.split_mass`: their number, or the angle of each.
+        The predicted vibration is then that with the masses that are put on.
+    stock
+        Masses that there are for the holes; by default any size.
 
     Returns
     -------
@@ -286,7 +296,9 @@ def balance(
         ``_deviation`` each, and ``change``, ``change_angle``, what to put on in addition to the masses of the last run. Over
         ``channel`` (a sensor at a speed) and ``plane``: ``influence``, ``influence_phase`` and ``influence_deviation``. Over
         ``channel``: ``original``, ``residual`` with their phases and ``residual_deviation``, the standard deviation of what
-        will be found. Over ``run``: readings, masses, and ``misfit``, in deviations. One standard deviation each.
+        will be found. Over ``run``: readings, masses, and ``misfit``, in deviations. One standard deviation each. With holes
+        over ``part``: ``part_mass``, ``part_angle``, ``part_of`` and ``part_left``, what the parts lack; if the masses of the
+        last run may stay on, ``left_on_residual`` with its phase and deviation is what the split changes leave.
 
     Raises
     ------
@@ -333,7 +345,9 @@ def balance(
     return dataset(
         BalanceSolution(
             job, balance, chosen, masses, covariance, scales, condition, goal, phase, angles, estimated, limits
-        )
+        ),
+        holes,
+        stock,
     )
 
 
@@ -479,7 +493,7 @@ class BalanceSolution:
     limits: Floats
 
 
-def dataset(found: BalanceSolution) -> Answer:
+def dataset(found: BalanceSolution, holes: Holes = None, stock: Stock = None) -> Answer:
     """The answer, with remarks on what to be careful about."""
     job, known = found.job, found.influence
     turn, count = (1.0 if found.phase == "lead" else -1.0), (1.0 if found.angles == "with rotation" else -1.0)
@@ -487,10 +501,12 @@ def dataset(found: BalanceSolution) -> Answer:
     mass = job.mass_unit.replace("*", " ")
     sizes, angles = polar_deviations(found.masses, found.covariance)
     sizes = np.where(sizes < 1e-6 * np.abs(found.masses), 0.0, sizes)  # at a limit
-    whole = np.zeros(len(job.planes), complex)
-    whole[found.chosen] = found.masses
     change = found.masses - job.masses[-1][found.chosen]
-    residual, sure = _residual(found, whole)
+    wanted = {f"correction in plane {job.planes[p]}": one for p, one in zip(found.chosen, found.masses, strict=True)}
+    if _left_on(job) and holes is not None:
+        wanted |= {f"change in plane {job.planes[p]}": one for p, one in zip(found.chosen, change, strict=True)}
+    put_on, parts = mounted(wanted, mass, count, holes, stock)
+    residual, sure = _residual(found, put_on[: change.size])
     predicted = known.fitted(job, job.readings)
     spread = np.sqrt(0.5 * (job.along**2 + job.across**2))
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -508,9 +524,7 @@ def dataset(found: BalanceSolution) -> Answer:
                                 f"{unit}/({mass})"),
         "original": (("channel",), np.abs(known.original), "vibration without masses", unit),
         "original_phase": (("channel",), turn * np.angle(known.original), "its phase", "rad"),
-        "residual": (("channel",), np.abs(residual), "predicted vibration with the corrections", unit),
-        "residual_phase": (("channel",), turn * np.angle(residual), "its phase", "rad"),
-        "residual_deviation": (("channel",), sure, "its standard deviation", unit),
+        **_predicted("residual", residual, sure, turn, unit),
         "reading": (("run", "channel"), np.abs(job.readings), "amplitude read", unit),
         "reading_phase": (("run", "channel"), turn * np.angle(job.readings), "phase read", "rad"),
         "reading_deviation": (("run", "channel"), job.along, "its standard deviation along its own direction", unit),
@@ -523,13 +537,16 @@ def dataset(found: BalanceSolution) -> Answer:
         "covariance": (("component", "other_component"), found.covariance,
                        "covariance of the corrections, real parts of all planes first", f"({mass})^2"),
     }  # fmt: skip
+    if put_on.size > change.size:
+        left_on = _residual(found, job.masses[-1][found.chosen] + put_on[change.size :])
+        each |= _predicted("left_on_residual", *left_on, turn, unit)
     answer = xr.Dataset(
         {
             name: (dims, values, {"long_name": text, "units": units})
             for name, (dims, values, text, units) in each.items()
         },
         _coordinates(found),
-    )
+    ).assign(parts)
     answer.attrs = {
         "title": "Balancing with influence coefficients", **provenance(), "goal": found.goal, "phase": found.phase,
         "angles": found.angles, "condition": found.condition, "deviations_from": _deviations_from(found),
@@ -568,9 +585,19 @@ def _coordinates(found: BalanceSolution) -> dict[str, Any]:
     }
 
 
-def _residual(found: BalanceSolution, whole: Complexes) -> tuple[Complexes, Floats]:
-    """What should be left, and its deviation for these masses; after a trim run counted from that run."""
+def _predicted(name: str, vibration: Complexes, sure: Floats, turn: float, unit: str) -> dict[str, Any]:
+    return {
+        name: (("channel",), np.abs(vibration), "predicted vibration with the masses that are put on", unit),
+        f"{name}_phase": (("channel",), turn * np.angle(vibration), "its phase", "rad"),
+        f"{name}_deviation": (("channel",), sure, "its standard deviation", unit),
+    }
+
+
+def _residual(found: BalanceSolution, masses: Complexes) -> tuple[Complexes, Floats]:
+    """What should be left with these masses on the rotor, and its deviation; after a trim run counted from that run."""
     job, known = found.job, found.influence
+    whole = np.zeros(len(job.planes), complex)
+    whole[found.chosen] = masses
     trims = np.flatnonzero(job.trim)
     rows = np.r_[1.0, whole] @ known.rows
     if trims.size:

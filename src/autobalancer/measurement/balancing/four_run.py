@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.balancing.balance import polar_deviations
-from autobalancer.measurement.balancing.runs import Angles, BalanceRun, Job, balance_runs, job_of
+from autobalancer.measurement.balancing.runs import (
+    Angles,
+    BalanceRun,
+    Holes,
+    Job,
+    Stock,
+    balance_runs,
+    job_of,
+    mounted,
+)
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.tables import whole_degrees
 from autobalancer.units import optional_argument
@@ -30,6 +39,8 @@ def four_run(
     angles: Angles | None = None,
     deviation: float | str | None = None,
     both: bool = False,
+    holes: Holes = None,
+    stock: Stock = None,
 ) -> Answer:
     """Correction in one plane from amplitudes alone.
 
@@ -47,13 +58,19 @@ def four_run(
         Standard deviation of an amplitude as its share, where readings have none; 2 % by default.
     both
         Whether two answers are given where the runs cannot decide, as with two trial runs or places on one line.
+    holes
+        Over which each correction is split, as in :func:`~autobalancer.measure.split_mass`: their number, or the angle of each.
+    stock
+        Masses that there are for the holes; by default any size.
 
     Returns
     -------
     Answer
         Over ``channel`` and ``solution`` (the best first): ``correction`` (kg or kg m), ``correction_angle`` (rad),
-        ``sensitivity`` (amplitude for a unit of mass), each with its standard ``_deviation``, and ``misfit``, the root mean
-        square of what does not fit, in standard deviations; the masses, amplitudes and ``missed`` over ``run``.
+        ``sensitivity`` (amplitude for a unit of mass), ``residual`` (amplitude with the masses that are put on), each with its
+        standard ``_deviation``, and ``misfit``, the root mean square of what does not fit, in standard deviations; the masses,
+        amplitudes and ``missed`` over ``run``. With holes over ``part``: ``part_mass``, ``part_angle``, ``part_of`` and
+        ``part_left``, what the parts lack.
 
     Raises
     ------
@@ -82,7 +99,7 @@ def four_run(
             "make one more run with the mass at another place off this line, or ask for both answers"
         )
     four_run = [_solved(job, c, both) for c in range(len(job.sensors))]
-    return _dataset(job, four_run, counted, share)
+    return _dataset(job, four_run, counted, share, holes, stock)
 
 
 def _solved(job: Job, c: int, both: bool) -> list[Meeting]:
@@ -125,27 +142,41 @@ def _text(one: Meeting, unit: str) -> str:
     return f"{factor * abs(one.correction):.3g} {sign} at {whole_degrees(np.angle(one.correction))} deg"
 
 
-def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float | None) -> Answer:
+def _dataset(
+    job: Job, found: list[list[Meeting]], angles: Angles, share: float | None, holes: Holes, stock: Stock
+) -> Answer:
     count = 1.0 if angles == "with rotation" else -1.0
     most = max(map(len, found))
     mass, unit = job.mass_unit.replace("*", " "), job.units[0] if len(set(job.units)) == 1 else ""
     names = ("correction", "correction_deviation", "correction_angle", "correction_angle_deviation", "sensitivity",
-             "sensitivity_deviation", "misfit")  # fmt: skip
+             "sensitivity_deviation", "misfit", "residual", "residual_deviation")  # fmt: skip
     values = {name: np.full((len(found), most), np.nan) for name in names}
     missed = np.full((len(job.runs), len(found)), np.nan)
     spare = max(1, len(job.runs) - 3)
+    wanted = {
+        f"correction {s + 1} by {job.channel(c)}" if len(found) > 1 or most > 1 else "correction": point.correction
+        for c, points in enumerate(found)
+        for s, point in enumerate(points)
+    }
+    put_on, parts = mounted(wanted, mass, count, holes, stock)
+    on = iter(put_on)
     for c, points in enumerate(found):
         missed[:, c] = points[0].missed
         for s, point in enumerate(points):
             more = point.misfit / spare if point.misfit / spare > ODD else 1.0
             sizes, turned = polar_deviations(np.array([point.correction]), more * point.covariance[:2, :2])
+            lacking = next(on) - point.correction
+            slope = np.array([[-point.sensitivity, 0.0, lacking.real], [0.0, -point.sensitivity, lacking.imag]])
+            left = np.sqrt(0.5 * more * np.trace(slope @ point.covariance @ slope.T))  # along any direction
             row = (abs(point.correction), sizes[0], count * np.angle(point.correction), turned[0], point.sensitivity,
-                   np.sqrt(more * point.covariance[2, 2]), np.sqrt(point.misfit / spare))  # fmt: skip
+                   np.sqrt(more * point.covariance[2, 2]), np.sqrt(point.misfit / spare),
+                   point.sensitivity * abs(lacking), left)  # fmt: skip
             for name, value in zip(names, row, strict=True):
                 values[name][c, s] = value
     texts = ("correction mass", "its standard deviation", "angle of the correction mass", "its standard deviation",
-             "amplitude for a unit of mass", "its standard deviation", "misfit in standard deviations")  # fmt: skip
-    units = (mass, mass, "rad", "rad", f"{unit}/({mass})", f"{unit}/({mass})", "1")
+             "amplitude for a unit of mass", "its standard deviation", "misfit in standard deviations",
+             "predicted amplitude with the masses that are put on", "its standard deviation")  # fmt: skip
+    units = (mass, mass, "rad", "rad", f"{unit}/({mass})", f"{unit}/({mass})", "1", unit, unit)
     # how far the circles are from one point, beside what the trial mass does
     apart = missed * np.where(np.isfinite(job.along), job.along, 0.0)
     effect = values["sensitivity"][:, 0] * np.abs(job.masses[:, 0]).max()
@@ -172,7 +203,7 @@ def _dataset(job: Job, found: list[list[Meeting]], angles: Angles, share: float 
             "sensor": ("channel", np.array(job.sensors, dtype=object), {"long_name": "sensor"}),
             "speed": ("channel", job.speeds, {"long_name": "rotor speed", "units": "rad/s"}),
         },
-    )
+    ).assign(parts)
     warnings = [
         f"{job.channel(c)}: the circles meet poorly, by {np.sqrt(points[0].misfit / spare):.2g} standard "
         "deviations: a run was disturbed, or balls in a race have moved between runs; the uncertainty contains it"

@@ -29,10 +29,10 @@ from autobalancer.plots.style import (
     picture,
     wrapped,
 )
+from autobalancer.results.answers.forms import shown_unit
 from autobalancer.results.display_units import length_axis, speed_axis
 from autobalancer.tables import whole_degrees
 
-UNITS = {"kg": ("g", 1e3), "kg m": ("g mm", 1e6), "m": ("µm", 1e6), "m/s": ("mm/s", 1e3), "m/s^2": ("m/s²", 1.0)}
 FEW = 4  # channels that are drawn run by run
 
 
@@ -71,7 +71,7 @@ def four_run(found: xr.Dataset, channel: int = 0) -> Figure:
         Which sensor and speed, counted from 0.
     """
     one = found.isel(channel=channel)
-    sign, factor = UNITS[str(found["trial_mass"].attrs["units"])]
+    sign, factor = shown_unit(str(found["trial_mass"].attrs["units"]))
     places = factor * found["trial_mass"].values * np.exp(1j * found["trial_angle"].values)
     meeting = factor * one["correction"].values * np.exp(1j * one["correction_angle"].values)
     radii = factor * one["amplitude"].values / float(one["sensitivity"].values[0])
@@ -96,6 +96,10 @@ def four_run(found: xr.Dataset, channel: int = 0) -> Figure:
             )
             text = f"{abs(at):.3g} {sign}, {whole_degrees(np.angle(at))}°"
             label_point(axes, text, float(at.real), float(at.imag), color=UNBALANCE)
+            if "part_of" in found:
+                names = list(dict.fromkeys(found["part_of"].values))  # over all channels, and their answers
+                before = np.isfinite(found["correction"].values[:channel]).sum()
+                _mark_parts(axes, found, names[before + n], color=UNBALANCE)
         edge = 1.06 * max((np.abs(places) + radii).max(), np.nanmax(np.abs(meeting)))
         axes.set_xlim(-edge, edge)
         axes.set_ylim(-edge, edge)
@@ -105,7 +109,8 @@ def four_run(found: xr.Dataset, channel: int = 0) -> Figure:
         legend(axes)
         heading(
             figure,
-            f"Runs without phase, sensor {one['sensor'].item()}\ncircles around the trial masses meet at the correction",
+            f"Runs without phase, sensor {one['sensor'].item()}\ncircles around the trial masses meet at the correction"
+            + "; parts in holes (△), their sum (+)" * ("part_of" in found),
         )
     return figure
 
@@ -167,7 +172,7 @@ def run_down(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
 
 
 def _readings(axes: Axes, dataset: xr.Dataset) -> None:
-    sign, factor = UNITS.get(str(dataset["original"].attrs["units"]), (str(dataset["original"].attrs["units"]), 1.0))
+    sign, factor = shown_unit(str(dataset["original"].attrs["units"]))
     readings = factor * dataset["reading"].values * np.exp(1j * dataset["reading_phase"].values)
     surface = readings[dataset["run"].values == "run-out"].sum(axis=0)
     readings = readings[dataset["states"].values[:, 0] > 0.0] - surface  # not those of earlier jobs
@@ -199,7 +204,7 @@ def _readings(axes: Axes, dataset: xr.Dataset) -> None:
 
 
 def _masses(axes: Axes, dataset: xr.Dataset) -> None:
-    sign, factor = UNITS[str(dataset["correction"].attrs["units"])]
+    sign, factor = shown_unit(str(dataset["correction"].attrs["units"]))
     values = factor * dataset["correction"].values * np.exp(1j * dataset["correction_angle"].values)
     names = [str(name) for name in dataset["plane"].values]
     trial = factor * dataset["run_mass"].values * np.exp(1j * dataset["run_mass_angle"].values)
@@ -215,9 +220,21 @@ def _masses(axes: Axes, dataset: xr.Dataset) -> None:
         factor * dataset["correction_deviation"].values,
         trial.ravel(),
     )
+    for n, name in enumerate(names):
+        _mark_parts(axes, dataset, f"correction in plane {name}", color=BALLS[n % len(BALLS)])
     axes.set_xlabel(f"mass towards the zero mark ({sign})")
     axes.set_ylabel(f"mass at 90° from it ({sign})")
-    axes.set_title("corrections (•) and trial masses (□)", fontsize=9.0, pad=20.0)
+    split = "\nparts in holes (△) and their sums (+)" if "part_of" in dataset else ""
+    axes.set_title(f"corrections (•) and trial masses (□){split}", fontsize=9.0, pad=20.0)
+
+
+def _mark_parts(axes: Axes, dataset: xr.Dataset, name: str, *, color: str) -> None:
+    """The masses in holes in place of one (triangles), and what they make together (a cross)."""
+    if "part_of" in dataset:
+        parts = dataset["part_mass"].values * np.exp(1j * dataset["part_angle"].values)
+        parts = shown_unit(dataset["part_mass"].attrs["units"])[1] * parts[dataset["part_of"].values == name]
+        axes.plot(parts.real, parts.imag, "^", color=color, ms=5.0, mfc="none", mew=1.0)
+        axes.plot(parts.sum().real, parts.sum().imag, "+", color=color, ms=10.0, mew=1.6)
 
 
 def _vectors(axes: Axes, values: Any, names: list[str], sign: str, sure: Any, more: Any = ()) -> None:
@@ -243,7 +260,7 @@ def _square(axes: Axes, values: Any) -> None:
 
 
 def _before_and_after(axes: Axes, dataset: xr.Dataset) -> None:
-    sign, factor = UNITS.get(str(dataset["original"].attrs["units"]), (str(dataset["original"].attrs["units"]), 1.0))
+    sign, factor = shown_unit(str(dataset["original"].attrs["units"]))
     before, after = factor * dataset["original"].values, factor * dataset["residual"].values
     sure = factor * dataset["residual_deviation"].values
     speeds = dataset["speed"].values * 30.0 / np.pi

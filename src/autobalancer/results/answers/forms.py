@@ -503,21 +503,55 @@ def _changes(found: Answer) -> tuple[Shown, ...]:
 
 def _remains(found: Answer) -> list[tuple[str, str]]:
     """What remains, and beside known coefficients or a run-out from how many readings this was subtracted."""
+    sign, _ = shown_unit(found["original"].attrs["units"])
     facts = []
-    sign, factor = shown_unit(found["original"].attrs["units"])
-    for c, sensor in enumerate(found["sensor"].values):
-        speed, sure, before, after = (
-            float(found[name].values[c]) for name in ("speed", "residual_deviation", "original", "residual")
-        )
-        at = "" if np.isnan(speed) else f", {speed * 30.0 / np.pi:.5g} rpm"
-        more = "" if np.isnan(sure) else f" +- {significant(factor * sure, 2)}"
-        after = 0.0 if after < 1e-9 * before else after
-        said = f"{significant(factor * before)} to {significant(factor * after)}{more} {sign}"
-        facts.append((f"sensor {sensor}{at}", said))
+    for c in range(found.sizes["channel"]):
+        one = found.isel(channel=c)
+        said = _to(one, float(one["original"]), "residual")
+        if "left_on_residual" in one:
+            said += f" with the corrections, {_to(one, float(one['original']), 'left_on_residual')} with the changes"
+        facts.append((_channel(one), f"{said} {sign}".strip()))
+    facts += _parts(found)
     if (count := found.attrs.get("runout_readings")) is not None:
         text = f"subtracted from {count} reading{'s' * (count > 1)}" if count else "none is subtracted"
         facts.append(("run-out", text))
     return [*facts, ("masses of the runs", _of_trial_masses(found))]
+
+
+def _channel(one: xr.Dataset) -> str:
+    speed = float(one["speed"])
+    return f"sensor {one['sensor'].item()}" + ("" if np.isnan(speed) else f", {speed * 30.0 / np.pi:.5g} rpm")
+
+
+def _to(one: xr.Dataset, before: float, name: str) -> str:
+    """A vibration before and with masses: ``7.2 to 2.6 +- 0.2``."""
+    _, factor = shown_unit(one["residual"].attrs["units"])
+    after, sure = float(one[name]), float(one[f"{name}_deviation"])
+    more = "" if np.isnan(sure) else f" +- {significant(factor * sure, 2)}"
+    return f"{significant(factor * before)} to {significant(factor * after if after > 1e-9 * before else 0.0)}{more}"
+
+
+def _parts(found: Answer) -> list[tuple[str, str]]:
+    """The masses of each correction that is split over holes, and what they lack."""
+    if "part_of" not in found:
+        return []
+    sign, factor = shown_unit(found["part_mass"].attrs["units"])
+    facts = []
+    for name in dict.fromkeys(found["part_of"].values):
+        own = found.isel(part=found["part_of"].values == name)
+        parts = [
+            f"{significant(factor * size)} {sign} at {whole_degrees(at)} deg"
+            for size, at in zip(own["part_mass"].values, own["part_angle"].values, strict=True)
+            if size > 0.0
+        ]
+        lacking = factor * float(own["part_left"][0])
+        rest = (
+            f"; {significant(lacking, 2)} {sign} of it are left"
+            if lacking > 1e-9 * factor * own["part_mass"].sum()
+            else ""
+        )
+        facts.append((str(name), (", ".join(parts) or "no mass") + rest))
+    return facts
 
 
 def _of_trial_masses(found: Answer) -> str:
@@ -571,6 +605,14 @@ def _circles(found: Answer) -> list[tuple[str, str]]:
                 f"noise, beyond that distrust the correction, beyond {found.attrs['none_beyond']:g} there is none"
             )
         facts.append((f"circles of {sensor}", text))
+    for c, s in np.ndindex(found["residual"].shape):
+        one = found.isel(channel=c, solution=s)
+        if np.isfinite(one["residual"]):
+            before = float(one["sensitivity"] * one["correction"])
+            answer = f", answer {s + 1}" if found.sizes["solution"] > 1 else ""
+            sign, _ = shown_unit(one["residual"].attrs["units"])
+            facts.append((f"{_channel(one)}{answer}", f"{_to(one, before, 'residual')} {sign}".strip()))
+    facts += _parts(found)
     return [*facts, ("trial mass", "take it off: the correction is for the rotor without it")]
 
 
