@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ import xarray as xr
 
 import autobalancer.plots.stability.stability_map as pictures
 from autobalancer.api import compare, simulate
+from autobalancer.assembly.quantities import value_of
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.laws.capabilities import grade_name, permissible_unbalance
 from autobalancer.machine import Machine
@@ -26,7 +28,7 @@ from autobalancer.plots.studies import envelopes as envelopes_picture
 from autobalancer.plots.studies import sensitivity as sensitivity_picture
 from autobalancer.plots.studies import study as study_picture
 from autobalancer.progress import silent
-from autobalancer.results.answers.studied import Studied
+from autobalancer.results.answers.studied import FINISHED, Studied, stalled
 from autobalancer.results.display_units import length_text, moment_text, side_text, significant
 from autobalancer.results.verdict import BALANCED, NO_RESIDUAL, PARTLY, WORSE, Verdict, verdict_lines
 from autobalancer.simulation.record import Samples
@@ -34,7 +36,9 @@ from autobalancer.sketch import machine as sketch
 from autobalancer.stability.maps.stability_map import map as stability_map
 from autobalancer.stability.summary import Summary
 from autobalancer.studies.basin import basin
-from autobalancer.studies.design.designs import USUAL
+from autobalancer.studies.design.design import values_of
+from autobalancer.studies.design.designs import SHOWN, USUAL, Designed, level
+from autobalancer.studies.design.specification import MEASURED, STALL
 from autobalancer.studies.ensemble.ensemble import ensemble
 from autobalancer.studies.study.study import envelopes, sensitivity
 from autobalancer.tables import SOME, Column, rpm_and_si
@@ -523,11 +527,11 @@ RUN_COLUMNS = ("balanced", "peak_deflection", "settling_time")
 
 
 @report_page(after=quality_page)
-def run_page(run: xr.Dataset, held: xr.Dataset, judged: Verdict, command: str) -> Section:
+def run_page(run: xr.Dataset, held: xr.Dataset, judged: Verdict, command: str, machine: Machine) -> Section:
     """The run-up with its verdict, compared with the same machine with its balls held."""
     headline, rows, notes = verdict_lines(judged, rpm_and_si)
     page = Section("Run-up", [Paragraph(headline, strong=True)], command)
-    about = "one run of the machine file"
+    about = f"one run of the machine file, unbalance {moment_text(value_of(machine, 'unbalance'))}"
     enough = SOMEWHAT if judged.word == PARTLY else yes_or_no(judged.word == BALANCED)
     page.decisive.append(Decisive("is one run-up balanced?", headline.partition(";")[0], enough, about))
     page.blocks.append(
@@ -542,6 +546,48 @@ def run_page(run: xr.Dataset, held: xr.Dataset, judged: Verdict, command: str) -
             drawing(race_picture(run), "Balls, races and unbalance at the end of the run, seen in the rotor.")
         )
     return page
+
+
+@report_page(after=run_page, needs="designed")
+def ends_page(designed: Designed, machine: Machine, file: str, half: int | None, seed: int) -> list[Section]:
+    """Run-ups at each end of the range of unbalances of a design: which one is worse differs from limit to limit."""
+    low, high = (float(end) for end in designed.attrs["unbalance_range"])
+    if not low < high:
+        return []
+    starts, share, limits = half or 1, float(designed.attrs["share"]), json.loads(designed.attrs["limits"])
+    many = ensemble(machine, {"unbalance": [low, high]}, seeds=starts, seed=seed, progress=silent)
+    ends = [many.isel(member=np.isclose(many["unbalance"].values, end, rtol=1e-9, atol=0.0)) for end in (low, high)]
+    command = f'autobalancer ensemble {file} --column "unbalance={low:.17g},{high:.17g} kg*m" --seeds {starts}'
+    page, rows = Section("Both ends of the range of unbalances", replay=f"{command} --seed {seed}"), []
+    runs = f"{starts} random start{'s' * (starts > 1)}"
+    for name in dict.fromkeys((*limits, *designed.attrs["objectives"])):
+        if name != STALL and name not in MEASURED:
+            continue
+        sign, factor = ("%", 100.0) if name == STALL else SHOWN[MEASURED[name][0]]
+        values = [
+            float((stalled(end) | (end["outcome"].values != FINISHED)).mean())
+            if name == STALL
+            else level(values_of(end, name), share)
+            for end in ends
+        ]
+        found = [f"{significant(factor * value)} {sign}" if math.isfinite(value) else "never" for value in values]
+        worse = "-" if values[0] == values[1] else moment_text((low, high)[values[1] > values[0]])
+        limit, kept = limits.get(name), "-"
+        if limit is not None:
+            kept, asked = yes_or_no(max(values) <= limit), f"{significant(factor * limit)} {sign}"
+            text = f"{found[0]} with {moment_text(low)}, {found[1]} with {moment_text(high)}"
+            page.decisive.append(Decisive(f"limit at the worse end: {_words(name)} {asked}", text, kept, runs))
+        rows.append((_words(name), "-" if limit is None else asked, *found, worse, kept))
+    head = ("", "limit", f"with {moment_text(low)}", f"with {moment_text(high)}", "worse with", "kept by the worse end")
+    page.blocks.append(Rows(head, tuple(rows), (False, True, True, True, True, False)))
+    page.blocks.append(
+        Paragraph(
+            f"Each number is that which {100.0 * share:g} % of {runs} at this unbalance stay below, of a stall the share of "
+            "them; in the table of the designs unbalances of all sizes are together. All other runs of this report have the "
+            f"unbalance of the machine file, {moment_text(value_of(machine, 'unbalance'))}."
+        )
+    )
+    return [page]
 
 
 @report_page(needs="half")
@@ -681,8 +727,6 @@ def _add(blocks: list[Block], made: Any) -> bool:
 
 
 def _option_rows(studied: Studied) -> list[tuple[str, str]]:
-    import json
-
     requested = json.loads(studied.attrs["study"])
     rows = [
         ("plan", str(requested["plan"])),

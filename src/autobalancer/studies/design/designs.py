@@ -183,7 +183,7 @@ class Designed(Answer):
         if low < high and "unbalance" not in self.dims:
             texts += [
                 f"the runs have unbalances of all sizes from {moment_text(low)} to {moment_text(high)}: rotors at either end of "
-                "the range may do worse; narrow the range to judge them"
+                "the range may do worse; the report of a machine runs each end alone"
             ]
         texts += [*self._missed(), *self._hardly()]
         texts = [*self.attrs.get("remarks", []), *texts]
@@ -375,12 +375,12 @@ def numbers_of_runs(spec: Asked, cases: Sequence[Mapping[str, NDArray[Any]]]) ->
 
 
 def _measure(spec: Asked, name: str, values: Floats) -> dict[str, float]:
-    measure = {name: _level(values, spec.share), f"{name}_median": _level(values, 0.5)}
+    measure = {name: level(values, spec.share), f"{name}_median": level(values, 0.5)}
     limit = spec.limits.get(name)
     return measure if limit is None else measure | _share(f"{name}_over", ~(values <= limit))
 
 
-def _level(values: Floats, share: float) -> float:
+def level(values: Floats, share: float) -> float:
     """The value that at least this share of the runs does not exceed."""
     ordered = np.sort(values)
     return float(ordered[min(math.ceil(share * ordered.size) - 1, ordered.size - 1)])
