@@ -183,6 +183,24 @@ def test_limits_that_contradict_each_other_are_both_named(tables: dict[str, Any]
     assert all(key in str(raised.value) for key in both)
 
 
+def test_all_contradictions_of_a_specification_stand_in_one_message_and_none_that_follows_from_another() -> None:
+    limits = {"stall_probability": 0.01, "settling_time": "30 s", "border_margin": 2.0, "share": 0.85}
+    fluids = ["silicone oil 5", "silicon oil 5", "silicone oil 20", "silicon oil 9"]
+    asked = changed(limits=limits, candidates={"count": [2], "fluids": fluids}, space={"bore": "9 mm", "outer": "8 mm"})
+    with pytest.raises(QuestionError, match="specification: not possible as described") as raised:
+        read_spec(asked)
+    paths = [path for path, _ in raised.value.problems]
+    keys = [("limits", key) for key in ("stall_probability", "settling_time", "border_margin")]
+    assert sorted(map(repr, paths)) == sorted(
+        map(repr, [*keys, ("space", "bore"), ("candidates", "fluids", 1), ("candidates", "fluids", 3)])
+    )
+    # five members are refused; with the 200 that hold unless given the share of stalls would be, too, which nobody asked
+    few = changed(search={"members": 5}, limits={"stall_probability": 0.01, "share": 0.85, "settling_time": "30 s"})
+    with pytest.raises(QuestionError) as raised:
+        read_spec(few)
+    assert [path for path, _ in raised.value.problems] == [("search", "members"), ("limits", "settling_time")]
+
+
 @pytest.mark.parametrize(
     ("tables", "last"),
     [
@@ -248,7 +266,10 @@ def test_a_range_of_temperature_that_the_runs_could_not_follow_is_refused() -> N
         ({"operation": {"run_up": "10 s"}}, "belong together"),
         ({"machine": "no_such.toml"}, "no_such.toml"),
         ({"candidates": {}}, "candidates"),
-        ({"limits": {"peak_deflection": "1.3"}}, "specification: limits.peak_deflection: given '1.3' without a unit"),
+        (
+            {"limits": {"peak_deflection": "1.3", "share": 0.85}},
+            "specification: limits.peak_deflection: given '1.3' without a unit",
+        ),
         ({"operation": {"speed": []}}, "operation.speed: given an empty list"),
         ({"search": {"objectives": [[1]]}}, "search.objectives"),
     ],
@@ -324,6 +345,7 @@ def test_a_report_of_the_chosen_machine_has_the_design_and_refuses_a_machine_tha
 ) -> None:
     pytest.importorskip("jinja2")
     from autobalancer.reporting.report import design_pages
+    from autobalancer.reporting.report_pages import ends_page
 
     pages = design_pages(found, ab.designed_machine(found), "design.nc")
     assert [page.title for page in pages] == ["Design design", "Limits of the design", "What was ruled out, and why"]
@@ -333,6 +355,20 @@ def test_a_report_of_the_chosen_machine_has_the_design_and_refuses_a_machine_tha
     )
     with pytest.raises(QuestionError, match="is no design of"):
         design_pages(found, ab.example("discoidal"), "design.nc")
+    # of a range of unbalances the report runs both ends, each as a run of this unbalance alone goes
+    machine = ab.designed_machine(found)
+    (ends,) = ends_page(found.assign_attrs(unbalance_range=[1e-4, 5.94e-4]), machine, "chosen.toml", None, 3)
+    rows = {row[0]: row for row in ends.blocks[0].rows}
+    peaks = [
+        float(ab.ensemble(ab.with_parameter(machine, "unbalance", size), seeds=1, seed=3, measures=["peak_deflection"])
+              .peak_deflection[0])
+        for size in (1e-4, 5.94e-4)
+    ]  # fmt: skip
+    assert [float(text.split()[0]) for text in rows["peak deflection"][2:4]] == pytest.approx(
+        [1e3 * peak for peak in peaks], rel=0.01
+    )
+    assert rows["peak deflection"][4] == "594 g mm"
+    assert ends_page(found, machine, "chosen.toml", None, 3) == []
 
 
 SEARCHED = changed(

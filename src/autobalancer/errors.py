@@ -20,10 +20,10 @@ from __future__ import annotations
 import sys
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
-from typing import Self
+from typing import Any, Self
 
 KeyPath = tuple[str | int, ...]
 Problem = tuple[KeyPath, str]
@@ -130,6 +130,25 @@ class QuestionError(AutobalancerError, ValueError):
 
 class ResultError(AutobalancerError):
     """A result file is damaged or was not written by this package."""
+
+
+def all_of(*steps: Callable[[], Any]) -> list[Any]:
+    """What steps give that do not need each other.
+
+    Raises
+    ------
+    QuestionError
+        With the problems of all steps that refuse.
+    """
+    results, problems = [], list[Problem]()
+    for step in steps:
+        try:
+            results.append(step())
+        except (QuestionError, UnitError) as error:
+            problems += error.problems
+    if problems:
+        raise QuestionError.of("", problems, "not possible as asked" if len(problems) > 1 else "")
+    return results
 
 
 class RangeWarning(UserWarning):

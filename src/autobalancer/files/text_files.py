@@ -8,21 +8,21 @@ import io
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.errors import AutobalancerError, Problem, QuestionError, ResultError, UnitError
+from autobalancer.errors import AutobalancerError, KeyPath, Problem, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import sample_hint
 from autobalancer.safe_file import not_to_read
 from autobalancer.units import column_factor, shortened
 
+T = TypeVar("T")
 MACHINE = 10_000_000  # bytes of a machine file
 TABLE = 100_000_000  # bytes of a table
 TABLES = (".csv", ".txt", ".tsv", ".dat")  # how names of tables end
@@ -143,16 +143,76 @@ def question_data(argument: Any, what: str, name: str) -> tuple[dict[str, Any], 
     return read_toml(path), str(path), path.parent, path.stem
 
 
-@contextmanager
-def faults_of(source: str) -> Iterator[None]:
-    """Let questions that are refused meanwhile begin with the file they are from."""
-    try:
-        yield
-    except (QuestionError, UnitError) as error:
-        if source and str(error).startswith(f"{source}: "):  # the file itself cannot be read
-            raise
-        several = "not possible as described" if len(error.problems) > 1 else ""
-        raise QuestionError.of(source, error.problems, several) from None
+def built_of(build: Callable[[dict[str, Any]], T], data: dict[str, Any], source: str) -> T:
+    """What is built of the keys of a file, or of a dict of its form.
+
+    Where a key is refused, the rest is tried without it, so that one error has all that can be seen of the file.
+
+    Raises
+    ------
+    QuestionError
+        With the ``source`` and every key at fault.
+    """
+    problems: list[Problem] = []
+    left_out: set[KeyPath] = set()
+    while True:
+        try:
+            result = build(_without(data, left_out))
+            if not problems:
+                return result
+            break
+        except AutobalancerError as error:
+            if not problems and not isinstance(error, (QuestionError, UnitError)):
+                raise
+            fresh = [(_as_given(path, left_out), text) for path, text in error.problems]
+            # what may only be wrong since a key is missing now is left to the next call
+            fresh = [(path, text) for path, text in fresh if not any(_follows(path, text, key) for key, _ in problems)]
+            gone = {path for path, _ in fresh if _is_there(data, path)}
+            if isinstance(error, (QuestionError, UnitError)):
+                problems += fresh
+            if not gone:
+                break
+            left_out |= gone
+    raise QuestionError.of(source, problems, "not possible as described" if len(problems) > 1 else "")
+
+
+def _without(value: Any, left_out: set[KeyPath], path: KeyPath = ()) -> Any:
+    """Tables and lists without the entries at these paths."""
+    if isinstance(value, dict):
+        return {
+            key: _without(one, left_out, (*path, key)) for key, one in value.items() if (*path, key) not in left_out
+        }
+    if isinstance(value, list):
+        return [_without(one, left_out, (*path, i)) for i, one in enumerate(value) if (*path, i) not in left_out]
+    return value
+
+
+def _is_there(value: Any, path: KeyPath) -> bool:
+    """Whether a path can be left out."""
+    for step in path:
+        entries = value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
+        if step not in entries:
+            return False
+        value = value[step]
+    return bool(path)
+
+
+def _as_given(path: KeyPath, left_out: set[KeyPath]) -> KeyPath:
+    """A path in what was left as a path in what was given: entries of lists that were left out count again."""
+    given: KeyPath = ()
+    for step in path:
+        if isinstance(step, int):
+            for gone in sorted(key[-1] for key in left_out if key[:-1] == given and isinstance(key[-1], int)):
+                step += gone <= step
+        given = (*given, step)
+    return given
+
+
+def _follows(path: KeyPath, text: str, key: KeyPath) -> bool:
+    """Whether a problem may be one only because a key was left out: it is at the key, around it or in it, or names it."""
+    near = path[: len(key)] == key or key[: len(path)] == path
+    named = [step for step in key[-1:] if isinstance(step, str)]
+    return near or any(re.search(rf"\b{re.escape(step)}\b", text) for step in named)
 
 
 def decoded(content: bytes, otherwise: str = "") -> str:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -20,6 +20,7 @@ from pydantic import (
     PlainValidator,
     Tag,
     ValidationError,
+    model_validator,
 )
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
@@ -61,6 +62,16 @@ class Question(Part):
 
     def __init__(self, *values: Any, **data: Any) -> None:
         super().__init__(**dict(zip(list(type(self).model_fields)[: len(values)], values, strict=True)), **data)
+
+    def contradictions(self) -> Iterable[Problem]:
+        """All that its keys say and that cannot be together: the path and what is wrong there."""
+        return ()
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        if problems := list(self.contradictions()):
+            raise QuestionError.of("", problems)
+        return self
 
 
 _TAGGED = {"rotor", "drive", "profile"}  # fields whose kind pydantic puts into the path

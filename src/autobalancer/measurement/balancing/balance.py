@@ -17,16 +17,14 @@ from autobalancer.measurement.balancing.runs import (
     BalanceRun,
     Complexes,
     Floats,
-    Holes,
     Job,
     Phase,
     Reading,
-    Stock,
     balance_runs,
     job_of,
     joined,
-    mounted,
     quantity_of_units,
+    split_mass,
 )
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.store import load_run
@@ -36,6 +34,8 @@ from autobalancer.units import optional_argument
 
 
 Goal = Literal["mean", "greatest"]
+Holes = int | Sequence[float | str] | None  # their number, or the angle of each; none for masses at any place
+Stock = Sequence[float | str] | None
 TIGHT = 1e-13  # tolerance of the search
 
 
@@ -666,6 +666,37 @@ def _weakest(found: BalanceSolution) -> str:
         if abs(v) > 0.05
     ]
     return f"the combination {', '.join(parts)}"
+
+
+# Corrections as they are put on: split over holes, of masses that there are.
+
+
+def mounted(
+    wanted: Mapping[str, complex], unit: str, sense: float, holes: Holes, stock: Stock
+) -> tuple[Complexes, dict[str, Any]]:
+    """Masses (kg or kg m) as they are put on, and each part of them as variables where they are split over holes.
+
+    ``sense`` is -1 where angles are counted against the rotation.
+    """
+    put_on = np.array(list(wanted.values()), complex)
+    if holes is None:
+        if stock is not None:
+            raise QuestionError("stock: given without holes; say how many holes there are, or the angle of each")
+        return put_on, {}
+    parts: list[tuple[str, float, float, float]] = []
+    for n, (name, mass) in enumerate(wanted.items()):
+        size = f"{abs(mass):.17g} {unit.replace(' ', '*')}"
+        split = split_mass(size, sense * float(np.angle(mass)), holes=holes, masses=stock)
+        put_on[n] = np.exp(1j * sense * np.array(split.angles)) @ np.array(split.masses)
+        pairs = zip(split.masses or (0.0,), split.angles or (0.0,), strict=True)
+        parts += [(name, part, at, split.residual) for part, at in pairs]
+    of, masses, angles, left = zip(*parts, strict=True)
+    return put_on, {
+        "part_of": ("part", np.array(of, dtype=object), {"long_name": "which mass it is a part of"}),
+        "part_mass": ("part", list(masses), {"long_name": "mass in a hole", "units": unit}),
+        "part_angle": ("part", list(angles), {"long_name": "angle of the hole", "units": "rad"}),
+        "part_left": ("part", list(left), {"long_name": "wanted mass less its parts", "units": unit}),
+    }
 
 
 # How sure corrections are: the deviations of all readings carried through to the masses, linearly.

@@ -11,16 +11,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.balancing.balance import polar_deviations
+from autobalancer.measurement.balancing.balance import Holes, Stock, mounted, polar_deviations
 from autobalancer.measurement.balancing.runs import (
     Angles,
     BalanceRun,
-    Holes,
     Job,
-    Stock,
     balance_runs,
     job_of,
-    mounted,
 )
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.tables import whole_degrees

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from math import comb
 from pathlib import Path
@@ -12,10 +13,10 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, PlainValidator, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator
 
-from autobalancer.errors import QuestionError, UnitError
-from autobalancer.files.text_files import faults_of, read_toml
+from autobalancer.errors import Problem, QuestionError, UnitError, all_of
+from autobalancer.files.text_files import built_of, read_toml
 from autobalancer.laws.capabilities import grade_argument, permissible_unbalance
 from autobalancer.machine import Machine
 from autobalancer.machine.keys import document
@@ -95,21 +96,18 @@ class Reading(Question):
     )
     phase_deviation: Annotated[float, Quantity("rad", positive=True)] | None = key("one standard deviation", None)
 
-    @model_validator(mode="after")
-    def _is_possible(self) -> Reading:
+    def contradictions(self) -> Iterator[Problem]:
+        """What no instrument shows."""
         if not self.amplitude >= 0.0:
-            raise QuestionError(f"given {self.amplitude:g}; must not be below zero", ("amplitude",))
+            yield ("amplitude",), f"given {self.amplitude:g}; must not be below zero"
         if self.phase is not None and abs(self.phase) > TURNS:
             said = f"given {self.phase:g} rad, more than two turns; a phase in degrees needs its unit: '{self.phase:g} deg'"
-            raise QuestionError(said, ("phase",))
+            yield ("phase",), said
         spread = self.amplitude_deviation
         if spread is not None and not spread > 0.0:
-            raise QuestionError(f"given {spread:g}; must be above zero", ("amplitude_deviation",))
+            yield ("amplitude_deviation",), f"given {spread:g}; must be above zero"
         if spread is not None and AMPLITUDES[0] != getattr(spread, "unit", self.unit) != self.unit:
-            raise QuestionError(
-                f"given in {getattr(spread, 'unit', '')}; must be in {self.unit}", ("amplitude_deviation",)
-            )
-        return self
+            yield ("amplitude_deviation",), f"given in {getattr(spread, 'unit', '')}; must be in {self.unit}"
 
     @property
     def unit(self) -> str:
@@ -212,8 +210,7 @@ def balance_runs(runs: Sequence[BalanceRun] | str | Path) -> tuple[tuple[Balance
     if not isinstance(runs, (str, Path)):
         return tuple(runs), {}
     path = Path(runs)
-    with faults_of(str(path)):
-        job = BalanceJob(**read_toml(path))
+    job = built_of(lambda data: BalanceJob(**data), read_toml(path), str(path))
     named = (run if run.name else run.model_copy(update={"name": str(n)}) for n, run in enumerate(job.runs, 1))
     return tuple(named), {key: getattr(job, key) for key in OF_ALL if key in job.model_fields_set}
 
@@ -300,8 +297,7 @@ def job_of(
         if names.count(name) > 1:
             raise QuestionError(f"{owner}: two runs are called {name!r}; give each its own name")
     channels = _channels(runs[0], owner)
-    for run in runs:
-        _check_channels(run, channels, phases, owner)
+    all_of(*(partial(_check_channels, run, channels, phases, owner) for run in runs))
     # all trial masses are of one dimension, kg or kg m
     kinds = sorted({mass.unit for run in rows for mass in run.masses})
     if len(kinds) > 1:
@@ -564,38 +560,6 @@ def split_mass(
         float(np.angle(left)),
         unit.replace("*", " "),
     )
-
-
-Holes = int | Sequence[float | str] | None  # their number, or the angle of each; none for masses at any place
-Stock = Sequence[float | str] | None
-
-
-def mounted(
-    wanted: Mapping[str, complex], unit: str, sense: float, holes: Holes, stock: Stock
-) -> tuple[Complexes, dict[str, Any]]:
-    """Masses (kg or kg m) as they are put on, and each part of them as variables where they are split over holes.
-
-    ``sense`` is -1 where angles are counted against the rotation.
-    """
-    put_on = np.array(list(wanted.values()), complex)
-    if holes is None:
-        if stock is not None:
-            raise QuestionError("stock: given without holes; say how many holes there are, or the angle of each")
-        return put_on, {}
-    parts: list[tuple[str, float, float, float]] = []
-    for n, (name, mass) in enumerate(wanted.items()):
-        size = f"{abs(mass):.17g} {unit.replace(' ', '*')}"
-        split = split_mass(size, sense * float(np.angle(mass)), holes=holes, masses=stock)
-        put_on[n] = np.exp(1j * sense * np.array(split.angles)) @ np.array(split.masses)
-        pairs = zip(split.masses or (0.0,), split.angles or (0.0,), strict=True)
-        parts += [(name, part, at, split.residual) for part, at in pairs]
-    of, masses, angles, left = zip(*parts, strict=True)
-    return put_on, {
-        "part_of": ("part", np.array(of, dtype=object), {"long_name": "which mass it is a part of"}),
-        "part_mass": ("part", list(masses), {"long_name": "mass in a hole", "units": unit}),
-        "part_angle": ("part", list(angles), {"long_name": "angle of the hole", "units": "rad"}),
-        "part_left": ("part", list(left), {"long_name": "wanted mass less its parts", "units": unit}),
-    }
 
 
 def _of_kind(name: str, value: float | str, unit: str) -> float:

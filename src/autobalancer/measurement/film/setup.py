@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import Field, PlainValidator
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import Problem
 from autobalancer.files.machine_file import part_text
-from autobalancer.files.text_files import faults_of, read_toml
+from autobalancer.files.text_files import built_of, read_toml
 from autobalancer.machine.keys import document
 from autobalancer.machine.part import Length, Position, Positive, Quantity, Question, key
 from autobalancer.results.labels import LABELS, Label
@@ -37,11 +37,10 @@ class Mark(Question):
         "about where it is in the picture (column, row), or exactly; of marks that move not needed", None
     )
 
-    @model_validator(mode="after")
-    def _is_near(self) -> Mark:
+    def contradictions(self) -> Iterator[Problem]:
+        """A place that is too far."""
         if not (self.radius < FAR and math.hypot(*self.place) < FAR):
-            raise ValueError(f"given place {list(self.place)}, radius {self.radius:g}; must be all within {FAR:g} m")
-        return self
+            yield (), f"given place {list(self.place)}, radius {self.radius:g}; must be all within {FAR:g} m"
 
     @property
     def z(self) -> complex:
@@ -94,29 +93,29 @@ class FilmSetup(Question):
     marks_exact: bool = key("the pixels of the marks are taken as they are; else marks are looked for there", False)
     pixel_deviation: Positive = key("standard deviation of points that a person gave, pixels", 1.0)
 
-    @model_validator(mode="after")
-    def _is_possible(self) -> FilmSetup:
+    def contradictions(self) -> Iterator[Problem]:
+        """Balls that have no room, and marks that do not say where the picture is, or where the rotor."""
         if not 0.5 * self.ball_diameter < self.orbit_radius:
             sizes = f"given {self.ball_diameter:g} m on an orbit of {self.orbit_radius:g} m"
-            raise QuestionError(f"{sizes}; a ball must be smaller than its orbit", ("ball_diameter",))
-        most = int(math.pi / math.asin(0.5 * self.ball_diameter / self.orbit_radius) + 1e-9)
-        if self.balls > most:
-            raise QuestionError(f"given {self.balls}; 1 to {most} have room in this race", ("balls",))
+            yield ("ball_diameter",), f"{sizes}; a ball must be smaller than its orbit"
+        else:
+            most = int(math.pi / math.asin(0.5 * self.ball_diameter / self.orbit_radius) + 1e-9)
+            if self.balls > most:
+                yield ("balls",), f"given {self.balls}; 1 to {most} have room in this race"
         if len(self.marks) < 4:
             text = f"given {len(self.marks)}; four or more marks of known place are needed to rectify a picture"
-            raise QuestionError(text, ("marks",))
+            yield ("marks",), text
         for number, mark in enumerate(self.marks):
             if mark.pixel is None:
-                raise QuestionError("missing; say about where the mark is in the picture", ("marks", number, "pixel"))
-        self._check_pattern()
-        return self
+                yield ("marks", number, "pixel"), "missing; say about where the mark is in the picture"
+        yield from self._alike()
 
     @property
     def contact_angle(self) -> float:
         """Angle between two balls that touch, rad."""
         return 2.0 * math.asin(0.5 * self.ball_diameter / self.orbit_radius)
 
-    def _check_pattern(self) -> None:
+    def _alike(self) -> Iterator[Problem]:
         """Marks on the rotor must look different after any part of a turn."""
         z = [mark.z for mark in self.rotor_marks]
         for other in z[1:]:
@@ -125,9 +124,8 @@ class FilmSetup(Question):
             turn = other / z[0]
             if all(min(abs(one * turn - place) for place in z) < self.rotor_marks[0].radius for one in z):
                 degrees = math.degrees(math.atan2(turn.imag, turn.real)) % 360.0
-                raise QuestionError(
-                    f"they look the same after {degrees:.3g} degrees; move one of them", ("rotor_marks",)
-                )
+                yield ("rotor_marks",), f"they look the same after {degrees:.3g} degrees; move one of them"
+                return
 
 
 document(FilmSetup)
@@ -151,8 +149,7 @@ def load_film_setup(path: str | Path) -> FilmSetup:
         If the file, a key or a value is wrong; the message names it.
     """
     path = as_path(path)
-    with faults_of(str(path)):
-        return FilmSetup(**read_toml(path))
+    return built_of(lambda data: FilmSetup(**data), read_toml(path), str(path))
 
 
 def save_film_setup(setup: FilmSetup, path: str | Path) -> Path:

@@ -14,7 +14,7 @@ from pydantic import Field, PlainValidator
 from scipy.interpolate import make_interp_spline
 
 from autobalancer.errors import QuestionError, RangeWarning, UnitError, warn
-from autobalancer.files.text_files import faults_of, read_toml
+from autobalancer.files.text_files import built_of, read_toml
 from autobalancer.machine.part import Label, Question, key
 from autobalancer.measurement.signals.form import (
     UNEVEN,
@@ -301,11 +301,9 @@ def described_channels(
     if argument is None:
         return {}
     if not isinstance(argument, (str, Path)):
-        with faults_of(""):
-            given: Any = argument  # checked by the class
-            return ChannelFile(channels=given).channels if argument else {}
-    with faults_of(str(argument)):
-        return ChannelFile(**read_toml(Path(argument))).channels
+        given: dict[str, Any] = {"channels": argument}  # checked by the class
+        return built_of(lambda data: ChannelFile(**data), given, "").channels if argument else {}
+    return built_of(lambda data: ChannelFile(**data), read_toml(Path(argument)), str(argument)).channels
 
 
 # Instants of samples: even ones as they are, rounded ones made even, uneven ones refused or resampled.

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
-from autobalancer.files.text_files import faults_of, read_table, read_toml
+from autobalancer.files.text_files import built_of, read_table, read_toml
 from autobalancer.machine.part import Amount, Label, Listed, Question, Rate, Speed, key
 from autobalancer.machine.path import unit_at
 from autobalancer.machine.station import Place
@@ -217,8 +217,7 @@ def read_measurements(
         data = read_toml(path)
     except QuestionError as reason:
         raise QuestionError(f"{reason}{_hint(path)}") from None
-    with faults_of(str(path)):
-        requested = form(**data)
+    requested = built_of(lambda data: form(**data), data, str(path))
     free = [
         FreeParameter(**{key: value for key, value in parameter if key in parameter.model_fields_set})
         for parameter in requested.parameters

@@ -12,13 +12,12 @@ from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
-from pydantic import model_validator
 
 from autobalancer.assembly.quantities import in_author_units
-from autobalancer.errors import MachineError, QuestionError
+from autobalancer.errors import MachineError, Problem, QuestionError
 from autobalancer.files.machine_file import balls_in_chambers, machine_text, parse_machine
 from autobalancer.files.samples import beside
-from autobalancer.files.text_files import faults_of, question_data
+from autobalancer.files.text_files import built_of, question_data
 from autobalancer.laws.deep_chamber import covering_fill
 from autobalancer.machine import RunPlan
 from autobalancer.machine.chamber import ChamberMachine
@@ -93,15 +92,14 @@ class ChamberCandidates(Question):
         "share of the chamber that it fills", ()
     )
 
-    @model_validator(mode="after")
-    def _go_together(self) -> ChamberCandidates:
+    def contradictions(self) -> Iterator[Problem]:
+        """Balls described twice, or a fluid described by half."""
         if self.diameter and self.total_mass:
-            raise QuestionError("given with total_mass; give one of them, the other one follows", ("diameter",))
+            yield ("diameter",), "given with total_mass; give one of them, the other one follows"
         if (self.fluid_density or self.fill) and not self.viscosity:
-            raise QuestionError("missing; fluid_density and fill are of a fluid that has one", ("viscosity",))
+            yield ("viscosity",), "missing; fluid_density and fill are of a fluid that has one"
         if any(self.viscosity) and not (self.fluid_density and self.fill):
-            raise QuestionError("a fluid with a viscosity needs fluid_density and fill", ("viscosity",))
-        return self
+            yield ("viscosity",), "a fluid with a viscosity needs fluid_density and fill"
 
 
 RUN_LIMITS = measured_by(
@@ -121,13 +119,11 @@ class ChamberRuns(Question):
     fillings: Whole = key("full runs of each design, with the seeds 0, 1, ...", 5)
     budget: Whole = key("designs that get full runs at most", 4)
 
-    @model_validator(mode="after")
-    def _within_a_full_run(self) -> ChamberRuns:
+    def contradictions(self) -> Iterator[Problem]:
+        """What is longer than a full run."""
         for name in ("short", "last"):
             if (time := getattr(self, name)) is not None and time > self.duration:
-                text = f"given {time:g} s; a full run lasts {self.duration:g} s only"
-                raise QuestionError(text, (name,))
-        return self
+                yield (name,), f"given {time:g} s; a full run lasts {self.duration:g} s only"
 
 
 class ChamberSpecification(Question):
@@ -181,8 +177,9 @@ def read_chamber_spec(given: str | Path | Mapping[str, Any]) -> ChamberSpec:
         If its machine cannot be read.
     """
     data, source, folder, name = question_data(given, "specification", "")
-    with faults_of(source):
-        asked = ChamberSpecification(**data)
+
+    def build(options: Mapping[str, Any]) -> ChamberSpec:
+        asked = ChamberSpecification(**options)
         machine = balls_in_chambers(
             beside(folder, asked.machine) if isinstance(asked.machine, (str, Path)) else asked.machine
         )
@@ -207,6 +204,8 @@ def read_chamber_spec(given: str | Path | Mapping[str, Any]) -> ChamberSpec:
             runs.budget,
             bare_numbers(asked),
         )
+
+    return built_of(build, data, source)
 
 
 @shows_progress
@@ -235,9 +234,13 @@ def chamber_design(
         For a fault in the specification, or if closed forms rule out every design; the message says why.
     """
     spec = replace(read_chamber_spec(given), archive=folder, workers=workers, progress=progress)
-    with faults_of(str(given) if isinstance(given, (str, Path)) else "specification"):
+
+    def candidates(_: Any) -> list[ChamberDesign]:
         designs = [screened(spec, candidate) for candidate in candidates_of(spec.machine, spec.candidates)]
         refuse_none(spec, designs)
+        return designs
+
+    designs = built_of(candidates, {}, str(given) if isinstance(given, (str, Path)) else "specification")
     found = _dataset(spec, designs, run_all(spec, designs))
     if seen is not None:
         seen(found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,11 @@ import numpy as np
 from autobalancer.assembly.drive_train import highest_prescribed
 from autobalancer.assembly.quantities import changed_part, value_of
 from autobalancer.catalog.product_tables import bearing
-from autobalancer.errors import QuestionError
+from autobalancer.errors import Problem, QuestionError, all_of
 from autobalancer.files.examples import examples, rig
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.samples import beside
-from autobalancer.files.text_files import faults_of, question_data
+from autobalancer.files.text_files import built_of, question_data
 from autobalancer.machine import Machine, PrescribedSpeed, Unbalance
 from autobalancer.machine.drive import Constant
 from autobalancer.machine.keys import bare_numbers
@@ -62,10 +62,14 @@ def read_spec(options: str | Path | Mapping[str, Any]) -> Spec:
         If its machine cannot be read.
     """
     data, source, folder, name = question_data(options, "specification", "design")
-    with faults_of(source):
-        spec = _spec(Specification(**data), folder, name)
-        refuse_contradictions(spec)
-    return spec
+
+    def build(options: Mapping[str, Any]) -> Spec:
+        spec = _spec(Specification(**options), folder, name)
+        if problems := list(contradictions(spec)):
+            raise QuestionError.of("", problems)
+        return spec
+
+    return built_of(build, data, source)
 
 
 def _spec(specification: Specification, folder: Path, name: str) -> Spec:
@@ -77,18 +81,23 @@ def _spec(specification: Specification, folder: Path, name: str) -> Spec:
     if measured is not None:
         machine = with_rotor(machine, measured, name)
     assert machine is not None
-    unbalance = specification.unbalance or _own_unbalance(machine)
+    own = machine
+    unbalance, operation, options = all_of(
+        lambda: specification.unbalance or _own_unbalance(own),
+        lambda: _operation(own, specification.operation),
+        lambda: _options(own, specification.candidates),
+    )
     if measured is not None:
         machine = with_some_unbalance(machine, unbalance[1])
     return Spec(
         name=name,
         machine=machine,
-        operation=_operation(machine, specification.operation),
+        operation=operation,
         unbalance=(float(unbalance[0]), float(unbalance[1])),
         space=specification.space,
         temperature=(float(specification.temperature[0]), float(specification.temperature[1])),
         limits={key: float(value) for key, value in specification.limits if value is not None},
-        options=_options(machine, specification.candidates),
+        options=options,
         search=specification.search,
         scatter=specification.scatter,
         measured=measured.fit if measured is not None else None,
@@ -153,55 +162,31 @@ def _own_unbalance(machine: Machine) -> tuple[float, float]:
 # What a specification asks for that cannot be had together; both keys are named.
 
 
-def refuse_contradictions(spec: Spec) -> None:
-    """Refuse what no design can keep.
-
-    Raises
-    ------
-    QuestionError
-        With the two keys that contradict each other; its path is that of the first.
-    """
-    _enough_members(spec)
-    settling, hold = spec.limits.get("settling_time"), spec.operation.hold
-    if settling is not None and hold and settling > hold:
-        raise QuestionError(
-            f"contradicts operation.hold: after the run-up the speed is held for {hold:g} s, which cannot show a settling time "
-            f"of {settling:g} s; hold it longer",
-            ("limits", "settling_time"),
-        )
-    if spec.measured is not None:
-        refuse_beyond(spec.measured, spec.fastest)
-    _fast_enough(spec)
-
-
-def _enough_members(spec: Spec) -> None:
-    """Shares that so few runs can never show, even without a single failure."""
-    members = spec.search.members
+def contradictions(spec: Spec) -> Iterator[Problem]:
+    """All that no design can keep: the path of the first key, and the other one in the text."""
+    members, margin = spec.search.members, spec.limits.get(MARGIN)
     _, most = wilson_interval(np.array([0]), members)
     for key, allowed in ((STALL, spec.limits.get(STALL)), (SHARE, 1.0 - spec.share)):
-        if allowed is not None and float(most[0]) > allowed:
+        if allowed is not None and float(most[0]) > allowed:  # so few runs can never show it
             needed = math.ceil(1.959964**2 * (1.0 - allowed) / allowed)
-            raise QuestionError(
-                f"contradicts search.members: {members} runs without a failure still leave {100.0 * float(most[0]):.3g} % "
-                f"possible (95 %), and {100.0 * allowed:.3g} % is asked for; take {needed} members",
-                ("limits", key),
-            )
-
-
-def _fast_enough(spec: Spec) -> None:
-    """No border lies below the lowest critical speed of rotor and supports."""
-    margin = spec.limits.get(MARGIN)
+            text = f"{members} runs without a failure still leave {100.0 * float(most[0]):.3g} % possible (95 %), and"
+            asked_for = f"{100.0 * allowed:.3g} % is asked for; take {needed} members"
+            yield ("limits", key), f"contradicts search.members: {text} {asked_for}"
+    settling, hold = spec.limits.get("settling_time"), spec.operation.hold
+    if settling is not None and hold and settling > hold:
+        text = f"after the run-up the speed is held for {hold:g} s, which cannot show a settling time of {settling:g} s"
+        yield ("limits", "settling_time"), f"contradicts operation.hold: {text}; hold it longer"
+    if spec.measured is not None:
+        yield from beyond(spec.measured, spec.fastest)
     if margin is None or not spec.machine.balancers:
         return
     from autobalancer.rotordynamics.campbell import critical_speeds
 
-    result = critical_speeds(spec.machine)["critical_speed"].values
-    if result.size and spec.slowest < (1.0 + margin) * float(result[0]):
-        raise QuestionError(
-            f"contradicts operation.speed: balls balance above the critical speed of {rpm_and_si(float(result[0]))} only, and "
-            f"{100.0 * margin:g} % above it is more than {rpm_and_si(spec.slowest)}",
-            ("limits", MARGIN),
-        )
+    # no border lies below the lowest critical speed of rotor and supports
+    critical = critical_speeds(spec.machine)["critical_speed"].values
+    if critical.size and spec.slowest < (1.0 + margin) * float(critical[0]):
+        text = f"balls balance above the critical speed of {rpm_and_si(float(critical[0]))} only, and {100.0 * margin:g} % above"
+        yield ("limits", MARGIN), f"contradicts operation.speed: {text} it is more than {rpm_and_si(spec.slowest)}"
 
 
 # The candidates of a specification: races of the catalog or free ones, balls, fluids, how many races and which
@@ -341,18 +326,9 @@ def with_some_unbalance(machine: Machine, size: float) -> Machine:
     return changed
 
 
-def refuse_beyond(fit: Answer, fastest: float) -> None:
-    """Refuse speeds (rad/s) whose frequency was not measured.
-
-    Raises
-    ------
-    QuestionError
-        With both keys.
-    """
+def beyond(fit: Answer, fastest: float) -> Iterator[Problem]:
+    """A speed (rad/s) whose frequency was not measured."""
     high = float(fit.attrs["band_high"])
     if fastest > high * (1.0 + 1e-6):
-        raise QuestionError(
-            f"contradicts rotor.receptance: {rpm_and_si(fastest)} are {hertz(fastest)} Hz, and the receptance is known up to "
-            f"{hertz(high)} Hz; measure further, or run slower",
-            ("operation", "speed"),
-        )
+        text = f"{rpm_and_si(fastest)} are {hertz(fastest)} Hz, and the receptance is known up to {hertz(high)} Hz"
+        yield ("operation", "speed"), f"contradicts rotor.receptance: {text}; measure further, or run slower"

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, field_validator, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, field_validator
 
 from autobalancer.catalog.product_tables import bearings, blend, catalog_name, fluid
-from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.errors import CatalogError, Problem, QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.laws.viscosity import blend_viscosity
 from autobalancer.machine import Drag, Machine
@@ -159,13 +159,12 @@ class Space(Question):
     width: Offset | None = key("width along the axis", None)
     wall: Offset = key("wall around a race that is no bearing", 0.0)
 
-    @model_validator(mode="after")
-    def _leaves_room(self) -> Space:
+    def contradictions(self) -> Iterator[Problem]:
+        """A bore that leaves no room."""
         if self.outer is not None and not self.bore + 2.0 * self.wall < self.outer:
             bore, outer = 1e3 * self.bore, 1e3 * self.outer
             text = f"contradicts space.outer: a bore of {bore:g} mm leaves no room within an outer diameter of {outer:g} mm"
-            raise QuestionError(text, ("bore",))
-        return self
+            yield ("bore",), text
 
 
 class Limits(Question):
@@ -236,13 +235,12 @@ class Candidates(Question):
         "law of the drag of the fluid on the balls; that of the machine unless given", None
     )
 
-    @model_validator(mode="after")
-    def _of_one_kind(self) -> Candidates:
+    def contradictions(self) -> Iterator[Problem]:
+        """Nothing to choose from, or sizes from two sources."""
         if not self.model_fields_set:
-            raise ValueError(f"says nothing; give what there is to choose from, such as {EXAMPLE}")
+            yield (), f"says nothing; give what there is to choose from, such as {EXAMPLE}"
         if self.bearings and (self.orbit_radius or self.ball_diameter):
-            raise QuestionError("have their own sizes; give them, or 'orbit_radius' and 'ball_diameter'", ("bearings",))
-        return self
+            yield ("bearings",), "have their own sizes; give them, or 'orbit_radius' and 'ball_diameter'"
 
 
 class Search(Question):
@@ -316,14 +314,13 @@ class Specification(Question):
         "what else varies from machine to machine or run to run, as in studies", {}, value="tables of distributions"
     )
 
-    @model_validator(mode="after")
-    def _has_a_rotor(self) -> Specification:
+    def contradictions(self) -> Iterator[Problem]:
+        """No rotor, or nothing to balance."""
         if self.machine is None and self.rotor is None:
             text = 'missing; give the path of a machine file or the name of a published rig, such as machine = "rotor.toml"'
-            raise QuestionError(f"{text}, or a measured [rotor]", ("machine",))
+            yield ("machine",), f"{text}, or a measured [rotor]"
         if self.unbalance is not None and not self.unbalance[1] > 0.0:
-            raise QuestionError("given 0; the largest must be greater than zero", ("unbalance",))
-        return self
+            yield ("unbalance",), "given 0; the largest must be greater than zero"
 
 
 def measured_by(limits: type[Limits], *names: str) -> dict[str, tuple[str, str]]:

@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from autobalancer.assembly.drive_train import corners
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.errors import MachineError, QuestionError, UnitError
+from autobalancer.errors import MachineError, Problem, QuestionError, UnitError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.samples import beside
-from autobalancer.files.text_files import faults_of, question_data
+from autobalancer.files.text_files import built_of, question_data
 from autobalancer.machine import Machine, Reduction
 from autobalancer.machine.part import Amount, Duration, Label, Listed, Question, key, unknown_key
 from autobalancer.random_numbers import GREATEST
@@ -66,19 +66,17 @@ class Joint(Question):
         "a value for each name; those of the machine unless given", None, value="list in the units of the parameters"
     )
 
-    @model_validator(mode="after")
-    def _is_a_covariance(self) -> Joint:
+    def contradictions(self) -> Iterator[Problem]:
+        """What is no covariance of these names, and means that are not theirs."""
         size, rows = len(self.names), self.covariance
         if len(rows) != size or any(len(row) != size for row in rows):
-            raise QuestionError(f"must have {size} rows of {size} numbers, in SI", ("covariance",))
-        if any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
-            raise QuestionError("must be symmetric", ("covariance",))
-        if any(not rows[i][i] > 0.0 for i in range(size)):
-            raise QuestionError("its diagonal holds variances, which must be greater than zero", ("covariance",))
+            yield ("covariance",), f"must have {size} rows of {size} numbers, in SI"
+        elif any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
+            yield ("covariance",), "must be symmetric"
+        elif any(not rows[i][i] > 0.0 for i in range(size)):
+            yield ("covariance",), "its diagonal holds variances, which must be greater than zero"
         if self.mean is not None and len(self.mean) != size:
-            text = f"given {shortened(list(self.mean))}; must be a list of {size} values, as of names"
-            raise QuestionError(text, ("mean",))
-        return self
+            yield ("mean",), f"given {shortened(list(self.mean))}; must be a list of {size} values, as of names"
 
 
 class StudyFile(Question):
@@ -117,14 +115,12 @@ class StudyFile(Question):
                 raise ValueError(f"given {one!r}; must be one of {', '.join(map(repr, OUTPUTS))}")
         return tuple(dict.fromkeys(value))
 
-    @model_validator(mode="after")
-    def _go_together(self) -> StudyFile:
+    def contradictions(self) -> Iterator[Problem]:
+        """A sudden unbalance beside what it cannot have."""
         if self.sudden_unbalance is not None and self.run_up is not None:
-            raise QuestionError(f"give it or {RUN_UP!r}; an unbalance appears while the speed is held", (TABLE,))
+            yield (TABLE,), f"give it or {RUN_UP!r}; an unbalance appears while the speed is held"
         if self.sudden_unbalance is not None and (RUN not in self.results or self.duration is not None):
-            text = "needs 'run' among the results, and no 'duration': it has 'before' and 'after'"
-            raise QuestionError(text, (TABLE,))
-        return self
+            yield (TABLE,), "needs 'run' among the results, and no 'duration': it has 'before' and 'after'"
 
 
 def read_study(options: str | Path | Mapping[str, Any]) -> Study:
@@ -138,8 +134,12 @@ def read_study(options: str | Path | Mapping[str, Any]) -> Study:
         If its machine cannot be read.
     """
     data, source, folder, name = question_data(options, "study", "study")
-    with faults_of(source):
-        return _study(StudyFile(**data), {key: one for key, one in data.items() if key != "machine"}, folder, name)
+
+    def build(options: Mapping[str, Any]) -> Study:
+        written = {key: one for key, one in options.items() if key != "machine"}
+        return _study(StudyFile(**options), written, folder, name)
+
+    return built_of(build, data, source)
 
 
 OF_PROFILE = {
@@ -194,20 +194,13 @@ def _study(study_file: StudyFile, written: dict[str, Any], folder: Path, name: s
         settling_from=study_file.settling_from,
         written=written,
     )
-    _check_whole(study)
-    if study_file.run_up is not None:
-        _check_length(study)
+    if problems := [*_contradictions(study), *(_too_short(study) if study_file.run_up is not None else ())]:
+        raise QuestionError.of("", problems)
     return study
 
 
-def _check_length(study: Study) -> None:
-    """Refuse a study that ends before one of its run-ups does.
-
-    Raises
-    ------
-    QuestionError
-        With the duration that is needed.
-    """
+def _too_short(study: Study) -> Iterator[Problem]:
+    """That the study ends before one of its run-ups does."""
     longest = 0.0
     for point in study.points:
         own = {name: value for name, value in zip(study.grid, point, strict=True) if name.startswith("drive.")}
@@ -216,11 +209,8 @@ def _check_length(study: Study) -> None:
         assert isinstance(profile, Reduction)
         longest = max(longest, corners(profile)[-1][0])
     if longest >= study.duration:
-        raise QuestionError(
-            f"the run-up takes up to {longest:.4g} s, and runs end after {study.duration:.4g} s; give a longer "
-            "duration, so that the balls have time at the last speed",
-            ("duration",),
-        )
+        text = f"the run-up takes up to {longest:.4g} s, and runs end after {study.duration:.4g} s"
+        yield ("duration",), f"{text}; give a longer duration, so that the balls have time at the last speed"
 
 
 def _with_run_up(machine: Machine, run_up: RunUp) -> tuple[Machine, dict[str, str]]:
@@ -272,25 +262,23 @@ def _stop(stop: Stop, results: tuple[str, ...]) -> Stop:
         return stop.settled(kind, unit)
 
 
-def _check_whole(study: Study) -> None:
+def _contradictions(study: Study) -> Iterator[Problem]:
+    """All that cannot be asked together."""
     if study.count > MOST:
-        raise QuestionError(f"{study.count} in all are asked for; at most {MOST} are possible", ("members",))
+        yield ("members",), f"{study.count} in all are asked for; at most {MOST} are possible"
     if not study.grid and not study.inputs:
-        text = "nothing varies; give a parameter with values or a distribution, or random starts"
-        raise QuestionError(text, ("vary",))
+        yield ("vary",), "nothing varies; give a parameter with values or a distribution, or random starts"
+    elif study.plan == "sensitivity" and not study.inputs:
+        yield ("plan",), "'sensitivity' needs inputs that scatter; give distributions under 'vary'"
     if study.plan == "sensitivity" and study.correlation:
-        raise QuestionError("Sobol' indices need inputs that are independent; take the plan 'random'", ("correlation",))
-    if study.plan == "sensitivity" and not study.inputs:
-        raise QuestionError("'sensitivity' needs inputs that scatter; give distributions under 'vary'", ("plan",))
+        yield ("correlation",), "Sobol' indices need inputs that are independent; take the plan 'random'"
     if study.impossible == "truncate" and study.plan != "random":
-        raise QuestionError(
-            f"'truncate' draws again, which the plan {study.plan!r} cannot; take 'random'", ("impossible",)
-        )
+        yield ("impossible",), f"'truncate' draws again, which the plan {study.plan!r} cannot; take 'random'"
     if study.stop is not None and study.plan != "random":
         text = f"the intervals are those of independent draws, and the plan is {study.plan!r}; take the plan 'random'"
-        raise QuestionError(text, ("stop",))
+        yield ("stop",), text
     if START in study.scatter:
-        raise QuestionError("no parameter has this name; random starts are starts = 'random'", ("vary", START))
+        yield ("vary", START), "no parameter has this name; random starts are starts = 'random'"
 
 
 def _as_paths(options: Mapping[str, Any], paths: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:

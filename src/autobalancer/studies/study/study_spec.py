@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import product
@@ -11,11 +11,11 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import Field, PlainValidator
 from scipy.special import bdtr, ndtr, ndtri
 
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.errors import AutobalancerError, QuestionError, UnitError
+from autobalancer.errors import AutobalancerError, Problem, QuestionError, UnitError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.measures.columns_of_measures import COLUMN, NO_VERDICT
 from autobalancer.machine import Machine
@@ -277,11 +277,10 @@ class Tolerance(Distribution):
     minus: Amount | None = width("lower limit below the nominal value", None)
     shape: Literal["normal", "uniform"] = key("between the limits", "normal")
 
-    @model_validator(mode="after")
-    def _alone(self) -> Self:
+    def contradictions(self) -> Iterator[Problem]:
+        """Limits given twice."""
         if self.plus_minus is not None and not (self.plus is None and self.minus is None):
-            raise QuestionError("stands alone; give it, or plus and minus", ("plus_minus",))
-        return self
+            yield ("plus_minus",), "stands alone; give it, or plus and minus"
 
     def at(self, share: Floats) -> Floats:
         """Values below which such shares of all values lie, SI."""
