@@ -12,7 +12,9 @@ from tests.test_rubber_ellipses import machine as on_supports
 from tests.test_rubber_response import ONLY, RACE, machine, planar
 
 import autobalancer as ab
+from autobalancer.assembly.rotors import balancer_rows, equivalent_stiffness, lateral_model
 from autobalancer.machine import Machine
+from autobalancer.stability.stall.borders import rubber_under_balls
 
 BALL: dict[str, Any] = RACE["balls"][0]
 ROLLING = {"friction": {"rolling_resistance": 0.003}}
@@ -77,12 +79,34 @@ def hangs_to(make: Callable[..., Machine], speeds: tuple[float, float], rate: fl
     return np.array([speed[(one < -4.0) & late].max(initial=0.0) for one in lag])
 
 
+def test_amplitudes_of_the_rubber_do_not_depend_on_where_their_search_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = in_two_planes(([0.35], [-0.1]), mass=BALL["mass"])
+    soft = rubber_under_balls(one)
+    rows = [rows.deflection for rows in balancer_rows(one, lateral_model(one))]
+    speeds = np.linspace(50.0, 60.0, 5)
+    load = 8e-4 * np.outer(speeds**2, rows[0] * np.exp(-1.7j) + rows[1] * np.exp(-0.2j))
+    usual = soft.circles(speeds, load, attempted=True)
+    assert np.ptp(usual.amplitude[2]) > 1e-6  # of the two pieces
+    found = equivalent_stiffness._newton
+
+    def hardly(laws: Any, w: Any, across: Any, free: Any, size: float) -> Any:
+        """No start that is as stiff or as soft as possible finds anything."""
+        return found(laws, w, across, free, size) if 0.0 < size < 1.0 else (abs(free), np.arange(w.size))
+
+    monkeypatch.setattr(equivalent_stiffness, "_newton", hardly)
+    again = soft.circles(speeds, load, attempted=True)
+    np.testing.assert_allclose(again.amplitude, usual.amplitude, rtol=1e-8)
+    np.testing.assert_allclose(again.motion, usual.motion, rtol=1e-8)
+
+
 @pytest.mark.slow
 def test_one_ball_in_each_of_two_planes_is_released_in_a_run_where_the_balance_ends() -> None:
     def make(**more: Any) -> Machine:
         return in_two_planes(([0.35], [-0.1]), mass=BALL["mass"], **more)
 
     found = released(make()).speed
+    # by roots of both balances with amplitudes in turns: one at which the first piece of rubber moves 1 mm, so no lower end
+    assert found > 64.4432
     left = hangs_to(make, (found - 0.6, found + 0.7), 0.04)
     assert left.min() == pytest.approx(found, rel=0.006)
     assert left.max() < 1.01 * found  # 0.04 rad/s² goes on while the second one leaves

@@ -558,26 +558,28 @@ def _root(law: tuple[RubberLaw, Motion], speeds: Floats, h: Complexes, free: Flo
 
 
 def by_newton(laws: Laws, speeds: Floats, across: Complexes, free: Complexes) -> tuple[Floats, np.ndarray]:
-    """The same by Newton's method, much faster for several groups; from the stiffest rubber, else from the softest."""
+    """The same by Newton's method, much faster for several groups: from the stiffest rubber, the softest, and each breakaway.
+
+    From a single start it may fail where there is an amplitude, and a branch that is followed would end there too early.
+    """
     if len(laws) == 1:
         return in_turns(laws, speeds, across, free)
     amplitude, left = np.abs(free), np.arange(speeds.size)
-    for size in (0.0, np.inf):
-        result, done = _newton(laws, speeds[left], across[left], free[left], size)
-        amplitude[left[done]] = result[done]
-        left = left[~done]
+    for size in (0.0, np.inf, *sorted({limit for law, _ in laws for _, limit in law.friction})):
+        amplitude[left], wrong = _newton(laws, speeds[left], across[left], free[left], size)
+        left = left[wrong]
         if not left.size:
             break
     return amplitude, left
 
 
 def _newton(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, size: float) -> tuple[Floats, np.ndarray]:
-    """Amplitudes, and at which speeds they were found, beginning as stiff as at one ``size``."""
+    """The same from one start, as stiff as at a ``size``."""
     count = len(laws)
     begun = np.full(free.shape, min(size, 1e3 * float(np.abs(free).max(initial=0.0)) + 1.0))
     kappa = _elements(laws, begun, speeds)
     s = np.linalg.solve(np.eye(count) + across * kappa[:, None, :], free[..., None])[..., 0].astype(np.complex128)
-    done, left = np.zeros(speeds.size, np.bool_), np.arange(speeds.size)
+    left = np.arange(speeds.size)
 
     def missed(which: np.ndarray, s: np.ndarray) -> tuple[Complexes, Complexes]:
         kappa = _elements(laws, np.abs(s), speeds[which])
@@ -608,9 +610,8 @@ def _newton(laws: Laws, speeds: Floats, across: Complexes, free: Complexes, size
             change[far] *= 0.5
             miss, kappa = missed(left, here + change)
         s[left] = here + change
-        ended = np.abs(change).max(axis=1) <= SURE * size_of.max(axis=1)
-        done[left[ended]] = True
-        left, miss, kappa = left[~ended], miss[~ended], kappa[~ended]
+        further = ~(np.abs(change).max(axis=1) <= SURE * size_of.max(axis=1))
+        left, miss, kappa = left[further], miss[further], kappa[further]
         if not left.size:
             break
-    return np.abs(s), done
+    return np.abs(s), left
